@@ -1,0 +1,80 @@
+# make          says what there is
+# make demo     from nothing to the whole flow, with pictures in demo/
+# PYTHON=python3.12 chooses the Python that .venv is made with.
+
+PYTHON ?= python3
+bin := .venv/bin
+pip := $(bin)/python -m pip --disable-pip-version-check --no-input -q
+
+# The same everywhere: text is UTF-8 whatever the caller's locale (each of the two where the other does not reach), pip
+# installs into .venv whatever its settings, and no other project's packages get in.
+export LC_ALL := C.UTF-8
+export PYTHONUTF8 := 1
+export PIP_USER := 0
+unexport PYTHONPATH
+unexport PYTHONHOME
+
+# A virtual environment works only in its own place: in a moved checkout it is made anew, and so it is for another PYTHON.
+ifneq ($(shell cat .venv/.made-in 2>/dev/null),$(CURDIR))
+anew := FORCE
+endif
+ifneq ($(origin PYTHON),file)
+ifneq ($(shell cat .venv/.made-with 2>/dev/null),$(PYTHON))
+anew := FORCE
+endif
+endif
+
+.PHONY: help setup demo test lint bench clean FORCE
+
+help:
+	@echo 'make setup   installs the package and ngspice into .venv (ngspice only where the system has none)'
+	@echo 'make demo    runs the whole flow once, results in demo/'
+	@echo 'make test    runs the tests'
+	@echo 'make lint    checks style and types'
+	@echo 'make bench   measures the speed figures again'
+	@echo 'make clean   removes .venv and everything generated'
+	@echo 'PYTHON=python3.12 after any of them chooses the Python.'
+
+setup: .venv/.stamp-package .venv/.stamp-ngspice
+
+demo: setup
+	$(bin)/ilg-circuit demo --out demo
+
+test: setup .venv/.stamp-dev
+	$(bin)/python -m pytest
+
+lint: .venv/.stamp-dev
+	$(bin)/python -m ruff check .
+	$(bin)/python -m ruff format --check .
+	$(bin)/python -m mypy
+
+bench: setup
+	$(bin)/python benchmarks/run.py
+
+clean:
+	rm -rf .venv build dist demo .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+.venv/.stamp-venv: $(anew)
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	  echo '$(PYTHON) is not Python 3.11 or later: install one and name it, as in: make $(MAKECMDGOALS) PYTHON=python3.12' >&2; exit 1; }
+	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { \
+	  echo '$(PYTHON) cannot make virtual environments: install its venv module (Debian, Ubuntu: apt-get install python3-venv)' >&2; exit 1; }
+	@"$(PYTHON)" -m venv --clear .venv
+	@printf '%s\n' "$(CURDIR)" >.venv/.made-in
+	@printf '%s\n' "$(PYTHON)" >.venv/.made-with
+	@touch $@
+
+.venv/.stamp-package: pyproject.toml .venv/.stamp-venv
+	@echo 'Installing the package into .venv'
+	@$(pip) install -e .
+	@touch $@
+
+.venv/.stamp-dev: .venv/.stamp-package
+	@echo 'Installing the tools for tests and checks into .venv'
+	@$(pip) install -e '.[dev]'
+	@touch $@
+
+.venv/.stamp-ngspice: scripts/get_ngspice.py .venv/.stamp-venv
+	@$(bin)/python scripts/get_ngspice.py
+	@touch $@

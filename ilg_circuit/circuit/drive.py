@@ -1,0 +1,213 @@
+"""Drives: the voltage over time that a source puts on the strip. Step, square, sine, ramp, or a measured waveform."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..units import format_quantity, parse
+
+if TYPE_CHECKING:
+    from typing import Self
+
+Array = NDArray[np.float64]
+
+DRIVE_FORMS = "step:4V, square:4V,30s[,duty], square:-4V..4V,30s, sine:2V,0.1Hz, ramp:1V/s, file:drive.csv"
+
+#: Rise time [s] of a jump in a netlist handed out; plain SPICE engines need one.
+NETLIST_RISE = 1e-6
+
+
+class Drive(Protocol):
+    """A voltage over time from t = 0 on. A sample on a jump is the right limit."""
+
+    @property
+    def text(self) -> str:
+        """The drive in a few words, with units."""
+
+    def value(self, t: ArrayLike) -> Array:
+        """Voltage [V] at times ``t`` [s] >= 0."""
+
+    def breakpoints(self, duration: float) -> Array:
+        """Times in (0, duration) at which value or slope jumps, ascending."""
+
+    def angular_frequency(self) -> float:
+        """Highest angular frequency [rad/s] of its smooth parts; 0 for straight lines."""
+
+    def spice(self, duration: float) -> str:
+        """Waveform of a SPICE voltage source over ``duration`` [s]: PWL(...) or SIN(...)."""
+
+    def expression(self, duration: float, rise: float) -> str:
+        """The same as an expression of ``time`` for a behavioural source, jumps taking ``rise`` [s] around their time."""
+
+
+@dataclass(frozen=True)
+class Sine:
+    """amplitude sin(2 pi f t) [V], f in Hz."""
+
+    amplitude: float
+    frequency: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.amplitude) and np.isfinite(self.frequency) and self.frequency > 0):
+            raise InputError(
+                f"sine of {self.amplitude:g} V, {self.frequency:g} Hz: the frequency must be more than zero"
+            )
+
+    @property
+    def text(self) -> str:
+        return f"sine {format_quantity(self.amplitude, 'V', 6)}, {format_quantity(self.frequency, 'Hz', 6)}"
+
+    def value(self, t: ArrayLike) -> Array:
+        return np.asarray(self.amplitude * np.sin(self.angular_frequency() * np.asarray(t, dtype=float)))
+
+    def breakpoints(self, duration: float) -> Array:
+        return np.empty(0)
+
+    def angular_frequency(self) -> float:
+        return 2 * np.pi * self.frequency
+
+    def spice(self, duration: float) -> str:
+        return f"SIN(0.0 {float(self.amplitude)!r} {float(self.frequency)!r})"
+
+    def expression(self, duration: float, rise: float) -> str:
+        return f"{float(self.amplitude)!r}*sin({float(self.angular_frequency())!r}*time)"
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewiseLinear:
+    """Straight lines through (times, values); a time that stands twice is a jump; held before and after.
+
+    ``times`` [s] do not decrease; ``values`` [V], same length. Raises InputError otherwise.
+    """
+
+    times: Array
+    values: Array
+    text: str = "waveform"
+
+    def __post_init__(self) -> None:
+        times, values = np.asarray(self.times, dtype=float), np.asarray(self.values, dtype=float)
+        if times.ndim != 1 or times.shape != values.shape or not len(times):
+            raise InputError("a waveform needs as many times as values, at least one")
+        if not (np.isfinite(times).all() and np.isfinite(values).all()):
+            raise InputError("a waveform must be finite numbers")
+        if (np.diff(times) < 0).any():
+            raise InputError("the times of a waveform must not decrease")
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "values", values)
+
+    @classmethod
+    def step(cls, voltage: float, at: float = 0.0) -> Self:
+        """0 V before ``at`` [s], ``voltage`` from then on."""
+        text = f"step {format_quantity(voltage, 'V', 6)}"
+        if at == 0:
+            return cls(np.array([0.0]), np.array([voltage]), text)
+        return cls(np.array([at, at]), np.array([0.0, voltage]), text)
+
+    @classmethod
+    def ramp(cls, rate: float, duration: float) -> Self:
+        """``rate`` [V/s] from 0 V for ``duration`` [s], then held."""
+        return cls(np.array([0.0, duration]), np.array([0.0, rate * duration]), f"ramp {rate:g} V/s")
+
+    @classmethod
+    def square(cls, low: float, high: float, period: float, duration: float, duty: float = 0.5) -> Self:
+        """``high`` for ``duty`` of each period, then ``low``, from t = 0; raises InputError for a duty not in (0, 1)."""
+        if not period > 0:
+            raise InputError(f"square wave: period {period:g} s must be more than zero")
+        if not 0 < duty < 1:
+            raise InputError(f"square wave: duty {duty:g} must lie between 0 and 1")
+        count = int(np.ceil(duration / period))
+        if count > 1_000_000:
+            raise InputError(f"square wave: {count} periods are more than 1000000; shorten the duration")
+        starts = np.arange(count) * period
+        edges = np.column_stack([starts, starts + duty * period]).ravel()
+        levels = np.tile([high, low], count)
+        times = np.repeat(edges, 2)[1:]
+        values = np.repeat(levels, 2)[:-1]
+        return cls(times, values, f"square {low:g} V..{high:g} V, {format_quantity(period, 's', 6)}, duty {duty:g}")
+
+    def value(self, t: ArrayLike) -> Array:
+        time = np.asarray(t, dtype=float)
+        after = np.searchsorted(self.times, time, side="right")
+        left, right = np.clip(after - 1, 0, None), np.clip(after, None, len(self.times) - 1)
+        span = self.times[right] - self.times[left]
+        fraction = np.where(span > 0, (time - self.times[left]) / np.where(span > 0, span, 1), 0.0)
+        return np.asarray(self.values[left] + np.clip(fraction, 0, 1) * (self.values[right] - self.values[left]))
+
+    def breakpoints(self, duration: float) -> Array:
+        return np.unique(self.times[(self.times > 0) & (self.times < duration)])
+
+    def angular_frequency(self) -> float:
+        return 0.0
+
+    def spice(self, duration: float) -> str:
+        times, values = self.widened(duration, NETLIST_RISE)
+        return "PWL(" + " ".join(f"{t!r} {v!r}" for t, v in zip(times.tolist(), values.tolist(), strict=True)) + ")"
+
+    def expression(self, duration: float, rise: float) -> str:
+        times, values = self.widened(duration, rise)
+        if len(times) == 1:  # pwl() wants two points
+            times, values = np.array([0.0, 2 * duration]), np.repeat(values, 2)
+        pairs = ", ".join(f"{t!r}, {v!r}" for t, v in zip(times.tolist(), values.tolist(), strict=True))
+        return f"pwl(time, {pairs})"
+
+    def widened(self, duration: float, rise: float) -> tuple[Array, Array]:
+        """Strictly ascending times and values from 0 to past ``duration``, each jump a ramp of ``rise`` [s] about it."""
+        inside = (self.times > 0) & (self.times < duration)
+        times = np.concatenate([[0.0], self.times[inside], [2 * duration]])
+        values = np.concatenate([self.value([0.0]), self.values[inside], [0.0]])
+        jump = np.flatnonzero(np.diff(times) == 0)
+        keep = np.ones(len(times), dtype=bool)
+        for k in jump:  # of several values at one time the first and the last count
+            keep[k] &= not (k and times[k - 1] == times[k])
+        times, values = times[keep], values[keep]
+        jump = np.flatnonzero(np.diff(times) == 0)
+        shifted = times.copy()
+        shifted[jump] -= rise / 2
+        shifted[jump + 1] += rise / 2
+        # the last point lies beyond the run, on the line that the run ends on
+        before = values[-2]
+        slope = self._slope_after(times[-2], duration)
+        values[-1] = before + slope * (shifted[-1] - shifted[-2])
+        return shifted, values
+
+    def _slope_after(self, t: float, duration: float) -> float:
+        start, end = self.value([t, duration])
+        later = self.times[self.times > t]
+        return float((end - start) / (duration - t)) if len(later) and duration > t else 0.0
+
+
+def parse_drive(text: str, duration: float) -> Drive:
+    """The drive that a text such as ``step:4V`` names, for a run of ``duration`` [s].
+
+    Raises InputError that says what was given and which forms there are.
+    """
+    kind, _, rest = text.partition(":")
+    parts = [part.strip() for part in rest.split(",")]
+    makers: dict[str, tuple[range, Callable[[list[str]], Drive]]] = {
+        "step": (range(1, 2), lambda p: PiecewiseLinear.step(parse(p[0], "V", "step"))),
+        "ramp": (range(1, 2), lambda p: PiecewiseLinear.ramp(parse(p[0], "V/s", "ramp"), duration)),
+        "sine": (range(2, 3), lambda p: Sine(parse(p[0], "V", "sine"), parse(p[1], "Hz", "sine"))),
+        "square": (range(2, 4), lambda p: _square(p, duration)),
+    }
+    if kind == "file" and rest:
+        from ..tables import read_waveform
+
+        times, values = read_waveform(Path(rest), "voltage")
+        return PiecewiseLinear(times, values, f"file {Path(rest).name}")
+    if kind not in makers or len(parts) not in makers[kind][0] or not all(parts):
+        raise InputError(f"drive '{text}' is not understood; write one of {DRIVE_FORMS}")
+    return makers[kind][1](parts)
+
+
+def _square(parts: list[str], duration: float) -> PiecewiseLinear:
+    low, separator, high = parts[0].partition("..")
+    levels = (parse(low, "V", "square"), parse(high, "V", "square")) if separator else (0.0, parse(low, "V", "square"))
+    duty = parse(parts[2], "", "square, duty") if len(parts) == 3 else 0.5
+    return PiecewiseLinear.square(*levels, parse(parts[1], "s", "square"), duration, duty)

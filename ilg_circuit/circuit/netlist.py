@@ -1,0 +1,195 @@
+"""The element list that every engine reads, and its writing as a PySpice `Circuit`.
+
+One source for all engines: ngspice gets the PySpice circuit, the exact solver stamps the same elements, so the two
+cannot drift apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InputError
+
+if TYPE_CHECKING:
+    from PySpice.Spice.Netlist import Circuit
+
+    from .drive import Drive
+
+GROUND = "0"
+
+#: kind -> (number of nodes, has an initial state, needs the name of a controlling source, must be positive)
+_KINDS = {
+    "R": (2, False, False, True),
+    "L": (2, True, False, True),
+    "C": (2, True, False, True),
+    "V": (2, False, False, False),
+    "I": (2, False, False, False),
+    "E": (4, False, False, False),
+    "G": (4, False, False, False),
+    "F": (2, False, True, False),
+    "H": (2, False, True, False),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """One SPICE element. The first letter of ``name`` is its kind: R, L, C, V, I, E, F, G or H.
+
+    ``nodes`` are plus and minus, for E and G followed by the controlling pair; ``control`` names the voltage source
+    whose current controls F and H; ``value`` is in ohm, henry, farad, volt, ampere or the source's gain. Capacitors
+    and inductors start from zero.
+    """
+
+    name: str
+    nodes: tuple[str, ...]
+    value: float
+    control: str = ""
+
+    @property
+    def kind(self) -> str:
+        return self.name[0].upper()
+
+
+@dataclass(frozen=True)
+class Output:
+    """A waveform of interest: a sum of circuit quantities ``v(node)`` or ``i(source or inductor)`` with coefficients."""
+
+    name: str
+    unit: str
+    terms: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class Netlist:
+    """Elements, the voltage source that the drive sets, and the outputs to report.
+
+    Raises InputError for duplicate names (SPICE is case-blind), wrong node counts, and values that ngspice would
+    take without a word: NaN, negative or zero R, L, C.
+    """
+
+    title: str
+    elements: tuple[Element, ...]
+    outputs: tuple[Output, ...]
+    drive: str = "Vdrive"
+    comments: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        seen: set[str] = set()
+        sources = {e.name.lower() for e in self.elements if e.kind == "V"}
+        for element in self.elements:
+            _check_element(element, sources)
+            if element.name.lower() in seen:
+                raise InputError(f"element {element.name} appears twice (SPICE does not tell upper from lower case)")
+            seen.add(element.name.lower())
+        if self.drive.lower() not in sources:
+            raise InputError(f"the netlist has no voltage source {self.drive} for the drive")
+
+    @cached_property
+    def topology(self) -> tuple[Any, ...]:
+        """What two netlists must share to be solved as copies of one another: everything but the values."""
+        return (
+            tuple((e.name, e.nodes, e.control) for e in self.elements),
+            tuple((o.name, tuple(q for q, _ in o.terms)) for o in self.outputs),
+            self.drive,
+        )
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        return tuple(e.value for e in self.elements)
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Circuit quantities that the outputs need, each once."""
+        return tuple(dict.fromkeys(q for output in self.outputs for q, _ in output.terms))
+
+    def to_pyspice(self, drive: Drive | None = None, duration: float = 1.0) -> Circuit:
+        """The PySpice `Circuit`; with a ``drive``, its source carries the PWL or SIN waveform over ``duration`` [s]."""
+        circuit = _empty_circuit(self.title)
+        waveform = "0.0" if drive is None else drive.spice(duration)
+        add_elements(circuit, (e for e in self.elements if e.name != self.drive))
+        source = next(e for e in self.elements if e.name == self.drive)
+        circuit.V(source.name[1:], *source.nodes, waveform)
+        return circuit
+
+
+def copies(netlists: Sequence[Netlist]) -> tuple[Circuit, list[dict[str, str]]]:
+    """One PySpice circuit with independent copies of netlists of one topology, all but their drive sources.
+
+    Every copy hangs on the drive node of the first; names and inner nodes get the suffix ``_k``. Also returns, per
+    copy, the ngspice vector of every quantity that its outputs need.
+    """
+    circuit = _empty_circuit(netlists[0].title)
+    vectors = []
+    for k, netlist in enumerate(netlists):
+        suffix = f"_{k}"
+        source = next(e for e in netlist.elements if e.name == netlist.drive)
+        plus, minus = source.nodes
+        rename = {n: n if n in (minus, GROUND) else n + suffix for e in netlist.elements for n in e.nodes}
+        # a source of 0 V between the copy and the common drive has the copy's current, with the sign of its own drive
+        circuit.V(source.name[1:] + suffix, rename[plus], plus, "0.0")
+        add_elements(
+            circuit,
+            (
+                Element(e.name + suffix, tuple(rename[n] for n in e.nodes), e.value, e.control and e.control + suffix)
+                for e in netlist.elements
+                if e is not source
+            ),
+        )
+        vectors.append({q: _vector(q, rename, suffix) for q in netlist.quantities})
+    return circuit, vectors
+
+
+def add_elements(circuit: Circuit, elements: Iterable[Element]) -> None:
+    """Add elements to a PySpice circuit. Values go in as ``repr`` text: PySpice's own units would write 1 F as femto."""
+    for element in elements:
+        value, name, nodes = repr(float(element.value)), element.name[1:], element.nodes
+        match element.kind:
+            case "R":
+                circuit.R(name, *nodes, value)
+            case "L":
+                circuit.L(name, *nodes, value, initial_condition=0.0)
+            case "C":
+                circuit.C(name, *nodes, value, initial_condition=0.0)
+            case "V":
+                circuit.V(name, *nodes, value)
+            case "I":
+                circuit.I(name, *nodes, value)
+            case "E":
+                circuit.VCVS(name, *nodes, voltage_gain=value)
+            case "G":
+                circuit.VCCS(name, *nodes, transconductance=value)
+            case "F":
+                circuit.CCCS(name, *nodes, element.control, current_gain=value)
+            case "H":
+                circuit.CCVS(name, *nodes, element.control, transresistance=value)
+
+
+def _empty_circuit(title: str) -> Circuit:
+    from PySpice.Spice.Netlist import Circuit
+
+    return Circuit(title)
+
+
+def _vector(quantity: str, rename: dict[str, str], suffix: str) -> str:
+    """ngspice's name of a quantity in a copy: ``v(node)`` -> ``node``, ``i(source)`` -> ``source#branch``."""
+    kind, inner = quantity[0], quantity[2:-1]
+    if kind == "v":
+        return rename[inner].lower()
+    return f"{inner}{suffix}#branch".lower()
+
+
+def _check_element(element: Element, sources: set[str]) -> None:
+    if element.kind not in _KINDS:
+        raise InputError(f"element {element.name}: kind {element.kind} is not one of {', '.join(_KINDS)}")
+    count, _, controlled, positive = _KINDS[element.kind]
+    if len(element.nodes) != count:
+        raise InputError(f"element {element.name} has {len(element.nodes)} nodes; kind {element.kind} takes {count}")
+    if controlled != bool(element.control) or (controlled and element.control.lower() not in sources):
+        raise InputError(f"element {element.name}: its controlling source '{element.control}' is not in the netlist")
+    if not math.isfinite(element.value) or (positive and element.value <= 0):
+        allowed = "positive and finite" if positive else "finite"
+        raise InputError(f"element {element.name} has value {element.value!r}; it must be {allowed}")

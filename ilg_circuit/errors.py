@@ -1,0 +1,23 @@
+"""The two ways in which a call can fail; the command line turns them into exit codes 2 and 1."""
+
+
+class IlgError(Exception):
+    """Base of every error that this package raises on purpose. The message is one line for the user."""
+
+    exit_code = 1
+
+
+class InputError(IlgError, ValueError):
+    """The input is wrong: the message says what was given, what is allowed and what to do."""
+
+    exit_code = 2
+
+
+class SolveError(IlgError, RuntimeError):
+    """A circuit could not be solved, or not to the accuracy asked for."""
+
+
+class MissingLibraryError(SolveError):
+    """The ngspice shared library was not found; the input of the user cannot be used without it."""
+
+    exit_code = 2

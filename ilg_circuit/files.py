@@ -1,0 +1,55 @@
+"""Writing files so that a reader never sees half of one: replaced whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from .errors import InputError
+
+
+def require_writable(path: Path) -> None:
+    """Refuse an output path before the work is done, not after: InputError says what is wrong with it."""
+    folder = path.parent
+    if path.is_dir():
+        raise InputError(f"cannot write '{path}': it is a folder; give a file name in it")
+    if not folder.is_dir():
+        raise InputError(f"cannot write '{path}': folder '{folder}' does not exist; create it or choose another")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"cannot write '{path}': folder '{folder}' is not writable; choose another")
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary path beside ``path`` that takes its place when the block ends well and vanishes when it does not."""
+    require_writable(path)
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+    except OSError as error:
+        raise InputError(f"cannot write '{path}': {error.strerror or error}") from None
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(0o666 & ~_umask())
+        temporary.replace(path)
+    except OSError as error:
+        raise InputError(f"cannot write '{path}': {error.strerror or error}") from None
+    finally:
+        with suppress(OSError):
+            temporary.unlink()
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write ``text`` as UTF-8 with ``\\n`` line ends, whole or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

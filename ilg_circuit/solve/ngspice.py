@@ -1,0 +1,172 @@
+"""ngspice in this process, through PySpice, hardened.
+
+What PySpice 1.5 leaves to its callers: it takes harmless notes on stderr for errors, so a run is judged by its result;
+it keeps every circuit and plot, so both are removed; after a failed run it would read the plot of the run before, so
+old plots go first and the new one's name, length and last time are checked.
+
+The time points are ours: ngspice asks before every step (GetSyncData of its shared library), and gets the next point
+of a given grid. So the trapezoidal rule works on a grid chosen for the circuit, and no tolerance of ngspice decides
+about the accuracy; see `ilg_circuit.solve.transient`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import tempfile
+import threading
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SolveError
+from .library import prepare_library
+
+Array = NDArray[np.float64]
+
+#: Truncation control is off: the grid decides. A linear circuit is solved in one Newton step, so its tolerances only
+#: have to be wide enough for rounding.
+_OPTIONS = {"method": "trap", "trtol": "1e12", "reltol": "1e-3", "abstol": "1e-6", "vntol": "1e-3", "chgtol": "1e-14"}
+
+_lock = threading.RLock()
+
+
+class Session:
+    """The one ngspice of this process. Use `session()`; it is safe across threads, not across a fork."""
+
+    def __init__(self) -> None:
+        self.library = prepare_library()
+        logging.getLogger("PySpice").addHandler(logging.NullHandler())
+        from PySpice.Spice.NgSpice import Shared
+
+        self._ffi = Shared.ffi
+        with _clean_start():
+            try:
+                self._shared = _quiet_class(Shared.NgSpiceShared)()
+            except OSError as error:
+                raise SolveError(f"cannot load {self.library}: {error}") from None
+        self._lib = self._shared._ngspice_shared
+        self._process = os.getpid()
+        self._grid: list[float] = []
+        self._position = 0
+        self._tiny = 0.0
+        self._complaints: list[str] = []
+        self._sync = self._ffi.callback("int(double, double *, double, int, int, int, void *)", self._next_step)
+        null = self._ffi.NULL
+        identity = self._shared._ngspice_id
+        if self._lib.ngSpice_Init_Sync(null, null, self._sync, identity, self._shared._self_c):
+            raise SolveError("ngspice refused the time step callback; its version is too old (36 or later is needed)")
+
+    @property
+    def version(self) -> str:
+        return str(self._shared.ngspice_version)
+
+    def transient(self, circuit: str, grid: Array, vectors: list[str]) -> Array:
+        """Run a circuit's text over ``grid`` [s] (ascending, from 0) and return ``vectors`` at all points after 0.
+
+        Shape (vectors, points). Initial conditions are those of the elements. Raises SolveError when ngspice rejects
+        the circuit, stops early, or leaves the grid.
+        """
+        if os.getpid() != self._process:
+            raise SolveError("ngspice was loaded before this process was forked; start workers with spawn or loky")
+        end = float(grid[-1])
+        with _lock:
+            self._command("destroy all")
+            self._load(f"{circuit}\n.save {' '.join(vectors)}\n.tran {end!r} {end!r} 0 {end!r} uic\n.end\n")
+            try:
+                self._grid, self._position, self._tiny = grid[1:].tolist(), 0, 1e-15 * end
+                self._command("run")
+                return self._read(vectors, grid)
+            finally:
+                self._command("destroy all")
+                self._command("remcirc")
+                self._lib.ngSpice_Command(self._ffi.NULL)  # ngspice keeps every command until told to forget them
+
+    def _next_step(self, time: float, delta: Any, _old: float, redo: int, _id: int, where: int, _data: Any) -> int:
+        """ngspice's question before (where = 0) and after each step. Returns 1 to have the step done again."""
+        if where or redo:  # a step that did not converge is repeated with ngspice's own shorter one
+            return redo
+        ahead = self._grid[self._position] - time
+        if ahead <= self._tiny and self._position < len(self._grid) - 1:
+            self._position += 1
+            ahead = self._grid[self._position] - time
+        delta[0] = max(ahead, self._tiny)
+        return 0
+
+    def _load(self, text: str) -> None:
+        options = "".join(f".options {key}={value}\n" for key, value in _OPTIONS.items())
+        title, _, body = text.partition("\n")
+        lines = [self._ffi.new("char[]", line.encode()) for line in f"{title}\n{options}{body}".splitlines() if line]
+        self._shared.clear_output()
+        if self._lib.ngSpice_Circ(self._ffi.new("char *[]", [*lines, self._ffi.NULL])):
+            raise SolveError(f"ngspice did not accept the circuit: {self._complaint()}")
+        self._complaints = [*self._shared._stderr, *self._shared._stdout]
+
+    def _command(self, command: str) -> None:
+        self._shared.exec_command(command)
+
+    def _complaint(self) -> str:
+        """ngspice's own words about what went wrong, in one line."""
+        lines = [*self._complaints, *self._shared._stderr, *self._shared._stdout]
+        telling = [line.strip() for line in lines if "error" in line.lower() or "singular" in line.lower()]
+        return "; ".join(telling[:3]) or "it gave no reason"
+
+    def _read(self, vectors: list[str], grid: Array) -> Array:
+        plot = self._ffi.string(self._lib.ngSpice_CurPlot()).decode()
+        if not plot.startswith("tran"):
+            raise SolveError(f"ngspice did not run the transient: {self._complaint()}")
+        time = self._vector(f"{plot}.time")
+        if not len(time) or time[-1] < grid[-1] * (1 - 1e-12):
+            reached = time[-1] if len(time) else 0.0
+            raise SolveError(f"ngspice stopped at {reached:g} s of {grid[-1]:g} s: {self._complaint()}")
+        # the grid's points among all: a version may store the start, a repeated step adds points of its own
+        at = np.searchsorted(time, grid[1:] * (1 - 1e-12))
+        if not np.allclose(time[at], grid[1:], rtol=1e-11, atol=0):
+            raise SolveError("ngspice left the time grid it was given; please report its version")
+        return np.array([self._vector(f"{plot}.{name}")[at] for name in vectors])
+
+    def _vector(self, name: str) -> Array:
+        info = self._lib.ngGet_Vec_Info(name.encode())
+        if info == self._ffi.NULL or info.v_realdata == self._ffi.NULL:
+            raise SolveError(f"ngspice returned no vector {name.partition('.')[2]}: {self._complaint()}")
+        return np.frombuffer(self._ffi.buffer(info.v_realdata, 8 * info.v_length), dtype=np.float64).copy()
+
+
+@lru_cache(maxsize=1)
+def session() -> Session:
+    """The process's ngspice, loaded at the first call. Raises MissingLibraryError when there is none."""
+    with _lock:
+        return Session()
+
+
+def _quiet_class(base: Any) -> Any:
+    """PySpice's interface, with messages collected and never judged."""
+    from PySpice.Spice.NgSpice.Shared import ffi
+
+    class QuietShared(base):  # type: ignore[misc]
+        @staticmethod
+        def _send_char(message: Any, _ngspice_id: int, user_data: Any) -> int:
+            self = ffi.from_handle(user_data)
+            stream, _, content = ffi.string(message).decode(errors="replace").partition(" ")
+            (self._stderr if stream == "stderr" else self._stdout).append(content)
+            return 0
+
+    return QuietShared
+
+
+@contextlib.contextmanager
+def _clean_start() -> Any:
+    """An empty working and home directory while ngspice starts: a `.spiceinit` there would run as commands."""
+    home = os.environ.get("HOME")
+    with tempfile.TemporaryDirectory() as empty, contextlib.chdir(empty):
+        os.environ["HOME"] = empty
+        try:
+            yield
+        finally:
+            if home is None:
+                del os.environ["HOME"]
+            else:
+                os.environ["HOME"] = home

@@ -1,0 +1,172 @@
+"""Linear netlist -> state space, for one netlist or many of one topology at once.
+
+The classical state-variable method: with every capacitor replaced by a voltage source and every inductor by a current
+source the circuit is resistive, and one modified nodal analysis (MNA) gives all voltages and currents as a linear
+function of the states and the drive. Capacitor currents and inductor voltages then are the states' rates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..circuit.netlist import GROUND, Netlist
+from ..errors import InputError, SolveError
+
+Array = NDArray[np.float64]
+
+_BRANCH_KINDS = frozenset("VEHC")  # kinds that carry a current unknown; a capacitor is a source of its own state
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """x' = A x + B u, y = C x + D u for ``n`` netlists; u is (drive, 1), the 1 feeding constant sources.
+
+    Shapes: a (n, s, s), b (n, s, 2), c (n, o, s), d (n, o, 2).
+    """
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+    output_names: tuple[str, ...]
+
+    def poles(self) -> NDArray[np.complex128]:
+        """Eigenvalues of A [1/s], shape (n, s)."""
+        return np.asarray(np.linalg.eigvals(self.a), dtype=complex)
+
+
+def state_space(netlists: Sequence[Netlist]) -> StateSpace:
+    """Stamp netlists of one topology.
+
+    Raises InputError when the topologies differ, SolveError when a circuit has no state space of this kind: a loop of
+    capacitors and voltage sources, a cut set of inductors and current sources, or a node that hangs in the air.
+    """
+    first = netlists[0]
+    if any(netlist.topology != first.topology for netlist in netlists):
+        raise InputError("netlists solved together must share one topology")
+    stamp = _Stamp(first)
+    values = np.array([netlist.values for netlist in netlists])
+    matrix, right = stamp.fill(values)
+    try:
+        solution = np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        solution = np.full_like(right, np.nan)
+    if not np.isfinite(solution).all():
+        raise SolveError(
+            f"the exact engine cannot solve '{first.title}': a loop of capacitors and sources, a cut of inductors, or "
+            "an unconnected node; use the ngspice engine"
+        )
+    rates = stamp.rates(solution, values)
+    outputs = stamp.outputs(solution, netlists)
+    s = stamp.states
+    return StateSpace(
+        rates[..., :s], rates[..., s:], outputs[..., :s], outputs[..., s:], tuple(o.name for o in first.outputs)
+    )
+
+
+class _Stamp:
+    """Index maps of one topology; everything that depends on values is vectorised over the leading axis."""
+
+    def __init__(self, netlist: Netlist) -> None:
+        self.elements = netlist.elements
+        self.drive = netlist.drive.lower()
+        nodes = dict.fromkeys(n for e in netlist.elements for n in e.nodes if n != GROUND)
+        self.node = {name: k for k, name in enumerate(nodes)}
+        branches = [e for e in netlist.elements if e.kind in _BRANCH_KINDS]
+        self.branch = {e.name.lower(): len(self.node) + k for k, e in enumerate(branches)}
+        dynamic = [k for k, e in enumerate(netlist.elements) if e.kind in "CL"]
+        self.state = {netlist.elements[k].name.lower(): i for i, k in enumerate(dynamic)}
+        self.dynamic = dynamic
+        self.states = len(dynamic)
+        self.size = len(self.node) + len(self.branch)
+
+    def fill(self, values: Array) -> tuple[Array, Array]:
+        """MNA matrix (n, size, size) and right-hand sides (n, size, states + 2)."""
+        matrix = np.zeros((len(values), self.size, self.size))
+        right = np.zeros((len(values), self.size, self.states + 2))
+        for k, element in enumerate(self.elements):
+            value, nodes = values[:, k], [self.node.get(n) for n in element.nodes]
+            plus, minus = nodes[:2]
+            name = element.name.lower()
+            match element.kind:
+                case "R":
+                    _transconductance(matrix, nodes + nodes, 1 / value)
+                case "G":
+                    _transconductance(matrix, nodes, value)
+                case "I":
+                    _add(right, plus, self.states + 1, -value)
+                    _add(right, minus, self.states + 1, value)
+                case "L":
+                    _add(right, plus, self.state[name], -1.0)
+                    _add(right, minus, self.state[name], 1.0)
+                case "F":
+                    _add(matrix, plus, self.branch[element.control.lower()], value)
+                    _add(matrix, minus, self.branch[element.control.lower()], -value)
+                case _:
+                    row = self.branch[name]
+                    for node, sign in ((plus, 1.0), (minus, -1.0)):
+                        _add(matrix, node, row, sign)
+                        _add(matrix, row, node, sign)
+                    if element.kind == "C":
+                        right[:, row, self.state[name]] = 1.0
+                    elif element.kind == "V" and name == self.drive:
+                        right[:, row, self.states] = 1.0
+                    elif element.kind == "V":
+                        right[:, row, self.states + 1] = value
+                    elif element.kind == "E":
+                        _add(matrix, row, nodes[2], -value)
+                        _add(matrix, row, nodes[3], value)
+                    else:  # H
+                        _add(matrix, row, self.branch[element.control.lower()], -value)
+        return matrix, right
+
+    def rates(self, solution: Array, values: Array) -> Array:
+        """Rows of [A B]: i_C/C and v_L/L."""
+        rows = []
+        for k in self.dynamic:
+            element = self.elements[k]
+            if element.kind == "C":
+                driving = solution[:, self.branch[element.name.lower()]]
+            else:
+                driving = self._voltage(solution, element.nodes[0]) - self._voltage(solution, element.nodes[1])
+            rows.append(driving / values[:, k, None])
+        return np.stack(rows, axis=1) if rows else np.zeros((len(values), 0, solution.shape[2]))
+
+    def outputs(self, solution: Array, netlists: Sequence[Netlist]) -> Array:
+        """Rows of [C D], one an output."""
+        quantities = {q: self._quantity(solution, q) for q in netlists[0].quantities}
+        rows = []
+        for k, output in enumerate(netlists[0].outputs):
+            coefficients = np.array([[c for _, c in n.outputs[k].terms] for n in netlists])
+            rows.append(sum(coefficients[:, j, None] * quantities[q] for j, (q, _) in enumerate(output.terms)))
+        return np.stack(rows, axis=1)
+
+    def _voltage(self, solution: Array, node: str) -> Array:
+        return solution[:, self.node[node]] if node != GROUND else np.zeros_like(solution[:, 0])
+
+    def _quantity(self, solution: Array, quantity: str) -> Array:
+        kind, name = quantity[0], quantity[2:-1]
+        if kind == "v":
+            return self._voltage(solution, name)
+        if name.lower() in self.branch:
+            return solution[:, self.branch[name.lower()]]
+        current = np.zeros_like(solution[:, 0])  # an inductor's current is a state
+        current[:, self.state[name.lower()]] = 1.0
+        return current
+
+
+def _add(target: Array, row: int | None, column: int | None, value: Array | float) -> None:
+    if row is not None and column is not None:
+        target[:, row, column] += value
+
+
+def _transconductance(matrix: Array, nodes: list[int | None], value: Array) -> None:
+    """Current value (v_c+ - v_c-) from plus to minus; a resistor controls itself."""
+    plus, minus, control_plus, control_minus = nodes
+    for row, sign in ((plus, 1.0), (minus, -1.0)):
+        _add(matrix, row, control_plus, sign * value)
+        _add(matrix, row, control_minus, -sign * value)

@@ -1,0 +1,254 @@
+"""Transients to a stated accuracy: many netlists at once, by ngspice or exactly.
+
+ngspice integrates by the trapezoidal rule on a grid designed from the circuit's poles (`ilg_circuit.solve.grid`), then
+again with every step split in two, three and more. Because each of these grids is an even subdivision of the first,
+the error at its nodes is a series in even powers of the step, and Richardson extrapolation removes one term a run. Runs
+are added, and then the grid is refined, until the last two extrapolations agree to the accuracy asked for; their
+difference bounds the error of the weaker one, and is the stated error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..circuit.drive import Drive
+from ..circuit.netlist import Netlist, copies
+from ..errors import InputError, SolveError
+from .grid import Grid, design_grid, rise_time
+from .state_space import StateSpace, state_space
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+#: Accuracy a caller gets who asks for none: error relative to each waveform's largest value.
+DEFAULT_ACCURACY = 1e-7
+
+_MOST_RUNS = 4
+_MOST_REFINEMENTS = 3
+_LARGEST_BATCH = 100
+#: Copies in one netlist share one grid; their fastest modes may differ by this factor.
+_SPREAD = 3.0
+#: Nodes of the interpolation used and of the weaker one that it is compared with.
+_INTERPOLATION_NODES = (8, 6)
+
+
+@dataclass(frozen=True)
+class Waveforms:
+    """Outputs of ``n`` netlists at the same times.
+
+    ``times`` [s] (t,); ``values`` (n, outputs, t) in the outputs' units; ``errors`` (n, outputs): estimated error
+    relative to the waveform's largest value (0 for the exact engine); ``engine`` says what solved it.
+    """
+
+    times: Array
+    values: Array
+    errors: Array
+    names: tuple[str, ...]
+    engine: str
+
+    def output(self, name: str, copy: int = 0) -> Array:
+        """One waveform (t,)."""
+        return np.asarray(self.values[copy, self.names.index(name)])
+
+
+def transient(
+    netlists: Netlist | Sequence[Netlist],
+    drive: Drive,
+    times: ArrayLike,
+    *,
+    engine: str = "ngspice",
+    accuracy: float = DEFAULT_ACCURACY,
+    interpolate: bool = True,
+    progress: Progress | None = None,
+) -> Waveforms:
+    """Solve netlists of one topology under ``drive`` from rest, and sample their outputs at ``times`` [s].
+
+    ``accuracy`` is the error allowed, relative to each waveform's largest value (1e-11 to 1e-2). A sample at t = 0 or on
+    an edge of the drive is the right limit. ``interpolate=False`` makes every sample a point of the solve.
+    ``progress(done, total)`` is called after each piece of work. Raises InputError for times that are not ascending
+    and >= 0, SolveError when the accuracy is not reached.
+    """
+    nets = [netlists] if isinstance(netlists, Netlist) else list(netlists)
+    samples = np.asarray(times, dtype=float)
+    if not nets or samples.ndim != 1 or not len(samples):
+        raise InputError("a transient needs at least one netlist and one time")
+    if samples[0] < 0 or not np.isfinite(samples).all() or (np.diff(samples) <= 0).any():
+        raise InputError("the times of a transient must be finite, ascending and not negative")
+    if not 1e-11 <= accuracy <= 1e-2:
+        raise InputError(f"accuracy {accuracy:g} must lie between 1e-11 and 1e-2")
+    system = state_space(nets)
+    if engine == "exact":
+        from .exact import exact_outputs
+
+        values = exact_outputs(system, drive, samples)
+        return Waveforms(samples, values, np.zeros(values.shape[:2]), system.output_names, "exact")
+    if engine != "ngspice":
+        raise InputError(f"engine is '{engine}'; choose ngspice or exact")
+    if samples[-1] == 0:
+        # only the start is asked for: one point later there is something to solve
+        longer = transient(nets, drive, [0.0, 1e-6 / _fastest(system).max()], engine=engine, accuracy=accuracy)
+        return Waveforms(samples, longer.values[:, :, :1], longer.errors, longer.names, longer.engine)
+    return _by_ngspice(nets, system, drive, samples, accuracy, interpolate, progress)
+
+
+def _by_ngspice(
+    nets: list[Netlist],
+    system: StateSpace,
+    drive: Drive,
+    samples: Array,
+    accuracy: float,
+    interpolate: bool,
+    progress: Progress | None,
+) -> Waveforms:
+    values = np.empty((len(nets), len(system.output_names), len(samples)))
+    errors = np.empty(values.shape[:2])
+    poles = system.poles()
+    done = 0
+    for batch in _batches(_fastest(system)):
+        members = [nets[k] for k in batch]
+        values[batch], errors[batch] = _solve_batch(
+            members, poles[batch].ravel(), drive, samples, accuracy, interpolate
+        )
+        done += len(batch)
+        if progress:
+            progress(done, len(nets))
+    return Waveforms(samples, values, errors, system.output_names, "ngspice")
+
+
+def _fastest(system: StateSpace) -> Array:
+    return np.abs(system.poles()).max(axis=1, initial=1e-300)
+
+
+def _batches(fastest: Array) -> list[NDArray[np.intp]]:
+    """Group netlists of similar time constants: one fast member would slow all others."""
+    order = np.argsort(fastest, kind="stable")
+    batches, start = [], 0
+    for k in range(1, len(order) + 1):
+        full = k - start == _LARGEST_BATCH
+        if k == len(order) or full or fastest[order[k]] > _SPREAD * fastest[order[start]]:
+            batches.append(order[start:k])
+            start = k
+    return batches
+
+
+def _solve_batch(
+    nets: list[Netlist],
+    poles: NDArray[np.complex128],
+    drive: Drive,
+    samples: Array,
+    accuracy: float,
+    interpolate: bool,
+) -> tuple[Array, Array]:
+    """Values (n, outputs, t) and errors (n, outputs) of one batch on one shared grid, refined until accurate."""
+    end = float(samples[-1])
+    rise = rise_time(poles, end)
+    circuit, vectors = copies(nets)
+    source = next(e for e in nets[0].elements if e.name == nets[0].drive)
+    circuit.BehavioralSource("drive_waveform", *source.nodes, v=drive.expression(end, rise))
+    text = str(circuit)
+    names = list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
+    theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
+    between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes than the rule
+    for _ in range(_MOST_REFINEMENTS):
+        fineness = between_nodes if interpolate else theta
+        grid = design_grid(poles, drive, samples, rise, fineness, interpolate=interpolate)
+        at_nodes, errors = _extrapolate(text, names, nets, vectors, grid, accuracy)
+        values, doubt = _sample(grid, at_nodes)
+        errors = np.maximum(errors, doubt)
+        if errors.max(initial=0.0) <= accuracy:
+            return values, errors
+        # the remedy for interpolation is to make every sample a node, for the steps to make them shorter
+        if doubt.max(initial=0.0) > accuracy:
+            interpolate = False
+        else:
+            theta, between_nodes = theta / 2, between_nodes / 2
+    raise SolveError(
+        f"ngspice reached an error of {errors.max():.1e} of the maximum, not the {accuracy:.1e} asked for; "
+        "ask for less accuracy or use the exact engine"
+    )
+
+
+def _extrapolate(
+    text: str, names: list[str], nets: list[Netlist], vectors: list[dict[str, str]], grid: Grid, accuracy: float
+) -> tuple[Array, Array]:
+    """Outputs at the grid's nodes after 0, and their estimated relative errors, by Richardson extrapolation."""
+    from .ngspice import session
+
+    ngspice = session()
+    row = {name: k for k, name in enumerate(names)}
+    columns: list[Array] = []  # Neville's scheme: columns[j] has been extrapolated j times
+    for parts in range(1, _MOST_RUNS + 1):
+        raw = ngspice.transient(text, grid.subdivided(parts), names)[:, parts - 1 :: parts]
+        values = _outputs(nets, vectors, row, raw)
+        previous = columns
+        columns = [values]
+        for j, older in enumerate(previous, 1):
+            ratio = (parts / (parts - j)) ** 2
+            columns.append(columns[-1] + (columns[-1] - older) / (ratio - 1))
+        if parts == 1:
+            continue
+        errors = _relative(columns[-1] - columns[-2], columns[-1])
+        if errors.max(initial=0.0) <= accuracy:
+            break
+    return columns[-1], errors
+
+
+def _outputs(nets: list[Netlist], vectors: list[dict[str, str]], row: dict[str, int], raw: Array) -> Array:
+    """Outputs (n, outputs, points) as sums of ngspice's vectors."""
+    result = np.zeros((len(nets), len(nets[0].outputs), raw.shape[1]))
+    for k, (netlist, of_copy) in enumerate(zip(nets, vectors, strict=True)):
+        for j, output in enumerate(netlist.outputs):
+            for quantity, coefficient in output.terms:
+                if coefficient:
+                    result[k, j] += coefficient * raw[row[of_copy[quantity]]]
+    return result
+
+
+def _relative(difference: Array, values: Array) -> Array:
+    """Largest difference over largest value, per waveform (last axis reduced); 0 where the waveform is zero."""
+    error, scale = np.abs(difference).max(axis=-1), np.abs(values).max(axis=-1)
+    return np.divide(error, scale, out=np.zeros_like(error), where=scale > 0)
+
+
+def _sample(grid: Grid, at_nodes: Array) -> tuple[Array, Array]:
+    """Values at the samples, and the relative error (n, outputs) of interpolation where samples are not nodes."""
+    result = np.empty((*at_nodes.shape[:2], len(grid.samples)))
+    doubt = np.zeros(at_nodes.shape[:2])
+    on_node = grid.index > 0
+    result[..., on_node] = at_nodes[..., grid.index[on_node] - 1]
+    between = np.flatnonzero(~on_node)
+    if not len(between):
+        return result, doubt
+    starts = grid.nodes[grid.segments[:, 0]]
+    piece = np.clip(np.searchsorted(starts, grid.samples[between], side="right") - 1, 0, len(starts) - 1)
+    for k in np.unique(piece):
+        first, last = grid.segments[k]
+        first = max(first, 1)  # the point t = 0 is the state before the drive; its right limit is one step on
+        where = between[piece == k]
+        nodes, values = grid.nodes[first : last + 1], at_nodes[..., first - 1 : last]
+        fine, coarse = (values @ _lagrange(nodes, grid.samples[where], width).T for width in _INTERPOLATION_NODES)
+        result[..., where] = fine
+        doubt = np.maximum(doubt, _relative(fine - coarse, at_nodes))
+    return result, doubt
+
+
+def _lagrange(nodes: Array, at: Array, width: int) -> Array:
+    """Weights (samples, nodes) of local polynomial interpolation through the ``width`` nearest nodes of a smooth piece.
+
+    Local, because a spline of this degree rings on grids whose steps grow as fast as these.
+    """
+    width = min(width, len(nodes))
+    left = np.clip(np.searchsorted(nodes, at) - width // 2, 0, len(nodes) - width)
+    window = left[:, None] + np.arange(width)
+    x = nodes[window]
+    difference = x[:, :, None] - x[:, None, :]
+    distance = np.broadcast_to(at[:, None, None] - x[:, None, :], difference.shape).copy()
+    diagonal = np.arange(width)
+    difference[:, diagonal, diagonal] = distance[:, diagonal, diagonal] = 1.0
+    weights = np.zeros((len(at), len(nodes)))
+    np.put_along_axis(weights, window, np.prod(distance / difference, axis=2), axis=1)
+    return weights

@@ -1,0 +1,99 @@
+"""Quantities with units at the boundary ("30 mm", "7.6 kPa"); inside the package everything is an SI float.
+
+Both directions are lossless: the number is scaled in decimal arithmetic, so that ``parse(format(x)) == x`` bit for bit.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from decimal import Decimal
+from fractions import Fraction
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*")
+
+#: SI prefixes used when a value is written; larger or smaller values are written without one.
+_PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "N", "s", "C", "J", "W", "Hz"})
+
+
+@lru_cache(maxsize=1)
+def _registry() -> UnitRegistry[Any]:
+    from pint import UnitRegistry
+
+    return UnitRegistry()
+
+
+@lru_cache(maxsize=512)
+def scale(unit: str, si_unit: str) -> Fraction:
+    """Exact factor that turns a number in ``unit`` into one in ``si_unit``.
+
+    Raises InputError when ``unit`` is unknown or is a unit of something else. Hertz and radians per second are
+    kept apart (pint holds them equal), because the silent factor 2 pi is the classic slip in this field.
+    """
+    import pint
+
+    registry = _registry()
+    if unit == "%" and not si_unit:
+        return Fraction(1, 100)
+    try:
+        given, wanted = registry.parse_units(unit), registry.parse_units(si_unit)
+        factor = registry.Quantity(1.0, given).to(wanted).magnitude if given != wanted else 1.0
+    except pint.DimensionalityError:
+        raise InputError(f"unit '{unit}' does not measure this quantity; use '{si_unit}' or a multiple of it") from None
+    except Exception:  # pint's parser leaks many exception types (tokenizer, attribute, value errors)
+        raise InputError(f"unknown unit '{unit}'; use '{si_unit}' or a multiple of it") from None
+    cycles = "hertz" in str(given)
+    if cycles != ("hertz" in str(wanted)) and "rad" in f"{si_unit} {given}":
+        raise InputError(f"unit '{unit}' is ambiguous by 2 pi here; use '{si_unit}'")
+    return Fraction(repr(float(factor)))
+
+
+def parse(text: str, si_unit: str, what: str = "quantity") -> float:
+    """SI value of a text such as ``"30 mm"``; ``si_unit`` names the dimension ("" for a pure number).
+
+    Raises InputError naming ``what`` when the text has no number, no unit, a unit of another dimension, or a value
+    that is not finite.
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        example = f"'30 {si_unit}'" if si_unit else "'0.3'"
+        raise InputError(f"{what}: '{text}' is not a number with a unit; write it like {example}")
+    number, unit = match.groups()
+    if si_unit and not unit:
+        raise InputError(f"{what}: '{text}' has no unit; write it like '{number} {si_unit}'")
+    if not unit:
+        value = float(number)
+    else:
+        try:
+            value = float(Fraction(number) * scale(unit, si_unit))
+        except InputError as error:
+            raise InputError(f"{what}: {error}") from None
+        except OverflowError:
+            value = math.inf
+    if not math.isfinite(value):
+        raise InputError(f"{what}: '{text}' is not a finite value")
+    return value
+
+
+def format_quantity(value: float, si_unit: str, digits: int | None = None) -> str:
+    """Text of an SI value with a fitting prefix; lossless when ``digits`` is None, else rounded to that many digits."""
+    value = float(value)
+    if not math.isfinite(value):
+        return f"{value} {si_unit}".strip()
+    exponent = 0
+    if si_unit in _PREFIXABLE and value:
+        exponent = 3 * math.floor(math.log10(abs(value)) / 3 + 1e-12)
+        exponent = exponent if exponent in _PREFIXES else 0
+    scaled = Decimal(repr(value)).scaleb(-exponent)
+    text = repr(float(scaled)) if Decimal(repr(float(scaled))) == scaled else format(scaled, "g")
+    if digits is not None:
+        text = f"{float(scaled):.{digits}g}"
+    return f"{text.removesuffix('.0')} {_PREFIXES.get(exponent, '')}{si_unit}".strip()

@@ -1,0 +1,159 @@
+"""Makes ngspice's shared library available to this Python and says in one line what it did.
+
+In this order: a library that is already there; Debian's package, as root or with a sudo that asks for no password; the
+same package unpacked into the virtual environment, which needs no rights; Homebrew.
+"""
+
+import ctypes
+import ctypes.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+PRIVATE = Path(sys.prefix) / "lib" / "ngspice"
+BY_HAND = (
+    "install it (Debian, Ubuntu: apt-get install libngspice0; Fedora: dnf install libngspice; Arch: pacman -S ngspice; "
+    "macOS: brew install libngspice), or let NGSPICE_LIBRARY_PATH name the file"
+)
+
+
+def main() -> int:
+    if found := find():
+        print(f"ngspice: found {found}")
+        return 0
+    problems = []
+    for get in (install_with_apt, unpack_with_apt, install_with_brew):
+        try:
+            done = get()
+        except (OSError, subprocess.CalledProcessError) as error:
+            problems.append(last_line(error))
+            continue
+        if done and (found := find()):
+            print(f"ngspice: {done}: {found}")
+            return 0
+    because = f" ({'; '.join(problems)})" if problems else ""
+    print(f"ngspice: no shared library found{because}: {BY_HAND}", file=sys.stderr)
+    return 1
+
+
+def find() -> str | None:
+    return next((library for library in candidates() if loads(library)), None)
+
+
+def candidates() -> Iterator[str]:
+    if named := os.environ.get("NGSPICE_LIBRARY_PATH"):
+        yield named
+    folders = [
+        PRIVATE,
+        *Path("/usr/lib").glob("*-linux-gnu*"),
+        *map(Path, ("/usr/lib64", "/usr/lib", "/usr/local/lib", "/opt/homebrew/lib")),
+    ]
+    if conda := os.environ.get("CONDA_PREFIX"):
+        folders.append(Path(conda) / "lib")
+    for folder in folders:
+        for pattern in ("libngspice.so*", "libngspice*.dylib"):
+            yield from map(str, sorted(folder.glob(pattern)))
+    if known := ctypes.util.find_library("ngspice"):
+        yield known
+    if shutil.which("brew"):
+        prefix = subprocess.run(["brew", "--prefix", "libngspice"], capture_output=True, text=True).stdout.strip()
+        yield str(Path(prefix) / "lib" / "libngspice.dylib")
+
+
+def loads(library: str) -> bool:
+    """Whether the library really loads: one for another processor, or without its dependencies, is no use."""
+    if Path(library).parent == PRIVATE:
+        preload([path for path in PRIVATE.iterdir() if not path.name.startswith("libngspice")])
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+def preload(libraries: list[Path]) -> None:
+    """Loads what ngspice needs, which the dynamic linker would not look for in a folder of ours."""
+    for _ in libraries:  # they may need each other: as many rounds as could ever help
+        missing = []
+        for library in libraries:
+            try:
+                ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
+            except OSError:
+                missing.append(library)
+        libraries = missing
+
+
+def install_with_apt() -> str | None:
+    if not shutil.which("apt-get"):
+        return None
+    if os.geteuid() == 0:
+        as_root = []
+    elif shutil.which("sudo") and subprocess.run(["sudo", "-n", "true"], capture_output=True).returncode == 0:
+        as_root = ["sudo", "-n"]
+    else:
+        return None
+    apt = [*as_root, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-o", "DPkg::Lock::Timeout=60"]
+    run(*apt, "update", check=False)  # one unreachable source need not stop the installation
+    run(*apt, "install", "-y", "--no-install-recommends", "libngspice0")
+    return "installed Debian's package libngspice0"
+
+
+def unpack_with_apt() -> str | None:
+    """Lets apt work in a folder of its own, as anybody may, and keeps the libraries that the system lacks."""
+    if not (shutil.which("apt-get") and shutil.which("dpkg-deb")):
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        room = Path(folder)
+        for name in ("state/lists/partial", "cache/archives/partial", "debs", "root", "kept"):
+            (room / name).mkdir(parents=True)
+        options = {
+            "Dir::State": room / "state",
+            "Dir::State::status": "/var/lib/dpkg/status",
+            "Dir::Cache": room / "cache",
+            "Acquire::Languages": "none",
+            "APT::Sandbox::User": "root",  # only root would change user, and that user cannot enter this folder
+        }
+        apt = ["apt-get", *(f"-o{name}={value}" for name, value in options.items())]
+        run(*apt, "update", check=False)
+        plan = run(*apt, "install", "--simulate", "--no-install-recommends", "libngspice0")
+        # A package with its old version in brackets is installed already.
+        missing = re.findall(r"^Inst (\S+) \(", plan, flags=re.MULTILINE)
+        run(*apt, "download", *missing, cwd=room / "debs")
+        for package in (room / "debs").iterdir():
+            run("dpkg-deb", "-x", str(package), str(room / "root"))
+        # One flat folder of nothing but libraries, links among them included: whatever lies in it can be loaded.
+        for path in (room / "root").rglob("lib*.so*"):
+            if re.fullmatch(r"lib.+\.so(\.\d+)*", path.name) and path.is_file():
+                shutil.copy2(path, room / "kept" / path.name, follow_symlinks=False)
+        shutil.rmtree(PRIVATE, ignore_errors=True)
+        shutil.copytree(room / "kept", PRIVATE, symlinks=True)
+    return f"unpacked Debian's {', '.join(missing)} without root"
+
+
+def install_with_brew() -> str | None:
+    if not shutil.which("brew"):
+        return None
+    run("brew", "install", "libngspice")
+    return "installed Homebrew's libngspice"
+
+
+def run(*command: str, check: bool = True, cwd: Path | None = None) -> str:
+    environment = os.environ | {"LC_ALL": "C"}  # the output is read
+    done = subprocess.run(
+        command, stdin=subprocess.DEVNULL, capture_output=True, text=True, cwd=cwd, env=environment, check=check
+    )
+    return done.stdout
+
+
+def last_line(error: Exception) -> str:
+    lines = str(getattr(error, "stderr", "") or error).strip().splitlines()
+    return lines[-1] if lines else type(error).__name__
+
+
+if __name__ == "__main__":
+    sys.exit(main())
