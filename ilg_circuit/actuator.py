@@ -33,7 +33,7 @@ def validate_quantities(record: Any) -> None:
         if value is None and item.default is None:
             continue
         name = f"{type(record).__name__.lower()}.{item.name}"
-        if isinstance(value, bool) or not isinstance(value, (int, float)) and not hasattr(value, "__float__"):
+        if isinstance(value, bool) or (not isinstance(value, (int, float)) and not hasattr(value, "__float__")):
             raise InputError(f"{name} is {value!r}; give a number in {item.metadata['unit'] or 'no unit'}")
         number = float(value)
         object.__setattr__(record, item.name, number)

@@ -77,8 +77,11 @@ def save_actuator(actuator: Actuator, path: str | Path, comment: str = "") -> No
 
 def _entries(record: Any) -> list[str]:
     entries = []
+    value: Any
     for item in fields(record):
         value = getattr(record, item.name)
+        if item.name == "further_branches":
+            continue
         if isinstance(value, str):
             entries.append(f"{item.name} = {_toml_string(value)}")
         elif isinstance(value, float):
@@ -106,7 +109,7 @@ def _record(kind: type, table: Any, where: str) -> Any:
     for item in known.values():
         if item.default is MISSING and item.default_factory is MISSING and item.name not in table:
             raise InputError(f"key '{where}.{item.name}' is missing; give it in {item.metadata['unit'] or 'no unit'}")
-    values = {}
+    values: dict[str, Any] = {}
     for key, value in table.items():
         name = f"{where}.{key}"
         if key == "further_branches":

@@ -51,9 +51,9 @@ def current_step(t: ArrayLike, a0: float, a1: float, rate: float) -> Array:
 
 
 def current_ramp(t: ArrayLike, a0: float, a1: float, rate: float) -> Array:
-    """Current under a ramp of one unit a second: the integral of `current_step`, a0 t + a1 (1 - exp(-lambda t))/lambda."""
+    """Current under a ramp of 1 V/s, the integral of `current_step`: a0 t + a1 (1 - exp(-lambda t))/lambda."""
     time = np.maximum(np.asarray(t, dtype=float), 0)
-    return a0 * time - a1 * np.expm1(-rate * time) / rate
+    return np.asarray(a0 * time - a1 * np.expm1(-rate * time) / rate)
 
 
 def current_sine(t: ArrayLike, a0: float, a1: float, rate: float, frequency: float) -> Array:
@@ -61,7 +61,7 @@ def current_sine(t: ArrayLike, a0: float, a1: float, rate: float, frequency: flo
     time = np.maximum(np.asarray(t, dtype=float), 0)
     s = 2j * np.pi * frequency
     response = a0 + a1 * s / (s + rate)
-    return np.imag(response * np.exp(s * time)) - response.imag * np.exp(-rate * time)
+    return np.asarray(np.imag(response * np.exp(s * time)) - response.imag * np.exp(-rate * time))
 
 
 # -- displacement of the free, massless strip, EC (31)-(34) ------------------------------------------------------------
@@ -90,7 +90,7 @@ def displacement_step(
     time = np.maximum(np.asarray(t, dtype=float), 0)
     static = bending_ratio * gain * zero / natural_frequency**2
     c, s = _modes(time, damping_ratio, natural_frequency)
-    return static * (1 - c - (damping_ratio * natural_frequency - natural_frequency**2 / zero) * s)
+    return np.asarray(static * (1 - c - (damping_ratio * natural_frequency - natural_frequency**2 / zero) * s))
 
 
 def displacement_ramp(
@@ -102,7 +102,7 @@ def displacement_ramp(
     sigma = damping_ratio * natural_frequency
     c, s = _modes(time, damping_ratio, natural_frequency)
     integral_s = (1 - c - sigma * s) / natural_frequency**2
-    return static * (time - s - (2 * sigma - natural_frequency**2 / zero) * integral_s)
+    return np.asarray(static * (time - s - (2 * sigma - natural_frequency**2 / zero) * integral_s))
 
 
 def displacement_sine(
@@ -121,7 +121,7 @@ def displacement_sine(
     response = bending_ratio * gain * (s + zero) / (s**2 + 2 * sigma * s + natural_frequency**2)
     c, decay = _modes(time, damping_ratio, natural_frequency)
     start, slope = -response.imag, -(response * s).imag
-    return np.imag(response * np.exp(s * time)) + start * c + (slope + sigma * start) * decay
+    return np.asarray(np.imag(response * np.exp(s * time)) + start * c + (slope + sigma * start) * decay)
 
 
 def steady_displacement(voltage: float, static_coupling: float, load_distance: float, thickness: float) -> float:

@@ -44,7 +44,7 @@ class Drive(Protocol):
         """Waveform of a SPICE voltage source over ``duration`` [s]: PWL(...) or SIN(...)."""
 
     def expression(self, duration: float, rise: float) -> str:
-        """The same as an expression of ``time`` for a behavioural source, jumps taking ``rise`` [s] around their time."""
+        """The same as an expression of ``time`` for a behavioural source; a jump takes ``rise`` [s] around its time."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class PiecewiseLinear:
 
     @classmethod
     def square(cls, low: float, high: float, period: float, duration: float, duty: float = 0.5) -> Self:
-        """``high`` for ``duty`` of each period, then ``low``, from t = 0; raises InputError for a duty not in (0, 1)."""
+        """``high`` for ``duty`` of each period, then ``low``, from t = 0. InputError for a duty not in (0, 1)."""
         if not period > 0:
             raise InputError(f"square wave: period {period:g} s must be more than zero")
         if not 0 < duty < 1:
@@ -158,7 +158,7 @@ class PiecewiseLinear:
         return f"pwl(time, {pairs})"
 
     def widened(self, duration: float, rise: float) -> tuple[Array, Array]:
-        """Strictly ascending times and values from 0 to past ``duration``, each jump a ramp of ``rise`` [s] about it."""
+        """Ascending times and values from 0 to past ``duration``, each jump a ramp of ``rise`` [s] about it."""
         inside = (self.times > 0) & (self.times < duration)
         times = np.concatenate([[0.0], self.times[inside], [2 * duration]])
         values = np.concatenate([self.value([0.0]), self.values[inside], [0.0]])

@@ -56,7 +56,7 @@ class Element:
 
 @dataclass(frozen=True)
 class Output:
-    """A waveform of interest: a sum of circuit quantities ``v(node)`` or ``i(source or inductor)`` with coefficients."""
+    """A waveform of interest: a sum of quantities ``v(node)`` or ``i(source or inductor)`` with coefficients."""
 
     name: str
     unit: str
@@ -144,7 +144,7 @@ def copies(netlists: Sequence[Netlist]) -> tuple[Circuit, list[dict[str, str]]]:
 
 
 def add_elements(circuit: Circuit, elements: Iterable[Element]) -> None:
-    """Add elements to a PySpice circuit. Values go in as ``repr`` text: PySpice's own units would write 1 F as femto."""
+    """Add elements to a PySpice circuit. Values go in as ``repr`` text: PySpice would write 1 F, which is femto."""
     for element in elements:
         value, name, nodes = repr(float(element.value)), element.name[1:], element.nodes
         match element.kind:

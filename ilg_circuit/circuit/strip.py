@@ -161,7 +161,7 @@ def _static(lumped: Elements, coupling: Coupling, tip: Tip) -> tuple[list[Elemen
     port = "port" if lumped.electrode_resistance else "drive"
     elements += _filter(coupling, port, GROUND, "d")
     free = _free_displacement(coupling, lumped.bending_ratio, "d")
-    still = {q: 0.0 for q in free}
+    still = dict.fromkeys(free, 0.0)
     force = {q: c * lumped.stiffness for q, c in free.items()}
     return elements, [
         *outputs,

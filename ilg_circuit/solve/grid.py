@@ -3,7 +3,7 @@
 After a jump of the drive every mode k of the circuit is excited and then dies out as exp(Re(p_k) t). A step h makes an
 error that goes with (|p_k| h)^q times what is left of the mode, so h may grow as the modes die:
 
-    h(t) = min over k of  theta/|p_k| exp(-Re(p_k) t/q)            and  theta/omega under a sine of angular frequency omega
+    h(t) = min over k of  theta/|p_k| exp(-Re(p_k) t/q)      and  theta/omega under a sine of frequency omega
 
 The rule's own errors are removed by Richardson extrapolation over equal subdivisions of this grid, which needs no
 more than that the grid's steps are split evenly.
@@ -151,7 +151,7 @@ def _launch(first: float, smallest: float) -> Array:
     if smallest >= first / 3:
         return np.empty(0)
     count = int(np.ceil(np.log2(first / smallest)))
-    return first * 2.0 ** np.arange(-count, 0)
+    return np.asarray(first * 2.0 ** np.arange(-count, 0), dtype=np.float64)
 
 
 def _merged(piece: Array, samples: Array, tolerance: float) -> Array:
@@ -163,4 +163,4 @@ def _merged(piece: Array, samples: Array, tolerance: float) -> Array:
     near[[0, -1]] = False
     kept = piece[~near]
     inside = samples[(samples > kept[0] + tolerance) & (samples < kept[-1] - tolerance)]
-    return np.union1d(kept, inside)
+    return np.asarray(np.union1d(kept, inside), dtype=float)

@@ -49,10 +49,10 @@ def state_space(netlists: Sequence[Netlist]) -> StateSpace:
     if any(netlist.topology != first.topology for netlist in netlists):
         raise InputError("netlists solved together must share one topology")
     stamp = _Stamp(first)
-    values = np.array([netlist.values for netlist in netlists])
+    values: Array = np.array([netlist.values for netlist in netlists], dtype=np.float64)
     matrix, right = stamp.fill(values)
     try:
-        solution = np.linalg.solve(matrix, right)
+        solution: Array = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
     except np.linalg.LinAlgError:
         solution = np.full_like(right, np.nan)
     if not np.isfinite(solution).all():

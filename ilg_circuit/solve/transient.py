@@ -67,8 +67,8 @@ def transient(
 ) -> Waveforms:
     """Solve netlists of one topology under ``drive`` from rest, and sample their outputs at ``times`` [s].
 
-    ``accuracy`` is the error allowed, relative to each waveform's largest value (1e-11 to 1e-2). A sample at t = 0 or on
-    an edge of the drive is the right limit. ``interpolate=False`` makes every sample a point of the solve.
+    ``accuracy`` is the error allowed, relative to each waveform's largest value (1e-11 to 1e-2). A sample at t = 0 or
+    on an edge of the drive is the right limit. ``interpolate=False`` makes every sample a point of the solve.
     ``progress(done, total)`` is called after each piece of work. Raises InputError for times that are not ascending
     and >= 0, SolveError when the accuracy is not reached.
     """
@@ -120,7 +120,7 @@ def _by_ngspice(
 
 
 def _fastest(system: StateSpace) -> Array:
-    return np.abs(system.poles()).max(axis=1, initial=1e-300)
+    return np.asarray(np.abs(system.poles()).max(axis=1, initial=1e-300))
 
 
 def _batches(fastest: Array) -> list[NDArray[np.intp]]:
@@ -155,7 +155,7 @@ def _solve_batch(
     between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes than the rule
     for _ in range(_MOST_REFINEMENTS):
         fineness = between_nodes if interpolate else theta
-        grid = design_grid(poles, drive, samples, rise, fineness, interpolate=interpolate)
+        grid = design_grid(poles, drive, samples, 1.1 * rise, fineness, interpolate=interpolate)
         at_nodes, errors = _extrapolate(text, names, nets, vectors, grid, accuracy)
         values, doubt = _sample(grid, at_nodes)
         errors = np.maximum(errors, doubt)
@@ -211,7 +211,7 @@ def _outputs(nets: list[Netlist], vectors: list[dict[str, str]], row: dict[str, 
 def _relative(difference: Array, values: Array) -> Array:
     """Largest difference over largest value, per waveform (last axis reduced); 0 where the waveform is zero."""
     error, scale = np.abs(difference).max(axis=-1), np.abs(values).max(axis=-1)
-    return np.divide(error, scale, out=np.zeros_like(error), where=scale > 0)
+    return np.asarray(np.divide(error, scale, out=np.zeros_like(error), where=scale > 0))
 
 
 def _sample(grid: Grid, at_nodes: Array) -> tuple[Array, Array]:

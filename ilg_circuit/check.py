@@ -1,0 +1,139 @@
+"""Three independent answers compared: ngspice, the exact solver, and the papers' closed forms where one exists."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import formulas
+from .circuit.drive import Drive, PiecewiseLinear, Sine
+from .circuit.strip import Load
+from .elements import Elements, lumped_elements
+from .errors import SolveError
+from .response import Response, simulate
+
+Array = NDArray[np.float64]
+
+#: Two answers that differ by more than this part of the maximum do not agree.
+AGREEMENT = 1e-5
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Largest difference of one quantity between two answers, relative to the reference's largest value."""
+
+    quantity: str
+    reference: str
+    value: float
+
+    @property
+    def agrees(self) -> bool:
+        return self.value <= AGREEMENT
+
+
+def check(response: Response, *, tip: str, beam: str, load: Load | None = None) -> list[Difference]:
+    """Compare a response with the exact engine (or ngspice, if it is the exact one's) and with the closed forms."""
+    other = "exact" if response.engine == "ngspice" else "ngspice"
+    again = simulate(response.actuator, response.drive, response.time, tip=tip, beam=beam, load=load, engine=other)
+    rows = [
+        Difference(name, f"{other} engine", _difference(getattr(response, name), getattr(again, name)))
+        for name in ("current", "charge", "displacement", "force", "energy")
+        if not np.isnan(getattr(response, name)).any()
+    ]
+    for name, values in closed_forms(response, tip=tip, beam=beam).items():
+        rows.append(Difference(name, "closed form", _difference(getattr(response, name), values)))
+    return rows
+
+
+def report(differences: list[Difference]) -> str:
+    """The table that `--check` prints."""
+    lines = [f"{'quantity':<14}{'compared with':<18}{'largest difference / maximum':>28}"]
+    lines += [f"{d.quantity:<14}{d.reference:<18}{d.value:>28.1e}" for d in differences]
+    if not any(d.reference == "closed form" and d.quantity == "displacement" for d in differences):
+        lines.append("(no closed form of the displacement for this case: it exists for --beam static, Re = 0)")
+    return "\n".join(lines)
+
+
+def require_agreement(differences: list[Difference]) -> None:
+    """Raise SolveError naming the worst disagreement, if there is one."""
+    worst = max(differences, key=lambda d: d.value)
+    if not worst.agrees:
+        raise SolveError(
+            f"check failed: {worst.quantity} differs from the {worst.reference} by {worst.value:.1e} of its maximum "
+            f"(allowed: {AGREEMENT:g})"
+        )
+
+
+def closed_forms(response: Response, *, tip: str, beam: str) -> dict[str, Array]:
+    """The papers' closed forms at the response's times, for those quantities that have one.
+
+    Current: one ionic branch, or several without electrode resistance, for a beam that reflects nothing (the dynamic
+    beam's reflected voltage is compared too: it must be negligible, EC (20), (21)). Displacement and clamped force: EC
+    (34), static beam, no electrode resistance, so that the port has the source's voltage.
+    """
+    lumped, drive, t = lumped_elements(response.actuator), response.drive, response.time
+    forms: dict[str, Array] = {}
+    if beam == "static" and (len(lumped.branches) == 1 or not lumped.electrode_resistance):
+        forms["current"] = _current(lumped, drive, t)
+    if beam == "static" and lumped.coupling is not None and not lumped.electrode_resistance:
+        free = _displacement(lumped, drive, t)
+        if tip == "free":
+            forms["displacement"] = free
+        else:
+            forms["force"] = free * lumped.stiffness
+    return forms
+
+
+def _current(lumped: Elements, drive: Drive, t: Array) -> Array:
+    parts = [
+        formulas.current_constants(lumped.dc_resistance, r, c, lumped.electrode_resistance) for r, c in lumped.branches
+    ]
+    # with several branches the electron path, in every part's a0, counts once
+    parts = [(a0 if k == 0 else 0.0, a1, rate) for k, (a0, a1, rate) in enumerate(parts)]
+
+    def total(kind: str, time: Array, *more: float) -> Array:
+        return np.asarray(sum(getattr(formulas, f"current_{kind}")(time, *part, *more) for part in parts))
+
+    return _superpose(drive, t, total)
+
+
+def _displacement(lumped: Elements, drive: Drive, t: Array) -> Array:
+    k = lumped.coupling
+    assert k is not None
+    constants = (k.gain, k.zero, k.damping_ratio, k.natural_frequency, lumped.bending_ratio)
+
+    def total(kind: str, time: Array, *more: float) -> Array:
+        return np.asarray(getattr(formulas, f"displacement_{kind}")(time, *constants, *more))
+
+    return _superpose(drive, t, total)
+
+
+def _superpose(drive: Drive, t: Array, response: object) -> Array:
+    """A piecewise linear drive as steps at its jumps and ramps at its bends; a sine as it is."""
+    assert callable(response)
+    if isinstance(drive, Sine):
+        return np.asarray(drive.amplitude * response("sine", t, drive.frequency))
+    assert isinstance(drive, PiecewiseLinear)
+    end = float(t[-1])
+    result = np.zeros(len(t))
+    times, values = drive.widened(end, 0.0)  # jumps keep their two points at one time
+    slopes = np.divide(np.diff(values), np.diff(times), out=np.zeros(len(times) - 1), where=np.diff(times) > 0)
+    steps = np.where(np.diff(times) == 0, np.diff(values), 0.0)
+    result += values[0] * response("step", t)
+    slope = 0.0
+    for k in range(len(times) - 1):
+        if steps[k]:
+            started = t >= times[k]
+            result[started] += steps[k] * response("step", t[started] - times[k])
+        elif slopes[k] != slope:
+            started = t >= times[k]
+            result[started] += (slopes[k] - slope) * response("ramp", t[started] - times[k])
+            slope = slopes[k]
+    return result
+
+
+def _difference(values: Array, reference: Array) -> float:
+    scale = np.abs(reference).max()
+    return float(np.abs(values - reference).max() / scale) if scale else float(np.abs(values).max())

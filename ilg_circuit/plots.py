@@ -1,0 +1,82 @@
+"""Plots of responses and fits. Every axis has a name and a unit; the drive runs beneath."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import InputError
+from .files import replacing, require_writable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from .response import Response
+
+Array = NDArray[np.float64]
+
+_PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"))
+BLUE, ORANGE, GREY = "#1f5fa8", "#d1601f", "#6b6b6b"
+
+
+def engineering(values: Array, unit: str) -> tuple[float, str]:
+    """Factor and unit that bring ``values`` [``unit``] to numbers of a readable size."""
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    if largest == 0:
+        return 1.0, unit
+    size, prefix = max((p for p in _PREFIXES if p[0] <= largest * 1.0001), default=_PREFIXES[0])
+    return 1 / size, f"{prefix}{unit}".replace("u", "\N{MICRO SIGN}", 1 if prefix == "u" else 0)
+
+
+def new_figure(rows: int, heights: list[float], width: float = 7.5) -> tuple[Figure, list[Axes]]:
+    """A figure that needs no display, with ``rows`` panels over one time axis."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, 1.0 + sum(heights)), dpi=150, layout="constrained")
+    panels: Any = figure.subplots(rows, 1, sharex=True, height_ratios=heights, squeeze=False)
+    axes = [panel for row in panels for panel in row]
+    for panel in axes:
+        panel.grid(alpha=0.25, linewidth=0.6)
+        panel.margins(x=0.01)
+        panel.spines[["top", "right"]].set_visible(False)
+    return figure, axes
+
+
+def require_picture(path: Path) -> None:
+    """Refuse a picture's path before the work is done: its folder, and a suffix that can be drawn."""
+    if path.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise InputError(f"cannot draw '{path}': end its name in .png, .pdf or .svg")
+    require_writable(path)
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write the picture, whole or not at all; the suffix (.png, .pdf, .svg) decides the format."""
+    target = Path(path)
+    require_picture(target)
+    with replacing(target) as temporary:
+        figure.savefig(temporary, format=target.suffix[1:].lower())
+
+
+def plot_response(response: Response, path: str | Path) -> None:
+    """Current, charge, displacement, force (where they move) and energy over time, the drive beneath."""
+    shown = [
+        (name, unit)
+        for name, unit in (("current", "A"), ("charge", "C"), ("displacement", "m"), ("force", "N"), ("energy", "J"))
+        if np.nanmax(np.abs(getattr(response, name)), initial=0.0) > 0
+    ]
+    figure, axes = new_figure(len(shown) + 1, [1.5] * len(shown) + [1.0])
+    for panel, (name, unit) in zip(axes, shown, strict=False):
+        values = getattr(response, name)
+        factor, label = engineering(values, unit)
+        panel.plot(response.time, factor * values, color=BLUE, linewidth=1.4)
+        panel.set_ylabel(f"{name} [{label}]")
+    axes[-1].plot(response.time, response.voltage, color=ORANGE, linewidth=1.4)
+    axes[-1].set_ylabel("voltage [V]")
+    axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    figure.suptitle(f"{response.netlist.title}: {response.drive.text}", fontsize=10)
+    save(figure, path)

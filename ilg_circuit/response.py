@@ -1,0 +1,163 @@
+"""A strip under a drive: waveforms -> current, charge, displacement, force, energy; as arrays, table and CSV."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .actuator import Actuator
+from .circuit.drive import Drive
+from .circuit.netlist import Netlist
+from .circuit.strip import Load, strip_netlist
+from .errors import InputError
+from .files import write_text
+from .solve.transient import Progress, transient
+from .units import format_quantity
+
+Array = NDArray[np.float64]
+
+#: name of the attribute -> (column of a CSV file, SI unit)
+COLUMNS = {
+    "time": ("time_s", "s"),
+    "voltage": ("voltage_V", "V"),
+    "current": ("current_A", "A"),
+    "displacement": ("displacement_m", "m"),
+    "force": ("force_N", "N"),
+    "charge": ("charge_C", "C"),
+    "energy": ("energy_J", "J"),
+}
+
+#: Accuracy of a simulation, relative to each waveform's maximum; tight, so that small samples are good as well.
+SIMULATION_ACCURACY = 1e-9
+
+# three-point Gauss-Legendre: nodes in (0, 1) and weights
+_GAUSS_NODES = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
+_GAUSS_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18
+
+
+@dataclass(frozen=True)
+class Response:
+    """Waveforms at ``time`` [s] (n,), each (n,), SI: ``voltage`` at the terminals, ``current`` into them, ``charge`` on
+    the ionic capacitors, ``displacement`` and ``force`` at L_F, positive towards the anode (NaN without a coupling),
+    ``energy`` delivered by the source since t = 0. ``error`` is the estimated error of the worst waveform relative to
+    its maximum.
+    """
+
+    actuator: Actuator
+    drive: Drive
+    netlist: Netlist
+    time: Array
+    voltage: Array
+    current: Array
+    displacement: Array
+    force: Array
+    charge: Array
+    energy: Array
+    error: float
+    engine: str
+
+    def write_csv(self, path: str | Path, *, energy: bool = False) -> None:
+        """Write the columns with full precision, blanks for NaN; ``energy`` adds a last column energy_J."""
+        names = [n for n in COLUMNS if energy or n != "energy"]
+        rows = [",".join(COLUMNS[n][0] for n in names)]
+        table = np.column_stack([getattr(self, n) for n in names]).tolist()
+        rows += [",".join("" if v != v else repr(v) for v in row) for row in table]
+        write_text(Path(path), "\n".join(rows) + "\n")
+
+    def summary(self) -> str:
+        """A small table: for each quantity its value at the end, its largest, and when."""
+        lines = [f"{'quantity':<14}{'at the end':>16}{'largest':>16}{'at':>12}"]
+        for name, (_, unit) in list(COLUMNS.items())[1:]:
+            values = getattr(self, name)
+            if np.isnan(values).all():
+                lines.append(f"{name:<14}{'not known':>16}   the actuator has no [coupling]")
+                continue
+            peak = int(np.argmax(np.abs(values)))
+            cells = [format_quantity(float(values[k]), unit, 5) for k in (-1, peak)]
+            lines.append(f"{name:<14}{cells[0]:>16}{cells[1]:>16}{format_quantity(float(self.time[peak]), 's', 4):>12}")
+        return "\n".join(lines)
+
+
+def sample_times(duration: float, *, samples: int | None = None, step: float | None = None) -> Array:
+    """Sample times from 0 to ``duration`` [s]: ``samples`` of them (default 601), or one every ``step`` [s].
+
+    Raises InputError for values that give no sensible grid (2 to 2000000 samples).
+    """
+    if not (np.isfinite(duration) and duration > 0):
+        raise InputError(f"duration {duration:g} s must be more than zero")
+    if step is not None:
+        if samples is not None:
+            raise InputError("give either a number of samples or a step, not both")
+        if not 0 < step <= duration:
+            raise InputError(f"step {step:g} s must be more than zero and at most the duration {duration:g} s")
+        if duration / step > 2_000_000:
+            raise InputError(f"step {step:g} s makes {duration / step:.3g} samples; at most 2000000 are possible")
+        count = int(np.floor(duration / step * (1 + 1e-12)))
+        times: Array = np.asarray(np.arange(count + 1) * step, dtype=np.float64)
+        return times if duration - times[-1] <= 1e-9 * step else np.append(times, duration)
+    samples = 601 if samples is None else samples
+    if not 2 <= samples <= 2_000_000:
+        raise InputError(f"{samples} samples: give 2 to 2000000")
+    return np.linspace(0.0, duration, samples)
+
+
+def simulate(
+    actuator: Actuator,
+    drive: Drive,
+    times: ArrayLike,
+    *,
+    tip: str = "free",
+    beam: str = "dynamic",
+    load: Load | None = None,
+    engine: str = "ngspice",
+    accuracy: float = SIMULATION_ACCURACY,
+    progress: Progress | None = None,
+) -> Response:
+    """The strip's response to ``drive`` from rest, sampled at ``times`` [s] (ascending, >= 0).
+
+    See `ilg_circuit.circuit.strip.strip_netlist` for ``tip``, ``beam`` and ``load``, and
+    `ilg_circuit.solve.transient.transient` for ``engine``, ``accuracy`` and the errors raised.
+    """
+    samples = np.asarray(times, dtype=float)
+    netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load)
+    grid, gauss, weights = _energy_grid(samples, drive)
+    waves = transient(netlist, drive, grid, engine=engine, accuracy=accuracy, interpolate=False, progress=progress)
+    at = np.searchsorted(grid, samples)
+    power = drive.value(grid[gauss]) * waves.output("current")[gauss]
+    steps = np.concatenate([[0.0], np.cumsum((power * weights).sum(axis=1))])
+    ends = np.union1d(samples, _interval_ends(samples, drive))
+    unknown = np.full(len(samples), np.nan)
+    mechanical = {n: waves.output(n)[at] if n in waves.names else unknown for n in ("displacement", "force")}
+    return Response(
+        actuator=actuator,
+        drive=drive,
+        netlist=netlist,
+        time=samples,
+        voltage=drive.value(samples),
+        current=waves.output("current")[at],
+        charge=waves.output("charge")[at],
+        energy=steps[np.searchsorted(ends, samples)],
+        error=float(waves.errors.max()),
+        engine=waves.engine,
+        **mechanical,
+    )
+
+
+def _interval_ends(samples: Array, drive: Drive) -> Array:
+    return np.union1d(np.concatenate([[0.0], drive.breakpoints(float(samples[-1]))]), samples)
+
+
+def _energy_grid(samples: Array, drive: Drive) -> tuple[Array, NDArray[np.intp], Array]:
+    """Solve times (samples and Gauss points between them), indices (intervals, 3) of the latter, and their weights.
+
+    The energy is the integral of u i; three Gauss points between any two samples or breakpoints make it as good as
+    the waveforms, where sums over the samples would not be.
+    """
+    ends = _interval_ends(samples, drive)
+    widths = np.diff(ends)[:, None]
+    points = ends[:-1, None] + widths * _GAUSS_NODES
+    grid = np.union1d(samples, points.ravel())
+    return grid, np.searchsorted(grid, points), widths * _GAUSS_WEIGHTS

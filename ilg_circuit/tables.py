@@ -1,0 +1,176 @@
+"""Measured tables: CSV files with a name and a unit in every column's header."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import InputError
+from .units import scale
+
+Array = NDArray[np.float64]
+
+#: quantity -> (SI unit, words that a column's name may end in before its unit)
+QUANTITIES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "time": ("s", ("time", "t", "t_nominal")),
+    "voltage": ("V", ("voltage", "potential", "u")),
+    "current": ("A", ("current", "i")),
+    "displacement": ("m", ("displacement", "deflection", "position")),
+    "force": ("N", ("force",)),
+    "charge": ("C", ("charge",)),
+}
+
+EXAMPLES = "time_s, voltage_V, current_mA, displacement_mm, force_N"
+
+_BRACKETED = re.compile(r"(.+?)\s*(?:\[(.+)\]|\((.+)\)|/\s*(\S+))")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of a measurement in SI units, NaN where a cell was blank; ``time`` ascends strictly.
+
+    ``ignored`` are the headers that were not understood and not needed.
+    """
+
+    columns: dict[str, Array]
+    source: str = "data"
+    ignored: tuple[str, ...] = field(default=())
+
+    @property
+    def time(self) -> Array:
+        return self.columns["time"]
+
+    def get(self, quantity: str) -> Array | None:
+        """A column [SI], or None where the file has none or nothing but blanks."""
+        column = self.columns.get(quantity)
+        return column if column is not None and np.isfinite(column).any() else None
+
+
+def read_table(path: str | Path, required: tuple[str, ...] = ("time",)) -> Table:
+    """Read a CSV file: comma, semicolon (then with decimal commas allowed) or tab; lines that start with # are skipped.
+
+    Raises InputError naming file, line and column for what cannot be read: a missing column or unit, text in a number,
+    times that repeat or decrease.
+    """
+    name = Path(path).name
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{name}: not a text file; export the measurement as CSV") from None
+    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    if not lines:
+        raise InputError(f"{name}: the file is empty; it needs a header row such as {EXAMPLES}")
+    if "\0" in text:
+        raise InputError(f"{name}: not a text file; export the measurement as CSV")
+    delimiter = max(",;\t", key=lines[0][1].count)
+    header = [cell.strip() for cell in next(csv.reader([lines[0][1]], delimiter=delimiter))]
+    used, factors, ignored = _understand(header, name)
+    for quantity in required:
+        if quantity not in used:
+            others = f"; not understood: {', '.join(repr(c) for c in ignored)}" if ignored else ""
+            raise InputError(f"{name}: no column for {quantity}{others}; columns are written like {EXAMPLES}")
+    body = lines[1:]
+    if not body:
+        raise InputError(f"{name}: there is a header but no row of numbers")
+    cells = _numbers(body, used, len(header), header, delimiter, name)
+    columns = {quantity: cells[:, k] * factors[quantity] for k, quantity in enumerate(used)}
+    _check_times(columns["time"], [number for number, _ in body], name)
+    return Table(columns, name, tuple(ignored))
+
+
+def read_waveform(path: Path, quantity: str) -> tuple[Array, Array]:
+    """Times and values of one quantity, blanks left out. Raises InputError as `read_table`, or when it is all blank."""
+    table = read_table(path, ("time", quantity))
+    values = table.columns[quantity]
+    known = np.isfinite(values)
+    if not known.any():
+        raise InputError(f"{table.source}: the column for {quantity} has no number in it")
+    return table.time[known], values[known]
+
+
+def _understand(header: list[str], name: str) -> tuple[dict[str, int], dict[str, float], list[str]]:
+    """Which column holds which quantity, its factor to SI, and the headers left over."""
+    used: dict[str, int] = {}
+    factors: dict[str, float] = {}
+    ignored = []
+    for k, title in enumerate(header):
+        word, unit = _split(title)
+        quantity = next((q for q, (_, words) in QUANTITIES.items() if _names(word, words)), None)
+        if quantity is None:
+            bare = next((q for q, (_, words) in QUANTITIES.items() if _names(title.lower(), words)), None)
+            if bare:
+                si = QUANTITIES[bare][0]
+                raise InputError(f"{name}: column '{title}' has no unit; write it like '{title}_{si}'")
+            ignored.append(title)
+            continue
+        try:
+            factor = float(scale(unit.replace("µ", "u").replace("μ", "u"), QUANTITIES[quantity][0]))
+        except InputError as error:
+            raise InputError(f"{name}: column '{title}': {error}") from None
+        if quantity in used:
+            raise InputError(
+                f"{name}: columns '{header[used[quantity]]}' and '{title}' both give the {quantity}; leave one out"
+            )
+        used[quantity], factors[quantity] = k, factor
+    return used, factors, ignored
+
+
+def _split(title: str) -> tuple[str, str]:
+    """Name and unit of a header: ``voltage_V``, ``Voltage [V]``, ``voltage (V)`` or ``voltage/V``."""
+    bracketed = _BRACKETED.fullmatch(title)
+    if bracketed:
+        word, *units = bracketed.groups()
+        return word.strip().lower().replace(" ", "_"), next(u for u in units if u)
+    word, _, unit = title.rpartition("_")
+    return word.strip().lower().replace(" ", "_"), unit.strip()
+
+
+def _names(word: str, words: tuple[str, ...]) -> bool:
+    return any(word == w or (len(w) > 2 and word.endswith("_" + w)) for w in words)
+
+
+def _numbers(
+    body: list[tuple[int, str]], used: dict[str, int], width: int, header: list[str], delimiter: str, name: str
+) -> Array:
+    """The used columns as numbers (rows, columns), NaN for blanks."""
+    result = np.full((len(body), len(used)), np.nan)
+    wanted = list(used.values())
+    for k, row in enumerate(csv.reader((line for _, line in body), delimiter=delimiter)):
+        if len(row) > width and any(cell.strip() for cell in row[width:]):
+            raise InputError(f"{name}: line {body[k][0]} has {len(row)} cells, the header {width}; one comma too many?")
+        for j, column in enumerate(wanted):
+            cell = row[column].strip() if column < len(row) else ""
+            if not cell or cell.lower() == "nan":
+                continue
+            try:
+                value = float(cell.replace(",", ".") if delimiter == ";" else cell)
+            except ValueError:
+                value = math.inf
+            if not math.isfinite(value) or "_" in cell:
+                raise InputError(
+                    f"{name}: line {body[k][0]}, column '{header[column]}': '{cell[:40]}' is not a number; leave the "
+                    "cell blank where there is no reading"
+                )
+            result[k, j] = value
+    return result
+
+
+def _check_times(time: Array, lines: list[int], name: str) -> None:
+    blank = np.flatnonzero(np.isnan(time))
+    if len(blank):
+        raise InputError(f"{name}: line {lines[blank[0]]} has no time; every row needs one")
+    backwards = np.flatnonzero(np.diff(time) <= 0)
+    if len(backwards):
+        k = int(backwards[0])
+        what = "repeats" if time[k + 1] == time[k] else "goes back from"
+        raise InputError(
+            f"{name}: line {lines[k + 1]}: time {time[k + 1]:g} s {what} {time[k]:g} s; sort the file by time"
+        )

@@ -1,0 +1,119 @@
+"""Where the model holds: every assumption of the two papers as a number, over the band a strip is used in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .actuator import Actuator
+from .elements import GRAVITY, hanging_stiffness, lumped_elements
+
+if TYPE_CHECKING:
+    from .response import Response
+
+#: Electrochemical window [V] of the paper's liquid, BMIMBF4, about.
+ELECTROCHEMICAL_WINDOW = 4.0
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One assumption: its number, the largest number at which it counts as holding, and what follows if it fails."""
+
+    name: str
+    number: float
+    limit: float
+    consequence: str
+
+    @property
+    def holds(self) -> bool:
+        return self.number <= self.limit
+
+    def warning(self) -> str:
+        return f"{self.name}: {self.number:.3g} exceeds {self.limit:g}; {self.consequence}"
+
+
+def assumptions(
+    actuator: Actuator,
+    *,
+    band: tuple[float, float] = (1e-4, 10.0),
+    voltage: float | None = None,
+    displacement: float | None = None,
+) -> list[Assumption]:
+    """The table for use between ``band`` [Hz], up to ``voltage`` [V] and ``displacement`` [m] where known."""
+    lumped, g = lumped_elements(actuator), actuator.geometry
+    s = 2j * np.pi * np.geomspace(*band, 400)
+    ion = np.array([lumped.ion_impedance(x) for x in s])
+    rows = []
+    if lumped.coupling is not None:
+        n = np.array([lumped.coupling_factor(x) for x in s])
+        compliance, inertia = lumped.stiffness / s, lumped.mass * s + lumped.damping
+        clamped = np.abs(n**2 * compliance / ion).max()
+        free = np.abs(n**2 * compliance * inertia / ((compliance + inertia) * ion)).max()
+        rows.append(
+            Assumption(
+                "reflected impedance over Zp, EC (20), (21)",
+                float(max(clamped, free)),
+                1e-2,
+                "the motion acts back on the current: use the dynamic beam, not EC (26)-(29)",
+            )
+        )
+    rows.append(
+        Assumption(
+            "abs(Zp/Rdc), EC (23)",
+            float(np.abs(ion / lumped.dc_resistance).max()),
+            0.1,
+            "EC (24), (27) per current do not hold at the low end of the band; harmless under voltage drive",
+        )
+    )
+    if displacement is not None:
+        rows.append(
+            Assumption(
+                "deflection y/L_F",
+                abs(displacement) / g.load_distance,
+                0.2,
+                "the small-deflection beam overstates the tip's path",
+            )
+        )
+    rows.append(
+        Assumption(
+            "thickness over free length b/L0", g.thickness / g.free_length, 0.1, "not slender: shear and clamp matter"
+        )
+    )
+    rows.append(_gravity(actuator, lumped.stiffness))
+    if voltage is not None:
+        rows.append(
+            Assumption(
+                "abs(u) over the electrochemical window of 4 V (BMIMBF4)",
+                abs(voltage) / ELECTROCHEMICAL_WINDOW,
+                1.0,
+                "the liquid decomposes: a linear circuit says nothing about that",
+            )
+        )
+    return rows
+
+
+def _gravity(actuator: Actuator, stiffness: float) -> Assumption:
+    g, m = actuator.geometry, actuator.material
+    if actuator.mounting.orientation == "horizontal":
+        sag = 1.5 * m.density * GRAVITY * g.free_length**3 / (m.youngs_modulus * g.thickness**2)
+        return Assumption("gravity, horizontal: sag/L0", sag, 0.2, "the strip sags beyond small deflection")
+    ratio = hanging_stiffness(m.density, g.width, g.thickness) / stiffness
+    fitted = actuator.mounting.orientation == "weightless"
+    consequence = "E alone cannot hold the strip against gravity; the fitted coupling has gravity in it, so it holds "
+    consequence += "for this mounting and size only" if fitted else "only for r up to 1"
+    return Assumption("gravity, hanging: r = (3/8) rho_m w b g/K", ratio, 1.0, consequence)
+
+
+def warnings(response: Response) -> list[str]:
+    """What fails for a response, over the band that its duration and drive cover."""
+    end = float(response.time[-1])
+    omega = response.drive.angular_frequency()
+    step = float(np.diff(response.time).min())
+    band = (1 / (2 * np.pi * end), max(omega / (2 * np.pi), min(1 / step, 100 / end)))
+    displacement = float(np.nanmax(np.abs(response.displacement), initial=0.0))
+    voltage = float(np.abs(response.voltage).max())
+    rows = assumptions(response.actuator, band=band, voltage=voltage, displacement=displacement)
+    # the drive is a voltage here, so what only holds per current (EC (23)) does no harm
+    return [row.warning() for row in rows if not row.holds and "EC (23)" not in row.name]
