@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import formulas
-from .circuit.drive import Drive, PiecewiseLinear, Sine
+from .circuit.drive import Drive
 from .circuit.strip import Load
 from .elements import Elements, lumped_elements
 from .errors import SolveError
 from .response import Response, simulate
+from .superposition import superpose
 
 Array = NDArray[np.float64]
 
@@ -96,7 +97,7 @@ def _current(lumped: Elements, drive: Drive, t: Array) -> Array:
     def total(kind: str, time: Array, *more: float) -> Array:
         return np.asarray(sum(getattr(formulas, f"current_{kind}")(time, *part, *more) for part in parts))
 
-    return _superpose(drive, t, total)
+    return superpose(drive, t, total)
 
 
 def _displacement(lumped: Elements, drive: Drive, t: Array) -> Array:
@@ -107,31 +108,7 @@ def _displacement(lumped: Elements, drive: Drive, t: Array) -> Array:
     def total(kind: str, time: Array, *more: float) -> Array:
         return np.asarray(getattr(formulas, f"displacement_{kind}")(time, *constants, *more))
 
-    return _superpose(drive, t, total)
-
-
-def _superpose(drive: Drive, t: Array, response: object) -> Array:
-    """A piecewise linear drive as steps at its jumps and ramps at its bends; a sine as it is."""
-    assert callable(response)
-    if isinstance(drive, Sine):
-        return np.asarray(drive.amplitude * response("sine", t, drive.frequency))
-    assert isinstance(drive, PiecewiseLinear)
-    end = float(t[-1])
-    result = np.zeros(len(t))
-    times, values = drive.widened(end, 0.0)  # jumps keep their two points at one time
-    slopes = np.divide(np.diff(values), np.diff(times), out=np.zeros(len(times) - 1), where=np.diff(times) > 0)
-    steps = np.where(np.diff(times) == 0, np.diff(values), 0.0)
-    result += values[0] * response("step", t)
-    slope = 0.0
-    for k in range(len(times) - 1):
-        if steps[k]:
-            started = t >= times[k]
-            result[started] += steps[k] * response("step", t[started] - times[k])
-        elif slopes[k] != slope:
-            started = t >= times[k]
-            result[started] += (slopes[k] - slope) * response("ramp", t[started] - times[k])
-            slope = slopes[k]
-    return result
+    return superpose(drive, t, total)
 
 
 def _difference(values: Array, reference: Array) -> float:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -162,6 +164,66 @@ def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_
 
 
 @cli.command()
+@click.argument("data", type=click.Path(path_type=Path))
+@click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
+@click.option("--model", type=click.Choice(["auto", "rc", "rc2"]), default="auto", show_default=True)
+@click.option("--electrode-resistance", help="Held in the fit, such as 2ohm.  [default: the actuator's]")
+@click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
+@click.option("--out", type=_OUT, help="TOML file for the fitted actuator.")
+@click.option("--json", "json_path", type=_OUT, help="JSON file for the result.")
+@click.option("--plot", type=_OUT, help="Picture of data, fit and residuals (.png, .pdf, .svg).")
+def identify(data: Path, actuator: str | None, electrode_resistance: str | None, **options: Any) -> None:
+    """Fit a strip to a measured step or waveform.
+
+    DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm.
+    """
+    from .actuator_file import load_actuator
+    from .files import require_writable
+    from .identify import identify as fit
+    from .identify import read_measurement
+    from .identify.report import plot_identification, table, write_actuator, write_json
+    from .plots import require_picture
+    from .units import parse
+
+    for path in (options["out"], options["json_path"]):
+        if path:
+            require_writable(path)
+    if options["plot"]:
+        require_picture(options["plot"])
+    base = load_actuator(actuator) if actuator else None
+    held = parse(electrode_resistance, "ohm", "--electrode-resistance") if electrode_resistance else None
+    measurement = read_measurement(data)
+    with _counter() as advance:
+        result = fit(
+            measurement,
+            base=base,
+            model=options["model"],
+            electrode_resistance=held,
+            engine=options["engine"],
+            progress=advance,
+        )
+    if options["out"]:
+        write_actuator(result, options["out"])
+    if options["json_path"]:
+        write_json(result, options["json_path"])
+    if options["plot"]:
+        plot_identification(result, options["plot"])
+    click.echo(table(result))
+    for line in result.warnings:
+        click.echo(f"warning: {line}", err=True)
+
+
+@cli.command()
+@click.option("--out", type=_OUT, default=Path("demo"), show_default=True, help="Folder for the results.")
+def demo(out: Path) -> None:
+    """The whole flow once, with pictures: simulate, check, measure with noise, identify, hand out."""
+    from .demo import run
+
+    for line in run(out):
+        click.echo(line)
+
+
+@cli.command()
 def doctor() -> None:
     """Versions, the ngspice library, and a self-check against the closed form."""
     from .doctor import examine
@@ -184,6 +246,19 @@ def _load(text: str | None) -> Load | None:
             raise InputError(f"load '{text}' is not understood; write mass=1g,stiffness=1mN/m,damping=1uN*s/m")
         values[key] = parse(value, units[key], f"load {key}")
     return Load(**values)
+
+
+@contextmanager
+def _counter() -> Iterator[Callable[[], None]]:
+    """A count of model evaluations on stderr, for a fit whose number of them nobody knows; as `_progress`."""
+    from tqdm import tqdm
+
+    with tqdm(delay=1.0, disable=None, leave=False, unit="evaluation", desc="fitting") as bar:
+        yield lambda: _advance(bar)
+
+
+def _advance(bar: Any) -> None:
+    bar.update()
 
 
 def _progress() -> Progress:

@@ -148,6 +148,10 @@ def _quiet_class(base: Any) -> Any:
 
     class QuietShared(base):  # type: ignore[misc]
         @staticmethod
+        def _send_stat(_message: Any, _ngspice_id: int, _user_data: Any) -> int:
+            return 0  # asked at every time point: PySpice's own decodes each message
+
+        @staticmethod
         def _send_char(message: Any, _ngspice_id: int, user_data: Any) -> int:
             self = ffi.from_handle(user_data)
             stream, _, content = ffi.string(message).decode(errors="replace").partition(" ")

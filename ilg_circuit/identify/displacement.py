@@ -1,0 +1,191 @@
+"""The electromechanical fit: d(s) of EC (31) to a measured displacement, with rest position and drift set aside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..actuator import Actuator, Coupling
+from ..circuit.strip import strip_netlist
+from ..elements import lumped_elements
+from ..errors import InputError, SolveError
+from ..solve.transient import transient
+from ..units import format_quantity
+from .least_squares import Fit, fit_circuit
+from .measurement import Channel, Measurement, noise_level
+from .residuals import effective_samples, information_criterion, structured
+from .start import CouplingSearch
+
+Array = NDArray[np.float64]
+
+NAMES = ("coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_natural_frequency")
+
+#: Residuals up to this part of the answer's span count as described by the model.
+_DESCRIBED = 0.02
+_OVER_NOISE = 1.5
+#: A nuisance term must earn its place by this much BIC (very strong evidence).
+_EVIDENCE = 10.0
+_WINDOW_RATIO = 1.25
+_FEWEST_SAMPLES = 40
+
+
+@dataclass(frozen=True)
+class DisplacementFit:
+    """Fit of d(s). ``channel``: all samples, ``fitted`` [m] at all of them, ``window`` [s]: up to where the fit goes.
+
+    ``rest`` [m] is the position at rest, ``drift`` [m/s] a slow linear one where the data show it, ``sign`` -1 where
+    the camera's axis points away from the anode. The fit's residuals cover rest and window.
+    """
+
+    coupling: Coupling
+    fit: Fit
+    channel: Channel
+    fitted: Array
+    window: float
+    rest: float
+    drift: float | None
+    sign: float
+    per_volt: float
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Attempt:
+    fit: Fit
+    sign: float
+    offset: bool
+    drift: bool
+    end: float
+    described: bool
+
+
+def fit_displacement(
+    measurement: Measurement, actuator: Actuator, engine: str = "ngspice", progress: Callable[[], None] | None = None
+) -> DisplacementFit:
+    """Fit d(s) to the measured displacement of a strip whose circuit is known.
+
+    The whole record if the model describes it; else the longest stretch from the onset that it does describe, because
+    what comes later is drift. Raises InputError or SolveError when no stretch can be fitted.
+    """
+    assert measurement.displacement is not None
+    problem = _Problem(measurement, actuator, engine, progress)
+    end = float(problem.channel.time[-1])
+    whole = problem.attempt(end)
+    best = whole
+    while not best.described:
+        end /= _WINDOW_RATIO
+        if (problem.after <= end).sum() < _FEWEST_SAMPLES:
+            best = whole
+            break
+        with suppress(InputError, SolveError):
+            best = problem.attempt(end)
+    return problem.finish(problem.leanest(best), shortened=best is not whole)
+
+
+class _Problem:
+    """One record, fitted over several windows and with several nuisance terms."""
+
+    def __init__(
+        self, measurement: Measurement, actuator: Actuator, engine: str, progress: Callable[[], None] | None
+    ) -> None:
+        assert measurement.displacement is not None
+        self.channel = measurement.displacement
+        self.drive = measurement.drive
+        self.actuator = actuator
+        self.engine = engine
+        self.progress = progress
+        self.ratio = lumped_elements(actuator).bending_ratio
+        self.after = self.channel.time[~self.channel.rest]
+        at_rest = self.channel.values[self.channel.rest]
+        self.search = CouplingSearch(self.channel.time, self.drive, self.ratio)
+        self.nuisance = np.column_stack([np.ones(len(self.channel.time)), self.channel.time])
+        # data are fitted relative to a reference near rest, so that a rest position far away does not dominate
+        self.reference = float(np.median(at_rest)) if len(at_rest) else 0.0
+
+    def attempt(self, end: float) -> _Attempt:
+        """The fit up to ``end`` [s] with every nuisance term: whether d(s) can describe this stretch at all."""
+        return self._fit(end, offset=True, drift=True)
+
+    def leanest(self, richest: _Attempt) -> _Attempt:
+        """The same stretch with no more nuisance terms than there is very strong evidence for."""
+        best = self._fit(richest.end, offset=False, drift=False)
+        for richer in (self._fit(richest.end, offset=True, drift=False), richest):
+            samples = max(effective_samples(best.fit.residuals), effective_samples(richer.fit.residuals))
+            gain = information_criterion(best.fit.residuals, best.fit.count, samples)
+            gain -= information_criterion(richer.fit.residuals, richer.fit.count, samples)
+            if gain > _EVIDENCE:
+                best = richer
+        return best
+
+    def model(self, t: Array, sign: float) -> Callable[[Array], Array]:
+        """Displacement at ``t`` (zero at rest) as a function of (m, 4) coupling constants."""
+        after = t >= 0
+
+        def waves(values: Array) -> Array:
+            netlists = [
+                strip_netlist(replace(self.actuator, coupling=Coupling(*v)), beam="static") for v in values.tolist()
+            ]
+            index = [o.name for o in netlists[0].outputs].index("displacement")
+            result = np.zeros((len(values), len(t)))
+            solved = transient(netlists, self.drive, t[after], engine=self.engine)
+            result[:, after] = sign * solved.values[:, index]
+            return result
+
+        return waves
+
+    def finish(self, best: _Attempt, *, shortened: bool) -> DisplacementFit:
+        t = self.channel.time
+        coupling = Coupling(*best.fit.values)
+        answer = self.model(t, best.sign)(best.fit.values[None, :])[0]
+        extra = list(best.fit.nuisance)
+        rest = self.reference + (extra[0] if best.offset else 0.0)
+        drift = float(extra[1]) if best.drift else None
+        fitted = rest + answer + (drift or 0.0) * t
+        return DisplacementFit(
+            coupling=coupling,
+            fit=best.fit,
+            channel=self.channel,
+            fitted=fitted,
+            window=best.end,
+            rest=float(rest),
+            drift=drift,
+            sign=best.sign,
+            per_volt=best.sign * self.ratio * coupling.static,
+            warnings=self._warnings(best, fitted, shortened),
+        )
+
+    def _fit(self, end: float, *, offset: bool, drift: bool) -> _Attempt:
+        part = self.channel.until(end)
+        t, data = part.time, part.values - self.reference
+        nuisance = self.nuisance[: len(t), : offset + drift]
+        start, sign = self.search.start(end, self.channel.values - self.reference, self.nuisance[:, : offset + drift])
+        waves = self.model(t, sign)
+        fit = fit_circuit(waves, data, NAMES, start, nuisance, self.progress)
+        span = float(np.ptp(data - fit.residuals - nuisance @ fit.nuisance))
+        limit = max(_OVER_NOISE * noise_level(data), _DESCRIBED * span)
+        return _Attempt(fit, sign, offset, drift, end, fit.rmse <= limit)
+
+    def _warnings(self, best: _Attempt, fitted: Array, shortened: bool) -> tuple[str, ...]:
+        found = []
+        if shortened:
+            away = float(np.abs(self.channel.values - fitted)[self.channel.time > best.end].max())
+            found.append(
+                f"displacement fitted over the first {best.end:.4g} s only: later it drifts up to "
+                f"{format_quantity(away, 'm', 3)} away, which is not the model's"
+            )
+        elif not best.described:
+            found.append("d(s) does not describe the displacement: its residuals are more than noise at any length")
+        if best.sign < 0:
+            found.append("the displacement falls as the voltage rises: its axis was taken to point away from the anode")
+        if structured(best.fit.residuals) and best.fit.rmse > _OVER_NOISE * noise_level(self.channel.values):
+            found.append(
+                "residuals of the displacement are alike at neighbouring samples: its standard errors are too small"
+            )
+        loose = [n for n, v, e in zip(best.fit.names, best.fit.values, best.fit.errors, strict=True) if e > 0.5 * v]
+        if loose:
+            found.append(f"not determined by these data (standard error over 50%): {', '.join(loose)}")
+        return tuple(found)

@@ -1,0 +1,288 @@
+"""A measurement -> the strip: current first, then displacement, each fitted with the ngspice transient in the loop."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import formulas
+from ..actuator import PAPER, Actuator, Coupling
+from ..elements import lumped_elements
+from ..errors import InputError, SolveError
+from ..units import format_quantity
+from .current import CurrentFit, fit_current
+from .displacement import DisplacementFit, fit_displacement
+from .least_squares import Fit
+from .measurement import Measurement
+
+Array = NDArray[np.float64]
+
+COUPLING_UNITS = {
+    "coupling_gain": "m/(V s)",
+    "coupling_zero": "1/s",
+    "coupling_damping_ratio": "",
+    "coupling_natural_frequency": "rad/s",
+}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A value with its unit, standard error and 95 % interval; ``held`` says why it was not fitted, if it was not."""
+
+    value: float
+    unit: str
+    stderr: float | None = None
+    ci95: tuple[float, float] | None = None
+    held: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        entry: dict[str, Any] = {
+            "value": self.value,
+            "stderr": self.stderr,
+            "unit": self.unit,
+            "ci95": list(self.ci95) if self.ci95 else None,
+        }
+        return entry | ({"held": self.held} if self.held else {})
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What a measurement says of a strip. ``actuator`` has the fitted circuit and, if one was fitted, the coupling."""
+
+    model: str
+    measurement: Measurement
+    actuator: Actuator
+    parameters: dict[str, Parameter]
+    derived: dict[str, Parameter]
+    statistics: dict[str, Any]
+    correlations: dict[str, Any]
+    warnings: tuple[str, ...]
+    current: CurrentFit
+    displacement: DisplacementFit | None
+    engine: str
+    candidates: tuple[CurrentFit, ...] = field(default=())
+
+    def to_json(self) -> dict[str, Any]:
+        """The contract's fit.json: model, parameters, derived, statistics, correlations, warnings."""
+        return {
+            "model": self.model,
+            "source": self.measurement.source,
+            "engine": self.engine,
+            "parameters": {name: p.to_json() for name, p in self.parameters.items()},
+            "derived": {name: p.to_json() for name, p in self.derived.items()},
+            "statistics": self.statistics,
+            "correlations": self.correlations,
+            "warnings": list(self.warnings),
+        }
+
+
+def identify(
+    measurement: Measurement,
+    *,
+    base: Actuator | None = None,
+    model: str = "auto",
+    electrode_resistance: float | None = None,
+    engine: str = "ngspice",
+    progress: Callable[[], None] | None = None,
+) -> Identification:
+    """Fit the current by ``model`` (rc, rc2, or auto: the better of both), then the displacement by d(s).
+
+    ``base`` gives geometry, E and density (default: the paper's, with a warning); ``electrode_resistance`` [ohm] is
+    held, because a step fixes only three of the four elements: default is the base's. Raises InputError for data that
+    hold no answer, SolveError for a fit that does not converge.
+    """
+    if model not in ("auto", "rc", "rc2"):
+        raise InputError(f"model is '{model}'; choose auto, rc or rc2")
+    strip = base or PAPER
+    held = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
+    _check_electrode_resistance(held, measurement)
+    warnings = list(measurement.notes)
+    current, candidates = _choose(measurement, held, model, engine, progress, warnings)
+    fitted = Actuator.from_circuit_values(
+        strip.geometry,
+        dc_resistance=current.dc_resistance,
+        branches=current.branches,
+        electrode_resistance=held,
+        base=strip.material,
+        coupling=None,
+        mounting=strip.mounting,
+        name=measurement.source.rsplit(".", 1)[0],
+    )
+    displacement = None
+    if measurement.displacement is not None:
+        try:
+            displacement = fit_displacement(measurement, fitted, engine, progress)
+        except (InputError, SolveError) as error:
+            warnings.append(f"no displacement fit: {error}")
+    if displacement is not None:
+        fitted = _with_coupling(fitted, displacement.coupling)
+        warnings += displacement.warnings
+    elif base is not None and base.coupling is not None:
+        fitted = _with_coupling(fitted, base.coupling)
+        warnings.append("the coupling was not fitted: it is that of the given actuator")
+    if base is None and displacement is not None:
+        warnings.append(
+            "no --actuator given: geometry and Young's modulus are the paper's; resistances and capacitances do not "
+            "depend on them, the coupling gain is in proportion to b^2/L_F^2"
+        )
+    parameters, derived = _parameters(current, held, displacement), _derived(current, held, measurement, displacement)
+    return Identification(
+        model=current.model,
+        measurement=measurement,
+        actuator=fitted,
+        parameters=parameters,
+        derived=derived,
+        statistics=_statistics(measurement, current, displacement),
+        correlations=_correlations(current, displacement),
+        warnings=tuple(dict.fromkeys(warnings)),
+        current=current,
+        displacement=displacement,
+        engine=engine,
+        candidates=candidates,
+    )
+
+
+def _with_coupling(actuator: Actuator, coupling: Coupling) -> Actuator:
+    return Actuator(actuator.geometry, actuator.material, coupling, actuator.mounting, actuator.name)
+
+
+def _check_electrode_resistance(held: float, measurement: Measurement) -> None:
+    if not (math.isfinite(held) and held >= 0):
+        raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
+    after = measurement.current.time >= 0
+    i, u = measurement.current.values[after], measurement.drive.value(measurement.current.time[after])
+    k = int(np.argmax(np.abs(i)))
+    if held and held * abs(i[k]) >= abs(u[k]):
+        raise InputError(
+            f"electrode resistance {held:g} ohm is too large: the peak current of {format_quantity(abs(i[k]), 'A', 4)} "
+            f"allows less than {abs(u[k] / i[k]):.4g} ohm"
+        )
+
+
+def _choose(
+    measurement: Measurement,
+    held: float,
+    model: str,
+    engine: str,
+    progress: Callable[[], None] | None,
+    warnings: list[str],
+) -> tuple[CurrentFit, tuple[CurrentFit, ...]]:
+    """The fit of the model asked for; for auto, rc unless rc2 is determined by the data and clearly better."""
+    if model != "auto":
+        chosen = fit_current(measurement, held, model, engine, progress)
+        warnings += chosen.warnings
+        return chosen, (chosen,)
+    one = fit_current(measurement, held, "rc", engine, progress)
+    candidates = (one,)
+    chosen = one
+    try:
+        two = fit_current(measurement, held, "rc2", engine, progress)
+        candidates = (one, two)
+        if two.determined and two.effective_bic(one) + 10 < one.effective_bic(one):
+            chosen = two
+    except (InputError, SolveError):
+        pass  # a second branch that the data do not hold is the usual answer for clean one-pole data
+    warnings += chosen.warnings
+    return chosen, candidates
+
+
+def _interval(value: float, error: float, samples: int, unknowns: int) -> tuple[float, float]:
+    from scipy.stats import t as student
+
+    half = float(student.ppf(0.975, max(samples - unknowns, 1))) * error
+    return value - half, value + half
+
+
+def _fitted(fit: Fit, units: dict[str, str], scale: Array | None = None) -> dict[str, Parameter]:
+    factors = np.ones(len(fit.values)) if scale is None else scale
+    result = {}
+    for k, name in enumerate(fit.names):
+        value, error = float(fit.values[k] * factors[k]), float(fit.errors[k] * factors[k])
+        interval = _interval(value, error, len(fit.residuals), fit.count)
+        result[name] = Parameter(value, units[name], error, interval)
+    return result
+
+
+def _parameters(current: CurrentFit, held: float, displacement: DisplacementFit | None) -> dict[str, Parameter]:
+    units = {n: "F" if n.startswith("capacitance") else "ohm" for n in current.fit.names}
+    reason = (
+        "a step fixes three of four elements: held at the value given"
+        if held
+        else ("a step fixes three of four elements: held at zero, since nothing else is known of the electrodes")
+    )
+    parameters = _fitted(current.fit, units) | {"electrode_resistance": Parameter(held, "ohm", held=reason)}
+    if displacement is not None:
+        parameters |= _fitted(displacement.fit, COUPLING_UNITS)
+    return parameters
+
+
+def _derived(
+    current: CurrentFit, held: float, measurement: Measurement, displacement: DisplacementFit | None
+) -> dict[str, Parameter]:
+    """Quantities computed from the fit; time constants and per-volt answers do not depend on what was held or assumed."""
+    derived: dict[str, Parameter] = {"onset": Parameter(measurement.onset, "s")}
+    if measurement.step is not None:
+        derived["step_voltage"] = Parameter(measurement.step, "V")
+    if current.model == "rc":
+        (pair,) = current.branches
+        a0, a1, rate = formulas.current_constants(current.dc_resistance, *pair, held)
+        derived |= {
+            "steady_conductance": Parameter(a0, "S"),
+            "transient_conductance": Parameter(a1, "S"),
+            "rate": Parameter(rate, "1/s"),
+        }
+    for k, (r, c) in enumerate(current.branches, 1):
+        ending = f"_{k}" if len(current.branches) > 1 else ""
+        derived[f"time_constant{ending}"] = Parameter(r * c, "s")
+    if current.offset is not None:
+        derived["current_offset"] = Parameter(current.offset, "A")
+    if displacement is not None:
+        derived |= {
+            "rest_position": Parameter(displacement.rest, "m"),
+            "displacement_per_volt": Parameter(displacement.per_volt, "m/V"),
+            "displacement_window": Parameter(displacement.window, "s"),
+        }
+        if displacement.drift is not None:
+            derived["displacement_drift"] = Parameter(displacement.drift, "m/s")
+    return derived
+
+
+def _statistics(measurement: Measurement, current: CurrentFit, displacement: DisplacementFit | None) -> dict[str, Any]:
+    """Of the current fit; "displacement" holds those of the displacement fit."""
+    peak = float(np.abs(current.data).max())
+    statistics: dict[str, Any] = {
+        "rmse": current.fit.rmse,
+        "rmse_unit": "A",
+        "rmse_over_peak": current.fit.rmse / peak,
+        "aic": current.fit.aic,
+        "bic": current.fit.bic,
+        "n": len(current.data),
+        "evaluations": current.fit.evaluations,
+    }
+    if displacement is not None:
+        statistics["displacement"] = {
+            "rmse": displacement.fit.rmse,
+            "rmse_unit": "m",
+            "aic": displacement.fit.aic,
+            "bic": displacement.fit.bic,
+            "n": len(displacement.fit.residuals),
+            "window_s": displacement.window,
+            "evaluations": displacement.fit.evaluations,
+        }
+    return statistics
+
+
+def _correlations(current: CurrentFit, displacement: DisplacementFit | None) -> dict[str, Any]:
+    fits = [current.fit] + ([displacement.fit] if displacement is not None else [])
+    pairs = {}
+    for fit in fits:
+        matrix = fit.correlations()
+        for a in range(len(fit.names)):
+            for b in range(a):
+                pairs[f"{fit.names[b]}, {fit.names[a]}"] = float(matrix[b, a])
+    return pairs

@@ -1,0 +1,174 @@
+"""Least squares with a circuit transient in the loop: lmfit drives, ngspice evaluates.
+
+All parameters are positive, so their logarithms are fitted. The columns of a Jacobian are central differences whose
+2 n + 1 circuits are solved together in one netlist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SolveError
+
+Array = NDArray[np.float64]
+
+#: values (m, parameters) -> model (m, samples)
+Model = Callable[[Array], Array]
+
+_STEP = 1e-4
+_MOST_EVALUATIONS = 200
+#: A logarithm that leaves this distance from its start has run away: the data do not hold it.
+_RUNAWAY = 25.0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Result of a fit: positive parameters, then linear nuisance terms, each with its standard error.
+
+    ``covariance`` is that of (values, nuisance), in their units; ``residuals`` = data - model (samples,).
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    errors: Array
+    covariance: Array
+    nuisance: Array
+    nuisance_errors: Array
+    residuals: Array
+    aic: float
+    bic: float
+    evaluations: int
+
+    @property
+    def rmse(self) -> float:
+        return float(np.sqrt(np.mean(self.residuals**2)))
+
+    @property
+    def count(self) -> int:
+        return len(self.values) + len(self.nuisance)
+
+    def correlations(self) -> Array:
+        """Correlation matrix of the parameters (nuisance terms left out)."""
+        n = len(self.values)
+        scale = np.sqrt(np.diag(self.covariance)[:n])
+        return np.asarray(self.covariance[:n, :n] / np.outer(scale, scale))
+
+
+def fit_circuit(
+    model: Model,
+    data: Array,
+    names: Sequence[str],
+    start: Array,
+    nuisance: Array | None = None,
+    progress: Callable[[], None] | None = None,
+) -> Fit:
+    """Fit ``data`` (samples,) by ``model`` with parameters from ``start`` (n,), plus ``nuisance`` (samples, k) columns.
+
+    Raises SolveError when the fit does not converge, or when the data do not determine a parameter.
+    """
+    import lmfit
+
+    linear = np.zeros((len(data), 0)) if nuisance is None else nuisance
+    n, k = len(names), linear.shape[1]
+    scale = float(np.abs(data).max()) or 1.0
+    columns = np.abs(linear).max(axis=0)
+    weights = linear / columns if k else linear
+    evaluate = _Evaluation(model, n, progress)
+
+    parameters = lmfit.Parameters()
+    for j, value in enumerate(np.log(start)):
+        parameters.add(f"p{j}", value=float(value))
+    for j in range(k):
+        parameters.add(f"n{j}", value=0.0)
+
+    def unpack(current: lmfit.Parameters) -> tuple[Array, Array]:
+        return (
+            np.array([current[f"p{j}"].value for j in range(n)]),
+            np.array([current[f"n{j}"].value for j in range(k)]),
+        )
+
+    def residual(current: lmfit.Parameters) -> Array:
+        logs, amounts = unpack(current)
+        return (evaluate(logs)[0] - data) / scale + weights @ amounts
+
+    def jacobian(current: lmfit.Parameters) -> Array:
+        logs, _ = unpack(current)
+        return np.column_stack([evaluate(logs)[1] / scale, weights])
+
+    minimizer = lmfit.Minimizer(residual, parameters, nan_policy="raise")
+    result = minimizer.leastsq(Dfun=jacobian, col_deriv=0, max_nfev=_MOST_EVALUATIONS, ftol=1e-10, xtol=1e-8, gtol=0.0)
+    if not result.success and evaluate.best_change > 1e-8:
+        raise SolveError(f"the fit did not converge in {result.nfev} evaluations: {' '.join(result.message.split())}")
+    logs, amounts = unpack(result.params)
+    if np.abs(logs - np.log(start)).max(initial=0.0) > _RUNAWAY:
+        raise SolveError("the fit ran away: the data do not determine every parameter of this model")
+    slope = jacobian(result.params)
+    return _finish(names, logs, amounts, residual(result.params) * scale, slope, scale, columns, evaluate.count)
+
+
+def _finish(
+    names: Sequence[str],
+    logs: Array,
+    amounts: Array,
+    residuals: Array,
+    slope: Array,
+    scale: float,
+    columns: Array,
+    count: int,
+) -> Fit:
+    """Covariance s^2 (J^T J)^-1 from a pseudo-inverse-free QR, in the parameters' own units, and the statistics."""
+    samples, unknowns = slope.shape
+    size = np.sqrt((slope**2).sum(axis=0))
+    if not (size > 0).all():
+        raise SolveError("the data do not determine every parameter of this model")
+    r = np.linalg.qr(slope / size, mode="r")
+    if np.linalg.cond(r) > 1e9:
+        raise SolveError("the data do not determine every parameter of this model: two of them act alike")
+    inverse = np.linalg.inv(r) / size[:, None]
+    variance = float((residuals**2).sum() / scale**2 / max(samples - unknowns, 1))
+    values = np.exp(logs)
+    units = np.concatenate([values, scale / columns if len(columns) else np.empty(0)])
+    covariance = variance * (inverse @ inverse.T) * np.outer(units, units)
+    errors = np.sqrt(np.diag(covariance))
+    n = len(values)
+    chi = max(float((residuals**2).sum()), np.finfo(float).tiny)
+    likelihood = samples * np.log(chi / samples)
+    return Fit(
+        names=tuple(names),
+        values=values,
+        errors=errors[:n],
+        covariance=covariance,
+        nuisance=amounts * units[n:],
+        nuisance_errors=errors[n:],
+        residuals=-residuals,
+        aic=float(likelihood + 2 * unknowns),
+        bic=float(likelihood + np.log(samples) * unknowns),
+        evaluations=count,
+    )
+
+
+class _Evaluation:
+    """Model and Jacobian at a point, solved together and kept for the other of the two callbacks."""
+
+    def __init__(self, model: Model, parameters: int, progress: Callable[[], None] | None) -> None:
+        self._model, self._n, self._progress = model, parameters, progress
+        self._at = np.full(parameters, np.nan)
+        self._result: tuple[Array, Array] = (np.empty(0), np.empty(0))
+        self.count = 0
+        self.best_change = np.inf
+
+    def __call__(self, logs: Array) -> tuple[Array, Array]:
+        if not np.array_equal(logs, self._at):
+            steps = np.concatenate([np.zeros((1, self._n)), _STEP * np.eye(self._n), -_STEP * np.eye(self._n)])
+            waves = self._model(np.exp(logs + steps))
+            central = (waves[1 : self._n + 1] - waves[self._n + 1 :]) / (2 * _STEP)
+            self.best_change = float(np.abs(logs - self._at).max()) if self.count else np.inf
+            self._at, self._result = logs.copy(), (waves[0], central.T)
+            self.count += 1
+            if self._progress:
+                self._progress()
+        return self._result

@@ -1,0 +1,263 @@
+"""From a measured table to what a fit needs: the onset of the drive, rest values, the drive itself, sound samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..circuit.drive import PiecewiseLinear
+from ..errors import InputError
+from ..tables import Table, read_table
+from ..units import format_quantity
+
+Array = NDArray[np.float64]
+
+#: A change between two samples by this part of the voltage's range is a jump, if its neighbours change much less.
+_JUMP = 0.2
+_JUMP_OVER_NEIGHBOURS = 4.0
+#: Below this part of the largest voltage the record counts as at rest.
+_REST = 0.05
+#: So many equal samples at the largest current are an instrument's limit, not a peak.
+_CLIPPED = 3
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One measured quantity: ``time`` [s] since the onset (negative: at rest), ``values`` [SI], blanks left out."""
+
+    time: Array
+    values: Array
+
+    @property
+    def rest(self) -> NDArray[np.bool_]:
+        return np.asarray(self.time < 0)
+
+    def until(self, end: float) -> Channel:
+        """The samples up to ``end`` [s]."""
+        keep = self.time <= end
+        return Channel(self.time[keep], self.values[keep])
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A record made ready: ``onset`` [s] in the file's time, the ``drive`` from the onset on, and the channels.
+
+    ``step`` [V] is the height of a step that begins the record, None for another waveform.
+    """
+
+    source: str
+    onset: float
+    drive: PiecewiseLinear
+    step: float | None
+    current: Channel
+    displacement: Channel | None
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def duration(self) -> float:
+        return float(self.current.time[-1])
+
+
+def read_measurement(path: str | Path) -> Measurement:
+    """Read and prepare a CSV file; see `prepare`, and `ilg_circuit.tables.read_table` for the format."""
+    return prepare(read_table(path, ("time", "voltage", "current")))
+
+
+def prepare(table: Table) -> Measurement:
+    """Find the onset of the drive, the jumps in it, the rest stretch, and drop what is no measurement.
+
+    Raises InputError when nothing was excited: no step or other change of the voltage, or too few samples after it.
+    """
+    name, notes = table.source, []
+    voltage = table.columns["voltage"]
+    known = np.isfinite(voltage)
+    if known.sum() < 2:
+        raise InputError(f"{name}: the voltage column has fewer than two numbers")
+    time, u = table.time[known], voltage[known]
+    first = _onset(u, name)
+    onset = float(time[first])
+    if not _is_jump(u, first) and first:
+        onset = float(time[first - 1])
+        first -= 1
+    drive, smoothed = _drive(time[first:] - onset, u[first:])
+    if smoothed:
+        notes.append(
+            f"noise on the voltage ({format_quantity(smoothed, 'V', 2)} rms about its levels) was averaged out"
+        )
+    current = _channel(table, "current", onset)
+    if current is None:
+        raise InputError(f"{name}: the current column has no number in it")
+    current, clipped = _without_clipping(current)
+    if clipped:
+        notes.append(clipped)
+    if (~current.rest).sum() < 10:
+        raise InputError(
+            f"{name}: {(~current.rest).sum()} current samples after the onset at {onset:g} s; 10 are needed"
+        )
+    _require_response(current, drive, name)
+    displacement = _channel(table, "displacement", onset)
+    if displacement is not None and (~displacement.rest).sum() < 20:
+        notes.append("fewer than 20 displacement samples after the onset: no displacement fit")
+        displacement = None
+    if table.ignored:
+        notes.append(f"columns not understood and left out: {', '.join(table.ignored)}")
+    return Measurement(name, onset, drive, _step_height(drive), current, displacement, tuple(notes))
+
+
+def noise_level(values: Array) -> float:
+    """Standard deviation of the white part of a smooth signal: robust, from its sixth differences."""
+    if len(values) < 16:
+        return 0.0
+    sixth = np.abs(np.diff(values, 6))
+    # white noise of unit size has sixth differences of size sqrt(924); the median of |x| of a normal x is 0.6745
+    robust = float(np.median(sixth) / 0.6745 / np.sqrt(924))
+    # coarse resolution makes more than half of them zero; a few jumps must not count as noise either
+    return robust or float(np.sqrt(np.mean(np.sort(sixth)[: int(0.95 * len(sixth))] ** 2) / 924))
+
+
+def _onset(u: Array, name: str) -> int:
+    """Index of the first sample that belongs to the excitation."""
+    largest = float(np.abs(u).max())
+    if not largest:
+        raise InputError(f"{name}: the voltage is zero throughout; a record needs a step or another waveform")
+    moved = np.abs(u) > _REST * largest
+    first = int(np.argmax(moved))
+    rest = u[:first]
+    # a rest level that is not zero (an instrument's offset) is still rest; one that equals the drive is no step
+    if np.ptp(u) <= _REST * largest and first == 0:
+        return 0
+    if len(rest) > 10 and not _is_jump(u, first):
+        # a slow waveform left its rest before it reached 5 %: go back to where it left the noise
+        level, spread = float(np.median(rest[: max(5, first // 2)])), noise_level(rest)
+        quiet = np.flatnonzero(np.abs(rest - level) <= max(4 * spread, 1e-6 * largest))
+        first = int(quiet[-1]) + 1 if len(quiet) else first
+    return first
+
+
+def _is_jump(u: Array, k: int) -> bool:
+    return bool(k > 0 and k - 1 in set(_jumps(u)))
+
+
+def _jumps(u: Array) -> NDArray[np.intp]:
+    """Intervals k -> k + 1 in which the voltage jumps, though it is smooth before and after."""
+    change = np.abs(np.diff(u))
+    spread = float(np.ptp(u))
+    found = []
+    for k in np.flatnonzero(change > _JUMP * spread):
+        around = np.r_[change[max(k - 4, 0) : k], change[k + 1 : k + 5]]
+        if len(around) >= 2 and change[k] > _JUMP_OVER_NEIGHBOURS * np.median(around):
+            found.append(k)
+    return np.array(found, dtype=np.intp)
+
+
+def _drive(t: Array, u: Array) -> tuple[PiecewiseLinear, float]:
+    """The measured voltage from its onset: straight lines through the samples, jumps at the sample that shows them.
+
+    Between jumps a voltage that is a constant level and white noise becomes that level, and one that varies keeps
+    those samples that its noise and resolution do not explain. Returns the noise [V] of the levels too.
+    """
+    edges = [0, *(_jumps(u) + 1), len(u)]
+    times: list[Array] = []
+    values: list[Array] = []
+    noise = 0.0
+    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+        level = u[start:stop]
+        if _is_level(level):
+            noise = max(noise, float(level.std()))
+            times.append(t[[start]])
+            values.append(np.array([level.mean()]))
+        else:
+            kept = start + simplified(t[start:stop], level, max(3 * noise_level(level), 1.5 * _resolution(level)))
+            times.append(t[kept])
+            values.append(u[kept])
+        if stop < len(u):  # hold until the jump
+            times.append(t[[stop]])
+            values.append(values[-1][-1:])
+    return PiecewiseLinear(np.concatenate(times), np.concatenate(values), "measured voltage"), noise
+
+
+def _resolution(u: Array) -> float:
+    """Smallest difference between any two readings: the instrument's resolution, where it has one."""
+    steps = np.diff(np.unique(u))
+    return float(steps.min()) if len(steps) else 0.0
+
+
+def simplified(t: Array, u: Array, tolerance: float) -> NDArray[np.intp]:
+    """Indices of the samples whose straight connection stays within ``tolerance`` of all (Ramer, Douglas, Peucker)."""
+    keep = np.zeros(len(t), dtype=bool)
+    keep[[0, -1]] = True
+    open_ends = [(0, len(t) - 1)]
+    while open_ends:
+        a, b = open_ends.pop()
+        if b - a < 2:
+            continue
+        line = u[a] + (u[b] - u[a]) * (t[a + 1 : b] - t[a]) / (t[b] - t[a])
+        distance = np.abs(u[a + 1 : b] - line)
+        k = int(np.argmax(distance))
+        if distance[k] > tolerance:
+            keep[a + 1 + k] = True
+            open_ends += [(a, a + 1 + k), (a + 1 + k, b)]
+    return np.flatnonzero(keep)
+
+
+def _is_level(u: Array) -> bool:
+    """Constant but for white noise: neighbours are not alike, and the second half is the first's."""
+    if len(u) < 2 or not np.ptp(u):
+        return True
+    if len(u) < 20:
+        return bool(np.ptp(u) < 1e-3 * abs(u.mean()))
+    deviation = u - u.mean()
+    variance = float(deviation @ deviation)
+    correlation = float(deviation[1:] @ deviation[:-1]) / variance
+    half = len(u) // 2
+    shift = abs(u[:half].mean() - u[half:].mean()) / np.sqrt(variance / len(u) * 4 / len(u))
+    return bool(correlation < 3 / np.sqrt(len(u)) and shift < 4)
+
+
+def _step_height(drive: PiecewiseLinear) -> float | None:
+    """Height of a step: the voltage stays within 5 % of its first value."""
+    start = float(drive.values[0])
+    return start if start and float(np.abs(drive.values - start).max()) <= 0.05 * abs(start) else None
+
+
+def _channel(table: Table, quantity: str, onset: float) -> Channel | None:
+    values = table.get(quantity)
+    if values is None:
+        return None
+    known = np.isfinite(values)
+    return Channel(table.time[known] - onset, values[known])
+
+
+def _without_clipping(current: Channel) -> tuple[Channel, str]:
+    """Drop samples that stand at the instrument's limit: a flat top at the largest current of the record."""
+    size = np.abs(current.values)
+    at_limit = size >= size.max() * (1 - 1e-9)
+    padded = np.diff(np.r_[0, at_limit.astype(int), 0])
+    starts, stops = np.flatnonzero(padded == 1), np.flatnonzero(padded == -1)
+    runs = [(a, b) for a, b in zip(starts, stops, strict=True) if b - a >= _CLIPPED]
+    dropped = sum(b - a for a, b in runs)
+    if not runs or dropped > len(size) // 2:
+        return current, ""
+    keep = np.ones(len(size), dtype=bool)
+    for a, b in runs:
+        keep[a:b] = False
+    limit = format_quantity(float(size.max()), "A", 4)
+    note = f"current is clipped at {limit}: {dropped} samples at the instrument's limit were left out"
+    return Channel(current.time[keep], current.values[keep]), note
+
+
+def _require_response(current: Channel, drive: PiecewiseLinear, name: str) -> None:
+    """A constant voltage with a current that does not change holds no transient: the step is not in the record."""
+    if _step_height(drive) is None:
+        return
+    after = current.values[~current.rest]
+    edge = max(len(after) // 20, 3)
+    change = abs(float(after[:edge].mean() - after[-edge:].mean()))
+    if change <= 4 * noise_level(after) / np.sqrt(edge) + 1e-12 * float(np.abs(after).max()):
+        raise InputError(
+            f"{name}: no step in the record: the voltage is constant and the current does not change; "
+            "record from before the step on"
+        )

@@ -1,0 +1,119 @@
+"""An identification as text, files and a picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import __version__
+from ..actuator_file import dumps
+from ..files import write_text
+from ..plots import BLUE, GREY, ORANGE, engineering, new_figure, save
+from ..units import format_quantity
+from .identification import Identification, Parameter
+
+Array = NDArray[np.float64]
+
+
+def table(result: Identification) -> str:
+    """The result for a terminal: parameters with standard errors and intervals, what follows from them, statistics."""
+    m = result.measurement
+    onset = f"step of {format_quantity(m.step, 'V', 5)} at" if m.step is not None else "waveform from"
+    lines = [
+        f"{m.source}: {onset} {format_quantity(m.onset, 's', 6)}; model {result.model}, {result.engine} in the loop"
+    ]
+    lines += ["", f"{'parameter':<28}{'value':>16}{'standard error':>18}   95 % interval"]
+    lines += [_row(name, p) for name, p in result.parameters.items()]
+    lines += ["", *(f"{name:<28}{_text(p.value, p.unit):>16}" for name, p in result.derived.items())]
+    s = result.statistics
+    lines += ["", _statistics("current", s, "A", f" ({s['rmse_over_peak']:.2%} of the peak)")]
+    if "displacement" in s:
+        lines.append(
+            _statistics("displacement", s["displacement"], "m", f", first {s['displacement']['window_s']:.4g} s")
+        )
+    strong = [f"{pair}: {value:+.3f}" for pair, value in result.correlations.items() if abs(value) > 0.9]
+    if strong:
+        lines.append(f"correlations beyond 0.9: {'; '.join(strong)}")
+    return "\n".join(lines)
+
+
+def write_json(result: Identification, path: str | Path) -> None:
+    """Write fit.json, whole or not at all."""
+    write_text(Path(path), json.dumps(result.to_json(), indent=2) + "\n")
+
+
+def write_actuator(result: Identification, path: str | Path) -> None:
+    """Write the fitted actuator as TOML; its comment says where it comes from."""
+    comment = "\n".join(
+        [
+            f"fitted by ilg_circuit {__version__} to {result.measurement.source}, model {result.model}",
+            *(f"{n} = {_text(p.value, p.unit)}{_plus_minus(p)}" for n, p in result.parameters.items()),
+            *(f"warning: {line}" for line in result.warnings),
+        ]
+    )
+    write_text(Path(path), dumps(result.actuator, comment))
+
+
+def plot_identification(result: Identification, path: str | Path) -> None:
+    """Data, fit and residuals of current and displacement, the drive beneath; time by logarithm for a step."""
+    m, current, moved = result.measurement, result.current, result.displacement
+    rows = 5 if moved is not None else 3
+    figure, axes = new_figure(rows, [2.0, 0.9] * (rows // 2) + [0.8])
+    logarithmic = m.step is not None
+    _panels(axes[0], axes[1], current.time, current.data, current.fitted, "current", "A")
+    axes[0].set_title(f"{m.source}: model {result.model}", fontsize=10, loc="left")
+    if moved is not None:
+        channel = moved.channel
+        _panels(axes[2], axes[3], channel.time, channel.values, moved.fitted, "displacement", "m", moved.window)
+    t = current.time[current.time >= 0]
+    axes[-1].plot(t, m.drive.value(t), color=ORANGE, linewidth=1.2)
+    axes[-1].set_ylabel("voltage [V]")
+    low, high = axes[-1].get_ylim()
+    axes[-1].set_ylim(min(low, 0.0), max(high, 0.0) * 1.05)
+    if logarithmic:
+        axes[-1].set_xscale("log")
+        axes[-1].set_xlim(t[t > 0][0], t[-1])
+    axes[-1].set_xlabel("time since the onset [s]")
+    figure.align_ylabels(axes)
+    save(figure, path)
+
+
+def _panels(
+    upper: Any, lower: Any, t: Array, data: Array, fitted: Array, name: str, unit: str, window: float = np.inf
+) -> None:
+    factor, label = engineering(data, unit)
+    upper.plot(t, factor * data, ".", color=GREY, markersize=2.5, label="measured")
+    inside = t <= window
+    upper.plot(t[inside], factor * fitted[inside], color=BLUE, linewidth=1.5, label="fit")
+    if not inside.all():
+        upper.plot(t[~inside], factor * fitted[~inside], "--", color=BLUE, linewidth=1.0, label="beyond the fit: drift")
+    upper.set_ylabel(f"{name} [{label}]")
+    upper.legend(frameon=False, fontsize=8)
+    residuals = (data - fitted)[inside]
+    small, small_label = engineering(residuals, unit)
+    lower.plot(t[inside], small * residuals, ".", color=GREY, markersize=2)
+    lower.axhline(0.0, color=BLUE, linewidth=0.8)
+    lower.set_ylabel(f"residual [{small_label}]")
+
+
+def _row(name: str, p: Parameter) -> str:
+    if p.stderr is None or p.ci95 is None:
+        return f"{name:<28}{_text(p.value, p.unit):>16}{'held':>18}   {p.held}"
+    interval = f"{_text(p.ci95[0], p.unit)} to {_text(p.ci95[1], p.unit)}"
+    return f"{name:<28}{_text(p.value, p.unit):>16}{_text(p.stderr, p.unit, 2):>18}   {interval}"
+
+
+def _plus_minus(p: Parameter) -> str:
+    return f" +- {_text(p.stderr, p.unit, 2)}" if p.stderr is not None else " (held)"
+
+
+def _statistics(name: str, s: dict[str, Any], unit: str, more: str) -> str:
+    return f"{name}: rmse {_text(s['rmse'], unit, 3)}{more}, AIC {s['aic']:.1f}, BIC {s['bic']:.1f}, n {s['n']}"
+
+
+def _text(value: float, unit: str, digits: int = 5) -> str:
+    return format_quantity(value, unit, digits)

@@ -1,0 +1,147 @@
+"""Starting values from the data alone: poles from a grid, everything else by linear least squares.
+
+For given poles, current and displacement are linear in the remaining constants; their building blocks are first and
+second order filters of the drive, superposed from the closed forms for a whole grid of poles at once.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import formulas
+from ..circuit.drive import PiecewiseLinear
+from ..errors import InputError
+from ..superposition import superpose
+from .measurement import simplified
+
+Array = NDArray[np.float64]
+
+_MOST_SAMPLES = 500
+_RATES = 40
+_DAMPINGS = (0.15, 0.3, 0.5, 0.7, 1.0, 1.5, 2.5, 4.0, 8.0, 16.0)
+_FREQUENCIES = 24
+#: The drive may be so coarse, in parts of its range, where only starting values are wanted.
+_COARSE = 0.01
+
+
+def current_start(
+    t: Array, current: Array, drive: PiecewiseLinear, electrode_resistance: float, branches: int
+) -> tuple[float, list[tuple[float, float]]]:
+    """(Rdc, [(R, C), ...] by ascending time constant) for samples at ``t`` >= 0 [s] from which any offset is taken.
+
+    The current at the port is g0 u + sum of g_k times a high-pass of u; rates from a grid, g by least squares.
+    """
+    keep = _thinned(t)
+    t, current = t[keep], current[keep]
+    drive = _coarse(drive)
+    rates = _rate_grid(t, _RATES)
+    waves = superpose(drive, t, lambda kind, time: _high_pass(kind, time, rates[:, None]))
+    basis = np.vstack([drive.value(t), waves])
+    best, choice = np.inf, None
+    for chosen in combinations(range(len(rates)), branches):
+        g, cost = _linear_fit(basis[[0, *(k + 1 for k in chosen)]].T, current)
+        if cost < best * (1 - 1e-9) and (g[1:] > 0).all():
+            best, choice = cost, (g, rates[list(chosen)])
+    if choice is None:
+        raise InputError("the current does not follow the voltage as a resistive and capacitive strip's does")
+    g, chosen_rates = choice
+    peak = float(np.abs(g[0]) + g[1:].sum())
+    g[0] = max(g[0], 1e-4 * peak)
+    dc = max(1 / g[0] - electrode_resistance, 1e-3 / g[0])
+    # the terminal's conductances are turned into branches with the share of Re taken off
+    share = max(1 - electrode_resistance * float(g.sum()), 0.05)
+    pairs = [(share / gk, gk / rate / share) for gk, rate in zip(g[1:], chosen_rates, strict=True)]
+    return dc, sorted(pairs, key=lambda pair: pair[0] * pair[1])
+
+
+class CouplingSearch:
+    """Starting values of d(s) for a record: its building blocks are made once, for fits over any part of it.
+
+    ``t`` [s] since the onset (negative: at rest); ``ratio`` = 3 L_F^2/b^2.
+    """
+
+    def __init__(self, t: Array, drive: PiecewiseLinear, ratio: float) -> None:
+        self._keep = _thinned(t)
+        self._ratio = ratio
+        self._t = t[self._keep]
+        self._after = self._t >= 0
+        frequencies = _rate_grid(self._t[self._after], _FREQUENCIES)
+        self._grid = [(zeta, float(wn)) for zeta in _DAMPINGS for wn in frequencies]
+        coarse, later = _coarse(drive), self._t[self._after]
+        self._waves = np.array(
+            [superpose(coarse, later, lambda kind, time, at=at: _second_order(kind, time, *at)) for at in self._grid]
+        )
+
+    def start(self, end: float, displacement: Array, nuisance: Array) -> tuple[Array, float]:
+        """((Kd, Zd, zeta', wn'), sign) for the samples up to ``end`` [s]; sign -1: it falls as the voltage rises.
+
+        ``displacement`` (samples,) and linear ``nuisance`` (samples, k) are those of the whole record. Raises
+        InputError when the displacement does not answer to the voltage.
+        """
+        part = self._t <= end
+        data, extra, after = displacement[self._keep][part], nuisance[self._keep][part], self._after[part]
+        best, choice = np.inf, None
+        basis = np.zeros((len(data), 2 + extra.shape[1]))
+        basis[:, 2:] = extra
+        for at, waves in zip(self._grid, self._waves, strict=True):
+            basis[after, :2] = waves[:, : after.sum()].T
+            found, cost = _linear_fit(basis, data)
+            # y = k d0 [x1 + (wn/Zd) x2]: both amounts of one sign
+            if found[0] * found[1] > 0 and cost < best:
+                best, choice = cost, (found[:2], at)
+        if choice is None:
+            raise InputError("the displacement does not follow the voltage as the coupling d(s) does")
+        (low, high), (zeta, wn) = choice
+        zero = wn * low / high
+        gain = abs(low) / self._ratio * wn**2 / zero
+        return np.array([gain, zero, zeta, wn]), float(np.sign(low))
+
+
+def _coarse(drive: PiecewiseLinear) -> PiecewiseLinear:
+    """A drive of few knots that stays close to a measured one of many."""
+    if len(drive.times) < 50:
+        return drive
+    kept = simplified(drive.times, drive.values, _COARSE * float(np.ptp(drive.values)))
+    return PiecewiseLinear(drive.times[kept], drive.values[kept])
+
+
+def _thinned(t: Array) -> NDArray[np.intp]:
+    """At most some hundred samples, dense where a transient is fast: half of them evenly, half by logarithm."""
+    if len(t) <= _MOST_SAMPLES:
+        return np.arange(len(t))
+    first = int(np.searchsorted(t, 0.0))
+    even = np.linspace(0, len(t) - 1, _MOST_SAMPLES // 2).round()
+    fast = first + np.geomspace(1, len(t) - first, _MOST_SAMPLES // 2).round() - 1
+    return np.unique(np.concatenate([even, fast]).astype(np.intp))
+
+
+def _rate_grid(t: Array, count: int) -> Array:
+    """Rates [1/s] from below the record's length to its sampling interval."""
+    positive = t[t > 0]
+    shortest = max(float(np.diff(t).min()), float(positive[-1]) * 1e-5)
+    return np.geomspace(0.3 / float(positive[-1]), 1.0 / shortest, count)
+
+
+def _high_pass(kind: str, time: Array, rate: Array) -> Array:
+    """s/(s + rate) of a step or a ramp; ``rate`` (n, 1), result (n, time)."""
+    return np.exp(-rate * time) if kind == "step" else -np.expm1(-rate * time) / rate
+
+
+def _second_order(kind: str, time: Array, zeta: float, wn: float) -> Array:
+    """wn^2/(s^2 + 2 zeta wn s + wn^2) and s wn/(...) of a step or a ramp, (2, time).
+
+    As a displacement with Kd = wn^2/Zd the first is the part that a zero Zd far away leaves; the second is what a zero
+    at wn adds to it.
+    """
+    answer = formulas.displacement_step if kind == "step" else formulas.displacement_ramp
+    far = 1e9 * wn
+    first = answer(time, wn**2 / far, far, zeta, wn, 1.0)
+    return np.stack([first, answer(time, wn, wn, zeta, wn, 1.0) - first])
+
+
+def _linear_fit(basis: Array, data: Array) -> tuple[Array, float]:
+    found = np.linalg.lstsq(basis, data, rcond=1e-10)[0]
+    return found, float(((basis @ found - data) ** 2).sum())
