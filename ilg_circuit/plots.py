@@ -75,6 +75,8 @@ def plot_response(response: Response, path: str | Path) -> None:
         panel.plot(response.time, factor * values, color=BLUE, linewidth=1.4)
         panel.set_ylabel(f"{name} [{label}]")
     axes[-1].plot(response.time, response.voltage, color=ORANGE, linewidth=1.4)
+    low, high = min(response.voltage.min(), 0.0), max(response.voltage.max(), 0.0)
+    axes[-1].set_ylim(low - 0.08 * (high - low or 1.0), high + 0.08 * (high - low or 1.0))
     axes[-1].set_ylabel("voltage [V]")
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)

@@ -1,4 +1,4 @@
-"""Measurements -> Actuator: the step found, the circuit and the coupling fitted with an ngspice transient in the loop."""
+"""Measurements -> Actuator: the step found, circuit and coupling fitted with an ngspice transient in the loop."""
 
 from .identification import Identification, identify
 from .measurement import Measurement, read_measurement

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ Array = NDArray[np.float64]
 
 BRANCHES = {"rc": 1, "rc2": 2}
 
+#: Residuals below this part of the peak are of no interest, whatever their structure.
+_NEGLIGIBLE = 1e-4
 #: A parameter whose standard error exceeds this part of it is not determined by the data.
 _DETERMINED = 0.5
 
@@ -49,7 +52,7 @@ class CurrentFit:
     def determined(self) -> bool:
         """Whether the data determine every parameter, the branches being distinct."""
         constants = [r * c for r, c in self.branches]
-        distinct = all(b > 1.5 * a for a, b in zip(constants[:-1], constants[1:], strict=True))
+        distinct = all(b > 1.5 * a for a, b in pairwise(constants))
         return distinct and bool((self.fit.errors <= _DETERMINED * self.fit.values).all())
 
     def effective_bic(self, simplest: CurrentFit) -> float:
@@ -140,7 +143,7 @@ def _sorted(fit: Fit) -> tuple[Fit, tuple[tuple[float, float], ...]]:
 def _warnings(model: str, fit: Fit, data: Array) -> tuple[str, ...]:
     found = []
     peak = float(np.abs(data).max())
-    if structured(fit.residuals) and fit.rmse > 1.5 * noise_level(data):
+    if structured(fit.residuals) and fit.rmse > max(1.5 * noise_level(data), _NEGLIGIBLE * peak):
         share = f"{fit.rmse / peak:.1%} of the peak current rms"
         if model == "rc":
             found.append(f"one pole is not enough: the residuals ({share}) have a structure; try --model rc2")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,10 @@ NAMES = ("coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_n
 #: Residuals up to this part of the answer's span count as described by the model.
 _DESCRIBED = 0.02
 _OVER_NOISE = 1.5
+#: Residuals below this part of the span are of no interest, whatever their structure.
+_NEGLIGIBLE = 1e-4
+#: Tolerance of a fit that only finds out how far d(s) goes.
+_SCOUTING = 1e-5
 #: A nuisance term must earn its place by this much BIC (very strong evidence).
 _EVIDENCE = 10.0
 _WINDOW_RATIO = 1.25
@@ -50,6 +55,7 @@ class DisplacementFit:
     drift: float | None
     sign: float
     per_volt: float
+    beam: str
     warnings: tuple[str, ...]
 
 
@@ -60,6 +66,7 @@ class _Attempt:
     offset: bool
     drift: bool
     end: float
+    beam: str
     described: bool
 
 
@@ -74,8 +81,10 @@ def fit_displacement(
     assert measurement.displacement is not None
     problem = _Problem(measurement, actuator, engine, progress)
     end = float(problem.channel.time[-1])
-    whole = problem.attempt(end)
-    best = whole
+    whole = best = problem.attempt(end)
+    if not whole.described:
+        with suppress(InputError, SolveError):
+            whole = best = problem.attempt(end, like=whole)
     while not best.described:
         end /= _WINDOW_RATIO
         if (problem.after <= end).sum() < _FEWEST_SAMPLES:
@@ -106,28 +115,42 @@ class _Problem:
         # data are fitted relative to a reference near rest, so that a rest position far away does not dominate
         self.reference = float(np.median(at_rest)) if len(at_rest) else 0.0
 
-    def attempt(self, end: float) -> _Attempt:
-        """The fit up to ``end`` [s] with every nuisance term: whether d(s) can describe this stretch at all."""
-        return self._fit(end, offset=True, drift=True)
+    def attempt(self, end: float, like: _Attempt | None = None) -> _Attempt:
+        """A quick fit up to ``end`` [s] with every nuisance term: whether d(s) can describe this stretch at all.
+
+        With the static beam, as the paper's own fit, or with the beam's mass and compliance from where ``like`` ended.
+        """
+        return self._fit(end, offset=True, drift=True, like=like, tolerance=_SCOUTING)
 
     def leanest(self, richest: _Attempt) -> _Attempt:
-        """The same stretch with no more nuisance terms than there is very strong evidence for."""
-        best = self._fit(richest.end, offset=False, drift=False)
-        for richer in (self._fit(richest.end, offset=True, drift=False), richest):
-            samples = max(effective_samples(best.fit.residuals), effective_samples(richer.fit.residuals))
-            gain = information_criterion(best.fit.residuals, best.fit.count, samples)
-            gain -= information_criterion(richer.fit.residuals, richer.fit.count, samples)
-            if gain > _EVIDENCE:
-                best = richer
+        """The same stretch with no more nuisance terms, and the dynamic beam only, if there is very strong evidence."""
+        end = richest.end
+        best = self._fit(end, offset=False, drift=False)
+        best = self._better(best, partial(self._fit, end, offset=False, drift=False, like=best))
+        for drift in (False, True):
+            like = best if best.beam == "dynamic" else None
+            best = self._better(best, partial(self._fit, end, offset=True, drift=drift, like=like))
+            if richest.described and not best.described and drift:
+                best = self._fit(end, offset=True, drift=True, like=like)
         return best
 
-    def model(self, t: Array, sign: float) -> Callable[[Array], Array]:
+    def _better(self, simple: _Attempt, make_rival: Callable[[], _Attempt]) -> _Attempt:
+        try:
+            rival = make_rival()
+        except (InputError, SolveError):
+            return simple
+        samples = max(effective_samples(simple.fit.residuals), effective_samples(rival.fit.residuals))
+        gain = information_criterion(simple.fit.residuals, simple.fit.count, samples)
+        gain -= information_criterion(rival.fit.residuals, rival.fit.count, samples)
+        return rival if gain > _EVIDENCE else simple
+
+    def model(self, t: Array, sign: float, beam: str) -> Callable[[Array], Array]:
         """Displacement at ``t`` (zero at rest) as a function of (m, 4) coupling constants."""
         after = t >= 0
 
         def waves(values: Array) -> Array:
             netlists = [
-                strip_netlist(replace(self.actuator, coupling=Coupling(*v)), beam="static") for v in values.tolist()
+                strip_netlist(replace(self.actuator, coupling=Coupling(*v)), beam=beam) for v in values.tolist()
             ]
             index = [o.name for o in netlists[0].outputs].index("displacement")
             result = np.zeros((len(values), len(t)))
@@ -140,7 +163,7 @@ class _Problem:
     def finish(self, best: _Attempt, *, shortened: bool) -> DisplacementFit:
         t = self.channel.time
         coupling = Coupling(*best.fit.values)
-        answer = self.model(t, best.sign)(best.fit.values[None, :])[0]
+        answer = self.model(t, best.sign, best.beam)(best.fit.values[None, :])[0]
         extra = list(best.fit.nuisance)
         rest = self.reference + (extra[0] if best.offset else 0.0)
         drift = float(extra[1]) if best.drift else None
@@ -155,19 +178,30 @@ class _Problem:
             drift=drift,
             sign=best.sign,
             per_volt=best.sign * self.ratio * coupling.static,
+            beam=best.beam,
             warnings=self._warnings(best, fitted, shortened),
         )
 
-    def _fit(self, end: float, *, offset: bool, drift: bool) -> _Attempt:
+    def _fit(
+        self, end: float, *, offset: bool, drift: bool, like: _Attempt | None = None, tolerance: float = 1e-10
+    ) -> _Attempt:
+        """One fit; with the static beam from the search's start, or with the dynamic one from where ``like`` ended."""
         part = self.channel.until(end)
         t, data = part.time, part.values - self.reference
         nuisance = self.nuisance[: len(t), : offset + drift]
-        start, sign = self.search.start(end, self.channel.values - self.reference, self.nuisance[:, : offset + drift])
-        waves = self.model(t, sign)
-        fit = fit_circuit(waves, data, NAMES, start, nuisance, self.progress)
+        if like is None:
+            beam = "static"
+            relative = self.channel.values - self.reference
+            start, sign = self.search.start(end, relative, self.nuisance[:, : offset + drift])
+        else:
+            beam, start, sign = "dynamic", like.fit.values, like.sign
+        fit = fit_circuit(self.model(t, sign, beam), data, NAMES, start, nuisance, self.progress, tolerance)
         span = float(np.ptp(data - fit.residuals - nuisance @ fit.nuisance))
         limit = max(_OVER_NOISE * noise_level(data), _DESCRIBED * span)
-        return _Attempt(fit, sign, offset, drift, end, fit.rmse <= limit)
+        # a fit that goes astray at its end has taken in the beginning of a drift
+        last = fit.residuals[t > 0.9 * end]
+        astray = len(last) > 0 and float(np.sqrt(np.mean(last**2))) > 1.5 * limit
+        return _Attempt(fit, sign, offset, drift, end, beam, fit.rmse <= limit and not astray)
 
     def _warnings(self, best: _Attempt, fitted: Array, shortened: bool) -> tuple[str, ...]:
         found = []
@@ -181,10 +215,11 @@ class _Problem:
             found.append("d(s) does not describe the displacement: its residuals are more than noise at any length")
         if best.sign < 0:
             found.append("the displacement falls as the voltage rises: its axis was taken to point away from the anode")
-        if structured(best.fit.residuals) and best.fit.rmse > _OVER_NOISE * noise_level(self.channel.values):
-            found.append(
-                "residuals of the displacement are alike at neighbouring samples: its standard errors are too small"
-            )
+        if best.beam == "dynamic":
+            found.append("the displacement shows the beam's inertia: E, density, damping are the actuator's")
+        uneasy = max(_OVER_NOISE * noise_level(self.channel.values), _NEGLIGIBLE * float(np.ptp(self.channel.values)))
+        if structured(best.fit.residuals) and best.fit.rmse > uneasy:
+            found.append("neighbouring residuals of the displacement are alike: its standard errors are too small")
         loose = [n for n, v, e in zip(best.fit.names, best.fit.values, best.fit.errors, strict=True) if e > 0.5 * v]
         if loose:
             found.append(f"not determined by these data (standard error over 50%): {', '.join(loose)}")

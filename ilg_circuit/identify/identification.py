@@ -178,7 +178,7 @@ def _choose(
         warnings += chosen.warnings
         return chosen, (chosen,)
     one = fit_current(measurement, held, "rc", engine, progress)
-    candidates = (one,)
+    candidates: tuple[CurrentFit, ...] = (one,)
     chosen = one
     try:
         two = fit_current(measurement, held, "rc2", engine, progress)
@@ -224,7 +224,7 @@ def _parameters(current: CurrentFit, held: float, displacement: DisplacementFit 
 def _derived(
     current: CurrentFit, held: float, measurement: Measurement, displacement: DisplacementFit | None
 ) -> dict[str, Parameter]:
-    """Quantities computed from the fit; time constants and per-volt answers do not depend on what was held or assumed."""
+    """Quantities computed from the fit; per-volt answers do not depend on what was held or assumed."""
     derived: dict[str, Parameter] = {"onset": Parameter(measurement.onset, "s")}
     if measurement.step is not None:
         derived["step_voltage"] = Parameter(measurement.step, "V")
@@ -272,6 +272,7 @@ def _statistics(measurement: Measurement, current: CurrentFit, displacement: Dis
             "bic": displacement.fit.bic,
             "n": len(displacement.fit.residuals),
             "window_s": displacement.window,
+            "beam": displacement.beam,
             "evaluations": displacement.fit.evaluations,
         }
     return statistics

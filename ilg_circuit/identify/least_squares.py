@@ -65,8 +65,11 @@ def fit_circuit(
     start: Array,
     nuisance: Array | None = None,
     progress: Callable[[], None] | None = None,
+    tolerance: float = 1e-10,
 ) -> Fit:
     """Fit ``data`` (samples,) by ``model`` with parameters from ``start`` (n,), plus ``nuisance`` (samples, k) columns.
+
+    ``tolerance`` is the relative change of the sum of squares at which the fit ends.
 
     Raises SolveError when the fit does not converge, or when the data do not determine a parameter.
     """
@@ -100,7 +103,9 @@ def fit_circuit(
         return np.column_stack([evaluate(logs)[1] / scale, weights])
 
     minimizer = lmfit.Minimizer(residual, parameters, nan_policy="raise")
-    result = minimizer.leastsq(Dfun=jacobian, col_deriv=0, max_nfev=_MOST_EVALUATIONS, ftol=1e-10, xtol=1e-8, gtol=0.0)
+    result = minimizer.leastsq(
+        Dfun=jacobian, col_deriv=0, max_nfev=_MOST_EVALUATIONS, ftol=tolerance, xtol=tolerance**0.8, gtol=0.0
+    )
     if not result.success and evaluate.best_change > 1e-8:
         raise SolveError(f"the fit did not converge in {result.nfev} evaluations: {' '.join(result.message.split())}")
     logs, amounts = unpack(result.params)
@@ -120,7 +125,7 @@ def _finish(
     columns: Array,
     count: int,
 ) -> Fit:
-    """Covariance s^2 (J^T J)^-1 from a pseudo-inverse-free QR, in the parameters' own units, and the statistics."""
+    """Covariance s^2 (J^T J)^-1 by QR, in the parameters' own units, and the statistics."""
     samples, unknowns = slope.shape
     size = np.sqrt((slope**2).sum(axis=0))
     if not (size > 0).all():

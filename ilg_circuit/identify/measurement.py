@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -84,19 +85,17 @@ def prepare(table: Table) -> Measurement:
         first -= 1
     drive, smoothed = _drive(time[first:] - onset, u[first:])
     if smoothed:
-        notes.append(
-            f"noise on the voltage ({format_quantity(smoothed, 'V', 2)} rms about its levels) was averaged out"
-        )
+        noise = format_quantity(smoothed, "V", 2)
+        notes.append(f"noise on the voltage ({noise} rms about its levels) was averaged out")
     current = _channel(table, "current", onset)
     if current is None:
         raise InputError(f"{name}: the current column has no number in it")
     current, clipped = _without_clipping(current)
     if clipped:
         notes.append(clipped)
-    if (~current.rest).sum() < 10:
-        raise InputError(
-            f"{name}: {(~current.rest).sum()} current samples after the onset at {onset:g} s; 10 are needed"
-        )
+    count = int((~current.rest).sum())
+    if count < 10:
+        raise InputError(f"{name}: {count} current samples after the onset at {onset:g} s; 10 are needed")
     _require_response(current, drive, name)
     displacement = _channel(table, "displacement", onset)
     if displacement is not None and (~displacement.rest).sum() < 20:
@@ -163,7 +162,7 @@ def _drive(t: Array, u: Array) -> tuple[PiecewiseLinear, float]:
     times: list[Array] = []
     values: list[Array] = []
     noise = 0.0
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in pairwise(edges):
         level = u[start:stop]
         if _is_level(level):
             noise = max(noise, float(level.std()))

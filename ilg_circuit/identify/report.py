@@ -23,17 +23,17 @@ def table(result: Identification) -> str:
     """The result for a terminal: parameters with standard errors and intervals, what follows from them, statistics."""
     m = result.measurement
     onset = f"step of {format_quantity(m.step, 'V', 5)} at" if m.step is not None else "waveform from"
-    lines = [
-        f"{m.source}: {onset} {format_quantity(m.onset, 's', 6)}; model {result.model}, {result.engine} in the loop"
-    ]
+    when = format_quantity(m.onset, "s", 6)
+    lines = [f"{m.source}: {onset} {when}; model {result.model}, {result.engine} in the loop"]
     lines += ["", f"{'parameter':<28}{'value':>16}{'standard error':>18}   95 % interval"]
     lines += [_row(name, p) for name, p in result.parameters.items()]
     lines += ["", *(f"{name:<28}{_text(p.value, p.unit):>16}" for name, p in result.derived.items())]
     s = result.statistics
     lines += ["", _statistics("current", s, "A", f" ({s['rmse_over_peak']:.2%} of the peak)")]
     if "displacement" in s:
+        moved = s["displacement"]
         lines.append(
-            _statistics("displacement", s["displacement"], "m", f", first {s['displacement']['window_s']:.4g} s")
+            _statistics("displacement", moved, "m", f", {moved['beam']} beam, first {moved['window_s']:.4g} s")
         )
     strong = [f"{pair}: {value:+.3f}" for pair, value in result.correlations.items() if abs(value) > 0.9]
     if strong:

@@ -19,7 +19,7 @@ def autocorrelation(residuals: Array) -> float:
 
 def structured(residuals: Array) -> bool:
     """Whether neighbouring residuals are alike: beyond chance, and by more than a little."""
-    return autocorrelation(residuals) > max(_CORRELATED, 4 / np.sqrt(len(residuals)))
+    return bool(autocorrelation(residuals) > max(_CORRELATED, 4 / np.sqrt(len(residuals))))
 
 
 def effective_samples(residuals: Array) -> float:

@@ -97,7 +97,8 @@ class CouplingSearch:
         (low, high), (zeta, wn) = choice
         zero = wn * low / high
         gain = abs(low) / self._ratio * wn**2 / zero
-        return np.array([gain, zero, zeta, wn]), float(np.sign(low))
+        start: Array = np.asarray([gain, zero, zeta, wn], dtype=np.float64)
+        return start, float(np.sign(low))
 
 
 def _coarse(drive: PiecewiseLinear) -> PiecewiseLinear:
