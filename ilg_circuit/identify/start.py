@@ -97,8 +97,7 @@ class CouplingSearch:
         (low, high), (zeta, wn) = choice
         zero = wn * low / high
         gain = abs(low) / self._ratio * wn**2 / zero
-        start: Array = np.asarray([gain, zero, zeta, wn], dtype=np.float64)
-        return start, float(np.sign(low))
+        return np.array([gain, zero, zeta, wn]), float(np.sign(low))
 
 
 def _coarse(drive: PiecewiseLinear) -> PiecewiseLinear:
@@ -144,5 +143,5 @@ def _second_order(kind: str, time: Array, zeta: float, wn: float) -> Array:
 
 
 def _linear_fit(basis: Array, data: Array) -> tuple[Array, float]:
-    found = np.linalg.lstsq(basis, data, rcond=1e-10)[0]
+    found: Array = np.asarray(np.linalg.lstsq(basis, data, rcond=1e-10)[0], dtype=np.float64)
     return found, float(((basis @ found - data) ** 2).sum())

@@ -1,0 +1,29 @@
+"""From a measured step to the strip: here the measurement is simulated, with noise and a resting camera.
+
+Run: python examples/identify_a_step.py [FOLDER]
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from ilg_circuit.actuator import PAPER
+from ilg_circuit.circuit import PiecewiseLinear
+from ilg_circuit.identify import identify, read_measurement
+from ilg_circuit.identify.report import plot_identification, table, write_actuator
+from ilg_circuit.response import sample_times, simulate
+
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+response = simulate(PAPER, PiecewiseLinear.step(4.0), sample_times(300.0), beam="static")
+random = np.random.default_rng(1)
+current = 1e3 * response.current + random.normal(0, 0.5, len(response.time))
+displacement = 1e3 * response.displacement + random.normal(0, 0.02, len(response.time))
+columns = np.column_stack([response.time, response.voltage, current, displacement])
+data = folder / "measured.csv"
+np.savetxt(data, columns, delimiter=",", header="time_s,voltage_V,current_mA,displacement_mm", comments="", fmt="%.6g")
+
+result = identify(read_measurement(data), base=PAPER)
+print(table(result))
+write_actuator(result, folder / "fitted.toml")
+plot_identification(result, folder / "fit.png")

@@ -1,0 +1,20 @@
+"""A strip's answer to a 4 V step: current, displacement and energy, checked and drawn.
+
+Run: python examples/step_response.py [FOLDER]
+"""
+
+import sys
+from pathlib import Path
+
+from ilg_circuit.actuator import PAPER
+from ilg_circuit.check import check, report
+from ilg_circuit.circuit import PiecewiseLinear
+from ilg_circuit.plots import plot_response
+from ilg_circuit.response import sample_times, simulate
+
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+response = simulate(PAPER, PiecewiseLinear.step(4.0), sample_times(300.0), beam="static")
+print(response.summary())
+print(report(check(response, tip="free", beam="static")))
+response.write_csv(folder / "step.csv")
+plot_response(response, folder / "step.png")
