@@ -14,7 +14,7 @@ from ..actuator import Actuator, Coupling
 from ..circuit.strip import strip_netlist
 from ..elements import lumped_elements
 from ..errors import InputError, SolveError
-from ..solve.transient import transient
+from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..units import format_quantity
 from .least_squares import Fit, fit_circuit
 from .measurement import Channel, Measurement, noise_level
@@ -144,7 +144,7 @@ class _Problem:
         gain -= information_criterion(rival.fit.residuals, rival.fit.count, samples)
         return rival if gain > _EVIDENCE else simple
 
-    def model(self, t: Array, sign: float, beam: str) -> Callable[[Array], Array]:
+    def model(self, t: Array, sign: float, beam: str, accuracy: float = DEFAULT_ACCURACY) -> Callable[[Array], Array]:
         """Displacement at ``t`` (zero at rest) as a function of (m, 4) coupling constants."""
         after = t >= 0
 
@@ -154,7 +154,7 @@ class _Problem:
             ]
             index = [o.name for o in netlists[0].outputs].index("displacement")
             result = np.zeros((len(values), len(t)))
-            solved = transient(netlists, self.drive, t[after], engine=self.engine)
+            solved = transient(netlists, self.drive, t[after], engine=self.engine, accuracy=accuracy)
             result[:, after] = sign * solved.values[:, index]
             return result
 
@@ -195,7 +195,8 @@ class _Problem:
             start, sign = self.search.start(end, relative, self.nuisance[:, : offset + drift])
         else:
             beam, start, sign = "dynamic", like.fit.values, like.sign
-        fit = fit_circuit(self.model(t, sign, beam), data, NAMES, start, nuisance, self.progress, tolerance)
+        model = self.model(t, sign, beam, max(0.1 * tolerance, DEFAULT_ACCURACY))
+        fit = fit_circuit(model, data, NAMES, start, nuisance, self.progress, tolerance)
         span = float(np.ptp(data - fit.residuals - nuisance @ fit.nuisance))
         limit = max(_OVER_NOISE * noise_level(data), _DESCRIBED * span)
         # a fit that goes astray at its end has taken in the beginning of a drift
