@@ -69,7 +69,7 @@ def design_grid(
     valid = ends > starts
     samples_right = _off_edges(samples, breakpoints[jumps], rise)
     profile = _profile(poles, drive.angular_frequency(), float((ends - starts).max(initial=0.0)), theta)
-    fastest = float(np.abs(poles).max(initial=1 / max(end, 1e-300)))
+    fastest = float(np.abs(poles).max(initial=max(1 / end, drive.angular_frequency())))
     pieces: list[Array] = []
     spline: list[Array] = []
     for k in np.flatnonzero(valid):

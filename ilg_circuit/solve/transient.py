@@ -30,6 +30,8 @@ DEFAULT_ACCURACY = 1e-7
 _MOST_RUNS = 4
 _MOST_REFINEMENTS = 4
 _LARGEST_BATCH = 100
+#: Rounding of a run, relative to the largest term of an output: what thousands of steps make of a double's 1e-16.
+_ROUNDING = 1e-11
 #: Copies in one netlist share one grid; their fastest modes may differ by this factor.
 _SPREAD = 3.0
 #: Nodes of the interpolation used and of the weaker one that it is compared with.
@@ -156,12 +158,12 @@ def _solve_batch(
     for _ in range(_MOST_REFINEMENTS):
         fineness = between_nodes if interpolate else theta
         grid = design_grid(poles, drive, samples, 1.1 * rise, fineness, interpolate=interpolate)
-        at_nodes, errors = _extrapolate(text, names, nets, vectors, grid, accuracy)
+        at_nodes, errors, allowed = _extrapolate(text, names, nets, vectors, grid, accuracy)
         values, doubt = _sample(grid, at_nodes)
         errors = np.maximum(errors, doubt)
-        if errors.max(initial=0.0) <= accuracy:
+        if (errors <= allowed).all():
             return values, errors
-        if doubt.max(initial=0.0) > accuracy:
+        if (doubt > allowed).any():
             # closer nodes (interpolation's error goes with the sixth power), unless every sample may as well be one
             closer = 1.2 * float(doubt.max() / accuracy) ** (1 / 6)
             between_nodes /= closer
@@ -176,8 +178,11 @@ def _solve_batch(
 
 def _extrapolate(
     text: str, names: list[str], nets: list[Netlist], vectors: list[dict[str, str]], grid: Grid, accuracy: float
-) -> tuple[Array, Array]:
-    """Outputs at the grid's nodes after 0, and their estimated relative errors, by Richardson extrapolation."""
+) -> tuple[Array, Array, Array]:
+    """Outputs at the grid's nodes after 0 by Richardson extrapolation, their estimated relative errors, those allowed.
+
+    Allowed is the accuracy, or the rounding of an output that is a small difference of large quantities.
+    """
     from .ngspice import session
 
     ngspice = session()
@@ -194,19 +199,23 @@ def _extrapolate(
         if parts == 1:
             continue
         errors = _relative(columns[-1] - columns[-2], columns[-1])
-        if errors.max(initial=0.0) <= accuracy:
+        terms = _outputs(nets, vectors, row, np.abs(raw), absolute=True)
+        allowed = np.maximum(accuracy, _ROUNDING * _relative(terms, columns[-1]))
+        if (errors <= allowed).all():
             break
-    return columns[-1], errors
+    return columns[-1], errors, allowed
 
 
-def _outputs(nets: list[Netlist], vectors: list[dict[str, str]], row: dict[str, int], raw: Array) -> Array:
-    """Outputs (n, outputs, points) as sums of ngspice's vectors."""
+def _outputs(
+    nets: list[Netlist], vectors: list[dict[str, str]], row: dict[str, int], raw: Array, *, absolute: bool = False
+) -> Array:
+    """Outputs (n, outputs, points) as sums of ngspice's vectors; ``absolute``: of the terms' sizes."""
     result = np.zeros((len(nets), len(nets[0].outputs), raw.shape[1]))
     for k, (netlist, of_copy) in enumerate(zip(nets, vectors, strict=True)):
         for j, output in enumerate(netlist.outputs):
             for quantity, coefficient in output.terms:
                 if coefficient:
-                    result[k, j] += coefficient * raw[row[of_copy[quantity]]]
+                    result[k, j] += (abs(coefficient) if absolute else coefficient) * raw[row[of_copy[quantity]]]
     return result
 
 
