@@ -21,7 +21,7 @@ from ..circuit.drive import Drive
 Array = NDArray[np.float64]
 
 #: ngspice's first step is backward Euler; so short (in units of the fastest mode) its error is below 1e-9.
-_FIRST_STEP = 3e-5
+_FIRST_STEP = 1e-5
 _ORDER = 8
 #: A step never grows beyond this part of the time since the segment began.
 _GROWTH = 0.35
