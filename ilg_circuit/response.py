@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .actuator import Actuator
-from .circuit.drive import Drive
+from .circuit.drive import Drive, drive_times
 from .circuit.netlist import Netlist
 from .circuit.strip import Load, strip_netlist
 from .errors import InputError
@@ -121,7 +121,7 @@ def simulate(
     See `ilg_circuit.circuit.strip.strip_netlist` for ``tip``, ``beam`` and ``load``, and
     `ilg_circuit.solve.transient.transient` for ``engine``, ``accuracy`` and the errors raised.
     """
-    samples = np.asarray(times, dtype=float)
+    samples = drive_times(drive, np.asarray(times, dtype=np.float64))
     netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load)
     grid, gauss, weights = _energy_grid(samples, drive)
     waves = transient(netlist, drive, grid, engine=engine, accuracy=accuracy, interpolate=False, progress=progress)

@@ -37,14 +37,14 @@ class Drive(Protocol):
     def breakpoints(self, duration: float) -> Array:
         """Times in (0, duration) at which value or slope jumps, ascending."""
 
+    def jumps(self, duration: float) -> Array:
+        """Those of them at which the value jumps."""
+
     def angular_frequency(self) -> float:
         """Highest angular frequency [rad/s] of its smooth parts; 0 for straight lines."""
 
     def spice(self, duration: float) -> str:
         """Waveform of a SPICE voltage source over ``duration`` [s]: PWL(...) or SIN(...)."""
-
-    def expression(self, duration: float, rise: float) -> str:
-        """The same as an expression of ``time`` for a behavioural source; a jump takes ``rise`` [s] around its time."""
 
 
 @dataclass(frozen=True)
@@ -70,14 +70,14 @@ class Sine:
     def breakpoints(self, duration: float) -> Array:
         return np.empty(0)
 
+    def jumps(self, duration: float) -> Array:
+        return np.empty(0)
+
     def angular_frequency(self) -> float:
         return 2 * np.pi * self.frequency
 
     def spice(self, duration: float) -> str:
         return f"SIN(0.0 {float(self.amplitude)!r} {float(self.frequency)!r})"
-
-    def expression(self, duration: float, rise: float) -> str:
-        return f"{float(self.amplitude)!r}*sin({float(self.angular_frequency())!r}*time)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,19 +143,16 @@ class PiecewiseLinear:
     def breakpoints(self, duration: float) -> Array:
         return np.unique(self.times[(self.times > 0) & (self.times < duration)])
 
+    def jumps(self, duration: float) -> Array:
+        twice = self.times[1:][np.diff(self.times) == 0]
+        return np.unique(twice[(twice > 0) & (twice < duration)])
+
     def angular_frequency(self) -> float:
         return 0.0
 
     def spice(self, duration: float) -> str:
         times, values = self.widened(duration, NETLIST_RISE)
         return "PWL(" + " ".join(f"{t!r} {v!r}" for t, v in zip(times.tolist(), values.tolist(), strict=True)) + ")"
-
-    def expression(self, duration: float, rise: float) -> str:
-        times, values = self.widened(duration, rise)
-        if len(times) == 1:  # pwl() wants two points
-            times, values = np.array([0.0, 2 * duration]), np.repeat(values, 2)
-        pairs = ", ".join(f"{t!r}, {v!r}" for t, v in zip(times.tolist(), values.tolist(), strict=True))
-        return f"pwl(time, {pairs})"
 
     def widened(self, duration: float, rise: float) -> tuple[Array, Array]:
         """Ascending times and values from 0 to past ``duration``, each jump a ramp of ``rise`` [s] about it."""
@@ -181,6 +178,17 @@ class PiecewiseLinear:
         start, end = self.value([t, duration])
         later = self.times[self.times > t]
         return float((end - start) / (duration - t)) if len(later) and duration > t else 0.0
+
+
+def drive_times(drive: Drive, times: Array) -> Array:
+    """``times`` with those that miss an edge of the drive by rounding moved onto it (and so to its right limit)."""
+    edges = drive.breakpoints(float(times[-1]) * (1 + 1e-12)) if len(times) else times
+    if not len(edges):
+        return times
+    nearest = np.clip(np.searchsorted(edges, times), 1, len(edges) - 1) if len(edges) > 1 else np.zeros(1, dtype=int)
+    for candidate in (edges[nearest - 1] if len(edges) > 1 else edges[nearest], edges[nearest]):
+        times = np.where(np.abs(times - candidate) <= 1e-12 * candidate, candidate, times)
+    return times
 
 
 def parse_drive(text: str, duration: float) -> Drive:

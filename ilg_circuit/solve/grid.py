@@ -22,6 +22,10 @@ Array = NDArray[np.float64]
 
 #: ngspice's first step is backward Euler; so short (in units of the fastest mode) its error is below 1e-9.
 _FIRST_STEP = 1e-5
+#: A jump of the drive takes so long, in units of the fastest mode; shorter ones would only add rounding.
+_RISE = 3e-5
+#: Fewest nodes of a piece that begins with a jump, from which a sample on the jump is extrapolated.
+_AFTER_JUMP = 9
 _ORDER = 8
 #: A step never grows beyond this part of the time since the segment began.
 _GROWTH = 0.35
@@ -32,13 +36,14 @@ class Grid:
     """Points of one solve, from 0, and where the requested samples are among them.
 
     ``nodes`` [s]; ``samples`` [s]; ``index``: node of each sample, or -1 where the sample lies between nodes and is
-    interpolated; ``segments``: (first node, last node) of every smooth piece.
+    interpolated; ``segments``: (first node, last node) of every smooth piece; ``piece``: the piece of each sample.
     """
 
     nodes: Array
     samples: Array
     index: NDArray[np.intp]
     segments: NDArray[np.intp]
+    piece: NDArray[np.intp]
 
     def subdivided(self, parts: int) -> Array:
         """The nodes with every step split into ``parts`` equal ones."""
@@ -47,63 +52,43 @@ class Grid:
         return np.append(inner.ravel(), self.nodes[-1])
 
 
-def rise_time(poles: NDArray[np.complex128], duration: float) -> float:
-    """How long [s] a jump takes in a solve: too short for any mode to notice, long enough for a double to resolve."""
-    fastest = float(np.abs(poles).max(initial=1 / duration))
-    return max(1e-8 / fastest, 1e-12 * duration)
-
-
 def design_grid(
-    poles: NDArray[np.complex128], drive: Drive, samples: Array, rise: float, theta: float, *, interpolate: bool = True
+    poles: NDArray[np.complex128], drive: Drive, samples: Array, theta: float, *, interpolate: bool = True
 ) -> Grid:
     """The grid for a circuit (or several, ``poles`` together) under ``drive`` with results wanted at ``samples``.
 
     ``samples`` [s] ascending, >= 0. ``theta`` sets the fineness. Where samples are much denser than the circuit needs
-    they are interpolated (if ``interpolate``), elsewhere they are nodes.
+    they are interpolated (if ``interpolate``), elsewhere they are nodes. A jump of the drive lies in the middle of a
+    step so short that no mode notices its length; samples on it are extrapolated from the side they belong to.
     """
     end = float(samples[-1])
-    breakpoints = drive.breakpoints(end)
-    jumps = np.isin(breakpoints, _jump_times(drive, breakpoints))
-    starts = np.concatenate([[0.0], np.where(jumps, breakpoints + rise / 2, breakpoints)])
-    ends = np.concatenate([np.where(jumps, breakpoints - rise / 2, breakpoints), [end]])
-    valid = ends > starts
-    samples_right = _off_edges(samples, breakpoints[jumps], rise)
-    profile = _profile(poles, drive.angular_frequency(), float((ends - starts).max(initial=0.0)), theta)
     fastest = float(np.abs(poles).max(initial=max(1 / end, drive.angular_frequency())))
+    rise = max(_RISE / fastest, 1e-12 * end)
+    breakpoints = drive.breakpoints(end)
+    half = np.where(np.isin(breakpoints, drive.jumps(end)), rise / 2, 0.0)
+    begins = np.concatenate([[0.0], breakpoints])
+    starts = np.concatenate([[0.0], breakpoints + half])
+    ends = np.concatenate([breakpoints - half, [end]])
+    valid = np.flatnonzero(ends > starts)
+    profile = _profile(poles, drive.angular_frequency(), float((ends - starts).max(initial=0.0)), theta)
     pieces: list[Array] = []
-    spline: list[Array] = []
-    for k in np.flatnonzero(valid):
+    for k in valid:
         a, b = float(starts[k]), float(ends[k])
         piece = np.concatenate([[a], _cut(profile, b - a) + a, [b]])
         if k == 0:
             piece = np.concatenate([[a], _launch(float(piece[1] - a), _FIRST_STEP / fastest) + a, piece[1:]])
-        low, high = np.searchsorted(samples_right, [a, b], side="left")
-        inside = samples_right[low : high + (k == len(starts) - 1)]
-        if interpolate and len(inside) > 2 * len(piece) and len(piece) > 12:
-            spline.append(inside)
-        else:
-            piece = _merged(piece, inside, 1e-3 * rise if rise < end else 0.0)
+        elif half[k - 1] and len(piece) < _AFTER_JUMP:
+            piece = np.linspace(a, b, _AFTER_JUMP)
+        inside = samples[np.searchsorted(samples, a) : np.searchsorted(samples, b, side="right")]
+        if not (interpolate and len(inside) > 2 * len(piece) and len(piece) > 12):
+            piece = _merged(piece, inside, 1e-3 * rise)
         pieces.append(piece)
-    nodes = np.unique(np.concatenate(pieces)) if pieces else np.array([0.0])
-    bounds = np.array([(p[0], p[-1]) for p in pieces]).reshape(-1, 2)
-    segments = np.searchsorted(nodes, bounds)
-    nearest = np.clip(np.searchsorted(nodes, samples_right - 1e-3 * rise), 0, len(nodes) - 1)
-    index = np.where(np.abs(nodes[nearest] - samples_right) <= 1e-3 * rise, nearest, -1)
-    return Grid(nodes, samples_right, index.astype(np.intp), segments.astype(np.intp))
-
-
-def _jump_times(drive: Drive, breakpoints: Array) -> Array:
-    """Breakpoints at which the value, not only the slope, jumps."""
-    times = getattr(drive, "times", np.empty(0))
-    return np.unique(times[1:][np.diff(times) == 0]) if len(times) else breakpoints[:0]
-
-
-def _off_edges(samples: Array, jumps: Array, rise: float) -> Array:
-    """Samples on or in a jump's rise are moved to its end: a sample on an edge is the right limit."""
-    if not len(jumps):
-        return samples
-    nearest = jumps[np.clip(np.searchsorted(jumps, samples - rise / 2), 0, len(jumps) - 1)]
-    return np.where(np.abs(samples - nearest) <= rise / 2, nearest + rise / 2, samples)
+    nodes = np.unique(np.concatenate(pieces))
+    segments = np.searchsorted(nodes, np.array([(p[0], p[-1]) for p in pieces]))
+    nearest = np.clip(np.searchsorted(nodes, samples - 1e-3 * rise), 0, len(nodes) - 1)
+    index = np.where(np.abs(nodes[nearest] - samples) <= 1e-3 * rise, nearest, -1)
+    home = np.searchsorted(begins[valid], samples, side="right") - 1
+    return Grid(nodes, samples, index.astype(np.intp), segments.astype(np.intp), np.clip(home, 0, None).astype(np.intp))
 
 
 def _profile(poles: NDArray[np.complex128], omega: float, longest: float, theta: float) -> Array:

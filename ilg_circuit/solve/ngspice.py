@@ -6,7 +6,8 @@ old plots go first and the new one's name, length and last time are checked.
 
 The time points are ours: ngspice asks before every step (GetSyncData of its shared library), and gets the next point
 of a given grid. So the trapezoidal rule works on a grid chosen for the circuit, and no tolerance of ngspice decides
-about the accuracy; see `ilg_circuit.solve.transient`.
+about the accuracy; see `ilg_circuit.solve.transient`. The drive is an external source (GetVSRCData) whose voltage is
+given with each point: no breakpoints, at which ngspice would fall back to first order, and no digits lost in a netlist.
 """
 
 from __future__ import annotations
@@ -50,25 +51,27 @@ class Session:
                 raise SolveError(f"cannot load {self.library}: {error}") from None
         self._lib = self._shared._ngspice_shared
         self._process = os.getpid()
-        self._grid: list[float] = []
+        self._grid: list[float] = [0.0]
+        self._voltages: list[float] = [0.0]
         self._position = 0
         self._tiny = 0.0
         self._complaints: list[str] = []
         self._sync = self._ffi.callback("int(double, double *, double, int, int, int, void *)", self._next_step)
-        null = self._ffi.NULL
+        self._source = self._ffi.callback("int(double *, double, char *, int, void *)", self._source_voltage)
         identity = self._shared._ngspice_id
-        if self._lib.ngSpice_Init_Sync(null, null, self._sync, identity, self._shared._self_c):
+        if self._lib.ngSpice_Init_Sync(self._source, self._ffi.NULL, self._sync, identity, self._shared._self_c):
             raise SolveError("ngspice refused the time step callback; its version is too old (36 or later is needed)")
 
     @property
     def version(self) -> str:
         return str(self._shared.ngspice_version)
 
-    def transient(self, circuit: str, grid: Array, vectors: list[str]) -> Array:
+    def transient(self, circuit: str, grid: Array, voltages: Array, vectors: list[str]) -> Array:
         """Run a circuit's text over ``grid`` [s] (ascending, from 0) and return ``vectors`` at all points after 0.
 
-        Shape (vectors, points). Initial conditions are those of the elements. Raises SolveError when ngspice rejects
-        the circuit, stops early, or leaves the grid.
+        ``voltages`` [V] at the points of the grid are those of the circuit's external source. Shape (vectors, points).
+        Initial conditions are those of the elements. Raises SolveError when ngspice rejects the circuit, stops early,
+        or leaves the grid.
         """
         if os.getpid() != self._process:
             raise SolveError("ngspice was loaded before this process was forked; start workers with spawn or loky")
@@ -77,7 +80,8 @@ class Session:
             self._command("destroy all")
             self._load(f"{circuit}\n.save {' '.join(vectors)}\n.tran {end!r} {end!r} 0 {end!r} uic\n.end\n")
             try:
-                self._grid, self._position, self._tiny = grid[1:].tolist(), 0, 1e-15 * end
+                self._grid, self._voltages = grid.tolist(), voltages.tolist()
+                self._position, self._tiny = 0, 1e-15 * end
                 self._command("run")
                 return self._read(vectors, grid)
             finally:
@@ -94,6 +98,17 @@ class Session:
             self._position += 1
             ahead = self._grid[self._position] - time
         delta[0] = max(ahead, self._tiny)
+        return 0
+
+    def _source_voltage(self, voltage: Any, time: float, _node: Any, _id: int, _data: Any) -> int:
+        """ngspice's question for the external source's voltage, at every Newton iteration."""
+        k = self._position
+        ahead = self._grid[k] - time
+        if ahead <= self._tiny or k == 0:
+            voltage[0] = self._voltages[k]
+        else:  # a step made shorter by ngspice
+            share = ahead / (self._grid[k] - self._grid[k - 1])
+            voltage[0] = self._voltages[k] + share * (self._voltages[k - 1] - self._voltages[k])
         return 0
 
     def _load(self, text: str) -> None:

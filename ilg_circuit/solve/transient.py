@@ -10,15 +10,15 @@ difference bounds the error of the weaker one, and is the stated error.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..circuit.drive import Drive
+from ..circuit.drive import Drive, drive_times
 from ..circuit.netlist import Netlist, copies
 from ..errors import InputError, SolveError
-from .grid import Grid, design_grid, rise_time
+from .grid import Grid, design_grid
 from .state_space import StateSpace, state_space
 
 Array = NDArray[np.float64]
@@ -75,13 +75,21 @@ def transient(
     and >= 0, SolveError when the accuracy is not reached.
     """
     nets = [netlists] if isinstance(netlists, Netlist) else list(netlists)
-    samples = np.asarray(times, dtype=float)
+    samples: Array = np.asarray(times, dtype=np.float64)
     if not nets or samples.ndim != 1 or not len(samples):
         raise InputError("a transient needs at least one netlist and one time")
     if samples[0] < 0 or not np.isfinite(samples).all() or (np.diff(samples) <= 0).any():
         raise InputError("the times of a transient must be finite, ascending and not negative")
     if not 1e-11 <= accuracy <= 1e-2:
         raise InputError(f"accuracy {accuracy:g} must lie between 1e-11 and 1e-2")
+    samples = drive_times(drive, samples)
+    if engine == "ngspice" and samples[-1] in drive.jumps(np.inf):
+        # a jump on the last sample: its right limit needs a run that goes beyond
+        beyond = transient(
+            nets, drive, np.append(samples, samples[-1] * 1.001), engine=engine, accuracy=accuracy,
+            interpolate=interpolate, progress=progress,
+        )  # fmt: skip
+        return replace(beyond, times=samples, values=beyond.values[:, :, :-1])
     system = state_space(nets)
     if engine == "exact":
         from .exact import exact_outputs
@@ -146,19 +154,17 @@ def _solve_batch(
     interpolate: bool,
 ) -> tuple[Array, Array]:
     """Values (n, outputs, t) and errors (n, outputs) of one batch on one shared grid, refined until accurate."""
-    end = float(samples[-1])
-    rise = rise_time(poles, end)
     circuit, vectors = copies(nets)
     source = next(e for e in nets[0].elements if e.name == nets[0].drive)
-    circuit.BehavioralSource("drive_waveform", *source.nodes, v=drive.expression(end, rise))
+    circuit.V(source.name[1:], *source.nodes, "external")
     text = str(circuit)
     names = list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
     theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
     between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes than the rule
     for _ in range(_MOST_REFINEMENTS):
         fineness = between_nodes if interpolate else theta
-        grid = design_grid(poles, drive, samples, 1.1 * rise, fineness, interpolate=interpolate)
-        at_nodes, errors, allowed = _extrapolate(text, names, nets, vectors, grid, accuracy)
+        grid = design_grid(poles, drive, samples, fineness, interpolate=interpolate)
+        at_nodes, errors, allowed = _extrapolate(text, names, nets, vectors, grid, drive, accuracy)
         values, doubt = _sample(grid, at_nodes)
         errors = np.maximum(errors, doubt)
         if (errors <= allowed).all():
@@ -177,7 +183,13 @@ def _solve_batch(
 
 
 def _extrapolate(
-    text: str, names: list[str], nets: list[Netlist], vectors: list[dict[str, str]], grid: Grid, accuracy: float
+    text: str,
+    names: list[str],
+    nets: list[Netlist],
+    vectors: list[dict[str, str]],
+    grid: Grid,
+    drive: Drive,
+    accuracy: float,
 ) -> tuple[Array, Array, Array]:
     """Outputs at the grid's nodes after 0 by Richardson extrapolation, their estimated relative errors, those allowed.
 
@@ -186,10 +198,14 @@ def _extrapolate(
     from .ngspice import session
 
     ngspice = session()
+    at_nodes = drive.value(grid.nodes)
     row = {name: k for k, name in enumerate(names)}
     columns: list[Array] = []  # Neville's scheme: columns[j] has been extrapolated j times
     for parts in range(1, _MOST_RUNS + 1):
-        raw = ngspice.transient(text, grid.subdivided(parts), names)[:, parts - 1 :: parts]
+        points = grid.subdivided(parts)
+        # straight between nodes, also within a jump's step; a sine is itself at every point
+        voltages = drive.value(points) if drive.angular_frequency() else np.interp(points, grid.nodes, at_nodes)
+        raw = ngspice.transient(text, points, voltages, names)[:, parts - 1 :: parts]
         values = _outputs(nets, vectors, row, raw)
         previous = columns
         columns = [values]
@@ -234,8 +250,7 @@ def _sample(grid: Grid, at_nodes: Array) -> tuple[Array, Array]:
     between = np.flatnonzero(~on_node)
     if not len(between):
         return result, doubt
-    starts = grid.nodes[grid.segments[:, 0]]
-    piece = np.clip(np.searchsorted(starts, grid.samples[between], side="right") - 1, 0, len(starts) - 1)
+    piece = grid.piece[between]
     for k in np.unique(piece):
         first, last = grid.segments[k]
         first = max(first, 1)  # the point t = 0 is the state before the drive; its right limit is one step on
