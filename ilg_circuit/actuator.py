@@ -33,9 +33,12 @@ def validate_quantities(record: Any) -> None:
         if value is None and item.default is None:
             continue
         name = f"{type(record).__name__.lower()}.{item.name}"
-        if isinstance(value, bool) or (not isinstance(value, (int, float)) and not hasattr(value, "__float__")):
-            raise InputError(f"{name} is {value!r}; give a number in {item.metadata['unit'] or 'no unit'}")
-        number = float(value)
+        try:
+            number = float(value) if not isinstance(value, (bool, str)) else math.nan
+        except (TypeError, ValueError, OverflowError):
+            number = math.nan
+        if math.isnan(number) and not isinstance(value, float):
+            raise InputError(f"{name} is {str(value)[:40]!r}; give a number in {item.metadata['unit'] or 'no unit'}")
         object.__setattr__(record, item.name, number)
         if not math.isfinite(number):
             raise InputError(f"{name} is {number}; give a finite value")
@@ -92,7 +95,7 @@ class Material:
 
     dc_resistivity: float = quantity("ohm m", "resistivity rho_dc of the electron path, EC (12)")
     dynamic_resistivity: float = quantity("ohm m", "resistivity rho_d of the ion path, EC (13)")
-    permittivity: float = quantity("F/m", "permittivity eps of the ion path, EC (16)")
+    permittivity: float = quantity("F/m", "permittivity eps of the ion path, EC (14)")
     youngs_modulus: float = quantity("Pa", "Young's modulus E")
     density: float = quantity("kg/m^3", "density rho_m; assumed, the paper gives none", default=1250.0)
     beam_damping_ratio: float = quantity(
@@ -166,7 +169,7 @@ class Actuator:
         base: Material,
         **rest: Any,
     ) -> Self:
-        """The strip whose lumped elements are the given ones: EC (12)-(16) solved for the material.
+        """The strip whose lumped elements are the given ones: EC (12)-(14) solved for the material.
 
         ``branches`` are (resistance [ohm], capacitance [F]) pairs; what a circuit does not say (E, density,
         damping) comes from ``base``. An electrode resistance is put into one electrode of 1 um.

@@ -25,7 +25,7 @@ def load_actuator(source: str | Path) -> Actuator:
         return PRESETS[str(source)]
     path = Path(source)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         known = ", ".join(PRESETS)
         raise InputError(f"no actuator '{source}': give a TOML file that exists or a preset ({known})") from None
@@ -43,8 +43,8 @@ def loads(text: str) -> Actuator:
     """Parse the TOML text of an actuator; see `load_actuator` for the errors."""
     try:
         table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"not valid TOML: {error}") from None
+    except (ValueError, RecursionError) as error:  # also numbers of thousands of digits, brackets without end
+        raise InputError(f"not valid TOML: {str(error)[:120]}") from None
     name = table.pop("name", "strip")
     if not isinstance(name, str):
         raise InputError(f"name is {name!r}; write it in quotes")
@@ -58,7 +58,8 @@ def loads(text: str) -> Actuator:
 
 def dumps(actuator: Actuator, comment: str = "") -> str:
     """TOML text of an actuator; ``loads(dumps(a)) == a`` exactly. ``comment`` becomes ``#`` lines at the top."""
-    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    printable = ("".join(c if c.isprintable() else " " for c in line) for line in comment.splitlines())
+    lines = [f"# {line}".rstrip() for line in printable]
     lines.append(f"name = {_toml_string(actuator.name)}")
     for section in _SECTIONS:
         record = getattr(actuator, section)
@@ -132,4 +133,7 @@ def _quantity(value: Any, unit: str, name: str) -> float:
         raise InputError(f'{name} is {value!r}; write a number with its unit in quotes, like "30 {unit}"')
     if unit:
         raise InputError(f'{name} = {value} has no unit; write it in quotes, like "{value} {unit}"')
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(f"{name} is out of range; give a number of ordinary size") from None

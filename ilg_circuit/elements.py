@@ -1,4 +1,4 @@
-"""Strip -> lumped elements, EC (10)-(16). Pure functions of SI values, each with its equation."""
+"""Strip -> lumped elements, EC (10)-(14). Pure functions of SI values, each with its equation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def resistance(resistivity: float, length: float, width: float, thickness: float
 
 
 def capacitance(permittivity: float, length: float, width: float, thickness: float) -> float:
-    """Capacitance of the strip [F], EC (16): C = eps L w/b; eps [F/m], sizes [m]."""
+    """Capacitance of the strip [F], EC (14): C = eps L w/b; eps [F/m], sizes [m]."""
     return permittivity * length * width / thickness
 
 
@@ -88,7 +88,7 @@ class Elements:
 
 
 def lumped_elements(actuator: Actuator) -> Elements:
-    """The elements of a strip, EC (10)-(16)."""
+    """The elements of a strip, EC (10)-(14)."""
     g, m = actuator.geometry, actuator.material
     area = g.length * g.width
     stiffness = tip_stiffness(m.youngs_modulus, g.width, g.thickness, g.load_distance)

@@ -14,6 +14,8 @@ from .errors import InputError
 def require_writable(path: Path) -> None:
     """Refuse an output path before the work is done, not after: InputError says what is wrong with it."""
     folder = path.parent
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise InputError(f"cannot write '{path}': it is a pipe or a device; give a file name")
     if path.is_dir():
         raise InputError(f"cannot write '{path}': it is a folder; give a file name in it")
     if not folder.is_dir():
@@ -26,6 +28,7 @@ def require_writable(path: Path) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside ``path`` that takes its place when the block ends well and vanishes when it does not."""
     require_writable(path)
+    path = path.resolve()  # through a link to the file that it stands for
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
     except OSError as error:

@@ -14,7 +14,9 @@ from .circuit.netlist import Netlist
 from .circuit.strip import Load, strip_netlist
 from .errors import InputError
 from .files import write_text
-from .solve.transient import Progress, transient
+from .solve.grid import smooth_intervals
+from .solve.state_space import state_space
+from .solve.transient import Progress, require_times, transient
 from .units import format_quantity
 
 Array = NDArray[np.float64]
@@ -121,14 +123,17 @@ def simulate(
     See `ilg_circuit.circuit.strip.strip_netlist` for ``tip``, ``beam`` and ``load``, and
     `ilg_circuit.solve.transient.transient` for ``engine``, ``accuracy`` and the errors raised.
     """
-    samples = drive_times(drive, np.asarray(times, dtype=np.float64))
+    samples = np.asarray(times, dtype=np.float64)
+    require_times(samples)
+    samples = drive_times(drive, samples)
     netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load)
-    grid, gauss, weights = _energy_grid(samples, drive)
+    intervals = smooth_intervals(state_space([netlist]).poles().ravel(), drive, float(samples[-1]) or 1e-300)
+    ends = np.union1d(samples, intervals[intervals <= samples[-1]])
+    grid, gauss, weights = _energy_grid(samples, ends)
     waves = transient(netlist, drive, grid, engine=engine, accuracy=accuracy, interpolate=False, progress=progress)
     at = np.searchsorted(grid, samples)
     power = drive.value(grid[gauss]) * waves.output("current")[gauss]
     steps = np.concatenate([[0.0], np.cumsum((power * weights).sum(axis=1))])
-    ends = np.union1d(samples, _interval_ends(samples, drive))
     unknown = np.full(len(samples), np.nan)
     mechanical = {n: waves.output(n)[at] if n in waves.names else unknown for n in ("displacement", "force")}
     return Response(
@@ -146,17 +151,12 @@ def simulate(
     )
 
 
-def _interval_ends(samples: Array, drive: Drive) -> Array:
-    return np.union1d(np.concatenate([[0.0], drive.breakpoints(float(samples[-1]))]), samples)
+def _energy_grid(samples: Array, ends: Array) -> tuple[Array, NDArray[np.intp], Array]:
+    """Solve times (samples and Gauss points between ``ends``), indices (intervals, 3) of the latter, their weights.
 
-
-def _energy_grid(samples: Array, drive: Drive) -> tuple[Array, NDArray[np.intp], Array]:
-    """Solve times (samples and Gauss points between them), indices (intervals, 3) of the latter, and their weights.
-
-    The energy is the integral of u i; three Gauss points between any two samples or breakpoints make it as good as
-    the waveforms, where sums over the samples would not be.
+    The energy is the integral of u i; three Gauss points in every smooth interval make it as good as the waveforms,
+    where sums over the samples would not be.
     """
-    ends = _interval_ends(samples, drive)
     widths = np.diff(ends)[:, None]
     points = ends[:-1, None] + widths * _GAUSS_NODES
     grid = np.union1d(samples, points.ravel())

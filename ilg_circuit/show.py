@@ -15,14 +15,14 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
     """A JSON-ready description, SI values with their units. ``band`` [Hz]; ``voltage`` [V] of use, if known."""
     lumped = lumped_elements(actuator)
     elements = [
-        ("electrode_resistance", lumped.electrode_resistance, "ohm", "EC (14), (15): Re"),
+        ("electrode_resistance", lumped.electrode_resistance, "ohm", "EC (13): Re = sum of rho_ek b_ek/(L w)"),
         ("dc_resistance", lumped.dc_resistance, "ohm", "EC (12): Rdc = rho_dc b/(L w)"),
     ]
     for k, (r, c) in enumerate(lumped.branches, 1):
         ending = f"_{k}" if len(lumped.branches) > 1 else ""
         elements += [
             (f"resistance{ending}" if ending else "dynamic_resistance", r, "ohm", "EC (13): Rd = rho_d b/(L w)"),
-            (f"capacitance{ending}", c, "F", "EC (16): C = eps L w/b"),
+            (f"capacitance{ending}", c, "F", "EC (14): C = eps L w/b"),
             (f"time_constant{ending}", r * c, "s", "Rd C"),
         ]
     elements += [

@@ -24,7 +24,8 @@ def superpose(drive: Drive, t: Array, response: Callable[..., Any]) -> Array:
         return np.asarray(drive.amplitude * response("sine", t, drive.frequency))
     if not isinstance(drive, PiecewiseLinear):
         raise InputError("only piecewise linear and sine drives can be superposed")
-    times, values = drive.widened(float(t[-1]), 0.0)  # jumps keep their two points at one time
+    # a little beyond the end, so that a jump there counts; jumps keep their two points at one time
+    times, values = drive.widened(float(t[-1]) * (1 + 1e-9), 0.0)
     widths, heights = np.diff(times), np.diff(values)
     result = np.array(values[0] * response("step", t))
     slope = 0.0

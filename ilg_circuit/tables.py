@@ -28,6 +28,9 @@ QUANTITIES: dict[str, tuple[str, tuple[str, ...]]] = {
 
 EXAMPLES = "time_s, voltage_V, current_mA, displacement_mm, force_N"
 
+#: No reading in SI units is larger.
+_LARGEST = 1e30
+
 _BRACKETED = re.compile(r"(.+?)\s*(?:\[(.+)\]|\((.+)\)|/\s*(\S+))")
 
 
@@ -70,6 +73,8 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("time",)) -> Table
         raise InputError(f"{name}: the file is empty; it needs a header row such as {EXAMPLES}")
     if "\0" in text:
         raise InputError(f"{name}: not a text file; export the measurement as CSV")
+    if any(len(line) > 100_000 for _, line in lines):
+        raise InputError(f"{name}: a line is longer than 100000 characters; export the measurement as CSV")
     delimiter = max(",;\t", key=lines[0][1].count)
     header = [cell.strip() for cell in next(csv.reader([lines[0][1]], delimiter=delimiter))]
     used, factors, ignored = _understand(header, name)
@@ -81,7 +86,13 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("time",)) -> Table
     if not body:
         raise InputError(f"{name}: there is a header but no row of numbers")
     cells = _numbers(body, used, len(header), header, delimiter, name)
-    columns = {quantity: cells[:, k] * factors[quantity] for k, quantity in enumerate(used)}
+    with np.errstate(over="ignore"):
+        columns = {quantity: cells[:, k] * factors[quantity] for k, quantity in enumerate(used)}
+    for quantity, values in columns.items():
+        if np.abs(values[~np.isnan(values)]).max(initial=0.0) > _LARGEST:
+            raise InputError(
+                f"{name}: column '{header[used[quantity]]}' has a value beyond all proportion; check its unit"
+            )
     _check_times(columns["time"], [number for number, _ in body], name)
     return Table(columns, name, tuple(ignored))
 

@@ -19,6 +19,21 @@ if TYPE_CHECKING:
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*")
 
+_UNIT = re.compile(r"[A-Za-z\u00b5\u03bc\u03a9\u2126\u00b7 _*/^().0-9+-]{0,40}|%")
+_COUNTS = (
+    "degree",
+    "turn",
+    "revolution",
+    "cycle",
+    "count",
+    "per_minute",
+    "per_second",
+    "bel",
+    "neper",
+    "decade",
+    "octave",
+)
+
 #: SI prefixes used when a value is written; larger or smaller values are written without one.
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "N", "s", "C", "J", "W", "Hz"})
@@ -41,6 +56,8 @@ def scale(unit: str, si_unit: str) -> Fraction:
     import pint
 
     registry = _registry()
+    if not _UNIT.fullmatch(unit):  # pint would drop what it takes for a comment or a quotation mark
+        raise InputError(f"unknown unit '{unit[:30]}'; use '{si_unit}' or a multiple of it")
     if unit == "%" and not si_unit:
         return Fraction(1, 100)
     try:
@@ -53,6 +70,8 @@ def scale(unit: str, si_unit: str) -> Fraction:
     cycles = "hertz" in str(given)
     if cycles != ("hertz" in str(wanted)) and "rad" in f"{si_unit} {given}":
         raise InputError(f"unit '{unit}' is ambiguous by 2 pi here; use '{si_unit}'")
+    if any(word in str(given) for word in _COUNTS) or not si_unit:
+        raise InputError(f"unit '{unit}' counts turns, degrees or ratios; use '{si_unit or 'a plain number'}'")
     return Fraction(repr(float(factor)))
 
 
@@ -63,9 +82,9 @@ def parse(text: str, si_unit: str, what: str = "quantity") -> float:
     that is not finite.
     """
     match = _NUMBER.fullmatch(text)
-    if match is None:
+    if match is None or len(text) > 200:
         example = f"'30 {si_unit}'" if si_unit else "'0.3'"
-        raise InputError(f"{what}: '{text}' is not a number with a unit; write it like {example}")
+        raise InputError(f"{what}: '{text[:40]}' is not a number with a unit; write it like {example}")
     number, unit = match.groups()
     if si_unit and not unit:
         raise InputError(f"{what}: '{text}' has no unit; write it like '{number} {si_unit}'")

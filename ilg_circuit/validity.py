@@ -100,18 +100,20 @@ def _gravity(actuator: Actuator, stiffness: float) -> Assumption:
         sag = 1.5 * m.density * GRAVITY * g.free_length**3 / (m.youngs_modulus * g.thickness**2)
         return Assumption("gravity, horizontal: sag/L0", sag, 0.2, "the strip sags beyond small deflection")
     ratio = hanging_stiffness(m.density, g.width, g.thickness) / stiffness
-    fitted = actuator.mounting.orientation == "weightless"
-    consequence = "E alone cannot hold the strip against gravity; the fitted coupling has gravity in it, so it holds "
-    consequence += "for this mounting and size only" if fitted else "only for r up to 1"
+    consequence = "the strip is too soft to hang against gravity: the tip spring holds for r up to 1"
+    if actuator.mounting.orientation == "weightless":
+        consequence = (
+            "E alone cannot hold the strip against gravity; the fitted coupling has gravity in it, so it holds for "
+            "this mounting and size only"
+        )
     return Assumption("gravity, hanging: r = (3/8) rho_m w b g/K", ratio, 1.0, consequence)
 
 
 def warnings(response: Response) -> list[str]:
     """What fails for a response, over the band that its duration and drive cover."""
-    end = float(response.time[-1])
+    end = float(response.time[-1]) or 1.0
     omega = response.drive.angular_frequency()
-    step = float(np.diff(response.time).min())
-    band = (1 / (2 * np.pi * end), max(omega / (2 * np.pi), min(1 / step, 100 / end)))
+    band = (1 / (2 * np.pi * end), max(omega / (2 * np.pi), 100 / end))
     displacement = float(np.nanmax(np.abs(response.displacement), initial=0.0))
     voltage = float(np.abs(response.voltage).max())
     rows = assumptions(response.actuator, band=band, voltage=voltage, displacement=displacement)

@@ -9,7 +9,7 @@ from ..actuator import Actuator
 from ..solve.state_space import state_space
 from ..units import format_quantity
 from .drive import Drive
-from .netlist import GROUND, Element, Netlist, Output, add_elements
+from .netlist import GROUND, Element, Netlist, Output, add_elements, plain
 from .strip import SCALE_NOTE, Load, strip_netlist
 
 #: Tolerances with which plain ngspice follows the exact solution within 1e-5 of the maximum on the strips tried.
@@ -35,7 +35,12 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     header.append(f"outputs in SI units as voltages: {units}")
     header.append("run with: ngspice -b FILE")
     body = str(circuit).partition("\n")[2].rstrip()
-    lines = [netlist.title, *(f"* {line}" for line in header), *_folded(body.splitlines()), _OPTIONS]
+    lines = [
+        plain(netlist.title),
+        *(f"* {plain(line)}" for line in header),
+        *_folded(body.splitlines()),
+        _OPTIONS,
+    ]
     lines.append(f".tran {step!r} {duration!r} 0 {longest!r} uic")
     lines.append(f".print tran v({source.nodes[0]}) {nodes}")
     return "\n".join([*lines, ".end", ""])
@@ -71,7 +76,7 @@ def library(actuator: Actuator, name: str = "ilg_strip") -> str:
         *([SCALE_NOTE, "tip: force across, velocity through; to ground: free; open: clamped"] if coupled else []),
         "the transient starts from given states: use .tran ... uic",
     ]
-    lines = [f"* {line}" for line in header]
+    lines = [f"* {plain(line)}" for line in header]
     return "\n".join([*lines, f".subckt {name} {pin_list}", *str(body).splitlines()[1:], f".ends {name}", ""])
 
 

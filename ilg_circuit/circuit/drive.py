@@ -23,6 +23,9 @@ DRIVE_FORMS = "step:4V, square:4V,30s[,duty], square:-4V..4V,30s, sine:2V,0.1Hz,
 #: Rise time [s] of a jump in a netlist handed out; plain SPICE engines need one.
 NETLIST_RISE = 1e-6
 
+#: Times that differ by this part are the same but for rounding.
+_ROUNDING = 1e-12
+
 
 class Drive(Protocol):
     """A voltage over time from t = 0 on. A sample on a jump is the right limit."""
@@ -122,9 +125,11 @@ class PiecewiseLinear:
             raise InputError(f"square wave: period {period:g} s must be more than zero")
         if not 0 < duty < 1:
             raise InputError(f"square wave: duty {duty:g} must lie between 0 and 1")
-        count = int(np.ceil(duration / period))
-        if count > 1_000_000:
-            raise InputError(f"square wave: {count} periods are more than 1000000; shorten the duration")
+        if duration / period > 1_000_000:
+            raise InputError(
+                f"square wave: {duration / period:.3g} periods are more than 1000000; shorten the duration"
+            )
+        count = int(duration / period * (1 + _ROUNDING)) + 1
         starts = np.arange(count) * period
         edges = np.column_stack([starts, starts + duty * period]).ravel()
         levels = np.tile([high, low], count)
@@ -134,7 +139,8 @@ class PiecewiseLinear:
 
     def value(self, t: ArrayLike) -> Array:
         time = np.asarray(t, dtype=float)
-        after = np.searchsorted(self.times, time, side="right")
+        # a time that misses an edge by rounding is on it
+        after = np.searchsorted(self.times, time + _ROUNDING * np.abs(time), side="right")
         left, right = np.clip(after - 1, 0, None), np.clip(after, None, len(self.times) - 1)
         span = self.times[right] - self.times[left]
         fraction = np.where(span > 0, (time - self.times[left]) / np.where(span > 0, span, 1), 0.0)
@@ -165,9 +171,13 @@ class PiecewiseLinear:
             keep[k] &= not (k and times[k - 1] == times[k])
         times, values = times[keep], values[keep]
         jump = np.flatnonzero(np.diff(times) == 0)
+        # a jump may not reach its neighbours, however near they are
+        gaps = np.diff(times)
+        room = np.minimum(gaps[jump - 1], gaps[np.minimum(jump + 1, len(gaps) - 1)])
+        half = np.minimum(rise / 2, room / 4)
         shifted = times.copy()
-        shifted[jump] -= rise / 2
-        shifted[jump + 1] += rise / 2
+        shifted[jump] -= half
+        shifted[jump + 1] += half
         # the last point lies beyond the run, on the line that the run ends on
         before = values[-2]
         slope = self._slope_after(times[-2], duration)
@@ -175,19 +185,22 @@ class PiecewiseLinear:
         return shifted, values
 
     def _slope_after(self, t: float, duration: float) -> float:
-        start, end = self.value([t, duration])
+        """Slope of the line that the run ends on; its middle is not touched by a jump at the end."""
         later = self.times[self.times > t]
-        return float((end - start) / (duration - t)) if len(later) and duration > t else 0.0
+        if not len(later) or duration <= t:
+            return 0.0
+        start, middle = self.value([t, (t + duration) / 2])
+        return float(2 * (middle - start) / (duration - t))
 
 
 def drive_times(drive: Drive, times: Array) -> Array:
     """``times`` with those that miss an edge of the drive by rounding moved onto it (and so to its right limit)."""
-    edges = drive.breakpoints(float(times[-1]) * (1 + 1e-12)) if len(times) else times
+    edges = drive.breakpoints(float(times[-1]) * (1 + _ROUNDING)) if len(times) else times
     if not len(edges):
         return times
     nearest = np.clip(np.searchsorted(edges, times), 1, len(edges) - 1) if len(edges) > 1 else np.zeros(1, dtype=int)
     for candidate in (edges[nearest - 1] if len(edges) > 1 else edges[nearest], edges[nearest]):
-        times = np.where(np.abs(times - candidate) <= 1e-12 * candidate, candidate, times)
+        times = np.where(np.abs(times - candidate) <= _ROUNDING * candidate, candidate, times)
     return times
 
 

@@ -7,6 +7,7 @@ cannot drift apart.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -168,10 +169,15 @@ def add_elements(circuit: Circuit, elements: Iterable[Element]) -> None:
                 circuit.CCVS(name, *nodes, element.control, transresistance=value)
 
 
+def plain(text: str) -> str:
+    """Text that is safe in a netlist: a name comes from a file, and a line of its own would be a command to ngspice."""
+    return re.sub(r"[^A-Za-z0-9 _.,:;()+*/=\[\]-]", "_", text)
+
+
 def _empty_circuit(title: str) -> Circuit:
     from PySpice.Spice.Netlist import Circuit
 
-    return Circuit(title)
+    return Circuit(plain(title))
 
 
 def _vector(quantity: str, rename: dict[str, str], suffix: str) -> str:

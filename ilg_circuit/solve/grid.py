@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 _FIRST_STEP = 1e-5
 #: A jump of the drive takes so long, in units of the fastest mode; shorter ones would only add rounding.
 _RISE = 3e-5
+#: Fineness of intervals over which a low-order quadrature is good to many digits.
+_SMOOTH = 0.4
 #: Fewest nodes of a piece that begins with a jump, from which a sample on the jump is extrapolated.
 _AFTER_JUMP = 9
 _ORDER = 8
@@ -63,7 +65,7 @@ def design_grid(
     """
     end = float(samples[-1])
     fastest = float(np.abs(poles).max(initial=max(1 / end, drive.angular_frequency())))
-    rise = max(_RISE / fastest, 1e-12 * end)
+    rise = max(_RISE / fastest, 1e-11 * end)
     breakpoints = drive.breakpoints(end)
     half = np.where(np.isin(breakpoints, drive.jumps(end)), rise / 2, 0.0)
     begins = np.concatenate([[0.0], breakpoints])
@@ -89,6 +91,15 @@ def design_grid(
     index = np.where(np.abs(nodes[nearest] - samples) <= 1e-3 * rise, nearest, -1)
     home = np.searchsorted(begins[valid], samples, side="right") - 1
     return Grid(nodes, samples, index.astype(np.intp), segments.astype(np.intp), np.clip(home, 0, None).astype(np.intp))
+
+
+def smooth_intervals(poles: NDArray[np.complex128], drive: Drive, end: float) -> Array:
+    """Points from 0 to ``end`` [s] between which every mode and the drive are smooth, breakpoints included."""
+    begins = np.concatenate([[0.0], drive.breakpoints(end)])
+    ends = np.append(begins[1:], end)
+    profile = _profile(poles, drive.angular_frequency(), float((ends - begins).max()), _SMOOTH)
+    pieces = [np.concatenate([[a], a + _cut(profile, b - a)]) for a, b in zip(begins, ends, strict=True)]
+    return np.unique(np.append(np.concatenate(pieces), end))
 
 
 def _profile(poles: NDArray[np.complex128], omega: float, longest: float, theta: float) -> Array:

@@ -76,11 +76,12 @@ class Session:
         if os.getpid() != self._process:
             raise SolveError("ngspice was loaded before this process was forked; start workers with spawn or loky")
         end = float(grid[-1])
+        stop = 1.01 * end  # ngspice leaves out points all but at the end, so its end lies beyond ours
         with _lock:
             self._command("destroy all")
-            self._load(f"{circuit}\n.save {' '.join(vectors)}\n.tran {end!r} {end!r} 0 {end!r} uic\n.end\n")
+            self._load(f"{circuit}\n.save {' '.join(vectors)}\n.tran {stop!r} {stop!r} 0 {stop!r} uic\n.end\n")
             try:
-                self._grid, self._voltages = grid.tolist(), voltages.tolist()
+                self._grid, self._voltages = [*grid.tolist(), stop], [*voltages.tolist(), float(voltages[-1])]
                 self._position, self._tiny = 0, 1e-15 * end
                 self._command("run")
                 return self._read(vectors, grid)

@@ -76,10 +76,9 @@ def transient(
     """
     nets = [netlists] if isinstance(netlists, Netlist) else list(netlists)
     samples: Array = np.asarray(times, dtype=np.float64)
-    if not nets or samples.ndim != 1 or not len(samples):
-        raise InputError("a transient needs at least one netlist and one time")
-    if samples[0] < 0 or not np.isfinite(samples).all() or (np.diff(samples) <= 0).any():
-        raise InputError("the times of a transient must be finite, ascending and not negative")
+    if not nets:
+        raise InputError("a transient needs at least one netlist")
+    require_times(samples)
     if not 1e-11 <= accuracy <= 1e-2:
         raise InputError(f"accuracy {accuracy:g} must lie between 1e-11 and 1e-2")
     samples = drive_times(drive, samples)
@@ -103,6 +102,14 @@ def transient(
         longer = transient(nets, drive, [0.0, 1e-6 / _fastest(system).max()], engine=engine, accuracy=accuracy)
         return Waveforms(samples, longer.values[:, :, :1], longer.errors, longer.names, longer.engine)
     return _by_ngspice(nets, system, drive, samples, accuracy, interpolate, progress)
+
+
+def require_times(times: Array) -> None:
+    """Raise InputError unless ``times`` are one row of finite, ascending numbers from zero on."""
+    if times.ndim != 1 or not len(times):
+        raise InputError("a transient needs at least one time")
+    if not np.isfinite(times).all() or times[0] < 0 or (np.diff(times) <= 0).any():
+        raise InputError("the times of a transient must be finite, ascending and not negative")
 
 
 def _by_ngspice(
