@@ -27,7 +27,7 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     circuit = netlist.to_pyspice(drive, duration)
     add_elements(circuit, [e for o in shown for e in _output_elements(o)])
     step = duration / (samples - 1)
-    longest = min(step, 0.05 / fastest, duration / 1000)
+    longest = min(step, 0.01 / max(fastest, drive.angular_frequency()), duration / 1000)
     nodes = " ".join(f"v(out_{o.name})" for o in shown)
     source = next(e for e in netlist.elements if e.name == netlist.drive)
     units = ", ".join(f"out_{o.name} [{o.unit}]" for o in shown)

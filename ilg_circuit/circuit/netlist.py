@@ -86,6 +86,9 @@ class Netlist:
             if element.name.lower() in seen:
                 raise InputError(f"element {element.name} appears twice (SPICE does not tell upper from lower case)")
             seen.add(element.name.lower())
+        nodes = {node for element in self.elements for node in element.nodes}
+        if len({node.lower() for node in nodes}) < len(nodes):
+            raise InputError("two nodes differ only in upper and lower case, which SPICE takes for one")
         if self.drive.lower() not in sources:
             raise InputError(f"the netlist has no voltage source {self.drive} for the drive")
 

@@ -47,8 +47,8 @@ class Session:
         with _clean_start():
             try:
                 self._shared = _quiet_class(Shared.NgSpiceShared)()
-            except OSError as error:
-                raise SolveError(f"cannot load {self.library}: {error}") from None
+            except Exception as error:  # whatever PySpice, cffi or the linker make of a file that is no such library
+                raise SolveError(f"cannot load {self.library}: {str(error).splitlines()[0]}") from None
         self._lib = self._shared._ngspice_shared
         self._process = os.getpid()
         self._grid: list[float] = [0.0]
