@@ -1,0 +1,53 @@
+"""What all tests share: hypothesis' profile, third-party measurements, and the paper's strip with variations."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+from ilg_circuit.actuator import PAPER, Actuator, IonBranch
+
+# Small matrices: the threads of a linear algebra library would only wait for one another. Set before numpy is loaded.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MKL_NUM_THREADS", "1")
+
+# The same examples on every machine and every run; no deadline, because the first use of pint or ngspice loads them.
+settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50, print_blob=True)
+settings.load_profile("repeatable")
+
+_SHARED = Path(__file__).parents[1].parent / "shared" / "data"
+
+
+@pytest.fixture
+def shared_data() -> Callable[[str], Path]:
+    """A measurement kept beside the project, by its path; the test is skipped where it is absent."""
+
+    def find(name: str) -> Path:
+        path = _SHARED / name
+        if not path.is_file():
+            pytest.skip(f"third-party data {name} is not kept with the project and is absent here")
+        return path
+
+    return find
+
+
+@pytest.fixture(scope="session")
+def strips() -> dict[str, Actuator]:
+    """The paper's strip and one variation for each thing that changes the circuit's topology."""
+    g, m = PAPER.geometry, PAPER.material
+    electrodes = replace(m, electrode_resistivity_1=175.0, electrode_thickness_1=2e-6)  # 2 ohm
+    second = (IonBranch(dynamic_resistivity=60.0, permittivity=0.4),)
+    return {
+        "paper": PAPER,
+        "electrodes": replace(PAPER, name="electrodes", material=electrodes),
+        "rc2": replace(PAPER, name="rc2", material=replace(m, further_branches=second)),
+        "rc2 electrodes": replace(PAPER, name="rc2 electrodes", material=replace(electrodes, further_branches=second)),
+        "load inside": replace(PAPER, name="load inside", geometry=replace(g, load_position=20e-3)),
+        "undamped": replace(PAPER, name="undamped", material=replace(m, beam_damping_ratio=0.0)),
+        "no coupling": replace(PAPER, name="no coupling", coupling=None),
+    }

@@ -1,0 +1,93 @@
+"""Time grids: ascending, evenly subdivided, with every sample where it belongs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import log_floats
+
+from ilg_circuit.actuator import PAPER
+from ilg_circuit.circuit import PiecewiseLinear, parse_drive, strip_netlist
+from ilg_circuit.solve.grid import Grid, design_grid
+from ilg_circuit.solve.state_space import state_space
+
+POLES = state_space([strip_netlist(PAPER)]).poles()[0]
+
+
+def grid_of(drive: str, duration: float, count: int = 61, *, interpolate: bool = True, theta: float = 0.3) -> Grid:
+    samples = np.linspace(0, duration, count)
+    return design_grid(POLES, parse_drive(drive, duration), samples, theta, interpolate=interpolate)
+
+
+@pytest.mark.parametrize("drive", ["step:4V", "square:4V,30s", "sine:1V,0.1Hz", "ramp:1V/s"])
+@pytest.mark.parametrize("count", [2, 61, 5001])
+@pytest.mark.parametrize("interpolate", [True, False])
+def test_grid_covers_the_run(drive: str, count: int, interpolate: bool) -> None:
+    grid = grid_of(drive, 95.0, count, interpolate=interpolate)
+    assert grid.nodes[0] == 0
+    assert grid.nodes[-1] == 95.0
+    assert (np.diff(grid.nodes) > 0).all()
+    on_node = grid.index >= 0
+    assert grid.nodes[grid.index[on_node]] == pytest.approx(grid.samples[on_node], rel=1e-12, abs=1e-9)
+    assert on_node.all() or interpolate
+
+
+@given(log_floats(1e-3, 1e4), log_floats(1e-2, 1.0), st.integers(2, 200))
+def test_grids_ascend_for_any_run(duration: float, theta: float, count: int) -> None:
+    samples = np.linspace(0, duration, count)
+    drive = PiecewiseLinear(np.array([0, 0.3, 0.3, 0.9]) * duration, np.array([0.0, 1.0, 3.0, -1.0]))
+    grid = design_grid(POLES, drive, samples, theta)
+    assert (np.diff(grid.nodes) > 0).all()
+    assert grid.nodes[-1] == duration
+    for part in (2, 3, 4):
+        finer = grid.subdivided(part)
+        assert len(finer) == part * (len(grid.nodes) - 1) + 1
+        assert finer[::part] == pytest.approx(grid.nodes, rel=1e-15, abs=0)
+        assert (np.diff(finer) > 0).all()
+
+
+def test_a_jump_lies_within_one_step_that_no_mode_notices() -> None:
+    edges = parse_drive("square:4V,30s", 95.0).breakpoints(95.0)
+    grid = grid_of("square:4V,30s", 95.0)
+    for edge in edges:
+        before, after = grid.nodes[grid.nodes < edge].max(), grid.nodes[grid.nodes > edge].min()
+        assert after - before <= 1e-3 / np.abs(POLES).max()
+        assert before + after == pytest.approx(2 * edge, rel=1e-12)
+    for first, last in grid.segments:
+        assert not ((edges > grid.nodes[first]) & (edges < grid.nodes[last])).any()
+
+
+@pytest.mark.parametrize("count", [20, 191, 5001])
+def test_every_sample_belongs_to_the_piece_that_begins_with_it_or_before(count: int) -> None:
+    edges = np.concatenate([[0.0], parse_drive("square:4V,30s", 95.0).breakpoints(95.0), [95.1]])
+    grid = grid_of("square:4V,30s", 95.0, count)
+    for k, sample in enumerate(grid.samples):
+        assert edges[grid.piece[k]] <= sample < edges[grid.piece[k] + 1]
+
+
+def test_steps_follow_the_fastest_mode_and_then_grow() -> None:
+    nodes = grid_of("step:4V", 300.0, 2).nodes
+    steps = np.diff(nodes)
+    fastest = np.abs(POLES).max()
+    assert steps[nodes[:-1] < 1 / fastest].max() <= 0.35 / fastest
+    assert steps.max() > 10 / fastest
+
+
+@pytest.mark.parametrize("frequency", [0.1, 5.0])
+def test_steps_follow_a_sine_to_the_end(frequency: float) -> None:
+    nodes = grid_of(f"sine:1V,{frequency}Hz", 100.0, 2).nodes
+    assert np.diff(nodes).max() <= 0.31 / (2 * np.pi * frequency)
+
+
+@pytest.mark.parametrize("theta", [0.05, 0.2, 0.8])
+def test_a_finer_grid_has_more_nodes(theta: float) -> None:
+    coarse, fine = (len(grid_of("step:4V", 300.0, 2, theta=part * theta).nodes) for part in (1.0, 0.5))
+    assert fine > 1.6 * coarse
+
+
+def test_a_circuit_without_poles_still_has_a_grid() -> None:
+    none = np.empty(0, dtype=complex)
+    grid = design_grid(none, parse_drive("step:1V", 5.0), np.linspace(0, 5, 11), 0.3)
+    assert set(np.linspace(0, 5, 11)) <= set(grid.nodes)
