@@ -28,6 +28,7 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     add_elements(circuit, [e for o in shown for e in _output_elements(o)])
     step = duration / (samples - 1)
     longest = min(step, 0.01 / max(fastest, drive.angular_frequency()), duration / 1000)
+    longest = float(f"{longest:.2e}")  # the last digits of an eigenvalue are the machine's
     nodes = " ".join(f"v(out_{o.name})" for o in shown)
     source = next(e for e in netlist.elements if e.name == netlist.drive)
     units = ", ".join(f"out_{o.name} [{o.unit}]" for o in shown)

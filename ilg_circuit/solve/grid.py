@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..circuit.drive import Drive
+from ..errors import SolveError
 
 Array = NDArray[np.float64]
 
@@ -65,9 +66,10 @@ def design_grid(
     """
     end = float(samples[-1])
     fastest = float(np.abs(poles).max(initial=max(1 / end, drive.angular_frequency())))
-    rise = max(_RISE / fastest, 1e-11 * end)
     breakpoints = drive.breakpoints(end)
-    half = np.where(np.isin(breakpoints, drive.jumps(end)), rise / 2, 0.0)
+    jumping = np.isin(breakpoints, drive.jumps(end))
+    rise = _rise(breakpoints, jumping, end, fastest)
+    half = np.where(jumping, rise / 2, 0.0)
     begins = np.concatenate([[0.0], breakpoints])
     starts = np.concatenate([[0.0], breakpoints + half])
     ends = np.concatenate([breakpoints - half, [end]])
@@ -91,6 +93,21 @@ def design_grid(
     index = np.where(np.abs(nodes[nearest] - samples) <= 1e-3 * rise, nearest, -1)
     home = np.searchsorted(begins[valid], samples, side="right") - 1
     return Grid(nodes, samples, index.astype(np.intp), segments.astype(np.intp), np.clip(home, 0, None).astype(np.intp))
+
+
+def _rise(breakpoints: Array, jumping: NDArray[np.bool_], end: float, fastest: float) -> float:
+    """How long [s] a jump takes: too short for any mode to notice, well within its neighbours, longer than rounding."""
+    rise = max(_RISE / fastest, 1e-11 * end)
+    if jumping.any():
+        gaps = np.diff(np.concatenate([[0.0], breakpoints, [end]]))
+        nearest = float(np.minimum(gaps[:-1], gaps[1:])[jumping].min())
+        rise = min(rise, nearest / 5)
+    if rise < 5e-12 * end:
+        raise SolveError(
+            f"two edges of the drive are too near each other for ngspice in a run of {end:g} s; shorten the run or use "
+            "--engine exact"
+        )
+    return rise
 
 
 def smooth_intervals(poles: NDArray[np.complex128], drive: Drive, end: float) -> Array:

@@ -30,7 +30,7 @@ from ilg_circuit.circuit import (
     strip_netlist,
 )
 from ilg_circuit.elements import lumped_elements
-from ilg_circuit.errors import InputError
+from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.solve import Waveforms, transient
 
 Array = NDArray[np.float64]
@@ -259,6 +259,34 @@ def test_a_measured_drive_sampled_at_its_own_times(seed: int) -> None:
 @pytest.mark.parametrize("drive", ["square:4V,0.1s", "square:4V,0.1s,0.001", "sine:4V,10Hz"])
 def test_drives_faster_than_the_strip(drive: str) -> None:
     assert_engines_agree(strip_netlist(PAPER), parse_drive(drive, 10.0), np.linspace(0, 10, 997))
+
+
+NARROW = {
+    "PWM at 50 kHz": (parse_drive("square:4V,20us", 2e-3), 2e-3),
+    "PWM at 1 MHz": (parse_drive("square:4V,1us,0.3", 1e-4), 1e-4),
+    "short duty": (parse_drive("square:4V,1s,1e-5", 5.0), 5.0),
+    "pulse of 10 us": (PiecewiseLinear([0, 10, 10, 10 + 1e-5, 10 + 1e-5], [0, 0, 4, 4, 0]), 100.0),
+    "pulse of 10 ns": (PiecewiseLinear([0, 10, 10, 10 + 1e-8, 10 + 1e-8], [0, 0, 4, 4, 0]), 100.0),
+    "bend 10 us after a jump": (PiecewiseLinear([0, 10, 10, 10 + 1e-5, 30], [0, 0, 4, 5, 0]), 100.0),
+    "bend 10 ns after a jump": (PiecewiseLinear([0, 10, 10, 10 + 1e-8, 30], [0, 0, 4, 5, 0]), 100.0),
+    "step 1 us after the start": (PiecewiseLinear.step(4.0, at=1e-6), 100.0),
+    "step 1 us before the end": (PiecewiseLinear.step(4.0, at=100 - 1e-6), 100.0),
+}
+
+
+@pytest.mark.parametrize(("drive", "duration"), NARROW.values(), ids=NARROW)
+def test_edges_however_narrow_are_solved_or_refused(drive: PiecewiseLinear, duration: float) -> None:
+    """An edge that a grid cannot hold apart from its neighbour must not be swallowed without a word."""
+    t = np.linspace(0, duration, 98)
+    for net in (electrical_netlist(666.0, ((20.0, 0.35),)), strip_netlist(PAPER)):
+        try:
+            found = transient(net, drive, t)
+        except SolveError:
+            continue
+        exact = transient(net, drive, t, engine="exact")
+        for name in ("current", "charge"):
+            scale = np.abs(exact.output(name)).max()
+            assert found.output(name) == pytest.approx(exact.output(name), abs=1e-6 * scale), name
 
 
 @pytest.mark.parametrize("at", [1e-3, 1.0, 50.0, 99.0])
