@@ -17,4 +17,4 @@ def step_record() -> Record:
 
 @pytest.fixture(scope="session")
 def step_fit(step_record: Record) -> Identification:
-    return identify(step_record.measurement(), base=PAPER)
+    return identify(step_record.measurement(), base=PAPER, model="rc")
