@@ -67,7 +67,9 @@ def test_derived_quantities_follow(step_fit: Identification) -> None:
 
 
 def test_per_volt_quantities_do_not_depend_on_what_was_held(step_record: Record, step_fit: Identification) -> None:
-    held = identify(step_record.changed(displacement=None).measurement(), base=PAPER, model="rc", electrode_resistance=5.0)
+    held = identify(
+        step_record.changed(displacement=None).measurement(), base=PAPER, model="rc", electrode_resistance=5.0
+    )
     for name in ("steady_conductance", "transient_conductance", "rate"):
         assert held.derived[name].value == pytest.approx(step_fit.derived[name].value, rel=1e-6)
     assert held.parameters["electrode_resistance"].value == 5.0
