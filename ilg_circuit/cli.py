@@ -185,6 +185,9 @@ def identify(data: Path, actuator: str | None, electrode_resistance: str | None,
     from .plots import require_picture
     from .units import parse
 
+    outputs = [options[k] for k in ("out", "json_path", "plot") if options[k]]
+    if len({p.resolve() for p in (data, *outputs)}) <= len(outputs):
+        raise InputError("two of DATA, --out, --json and --plot name the same file; give each its own")
     for path in (options["out"], options["json_path"]):
         if path:
             require_writable(path)

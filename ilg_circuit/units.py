@@ -56,7 +56,9 @@ def scale(unit: str, si_unit: str) -> Fraction:
     import pint
 
     registry = _registry()
-    if not _UNIT.fullmatch(unit):  # pint would drop what it takes for a comment or a quotation mark
+    if not _UNIT.fullmatch(unit) or re.search(
+        r"\d\d|\*\*.*\*\*|\^.*\^", unit
+    ):  # pint would drop what it takes for a comment or a quotation mark
         raise InputError(f"unknown unit '{unit[:30]}'; use '{si_unit}' or a multiple of it")
     if unit == "%" and not si_unit:
         return Fraction(1, 100)

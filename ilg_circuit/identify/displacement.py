@@ -125,8 +125,13 @@ class _Problem:
     def leanest(self, richest: _Attempt) -> _Attempt:
         """The same stretch with no more nuisance terms, and the dynamic beam only, if there is very strong evidence."""
         end = richest.end
-        best = self._fit(end, offset=False, drift=False)
-        best = self._better(best, partial(self._fit, end, offset=False, drift=False, like=best))
+        # where the rest was measured its uncertainty belongs into the intervals
+        measured_rest = bool(self.channel.rest.any())
+        try:
+            best = self._fit(end, offset=measured_rest, drift=False)
+        except (InputError, SolveError):
+            best = self._fit(end, offset=True, drift=False)
+        best = self._better(best, partial(self._fit, end, offset=best.offset, drift=False, like=best))
         for drift in (False, True):
             like = best if best.beam == "dynamic" else None
             best = self._better(best, partial(self._fit, end, offset=True, drift=drift, like=like))
