@@ -30,6 +30,8 @@ _DESCRIBED = 0.02
 _OVER_NOISE = 1.5
 #: Residuals below this part of the span are of no interest, whatever their structure.
 _NEGLIGIBLE = 1e-4
+#: Largest ringing [rad] of d(s) that a fit follows.
+_MOST_RINGING = 300.0
 #: Tolerance of a fit that only finds out how far d(s) goes.
 _SCOUTING = 1e-5
 #: A nuisance term must earn its place by this much BIC (very strong evidence).
@@ -154,6 +156,10 @@ class _Problem:
         after = t >= 0
 
         def waves(values: Array) -> Array:
+            zeta, wn = values[0, 2:]
+            # radians of ringing to be followed: far more than any record shows, a fit has gone astray
+            if min(wn * t[-1], 20 / zeta) > _MOST_RINGING:
+                raise SolveError("the fit of d(s) left what the record can resolve")
             netlists = [
                 strip_netlist(replace(self.actuator, coupling=Coupling(*v)), beam=beam) for v in values.tolist()
             ]

@@ -143,7 +143,7 @@ def _is_jump(u: Array, k: int) -> bool:
 def _jumps(u: Array) -> NDArray[np.intp]:
     """Intervals k -> k + 1 in which the voltage jumps, though it is smooth before and after."""
     change = np.abs(np.diff(u))
-    spread = max(float(np.ptp(u)), float(np.abs(u).max()))  # a level's own noise is no range to measure by
+    spread = float(np.ptp(u))
     found = []
     for k in np.flatnonzero(change > _JUMP * spread):
         around = np.r_[change[max(k - 4, 0) : k], change[k + 1 : k + 5]]

