@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..circuit.strip import electrical_netlist
 from ..errors import InputError
 from ..solve.transient import transient
+from ..units import format_quantity
 from .least_squares import Fit, fit_circuit
 from .measurement import Measurement, noise_level
 from .residuals import effective_samples, information_criterion, structured
@@ -100,7 +101,7 @@ def fit_current(
         time=t,
         data=data,
         offset=float(fit.nuisance[0]) if offset is not None else None,
-        warnings=_warnings(model, fit, data),
+        warnings=(*_warnings(model, fit, data), *_resolution_warnings(fit, data)),
     )
 
 
@@ -157,3 +158,15 @@ def _warnings(model: str, fit: Fit, data: Array) -> tuple[str, ...]:
     if loose:
         found.append(f"not determined by these data (standard error over {_DETERMINED:.0%}): {', '.join(loose)}")
     return tuple(found)
+
+
+def _resolution_warnings(fit: Fit, data: Array) -> list[str]:
+    """What a coarse instrument leaves open beyond the standard errors."""
+    found = []
+    steps = np.diff(np.unique(data))
+    if len(steps) and float(steps.min()) > 2 * fit.rmse and len(steps) < len(data) / 4:
+        found.append(
+            f"the current's resolution of {format_quantity(float(steps.min()), 'A', 2)} is coarser than the residuals: "
+            "what lies below it, such as the steady current, is not known as well as the standard errors say"
+        )
+    return found

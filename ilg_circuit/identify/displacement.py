@@ -83,13 +83,12 @@ def fit_displacement(
     assert measurement.displacement is not None
     problem = _Problem(measurement, actuator, engine, progress)
     end = float(problem.channel.time[-1])
-    whole = best = problem.attempt(end)
-    if not whole.described:
-        with suppress(InputError, SolveError):
-            whole = best = problem.attempt(end, like=whole)
-    while not best.described:
+    whole = best = problem.whole(end)
+    while best is None or not best.described:
         end /= _WINDOW_RATIO
         if (problem.after <= end).sum() < _FEWEST_SAMPLES:
+            if whole is None:
+                raise InputError("the displacement does not follow the voltage as the coupling d(s) does")
             best = whole
             break
         with suppress(InputError, SolveError):
@@ -123,6 +122,15 @@ class _Problem:
         With the static beam, as the paper's own fit, or with the beam's mass and compliance from where ``like`` ended.
         """
         return self._fit(end, offset=True, drift=True, like=like, tolerance=_SCOUTING)
+
+    def whole(self, end: float) -> _Attempt | None:
+        """The attempt at the whole record, with the beam's inertia if it takes that; None where no fit comes about."""
+        with suppress(InputError, SolveError):
+            static = self.attempt(end)
+            with suppress(InputError, SolveError):
+                return static if static.described else self.attempt(end, like=static)
+            return static
+        return None
 
     def leanest(self, richest: _Attempt) -> _Attempt:
         """The same stretch with no more nuisance terms, and the dynamic beam only, if there is very strong evidence."""

@@ -185,8 +185,10 @@ def _choose(
         candidates = (one, two)
         if two.determined and two.effective_bic(one) + 10 < one.effective_bic(one):
             chosen = two
-    except (InputError, SolveError):
-        pass  # a second branch that the data do not hold is the usual answer for clean one-pole data
+    except (InputError, SolveError) as error:
+        # a second branch that the data do not hold is the usual answer for clean one-pole data, and no news
+        if any("one pole" in line for line in one.warnings):
+            warnings.append(f"rc2 could not be fitted: {error}")
     warnings += chosen.warnings
     return chosen, candidates
 

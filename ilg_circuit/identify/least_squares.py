@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import SolveError
+from ..errors import InputError, SolveError
 
 Array = NDArray[np.float64]
 
@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 Model = Callable[[Array], Array]
 
 _STEP = 1e-4
+_RAN_AWAY = "the fit ran away: the data do not determine every parameter of this model"
 _MOST_EVALUATIONS = 200
 #: A logarithm that leaves this distance from its start has run away: the data do not hold it.
 _RUNAWAY = 25.0
@@ -107,10 +108,13 @@ def fit_circuit(
         Dfun=jacobian, col_deriv=0, max_nfev=_MOST_EVALUATIONS, ftol=tolerance, xtol=tolerance**0.8, gtol=0.0
     )
     if not result.success and evaluate.best_change > 1e-8:
-        raise SolveError(f"the fit did not converge in {result.nfev} evaluations: {' '.join(result.message.split())}")
+        raise SolveError(
+            f"the fit did not converge in {evaluate.count} evaluations: the data do not determine this model; "
+            "try --model rc"
+        )
     logs, amounts = unpack(result.params)
     if np.abs(logs - np.log(start)).max(initial=0.0) > _RUNAWAY:
-        raise SolveError("the fit ran away: the data do not determine every parameter of this model")
+        raise SolveError(_RAN_AWAY)
     slope = jacobian(result.params)
     return _finish(names, logs, amounts, residual(result.params) * scale, slope, scale, columns, evaluate.count)
 
@@ -169,7 +173,10 @@ class _Evaluation:
     def __call__(self, logs: Array) -> tuple[Array, Array]:
         if not np.array_equal(logs, self._at):
             steps = np.concatenate([np.zeros((1, self._n)), _STEP * np.eye(self._n), -_STEP * np.eye(self._n)])
-            waves = self._model(np.exp(logs + steps))
+            try:
+                waves = self._model(np.exp(logs + steps))
+            except InputError:  # a value beyond all measure
+                raise SolveError(_RAN_AWAY) from None
             central = (waves[1 : self._n + 1] - waves[self._n + 1 :]) / (2 * _STEP)
             self.best_change = float(np.abs(logs - self._at).max()) if self.count else np.inf
             self._at, self._result = logs.copy(), (waves[0], central.T)

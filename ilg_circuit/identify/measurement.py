@@ -19,6 +19,11 @@ Array = NDArray[np.float64]
 #: A change between two samples by this part of the voltage's range is a jump, if its neighbours change much less.
 _JUMP = 0.2
 _JUMP_OVER_NEIGHBOURS = 4.0
+_JUMP_OVER_NOISE = 12.0
+#: White noise beyond this part of a level is an excitation, not an instrument's.
+_NOISE_OF_LEVEL = 0.1
+#: No instrument reads less than this, in SI units.
+_LEAST_READING = 1e-30
 #: Below this part of the largest voltage the record counts as at rest.
 _REST = 0.05
 #: So many equal samples at the largest current are an instrument's limit, not a peak.
@@ -84,7 +89,7 @@ def prepare(table: Table) -> Measurement:
         onset = float(time[first - 1])
         first -= 1
     drive, smoothed = _drive(time[first:] - onset, u[first:])
-    if smoothed:
+    if smoothed > 1e-9 * float(np.abs(u).max()):
         noise = format_quantity(smoothed, "V", 2)
         notes.append(f"noise on the voltage ({noise} rms about its levels) was averaged out")
     current = _channel(table, "current", onset)
@@ -101,8 +106,9 @@ def prepare(table: Table) -> Measurement:
     if displacement is not None and (~displacement.rest).sum() < 20:
         notes.append("fewer than 20 displacement samples after the onset: no displacement fit")
         displacement = None
-    if table.ignored:
-        notes.append(f"columns not understood and left out: {', '.join(table.ignored)}")
+    unknown = [title for title in table.ignored if title]
+    if unknown:
+        notes.append(f"columns not understood and left out: {', '.join(unknown)}")
     return Measurement(name, onset, drive, _step_height(drive), current, displacement, tuple(notes))
 
 
@@ -122,17 +128,26 @@ def _onset(u: Array, name: str) -> int:
     largest = float(np.abs(u).max())
     if not largest:
         raise InputError(f"{name}: the voltage is zero throughout; a record needs a step or another waveform")
+    if largest < _LEAST_READING:
+        raise InputError(f"{name}: the voltage is {largest:g} V at most; check its unit")
+    jumps = _jumps(u)
     moved = np.abs(u) > _REST * largest
     first = int(np.argmax(moved))
+    if len(jumps) and first and abs(float(np.median(u[: jumps[0] + 1]))) <= _REST * largest:
+        before = u[: jumps[0] + 1]
+        if float(np.abs(before - np.median(before)).max()) <= max(6 * noise_level(before), _REST * largest):
+            return int(jumps[0]) + 1  # noise at rest may pass the limit, the jump is what counts
     rest = u[:first]
     # a rest level that is not zero (an instrument's offset) is still rest; one that equals the drive is no step
     if np.ptp(u) <= _REST * largest and first == 0:
         return 0
     if len(rest) > 10 and not _is_jump(u, first):
         # a slow waveform left its rest before it reached 5 %: go back to where it left the noise
-        level, spread = float(np.median(rest[: max(5, first // 2)])), noise_level(rest)
-        quiet = np.flatnonzero(np.abs(rest - level) <= max(4 * spread, 1e-6 * largest))
-        first = int(quiet[-1]) + 1 if len(quiet) else first
+        level, spread = float(np.median(rest[:5])), noise_level(rest)
+        quiet = np.abs(rest - level) <= max(4 * spread, 1e-6 * largest)
+        if quiet[: len(rest) // 3].mean() < 0.8:
+            return 0  # it moves from its first sample on: there is no rest in the record
+        first = int(np.flatnonzero(quiet)[-1]) + 1
     return first
 
 
@@ -145,7 +160,7 @@ def _jumps(u: Array) -> NDArray[np.intp]:
     change = np.abs(np.diff(u))
     spread = float(np.ptp(u))
     found = []
-    for k in np.flatnonzero(change > _JUMP * spread):
+    for k in np.flatnonzero((change > _JUMP * spread) & (change > _JUMP_OVER_NOISE * np.median(change))):
         around = np.r_[change[max(k - 4, 0) : k], change[k + 1 : k + 5]]
         if len(around) >= 2 and change[k] > _JUMP_OVER_NEIGHBOURS * np.median(around):
             found.append(k)
@@ -164,7 +179,7 @@ def _drive(t: Array, u: Array) -> tuple[PiecewiseLinear, float]:
     noise = 0.0
     for start, stop in pairwise(edges):
         level = u[start:stop]
-        if _is_level(level):
+        if float(level.std()) <= _NOISE_OF_LEVEL * float(np.abs(u).max()) and _is_level(level):
             noise = max(noise, float(level.std()))
             times.append(t[[start]])
             values.append(np.array([level.mean()]))
@@ -250,13 +265,28 @@ def _without_clipping(current: Channel) -> tuple[Channel, str]:
 
 def _require_response(current: Channel, drive: PiecewiseLinear, name: str) -> None:
     """A constant voltage with a current that does not change holds no transient: the step is not in the record."""
+    if float(np.abs(current.values).max()) < _LEAST_READING:
+        raise InputError(f"{name}: no step in the record: the current is zero throughout")
+    jumps = drive.jumps(np.inf)
+    if len(jumps) and drive.values[0] and not current.rest.any() and _steady(current.until(float(jumps[0]) * 0.999)):
+        raise InputError(
+            f"{name}: the record begins under {drive.values[0]:g} V with a steady current; a fit starts from rest: "
+            "record from before the voltage was switched on"
+        )
     if _step_height(drive) is None:
         return
-    after = current.values[~current.rest]
-    edge = max(len(after) // 20, 3)
-    change = abs(float(after[:edge].mean() - after[-edge:].mean()))
-    if change <= 4 * noise_level(after) / np.sqrt(edge) + 1e-12 * float(np.abs(after).max()):
+    if _steady(current.until(np.inf)):
         raise InputError(
             f"{name}: no step in the record: the voltage is constant and the current does not change; "
             "record from before the step on"
         )
+
+
+def _steady(current: Channel) -> bool:
+    """Whether the current since the onset ends where it began, but for noise."""
+    after = current.values[~current.rest]
+    edge = max(len(after) // 20, 3)
+    if len(after) < 2 * edge:
+        return False
+    change = abs(float(after[:edge].mean() - after[-edge:].mean()))
+    return bool(change <= 4 * noise_level(after) / np.sqrt(edge) + 1e-12 * float(np.abs(after).max()))

@@ -23,6 +23,8 @@ _MOST_SAMPLES = 500
 _RATES = 40
 _DAMPINGS = (0.15, 0.3, 0.5, 0.7, 1.0, 1.5, 2.5, 4.0, 8.0, 16.0)
 _FREQUENCIES = 24
+#: The steady conductance starts from no less than this part of the peak's.
+_LEAST_STEADY = 1e-2
 #: The drive may be so coarse, in parts of its range, where only starting values are wanted.
 _COARSE = 0.01
 
@@ -47,14 +49,32 @@ def current_start(
             best, choice = cost, (g, rates[list(chosen)])
     if choice is None:
         raise InputError("the current does not follow the voltage as a resistive and capacitive strip's does")
-    g, chosen_rates = choice
+    g, chosen_rates = _refined(t, current, drive, choice[1]) or choice
     peak = float(np.abs(g[0]) + g[1:].sum())
-    g[0] = max(g[0], 1e-4 * peak)
+    g[0] = max(g[0], _LEAST_STEADY * peak)
     dc = max(1 / g[0] - electrode_resistance, 1e-3 / g[0])
     # the terminal's conductances are turned into branches with the share of Re taken off
     share = max(1 - electrode_resistance * float(g.sum()), 0.05)
     pairs = [(share / gk, gk / rate / share) for gk, rate in zip(g[1:], chosen_rates, strict=True)]
     return dc, sorted(pairs, key=lambda pair: pair[0] * pair[1])
+
+
+def _refined(t: Array, current: Array, drive: PiecewiseLinear, rates: Array) -> tuple[Array, Array] | None:
+    """Conductances and rates after a simplex search from the grid's best; None where it ends at no sensible answer.
+
+    The grid is coarse, and under waveforms of both signs that is enough to make the steady conductance negative.
+    """
+    from scipy.optimize import minimize
+
+    u = drive.value(t)
+
+    def solved(logs: Array) -> tuple[Array, float]:
+        waves = superpose(drive, t, lambda kind, time: _high_pass(kind, time, np.exp(logs)[:, None]))
+        return _linear_fit(np.vstack([u, waves]).T, current)
+
+    found = minimize(lambda logs: solved(logs)[1], np.log(rates), method="Nelder-Mead", options={"maxiter": 100})
+    g, _ = solved(found.x)
+    return (g, np.exp(found.x)) if (g > 0).all() else None
 
 
 class CouplingSearch:
