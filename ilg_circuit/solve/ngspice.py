@@ -17,6 +17,7 @@ import logging
 import os
 import tempfile
 import threading
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import Any
 
@@ -27,6 +28,7 @@ from ..errors import SolveError
 from .library import prepare_library
 
 Array = NDArray[np.float64]
+Run = Callable[[Array, Array], Array]
 
 #: Truncation control is off: the grid decides. A linear circuit is solved in one Newton step, so its tolerances only
 #: have to be wide enough for rounding.
@@ -67,24 +69,35 @@ class Session:
         return str(self._shared.ngspice_version)
 
     def transient(self, circuit: str, grid: Array, voltages: Array, vectors: list[str]) -> Array:
-        """Run a circuit's text over ``grid`` [s] (ascending, from 0) and return ``vectors`` at all points after 0.
+        """One run of a circuit's text; see `loaded`."""
+        with self.loaded(circuit, float(grid[-1]), vectors) as run:
+            return run(grid, voltages)
 
-        ``voltages`` [V] at the points of the grid are those of the circuit's external source. Shape (vectors, points).
-        Initial conditions are those of the elements. Raises SolveError when ngspice rejects the circuit, stops early,
-        or leaves the grid.
+    @contextlib.contextmanager
+    def loaded(self, circuit: str, end: float, vectors: list[str]) -> Iterator[Run]:
+        """Load a circuit's text once, for a run on any number of grids.
+
+        Gives ``run(grid, voltages)``: ``grid`` [s] ascends from 0 to ``end``, ``voltages`` [V] at its points are those
+        of the circuit's external source; it returns ``vectors`` at all points after 0, shape (vectors, points). Initial
+        conditions are those of the elements. Raises SolveError when ngspice rejects the circuit, stops early, or leaves
+        the grid.
         """
         if os.getpid() != self._process:
             raise SolveError("ngspice was loaded before this process was forked; start workers with spawn or loky")
-        end = float(grid[-1])
         stop = 1.01 * end  # ngspice leaves out points all but at the end, so its end lies beyond ours
+
+        def run(grid: Array, voltages: Array) -> Array:
+            self._command("destroy all")
+            self._grid, self._voltages = [*grid.tolist(), stop], [*voltages.tolist(), float(voltages[-1])]
+            self._position, self._tiny = 0, 1e-15 * end
+            self._command("run")
+            return self._read(vectors, grid)
+
         with _lock:
             self._command("destroy all")
-            self._load(f"{circuit}\n.save {' '.join(vectors)}\n.tran {stop!r} {stop!r} 0 {stop!r} uic\n.end\n")
             try:
-                self._grid, self._voltages = [*grid.tolist(), stop], [*voltages.tolist(), float(voltages[-1])]
-                self._position, self._tiny = 0, 1e-15 * end
-                self._command("run")
-                return self._read(vectors, grid)
+                self._load(f"{circuit}\n.save {' '.join(vectors)}\n.tran {stop!r} {stop!r} 0 {stop!r} uic\n.end\n")
+                yield run
             finally:
                 self._command("destroy all")
                 self._command("remcirc")

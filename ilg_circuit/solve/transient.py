@@ -165,8 +165,7 @@ def _solve_batch(
     """Values (n, outputs, t) and errors (n, outputs) of one batch on one shared grid, refined until accurate."""
     circuit, vectors = copies(nets)
     source = next(e for e in nets[0].elements if e.name == nets[0].drive)
-    circuit.V(source.name[1:], *source.nodes, "external")
-    text = str(circuit)
+    text = f"{circuit}\n{source.name} {' '.join(source.nodes)} external"
     names = list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
     theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
     between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes than the rule
@@ -206,41 +205,38 @@ def _extrapolate(
     """
     from .ngspice import session
 
-    ngspice = session()
     at_nodes = drive.value(grid.nodes)
-    row = {name: k for k, name in enumerate(names)}
     columns: list[Array] = []  # Neville's scheme: columns[j] has been extrapolated j times
-    for parts in range(1, _MOST_RUNS + 1):
-        points = grid.subdivided(parts)
-        # straight between nodes, also within a jump's step; a sine is itself at every point
-        voltages = drive.value(points) if drive.angular_frequency() else np.interp(points, grid.nodes, at_nodes)
-        raw = ngspice.transient(text, points, voltages, names)[:, parts - 1 :: parts]
-        values = _outputs(nets, vectors, row, raw)
-        previous = columns
-        columns = [values]
-        for j, older in enumerate(previous, 1):
-            ratio = (parts / (parts - j)) ** 2
-            columns.append(columns[-1] + (columns[-1] - older) / (ratio - 1))
-        if parts == 1:
-            continue
-        errors = _relative(columns[-1] - columns[-2], columns[-1])
-        terms = _outputs(nets, vectors, row, np.abs(raw), absolute=True)
-        allowed = np.maximum(accuracy, _ROUNDING * _relative(terms, columns[-1]))
-        if (errors <= allowed).all():
-            break
-    return columns[-1], errors, allowed
+    with session().loaded(text, float(grid.nodes[-1]), names) as run:
+        for parts in range(1, _MOST_RUNS + 1):
+            points = grid.subdivided(parts)
+            # straight between nodes, also within a jump's step; a sine is itself at every point
+            voltages = drive.value(points) if drive.angular_frequency() else np.interp(points, grid.nodes, at_nodes)
+            raw = run(points, voltages)[:, parts - 1 :: parts]
+            previous, columns = columns, [_outputs(nets, vectors, names, raw)]
+            for j, older in enumerate(previous, 1):
+                ratio = (parts / (parts - j)) ** 2
+                columns.append(columns[-1] + (columns[-1] - older) / (ratio - 1))
+            if parts > 1:
+                errors = _relative(columns[-1] - columns[-2], columns[-1])
+                if (errors <= accuracy).all():
+                    return columns[-1], errors, np.full_like(errors, accuracy)
+    terms = _outputs(nets, vectors, names, np.abs(raw), absolute=True)
+    return columns[-1], errors, np.maximum(accuracy, _ROUNDING * _relative(terms, columns[-1]))
 
 
 def _outputs(
-    nets: list[Netlist], vectors: list[dict[str, str]], row: dict[str, int], raw: Array, *, absolute: bool = False
+    nets: list[Netlist], vectors: list[dict[str, str]], names: list[str], raw: Array, *, absolute: bool = False
 ) -> Array:
     """Outputs (n, outputs, points) as sums of ngspice's vectors; ``absolute``: of the terms' sizes."""
+    row = {name: k for k, name in enumerate(names)}
     result = np.zeros((len(nets), len(nets[0].outputs), raw.shape[1]))
-    for k, (netlist, of_copy) in enumerate(zip(nets, vectors, strict=True)):
-        for j, output in enumerate(netlist.outputs):
-            for quantity, coefficient in output.terms:
-                if coefficient:
-                    result[k, j] += (abs(coefficient) if absolute else coefficient) * raw[row[of_copy[quantity]]]
+    for j in range(result.shape[1]):
+        for term, (quantity, _) in enumerate(nets[0].outputs[j].terms):
+            coefficients = np.array([netlist.outputs[j].terms[term][1] for netlist in nets])
+            if coefficients.any():
+                rows = [row[of_copy[quantity]] for of_copy in vectors]
+                result[:, j] += (np.abs(coefficients) if absolute else coefficients)[:, None] * raw[rows]
     return result
 
 
