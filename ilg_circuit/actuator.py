@@ -11,6 +11,8 @@ from dataclasses import dataclass, field, fields
 from typing import Any, Self
 
 from .errors import InputError
+from .ladder import LADDER_BAND
+from .port import Port
 
 #: First root of cos(x) cosh(x) = -1, the cantilever's eigenvalue in EC (11).
 CANTILEVER_EIGENVALUE = 1.875104068711961
@@ -91,7 +93,11 @@ class IonBranch:
 
 @dataclass(frozen=True)
 class Material:
-    """Electrical and mechanical constants of the strip as a whole, independent of its size."""
+    """Electrical and mechanical constants of the strip as a whole, independent of its size.
+
+    The ion path is one R-C branch; several with ``further_branches``; a finite Warburg element with ``diffusion_time``;
+    a constant phase element with ``cpe_exponent``. See `ilg_circuit.models` for the equations.
+    """
 
     dc_resistivity: float = quantity("ohm m", "resistivity rho_dc of the electron path, EC (12)")
     dynamic_resistivity: float = quantity("ohm m", "resistivity rho_d of the ion path, EC (13)")
@@ -107,11 +113,59 @@ class Material:
         "ohm m", "resistivity rho_e2 of the other electrode", zero=True, default=0.0
     )
     electrode_thickness_2: float = quantity("m", "thickness b_e2 of the other electrode", zero=True, default=0.0)
+    diffusion_time: float | None = quantity(
+        "s", "makes the ion path a finite Warburg element of this time constant tau; Rw = tau/C", default=None
+    )
+    cpe_exponent: float | None = quantity(
+        "", "makes the ion path a constant phase element; permittivity is then that at 1 rad/s", default=None
+    )
+    ladder_lowest: float | None = quantity(
+        "Hz", "lower end of the band of a Warburg or CPE ladder; 0.1 mHz if absent", default=None
+    )
+    ladder_highest: float | None = quantity("Hz", "upper end of that band; 10 kHz if absent", default=None)
+    ladder_sections: float | None = quantity(
+        "", "sections of the ladder; as many as its stated error needs if absent", zero=True, default=None
+    )
+    emission_voltage: float | None = quantity(
+        "V", "makes the electron path i = (Vt/Rdc) sinh(v/Vt) with this Vt", default=None
+    )
+    capacitance_slope: float | None = quantity(
+        "1/V", "growth k of the capacitance with voltage: q = C (v + k v abs(v)/2)", default=None
+    )
+    bending_stiffness: float | None = quantity(
+        "N m^2", "EI of the composite strip, in place of E w b^3/12", default=None
+    )
     further_branches: tuple[IonBranch, ...] = ()
 
     def __post_init__(self) -> None:
         validate_quantities(self)
         object.__setattr__(self, "further_branches", tuple(self.further_branches))
+        diffusing = [n for n in ("diffusion_time", "cpe_exponent") if getattr(self, n) is not None]
+        if len(diffusing) + bool(self.further_branches) > 1:
+            raise InputError(
+                "material has more than one ion path; give one of further_branches, diffusion_time, cpe_exponent"
+            )
+        if diffusing and self.capacitance_slope:
+            raise InputError(
+                f"material.capacitance_slope goes with R-C branches, not with {diffusing[0]}; leave one out"
+            )
+        if self.cpe_exponent is not None and self.cpe_exponent >= 1:
+            raise InputError(
+                f"material.cpe_exponent is {self.cpe_exponent:g}; it must be less than 1 (1 is a capacitor)"
+            )
+        low, high = self.ladder_band()
+        if low >= high:
+            raise InputError(f"material.ladder_lowest {low:g} Hz must be less than ladder_highest {high:g} Hz")
+        if self.ladder_sections is not None and not (self.ladder_sections.is_integer() and self.ladder_sections >= 1):
+            raise InputError(
+                f"material.ladder_sections is {self.ladder_sections:g}; give a whole number from 1 on, or leave it out"
+            )
+
+    def ladder_band(self, default: tuple[float, float] = LADDER_BAND) -> tuple[float, float]:
+        """Band [Hz] over which a Warburg or CPE ladder holds; ``default`` where the strip says nothing."""
+        low, high = default
+        return (low if self.ladder_lowest is None else self.ladder_lowest,
+                high if self.ladder_highest is None else self.ladder_highest)  # fmt: skip
 
     @property
     def branches(self) -> tuple[IonBranch, ...]:
@@ -169,25 +223,50 @@ class Actuator:
         base: Material,
         **rest: Any,
     ) -> Self:
-        """The strip whose lumped elements are the given ones: EC (12)-(14) solved for the material.
+        """The strip whose lumped elements are the given ones; see `from_port`.
 
-        ``branches`` are (resistance [ohm], capacitance [F]) pairs; what a circuit does not say (E, density,
-        damping) comes from ``base``. An electrode resistance is put into one electrode of 1 um.
+        ``branches`` are (resistance [ohm], capacitance [F]) pairs.
+        """
+        port = Port(dc_resistance, tuple(branches), electrode_resistance)
+        return cls.from_port(geometry, port, base=base, **rest)
+
+    @classmethod
+    def from_port(cls, geometry: Geometry, port: Port, *, base: Material, **rest: Any) -> Self:
+        """The strip whose electrical port is the given one: EC (12)-(14) solved for the material.
+
+        What a circuit does not say (E, density, damping, EI) comes from ``base``. An electrode resistance is put into
+        one electrode of 1 um.
         """
         area = geometry.length * geometry.width
         resistive, capacitive = area / geometry.thickness, geometry.thickness / area
-        ions = tuple(IonBranch(r * resistive, c * capacitive) for r, c in branches)
-        electrode_thickness = 1e-6 if electrode_resistance else 0.0
+        ladder = port.ladder
+        pairs = port.branches or ((port.series_resistance, 0.0),)
+        ions = [(r * resistive, c * capacitive) for r, c in pairs]
+        diffusion: dict[str, Any] = {}
+        if ladder is not None:
+            diffusion = {"ladder_lowest": ladder.band[0], "ladder_highest": ladder.band[1]}
+            if ladder.law == "warburg":
+                resistance, time_constant = ladder.constants
+                ions = [(ions[0][0], time_constant / resistance * capacitive)]
+                diffusion["diffusion_time"] = time_constant
+            else:
+                ions = [(ions[0][0], ladder.constants[0] * capacitive)]
+                diffusion["cpe_exponent"] = ladder.constants[1]
+        thickness = 1e-6 if port.electrode_resistance else 0.0
         material = Material(
-            dc_resistivity=dc_resistance * resistive,
-            dynamic_resistivity=ions[0].dynamic_resistivity,
-            permittivity=ions[0].permittivity,
+            dc_resistivity=port.dc_resistance * resistive,
+            dynamic_resistivity=ions[0][0],
+            permittivity=ions[0][1],
             youngs_modulus=base.youngs_modulus,
             density=base.density,
             beam_damping_ratio=base.beam_damping_ratio,
-            electrode_resistivity_1=electrode_resistance * area / electrode_thickness if electrode_resistance else 0.0,
-            electrode_thickness_1=electrode_thickness,
-            further_branches=ions[1:],
+            bending_stiffness=base.bending_stiffness,
+            electrode_resistivity_1=port.electrode_resistance * area / thickness if thickness else 0.0,
+            electrode_thickness_1=thickness,
+            emission_voltage=port.emission_voltage,
+            capacitance_slope=port.capacitance_slope or None,
+            further_branches=tuple(IonBranch(r, c) for r, c in ions[1:]),
+            **diffusion,
         )
         return cls(geometry, material, **rest)
 

@@ -85,7 +85,11 @@ def show(actuator: str, low: str, high: str, voltage: str | None, as_json: bool)
 @click.option("--beam", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True)
 @click.option("--load", "load_text", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip.")
 @click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
-@click.option("--accuracy", type=float, help="Error allowed, relative to each maximum.  [default: 1e-09]")
+@click.option(
+    "--accuracy",
+    type=float,
+    help="Error allowed, relative to each maximum.  [default: 1e-09; with nonlinear elements 1e-06]",
+)
 @click.option("--samples", type=int, help="Number of samples.  [default: 601]")
 @click.option("--step", help="Time between samples, such as 0.1s; instead of --samples.")
 @click.option("--check", is_flag=True, help="Compare with the exact solver and the closed forms.")
@@ -99,7 +103,7 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, st
     from .circuit.drive import parse_drive
     from .files import require_writable
     from .plots import plot_response, require_picture
-    from .response import SIMULATION_ACCURACY, sample_times
+    from .response import sample_times
     from .response import simulate as solve
     from .units import parse
     from .validity import warnings
@@ -113,8 +117,8 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, st
         require_writable(options["out"])
     if options["plot"]:
         require_picture(options["plot"])
-    accuracy = SIMULATION_ACCURACY if options["accuracy"] is None else options["accuracy"]
-    response = solve(strip, source, times, engine=options["engine"], accuracy=accuracy, progress=_progress(), **how)
+    how_solved = {"engine": options["engine"], "accuracy": options["accuracy"], "progress": _progress()}
+    response = solve(strip, source, times, **how_solved, **how)
     if options["out"]:
         response.write_csv(options["out"], energy=options["with_energy"])
     if options["plot"]:

@@ -6,6 +6,10 @@ import math
 from dataclasses import dataclass
 
 from .actuator import CANTILEVER_EIGENVALUE, Actuator, Coupling
+from .errors import InputError
+from .ladder import LADDER_BAND, cpe_ladder, warburg_ladder
+from .models import ElectricalModel, electrical_model
+from .port import Port
 
 GRAVITY = 9.80665
 
@@ -49,13 +53,10 @@ def horizontal_force(density: float, width: float, thickness: float, free_length
 class Elements:
     """Lumped elements of one strip; the mechanical ones are at the load position L_F.
 
-    ``branches`` are the ionic (resistance, capacitance) pairs; ``bending_ratio`` is 3 L_F^2/b^2, which turns
-    d [m/V] times volts into displacement.
+    ``port`` is its electrical side; ``bending_ratio`` is 3 L_F^2/b^2: times d [m/V] and volts it is the displacement.
     """
 
-    dc_resistance: float
-    branches: tuple[tuple[float, float], ...]
-    electrode_resistance: float
+    port: Port
     stiffness: float
     mass: float
     damping: float
@@ -63,18 +64,33 @@ class Elements:
     coupling: Coupling | None
 
     @property
+    def dc_resistance(self) -> float:
+        """Rdc [ohm], near 0 V."""
+        return self.port.dc_resistance
+
+    @property
+    def branches(self) -> tuple[tuple[float, float], ...]:
+        """The ionic (resistance [ohm], capacitance [F]) pairs; none where the ions diffuse."""
+        return self.port.branches
+
+    @property
+    def electrode_resistance(self) -> float:
+        """Re [ohm]."""
+        return self.port.electrode_resistance
+
+    @property
     def dynamic_resistance(self) -> float:
-        """Rd [ohm] of the first ionic branch."""
-        return self.branches[0][0]
+        """Rd [ohm] of the first ionic branch, or the resistance before a ladder."""
+        return self.branches[0][0] if self.branches else self.port.series_resistance
 
     @property
     def capacitance(self) -> float:
-        """C [F]: sum over the ionic branches."""
-        return sum(c for _, c in self.branches)
+        """C [F]: sum over the ionic branches, or a ladder's."""
+        return self.port.capacitance
 
     def ion_impedance(self, s: complex) -> complex:
-        """Zp(s) [ohm] of the ionic branches in parallel; for one branch Rd + 1/(C s)."""
-        return 1 / sum(c * s / (1 + r * c * s) for r, c in self.branches)
+        """Zp(s) [ohm] of the ion path near 0 V; for one branch Rd + 1/(C s)."""
+        return complex(self.port.ion_impedance(s))
 
     def coupling_factor(self, s: complex) -> complex:
         """N(s) = (3 L_F^2/b^2) d(s) s Zp(s) [m/C], EC (17); for one branch (1 + Rd C s)/C replaces s Zp."""
@@ -82,33 +98,63 @@ class Elements:
             return 0j
         k = self.coupling
         d = k.gain * (s + k.zero) / (s**2 + 2 * k.damping_ratio * k.natural_frequency * s + k.natural_frequency**2)
-        # s Zp written without its pole at s = 0
-        s_zp = 1 / sum(c / (1 + r * c * s) for r, c in self.branches)
-        return self.bending_ratio * d * s_zp
+        return self.bending_ratio * d * complex(self.port.ion_elastance(s))
 
 
-def lumped_elements(actuator: Actuator) -> Elements:
-    """The elements of a strip, EC (10)-(14)."""
+def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND) -> Elements:
+    """The elements of a strip, EC (10)-(14). ``band`` [Hz] is that of a ladder where the strip gives none."""
     g, m = actuator.geometry, actuator.material
-    area = g.length * g.width
     stiffness = tip_stiffness(m.youngs_modulus, g.width, g.thickness, g.load_distance)
+    if m.bending_stiffness is not None:
+        stiffness = 3 * m.bending_stiffness / g.load_distance**3
     mass = tip_mass(m.density, g.free_length, g.width, g.thickness, g.load_distance)
     return Elements(
-        dc_resistance=resistance(m.dc_resistivity, g.length, g.width, g.thickness),
-        branches=tuple(
-            (
-                resistance(b.dynamic_resistivity, g.length, g.width, g.thickness),
-                capacitance(b.permittivity, g.length, g.width, g.thickness),
-            )
-            for b in m.branches
-        ),
-        electrode_resistance=(
-            m.electrode_resistivity_1 * m.electrode_thickness_1 + m.electrode_resistivity_2 * m.electrode_thickness_2
-        )
-        / area,
+        port=lumped_port(actuator, band),
         stiffness=stiffness,
         mass=mass,
         damping=tip_damping(m.beam_damping_ratio, stiffness, mass),
         bending_ratio=3 * g.load_distance**2 / g.thickness**2,
         coupling=actuator.coupling,
     )
+
+
+def lumped_port(actuator: Actuator, band: tuple[float, float] = LADDER_BAND) -> Port:
+    """The electrical side of a strip, EC (12)-(14); ``band`` as for `lumped_elements`."""
+    g, m = actuator.geometry, actuator.material
+    size = (g.length, g.width, g.thickness)
+    pairs = [(resistance(b.dynamic_resistivity, *size), capacitance(b.permittivity, *size)) for b in m.branches]
+    dc = resistance(m.dc_resistivity, *size)
+    electrodes = (
+        m.electrode_resistivity_1 * m.electrode_thickness_1 + m.electrode_resistivity_2 * m.electrode_thickness_2
+    ) / (g.length * g.width)
+    (series, total), *_ = pairs
+    ladder = None
+    band, sections = m.ladder_band(band), int(m.ladder_sections) if m.ladder_sections else None
+    if m.diffusion_time is not None:
+        ladder = warburg_ladder(m.diffusion_time / total, m.diffusion_time, band, sections)
+    elif m.cpe_exponent is not None:
+        ladder = cpe_ladder(total, m.cpe_exponent, band, sections)
+    return Port(
+        dc_resistance=dc,
+        branches=() if ladder else tuple(pairs),
+        electrode_resistance=electrodes,
+        ladder=ladder,
+        series_resistance=series if ladder else 0.0,
+        emission_voltage=m.emission_voltage,
+        capacitance_slope=m.capacitance_slope or 0.0,
+    )
+
+
+def electrical_model_of(actuator: Actuator) -> ElectricalModel:
+    """The model of `ilg_circuit.models` that the strip's material is of."""
+    m = actuator.material
+    if m.diffusion_time is not None:
+        name = "warburg"
+    elif m.cpe_exponent is not None:
+        name = "cpe"
+    else:
+        name = {1: "rc", 2: "rc2", 3: "rc3"}.get(len(m.branches), "")
+    if not name:
+        raise InputError(f"{len(m.branches)} ionic branches make no model of the list; it has rc, rc2 and rc3")
+    name += "+growing" if m.capacitance_slope else ""
+    return electrical_model(name + ("+sinh" if m.emission_voltage is not None else ""))

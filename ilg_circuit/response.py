@@ -14,6 +14,7 @@ from .circuit.netlist import Netlist
 from .circuit.strip import Load, strip_netlist
 from .errors import InputError
 from .files import write_text
+from .ladder import LADDER_BAND
 from .solve.grid import smooth_intervals
 from .solve.state_space import state_space
 from .solve.transient import Progress, require_times, transient
@@ -34,6 +35,8 @@ COLUMNS = {
 
 #: Accuracy of a simulation, relative to each waveform's maximum; tight, so that small samples are good as well.
 SIMULATION_ACCURACY = 1e-9
+#: That of a circuit with nonlinear elements, whose laws have kinks.
+NONLINEAR_ACCURACY = 1e-6
 
 # three-point Gauss-Legendre: nodes in (0, 1) and weights
 _GAUSS_NODES = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
@@ -115,19 +118,23 @@ def simulate(
     beam: str = "dynamic",
     load: Load | None = None,
     engine: str = "ngspice",
-    accuracy: float = SIMULATION_ACCURACY,
+    accuracy: float | None = None,
     progress: Progress | None = None,
 ) -> Response:
     """The strip's response to ``drive`` from rest, sampled at ``times`` [s] (ascending, >= 0).
 
     See `ilg_circuit.circuit.strip.strip_netlist` for ``tip``, ``beam`` and ``load``, and
-    `ilg_circuit.solve.transient.transient` for ``engine``, ``accuracy`` and the errors raised.
+    `ilg_circuit.solve.transient.transient` for ``engine``, ``accuracy`` (default 1e-9; 1e-6 with nonlinear elements)
+    and the errors raised.
     """
     samples = np.asarray(times, dtype=np.float64)
     require_times(samples)
     samples = drive_times(drive, samples)
-    netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load)
-    intervals = smooth_intervals(state_space([netlist]).poles().ravel(), drive, float(samples[-1]) or 1e-300)
+    netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=transient_band(samples))
+    if accuracy is None:
+        accuracy = SIMULATION_ACCURACY if netlist.linear else NONLINEAR_ACCURACY
+    poles = np.concatenate([state_space([netlist.linearised(u)]).poles().ravel() for u in {0.0, drive.largest()}])
+    intervals = smooth_intervals(poles, drive, float(samples[-1]) or 1e-300)
     ends = np.union1d(samples, intervals[intervals <= samples[-1]])
     grid, gauss, weights = _energy_grid(samples, ends)
     waves = transient(netlist, drive, grid, engine=engine, accuracy=accuracy, interpolate=False, progress=progress)
@@ -149,6 +156,18 @@ def simulate(
         engine=waves.engine,
         **mechanical,
     )
+
+
+def transient_band(times: Array) -> tuple[float, float]:
+    """Band [Hz] that samples at ``times`` [s] can tell of, for the ladders of a transient, within `LADDER_BAND`.
+
+    A tenth of what the whole run resolves to twenty times what the closest samples do.
+    """
+    low, high = LADDER_BAND
+    if len(times) < 2:
+        return low, high
+    lowest = min(0.1 / float(times[-1]), high / 100)
+    return lowest, min(max(20 / float(np.diff(times).min()), 100 * lowest), max(high, 100 * lowest))
 
 
 def _energy_grid(samples: Array, ends: Array) -> tuple[Array, NDArray[np.intp], Array]:

@@ -46,6 +46,9 @@ class Drive(Protocol):
     def angular_frequency(self) -> float:
         """Highest angular frequency [rad/s] of its smooth parts; 0 for straight lines."""
 
+    def largest(self) -> float:
+        """Largest absolute value [V]."""
+
     def spice(self, duration: float) -> str:
         """Waveform of a SPICE voltage source over ``duration`` [s]: PWL(...) or SIN(...)."""
 
@@ -78,6 +81,9 @@ class Sine:
 
     def angular_frequency(self) -> float:
         return 2 * np.pi * self.frequency
+
+    def largest(self) -> float:
+        return abs(self.amplitude)
 
     def spice(self, duration: float) -> str:
         return f"SIN(0.0 {float(self.amplitude)!r} {float(self.frequency)!r})"
@@ -155,6 +161,9 @@ class PiecewiseLinear:
 
     def angular_frequency(self) -> float:
         return 0.0
+
+    def largest(self) -> float:
+        return float(np.abs(self.values).max())
 
     def spice(self, duration: float) -> str:
         times, values = self.widened(duration, NETLIST_RISE)

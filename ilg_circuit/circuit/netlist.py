@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 GROUND = "0"
 
 #: kind -> (number of nodes, has an initial state, needs the name of a controlling source, must be positive)
-_KINDS = {
+_KINDS: dict[str, tuple[int | None, bool, bool, bool]] = {
     "R": (2, False, False, True),
     "L": (2, True, False, True),
     "C": (2, True, False, True),
@@ -33,26 +33,56 @@ _KINDS = {
     "G": (4, False, False, False),
     "F": (2, False, True, False),
     "H": (2, False, True, False),
+    "B": (None, False, False, True),
 }
+
+#: Laws of behavioural sources: number of nodes, quantity set across or through the first two.
+_LAWS = {"sinh": (2, "i"), "charge": (3, "v")}
 
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """One SPICE element. The first letter of ``name`` is its kind: R, L, C, V, I, E, F, G or H.
+    """One SPICE element. The first letter of ``name`` is its kind: R, L, C, V, I, E, F, G, H or B.
 
     ``nodes`` are plus and minus, for E and G followed by the controlling pair; ``control`` names the voltage source
     whose current controls F and H; ``value`` is in ohm, henry, farad, volt, ampere or the source's gain. Capacitors
     and inductors start from zero.
+
+    A behavioural source B follows a ``law`` with a second constant ``scale`` (v is the voltage across it):
+
+        sinh     i = value sinh(v/scale), a current through it
+        charge   v of a capacitance ``value`` that grows by ``scale`` [1/V], q = value (v + scale v abs(v)/2), where the
+                 third node's voltage is the charge q
     """
 
     name: str
     nodes: tuple[str, ...]
     value: float
     control: str = ""
+    law: str = ""
+    scale: float = 0.0
 
     @property
     def kind(self) -> str:
         return self.name[0].upper()
+
+    def expression(self, nodes: Sequence[str]) -> str:
+        """A behavioural source's law as SPICE writes it, on ``nodes``."""
+        if self.law == "sinh":
+            return f"{self.value!r}*sinh(v({nodes[0]},{nodes[1]})/{self.scale!r})"
+        q = f"v({nodes[2]})"
+        return f"2*{q}/{self.value!r}/(1+sqrt(1+{2 * self.scale / self.value!r}*abs({q})))"
+
+    def linearised(self, voltage: float) -> Element:
+        """The linear element that a small signal meets with ``voltage`` [V] across this one; itself where linear."""
+        if self.law == "sinh":
+            return replace(
+                self, name=f"R{self.name}", value=self.scale / self.value / math.cosh(voltage / self.scale), law=""
+            )
+        if self.law == "charge":
+            gain = 1 / (self.value * (1 + self.scale * abs(voltage)))
+            return replace(self, name=f"E{self.name}", nodes=(*self.nodes, GROUND), value=gain, law="")
+        return self
 
 
 @dataclass(frozen=True)
@@ -96,10 +126,18 @@ class Netlist:
     def topology(self) -> tuple[Any, ...]:
         """What two netlists must share to be solved as copies of one another: everything but the values."""
         return (
-            tuple((e.name, e.nodes, e.control) for e in self.elements),
+            tuple((e.name, e.nodes, e.control, e.law) for e in self.elements),
             tuple((o.name, tuple(q for q, _ in o.terms)) for o in self.outputs),
             self.drive,
         )
+
+    @property
+    def linear(self) -> bool:
+        return not any(e.law for e in self.elements)
+
+    def linearised(self, voltage: float = 0.0) -> Netlist:
+        """The circuit of a small signal with ``voltage`` [V] across every behavioural source."""
+        return self if self.linear else replace(self, elements=tuple(e.linearised(voltage) for e in self.elements))
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -139,15 +177,17 @@ def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:
         for e in netlist.elements:
             if e is not source:
                 nodes, control = [rename[n] for n in e.nodes], e.control and e.control + suffix
-                lines.append(_line(e.name + suffix, nodes, control, e.value, e.kind))
+                lines.append(_line(e, e.name + suffix, nodes, control))
         vectors.append({q: _vector(q, rename, suffix) for q in netlist.quantities})
     return "\n".join(lines), vectors
 
 
-def _line(name: str, nodes: Sequence[str], control: str, value: float, kind: str) -> str:
-    """An element as PySpice writes it."""
-    start = " ic=0.0" if _KINDS[kind][1] else ""
-    return " ".join(filter(None, [name, *nodes, control, repr(float(value))])) + start
+def _line(element: Element, name: str, nodes: Sequence[str], control: str) -> str:
+    """An element as PySpice writes it, under another name and on other nodes."""
+    if element.law:
+        return f"{name} {nodes[0]} {nodes[1]} {_LAWS[element.law][1]}={element.expression(nodes)}"
+    start = " ic=0.0" if _KINDS[element.kind][1] else ""
+    return " ".join(filter(None, [name, *nodes, control, repr(float(element.value))])) + start
 
 
 def add_elements(circuit: Circuit, elements: Iterable[Element]) -> None:
@@ -173,6 +213,9 @@ def add_elements(circuit: Circuit, elements: Iterable[Element]) -> None:
                 circuit.CCCS(name, *nodes, element.control, current_gain=value)
             case "H":
                 circuit.CCVS(name, *nodes, element.control, transresistance=value)
+            case "B":
+                law = {f"{_LAWS[element.law][1]}": element.expression(nodes)}
+                circuit.BehavioralSource(name, *nodes[:2], **law)
 
 
 def plain(text: str) -> str:
@@ -198,6 +241,12 @@ def _check_element(element: Element, sources: set[str]) -> None:
     if element.kind not in _KINDS:
         raise InputError(f"element {element.name}: kind {element.kind} is not one of {', '.join(_KINDS)}")
     count, _, controlled, positive = _KINDS[element.kind]
+    if (element.kind == "B") != bool(element.law) or (element.law and element.law not in _LAWS):
+        raise InputError(f"element {element.name}: law '{element.law}' is not one of {', '.join(_LAWS)}, of a source B")
+    if element.law:
+        count = _LAWS[element.law][0]
+        if not (math.isfinite(element.scale) and element.scale > 0):
+            raise InputError(f"element {element.name} has scale {element.scale!r}; it must be positive and finite")
     if len(element.nodes) != count:
         raise InputError(f"element {element.name} has {len(element.nodes)} nodes; kind {element.kind} takes {count}")
     if controlled != bool(element.control) or (controlled and element.control.lower() not in sources):

@@ -20,6 +20,8 @@ from typing import Literal, cast
 from ..actuator import Actuator, Coupling
 from ..elements import Elements, hanging_stiffness, lumped_elements
 from ..errors import InputError
+from ..ladder import LADDER_BAND
+from ..port import Port
 from .netlist import GROUND, Element, Netlist, Output
 
 #: Newtons per mechanical volt and metres per second per mechanical ampere.
@@ -64,15 +66,28 @@ def electrical_netlist(
 
     ``branches`` are (resistance [ohm], capacitance [F]) pairs.
     """
-    elements, outputs = _port(dc_resistance, branches, electrode_resistance, GROUND)
+    return port_netlist(Port(dc_resistance, tuple(branches), electrode_resistance), title)
+
+
+def port_netlist(port: Port, title: str = "ILG strip, electrical port") -> Netlist:
+    """The electrical port alone, of any model; outputs current [A] and charge [C] on the ion path."""
+    elements, outputs = _port(port, GROUND)
     return Netlist(title, tuple(elements), tuple(outputs))
 
 
-def strip_netlist(actuator: Actuator, *, tip: str = "free", beam: str = "dynamic", load: Load | None = None) -> Netlist:
+def strip_netlist(
+    actuator: Actuator,
+    *,
+    tip: str = "free",
+    beam: str = "dynamic",
+    load: Load | None = None,
+    band: tuple[float, float] = LADDER_BAND,
+) -> Netlist:
     """The whole strip, with outputs current [A], charge [C], displacement [m] and force [N] (at L_F, on the load).
 
     ``beam`` "dynamic" is the port EC (17) without simplification: beam compliance and mass, voltage reflected onto the
     electrical side. "static" is EC (26), (29): no mass, nothing reflected. ``tip`` "clamped" holds the point L_F.
+    ``band`` [Hz] is that of a Warburg or CPE ladder where the strip gives none.
     Raises InputError for an unknown word, a load where there can be none, or a hanging strip too soft to hold itself.
     """
     load = load or Load()
@@ -82,13 +97,12 @@ def strip_netlist(actuator: Actuator, *, tip: str = "free", beam: str = "dynamic
         raise InputError(f"beam is '{beam}'; choose dynamic or static")
     if load and (tip == "clamped" or beam == "static"):
         raise InputError("a load moves with the tip: it needs --tip free and --beam dynamic")
-    lumped = lumped_elements(actuator)
+    lumped = lumped_elements(actuator, band)
     title = f"ILG strip {actuator.name}, {beam} beam, {tip} tip"
     if lumped.coupling is None:
         if load:
             raise InputError(f"actuator '{actuator.name}' has no [coupling]; a load needs one")
-        elements, outputs = _port(lumped.dc_resistance, lumped.branches, lumped.electrode_resistance, GROUND)
-        return Netlist(title, tuple(elements), tuple(outputs))
+        return port_netlist(lumped.port, title)
     if beam == "static":
         elements, outputs = _static(lumped, lumped.coupling, cast(Tip, tip))
     else:
@@ -96,35 +110,78 @@ def strip_netlist(actuator: Actuator, *, tip: str = "free", beam: str = "dynamic
     return Netlist(title, tuple(elements), tuple(outputs), comments=(SCALE_NOTE,))
 
 
-def _port(
-    dc_resistance: float, branches: tuple[tuple[float, float], ...], electrode_resistance: float, end: str
-) -> tuple[list[Element], list[Output]]:
-    """Drive, Re, Rdc and the ionic branches from node ``port`` to ``end``."""
+def _port(port: Port, end: str) -> tuple[list[Element], list[Output]]:
+    """Drive, Re, the electron path and the ion path from the port's node to ``end``."""
     elements = [Element("Vdrive", ("drive", GROUND), 0.0)]
-    port = "drive"
-    if electrode_resistance:
-        port = "port"
-        elements.append(Element("Re", ("drive", "port"), electrode_resistance))
-    elements.append(Element("Rdc", (port, GROUND), dc_resistance))
-    elements += _ion_branches(branches, port, end, "")
-    charge: dict[str, float] = {}
-    for k, (_, c) in enumerate(branches, 1):
-        charge[f"v(ion{k})"] = c
-        if end != GROUND:
-            charge[f"v({end})"] = charge.get(f"v({end})", 0.0) - c
+    node = _port_node(port)
+    if port.electrode_resistance:
+        elements.append(Element("Re", ("drive", node), port.electrode_resistance))
+    if port.emission_voltage is None:
+        elements.append(Element("Rdc", (node, GROUND), port.dc_resistance))
+    else:
+        elements.append(
+            Element("Bdc", (node, GROUND), port.saturation_current, law="sinh", scale=port.emission_voltage)
+        )
+    ions, charge = _ion_path(port, node, end, "")
     outputs = [
         Output("current", "A", (("i(Vdrive)", -1.0),)),
         Output("charge", "C", tuple(charge.items())),
     ]
-    return elements, outputs
+    return elements + ions, outputs
 
 
-def _ion_branches(branches: tuple[tuple[float, float], ...], top: str, end: str, suffix: str) -> list[Element]:
-    elements = []
-    for k, (r, c) in enumerate(branches, 1):
+def _port_node(port: Port) -> str:
+    return "port" if port.electrode_resistance else "drive"
+
+
+def _ion_path(port: Port, top: str, end: str, suffix: str) -> tuple[list[Element], dict[str, float]]:
+    """The ion path from ``top`` to ``end``, and its charge [C] as coefficients of node voltages."""
+    if port.ladder is not None:
+        return _ladder(port, top, end, suffix)
+    elements: list[Element] = []
+    charge: dict[str, float] = {}
+    for k, (r, c) in enumerate(port.branches, 1):
         node = f"ion{suffix}{k}"
-        elements += [Element(f"Rd{suffix}{k}", (top, node), r), Element(f"C{suffix}{k}", (node, end), c)]
-    return elements
+        elements.append(Element(f"Rd{suffix}{k}", (top, node), r))
+        if port.capacitance_slope:
+            elements += _growing_capacitor(c, port.capacitance_slope, node, end, f"{suffix}{k}")
+            charge[f"v(q{suffix}{k})"] = 1.0
+            continue
+        elements.append(Element(f"C{suffix}{k}", (node, end), c))
+        _add_charge(charge, c, node, end)
+    return elements, charge
+
+
+def _growing_capacitor(capacitance: float, slope: float, node: str, end: str, name: str) -> list[Element]:
+    """A capacitance that grows with voltage: its charge is the voltage on 1 F that its own current feeds."""
+    charge, sense = f"q{name}", f"sense{name}"
+    return [
+        Element(f"Bq{name}", (node, sense, charge), capacitance, law="charge", scale=slope),
+        Element(f"Vq{name}", (sense, end), 0.0),
+        Element(f"Fq{name}", (GROUND, charge), 1.0, control=f"Vq{name}"),
+        Element(f"Cq{name}", (charge, GROUND), 1.0),
+    ]
+
+
+def _ladder(port: Port, top: str, end: str, suffix: str) -> tuple[list[Element], dict[str, float]]:
+    """Rs, then R parallel C sections in series, then the capacitor that alone has the whole charge."""
+    ladder = port.ladder
+    assert ladder is not None
+    nodes = [f"ion{suffix}{k}" for k in range(1, len(ladder.sections) + 2)]
+    elements = [Element(f"Rion{suffix}", (top, nodes[0]), port.series_resistance + ladder.resistance)]
+    for k, (r, c) in enumerate(ladder.sections, 1):
+        ends = (nodes[k - 1], nodes[k])
+        elements += [Element(f"Rd{suffix}{k}", ends, r), Element(f"C{suffix}{k}", ends, c)]
+    elements.append(Element(f"Cion{suffix}", (nodes[-1], end), ladder.capacitance))
+    charge: dict[str, float] = {}
+    _add_charge(charge, ladder.capacitance, nodes[-1], end)
+    return elements, charge
+
+
+def _add_charge(charge: dict[str, float], capacitance: float, node: str, end: str) -> None:
+    charge[f"v({node})"] = capacitance
+    if end != GROUND:
+        charge[f"v({end})"] = charge.get(f"v({end})", 0.0) - capacitance
 
 
 def _filter(coupling: Coupling, plus: str, minus: str, name: str) -> list[Element]:
@@ -157,8 +214,8 @@ def _free_displacement(coupling: Coupling, ratio: float, name: str) -> dict[str,
 
 
 def _static(lumped: Elements, coupling: Coupling, tip: Tip) -> tuple[list[Element], list[Output]]:
-    elements, outputs = _port(lumped.dc_resistance, lumped.branches, lumped.electrode_resistance, GROUND)
-    port = "port" if lumped.electrode_resistance else "drive"
+    elements, outputs = _port(lumped.port, GROUND)
+    port = _port_node(lumped.port)
     elements += _filter(coupling, port, GROUND, "d")
     free = _free_displacement(coupling, lumped.bending_ratio, "d")
     still = dict.fromkeys(free, 0.0)
@@ -173,8 +230,8 @@ def _static(lumped: Elements, coupling: Coupling, tip: Tip) -> tuple[list[Elemen
 def _dynamic(
     actuator: Actuator, lumped: Elements, coupling: Coupling, tip: Tip, load: Load
 ) -> tuple[list[Element], list[Output]]:
-    elements, outputs = _port(lumped.dc_resistance, lumped.branches, lumped.electrode_resistance, "back")
-    port = "port" if lumped.electrode_resistance else "drive"
+    elements, outputs = _port(lumped.port, "back")
+    port = _port_node(lumped.port)
     ratio = lumped.bending_ratio
     # electrical -> mechanical: v1 = k s d(s) v_p flows into the beam's compliance
     elements += _filter(coupling, port, "back", "d")
@@ -183,7 +240,7 @@ def _dynamic(
     # mechanical -> electrical: the current k s d(s) F1 through a copy of Zp is u1, set against the port
     elements += _filter(coupling, "beam", GROUND, "s")
     elements += _filter_rate(coupling, "u1", "s", (GROUND, "copy"), ratio * FORCE_SCALE)
-    elements += _ion_branches(lumped.branches, "copy", GROUND, "x")
+    elements += _ion_path(lumped.port.linearised(), "copy", GROUND, "x")[0]
     elements.append(Element("Eback", ("back", GROUND, "copy", GROUND), 1.0))
     # the tip moves by what the strip wants less what its compliance takes up: y = y1 - F1/K
     moved = _free_displacement(coupling, ratio, "d") | {"v(beam)": -FORCE_SCALE / lumped.stiffness}

@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 _FIRST_STEP = 1e-5
 #: A jump of the drive takes so long, in units of the fastest mode; shorter ones would only add rounding.
 _RISE = 3e-5
+#: In a nonlinear circuit the two halves of a jump do not cancel: it is shorter still.
+_RISE_NONLINEAR = 1e-7
 #: Fineness of intervals over which a low-order quadrature is good to many digits.
 _SMOOTH = 0.4
 #: Fewest nodes of a piece that begins with a jump, from which a sample on the jump is extrapolated.
@@ -56,7 +58,13 @@ class Grid:
 
 
 def design_grid(
-    poles: NDArray[np.complex128], drive: Drive, samples: Array, theta: float, *, interpolate: bool = True
+    poles: NDArray[np.complex128],
+    drive: Drive,
+    samples: Array,
+    theta: float,
+    *,
+    interpolate: bool = True,
+    linear: bool = True,
 ) -> Grid:
     """The grid for a circuit (or several, ``poles`` together) under ``drive`` with results wanted at ``samples``.
 
@@ -68,7 +76,7 @@ def design_grid(
     fastest = float(np.abs(poles).max(initial=max(1 / end, drive.angular_frequency())))
     breakpoints = drive.breakpoints(end)
     jumping = np.isin(breakpoints, drive.jumps(end))
-    rise = _rise(breakpoints, jumping, end, fastest)
+    rise = _rise(breakpoints, jumping, end, (_RISE if linear else _RISE_NONLINEAR) / fastest)
     half = np.where(jumping, rise / 2, 0.0)
     begins = np.concatenate([[0.0], breakpoints])
     starts = np.concatenate([[0.0], breakpoints + half])
@@ -95,9 +103,9 @@ def design_grid(
     return Grid(nodes, samples, index.astype(np.intp), segments.astype(np.intp), np.clip(home, 0, None).astype(np.intp))
 
 
-def _rise(breakpoints: Array, jumping: NDArray[np.bool_], end: float, fastest: float) -> float:
+def _rise(breakpoints: Array, jumping: NDArray[np.bool_], end: float, unnoticed: float) -> float:
     """How long [s] a jump takes: too short for any mode to notice, well within its neighbours, longer than rounding."""
-    rise = max(_RISE / fastest, 1e-11 * end)
+    rise = max(unnoticed, 1e-11 * end)
     if jumping.any():
         gaps = np.diff(np.concatenate([[0.0], breakpoints, [end]]))
         nearest = float(np.minimum(gaps[:-1], gaps[1:])[jumping].min())

@@ -33,6 +33,9 @@ Run = Callable[[Array, Array], Array]
 #: Truncation control is off: the grid decides. A linear circuit is solved in one Newton step, so its tolerances only
 #: have to be wide enough for rounding.
 _OPTIONS = {"method": "trap", "trtol": "1e12", "reltol": "1e-3", "abstol": "1e-6", "vntol": "1e-3", "chgtol": "1e-14"}
+#: A nonlinear one is iterated until no voltage moves any more; far from the solution an exponential needs many steps.
+#: Currents are not waited for: within a jump those of capacitors are rounding multiplied by C/h.
+_NONLINEAR = {"reltol": "1e-10", "abstol": "1.0", "vntol": "1e-12", "itl1": "500", "itl4": "500"}
 
 _lock = threading.RLock()
 
@@ -74,13 +77,13 @@ class Session:
             return run(grid, voltages)
 
     @contextlib.contextmanager
-    def loaded(self, circuit: str, end: float, vectors: list[str]) -> Iterator[Run]:
+    def loaded(self, circuit: str, end: float, vectors: list[str], *, linear: bool = True) -> Iterator[Run]:
         """Load a circuit's text once, for a run on any number of grids.
 
         Gives ``run(grid, voltages)``: ``grid`` [s] ascends from 0 to ``end``, ``voltages`` [V] at its points are those
         of the circuit's external source; it returns ``vectors`` at all points after 0, shape (vectors, points). Initial
-        conditions are those of the elements. Raises SolveError when ngspice rejects the circuit, stops early, or leaves
-        the grid.
+        conditions are those of the elements. ``linear=False`` iterates every step until it stands. Raises SolveError
+        when ngspice rejects the circuit, stops early, or leaves the grid.
         """
         if os.getpid() != self._process:
             raise SolveError("ngspice was loaded before this process was forked; start workers with spawn or loky")
@@ -96,7 +99,9 @@ class Session:
         with _lock:
             self._command("destroy all")
             try:
-                self._load(f"{circuit}\n.save {' '.join(vectors)}\n.tran {stop!r} {stop!r} 0 {stop!r} uic\n.end\n")
+                options = "" if linear else _option_lines(_NONLINEAR)
+                analysis = f".save {' '.join(vectors)}\n.tran {stop!r} {stop!r} 0 {stop!r} uic\n"
+                self._load(f"{circuit}\n{options}{analysis}.end\n")
                 yield run
             finally:
                 self._command("destroy all")
@@ -126,7 +131,7 @@ class Session:
         return 0
 
     def _load(self, text: str) -> None:
-        options = "".join(f".options {key}={value}\n" for key, value in _OPTIONS.items())
+        options = _option_lines(_OPTIONS)
         title, _, body = text.partition("\n")
         lines = [self._ffi.new("char[]", line.encode()) for line in f"{title}\n{options}{body}".splitlines() if line]
         self._shared.clear_output()
@@ -162,6 +167,10 @@ class Session:
         if info == self._ffi.NULL or info.v_realdata == self._ffi.NULL:
             raise SolveError(f"ngspice returned no vector {name.partition('.')[2]}: {self._complaint()}")
         return np.frombuffer(self._ffi.buffer(info.v_realdata, 8 * info.v_length), dtype=np.float64).copy()
+
+
+def _option_lines(options: dict[str, str]) -> str:
+    return "".join(f".options {key}={value}\n" for key, value in options.items())
 
 
 @lru_cache(maxsize=1)

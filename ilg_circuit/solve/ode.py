@@ -1,0 +1,133 @@
+"""The electrical port as ordinary differential equations, integrated by scipy: an answer that shares no circuit.
+
+With nonlinear elements there is no exact engine; these equations are written from the laws themselves, not from the
+netlist, so that they check it. They leave out the voltage that the motion reflects, 1e-10 of the drive.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..circuit.drive import Drive
+from ..errors import SolveError
+from ..port import Port
+
+Array = NDArray[np.float64]
+
+#: Tight, because between its steps the method interpolates by a cubic only.
+_RTOL, _ATOL = 1e-12, 1e-15
+
+
+def port_response(port: Port, drive: Drive, times: Array) -> tuple[Array, Array]:
+    """Current into the port [A] and charge on its ion path [C] at ``times`` [s] (ascending, >= 0), from rest at 0.
+
+    States are the charges: q_k' = (v_p - v_k(q_k))/R_k, where v_p solves (u - v_p)/Re = i_electron(v_p) + sum of q_k'.
+    Raises SolveError when the integration fails.
+    """
+    from scipy.integrate import solve_ivp
+
+    system = _System(port)
+    end = float(times[-1])
+    bounds = np.unique(np.concatenate([[0.0], drive.breakpoints(end), [end]]))
+    charges = np.zeros(system.states)
+    current, charge = np.zeros(len(times)), np.zeros(len(times))
+    for left, right in pairwise(bounds):
+        # within a piece the drive is smooth; at its ends the limit from within counts
+        inside = (times >= left) & ((times < right) | (right == end))
+        rising = drive.value((left + right) / 2)
+
+        def voltage(t: float, left: float = left, right: float = right, middle: Array = rising) -> float:
+            if drive.angular_frequency():
+                return float(drive.value(t))
+            start = float(drive.value(left))
+            return start + (float(middle) - start) * (t - left) / ((right - left) / 2)
+
+        found = solve_ivp(
+            lambda t, q, voltage=voltage: system.rates(voltage(t), q),
+            (left, right),
+            charges,
+            method="Radau",
+            rtol=_RTOL,
+            atol=_ATOL,
+            t_eval=np.union1d(times[inside], [right]),
+        )
+        if not found.success:
+            raise SolveError(f"the port's equations could not be integrated: {found.message}")
+        at = np.searchsorted(found.t, times[inside])
+        states = found.y[:, at]
+        current[inside] = [
+            system.current(float(drive.value(t)), q) for t, q in zip(times[inside], states.T, strict=True)
+        ]
+        charge[inside] = system.charge(states)
+        charges = found.y[:, -1]
+    if end == 0:
+        current[:] = system.current(float(drive.value(0.0)), charges)
+    return current, charge
+
+
+class _System:
+    """The port's right-hand side. A ladder's sections are states too; its capacitor's charge is that of all."""
+
+    def __init__(self, port: Port) -> None:
+        self._port = port
+        if port.ladder is not None:
+            ladder = port.ladder
+            self._r = np.array([r for r, _ in ladder.sections] + [np.inf])
+            self._c = np.array([c for _, c in ladder.sections] + [ladder.capacitance])
+            self._series = port.series_resistance + ladder.resistance
+        else:
+            self._r = np.array([r for r, _ in port.branches])
+            self._c = np.array([c for _, c in port.branches])
+        self.states = len(self._c)
+
+    def charge(self, q: Array) -> Array:
+        return np.asarray(q[-1] if self._port.ladder is not None else q.sum(axis=0))
+
+    def rates(self, terminal: float, q: Array) -> Array:
+        inner = self._inner(terminal, q)
+        if self._port.ladder is not None:
+            voltages = q / self._c
+            return np.asarray((inner - voltages.sum()) / self._series - voltages / self._r)
+        return np.asarray((inner - self._voltages(q)) / self._r)
+
+    def current(self, terminal: float, q: Array) -> float:
+        inner = self._inner(terminal, q)
+        return float(self._port.electron_current(inner)) + self._ion_current(inner, q)
+
+    def _ion_current(self, inner: float, q: Array) -> float:
+        if self._port.ladder is not None:
+            return float((inner - (q / self._c).sum()) / self._series)
+        return float(((inner - self._voltages(q)) / self._r).sum())
+
+    def _voltages(self, q: Array) -> Array:
+        growth = 2 * self._port.capacitance_slope * np.abs(q) / self._c
+        return np.asarray(2 * q / self._c / (1 + np.sqrt(1 + growth)))
+
+    def _inner(self, terminal: float, q: Array) -> float:
+        """The voltage behind Re, by Newton's method on a monotonic function."""
+        port = self._port
+        if not port.electrode_resistance:
+            return terminal
+        # all but the electron path is linear in the inner voltage
+        at_zero = self._ion_current(0.0, q)
+        slope = self._ion_current(1.0, q) - at_zero
+        if port.emission_voltage is None:
+            return (terminal / port.electrode_resistance - at_zero) / (
+                1 / port.electrode_resistance + slope + 1 / port.dc_resistance
+            )
+        from scipy.optimize import brentq
+
+        linear = (terminal / port.electrode_resistance - at_zero) / (1 / port.electrode_resistance + slope)
+        size = abs(linear)
+        if not size:
+            return 0.0
+        conductance = 1 / port.electrode_resistance + slope
+        ratio = conductance * size / port.saturation_current
+        most = min(size, port.emission_voltage * float(np.arcsinh(ratio)))
+        root = brentq(
+            lambda v: conductance * (v - size) + float(port.electron_current(v)), 0.0, most * (1 + 1e-12), xtol=1e-15
+        )
+        return float(np.copysign(root, linear))
