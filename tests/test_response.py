@@ -242,7 +242,7 @@ def test_a_load_pulls_on_the_strip() -> None:
 
 def test_accuracy_that_cannot_be_reached_is_an_error_not_a_result() -> None:
     white = PiecewiseLinear(np.linspace(0, 1, 200), np.random.default_rng(1).standard_normal(200))
-    with pytest.raises(SolveError, match="ask for less accuracy or use the exact engine"):
+    with pytest.raises(SolveError, match="ask for less accuracy where a command lets you"):
         simulate(PAPER, white, np.linspace(0, 1, 11), accuracy=1e-11)
 
 

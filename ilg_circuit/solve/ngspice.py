@@ -36,6 +36,9 @@ _OPTIONS = {"method": "trap", "trtol": "1e12", "reltol": "1e-3", "abstol": "1e-6
 #: A nonlinear one is iterated until no voltage moves any more; far from the solution an exponential needs many steps.
 #: Currents are not waited for: within a jump those of capacitors are rounding multiplied by C/h.
 _NONLINEAR = {"reltol": "1e-10", "abstol": "1.0", "vntol": "1e-12", "itl1": "500", "itl4": "500"}
+#: But ngspice stores the iteration before the last. So every point of a nonlinear circuit is begun with its drive a
+#: little off, by this part of the largest: one more iteration follows, and the stored currents are those of the voltages.
+_NUDGE = 1e-6
 
 _lock = threading.RLock()
 
@@ -60,6 +63,8 @@ class Session:
         self._voltages: list[float] = [0.0]
         self._position = 0
         self._tiny = 0.0
+        self._nudge = 0.0
+        self._begun = -1.0
         self._complaints: list[str] = []
         self._sync = self._ffi.callback("int(double, double *, double, int, int, int, void *)", self._next_step)
         self._source = self._ffi.callback("int(double *, double, char *, int, void *)", self._source_voltage)
@@ -92,7 +97,8 @@ class Session:
         def run(grid: Array, voltages: Array) -> Array:
             self._command("destroy all")
             self._grid, self._voltages = [*grid.tolist(), stop], [*voltages.tolist(), float(voltages[-1])]
-            self._position, self._tiny = 0, 1e-15 * end
+            self._position, self._tiny, self._begun = 0, 1e-15 * end, -1.0
+            self._nudge = 0.0 if linear else _NUDGE * float(np.abs(voltages).max())
             self._command("run")
             return self._read(vectors, grid)
 
@@ -128,6 +134,9 @@ class Session:
         else:  # a step made shorter by ngspice
             share = ahead / (self._grid[k] - self._grid[k - 1])
             voltage[0] = self._voltages[k] + share * (self._voltages[k - 1] - self._voltages[k])
+        if self._nudge and time != self._begun:
+            self._begun = time
+            voltage[0] += self._nudge
         return 0
 
     def _load(self, text: str) -> None:
