@@ -67,7 +67,8 @@ def test_other_formats_are_refused(response: Response, tmp_path: Path, name: str
         (12.0, "J", 1.0, "J"),
         (2500.0, "V", 1e-3, "kV"),
         (0.0, "N", 1.0, "N"),
-        (1e-15, "N", 1e9, "nN"),
+        (1e-15, "N", 1e15, "fN"),
+        (1e-17, "N", 1e15, "fN"),
         (1e-3, "m", 1e3, "mm"),
     ],
 )
