@@ -99,8 +99,9 @@ def characterise(
 ) -> Characterisation:
     """Fit a material to one to three tests of different modes.
 
-    ``model`` auto: neo-Hookean, Mooney-Rivlin and Ogden with 1 to 4 terms are fitted, and the one with the lowest
-    BIC is taken among those whose parameters the data determine; ``terms`` asks for an Ogden material of that many.
+    ``model`` auto: neo-Hookean, Mooney-Rivlin and Ogden with 1 to 4 terms are fitted, up to the first number of terms
+    that the data do not determine, and the one with the lowest BIC is taken among those that they do; ``terms`` asks
+    for an Ogden material of that many.
     Predictions are made at the stretches ``at``, or else at the farthest stretch measured. Other arguments as
     `fit_model`.
     """
@@ -260,7 +261,7 @@ def _on_modes(fit: HyperelasticFit) -> list[str]:
             "uniaxial: do not use it there"
         )
     lines = [f"{text}; fit it jointly with --{shown}"]
-    if modes == ["planar"] and fit.model != "neo-hookean":
+    if modes == ["planar"]:
         mirrored = Ogden(tuple(-m for m in fit.material.mu), tuple(-a for a in fit.material.alpha))
         lines.append(
             "a planar test cannot tell alpha from -alpha: with all signs turned the fit is the same, but the "
@@ -276,14 +277,17 @@ def _on_stability(fit: HyperelasticFit, found: tuple[Instability, ...]) -> list[
         slope = next((i for i in found if i.mode == mode and i.kind == "slope"), None)
         parts = []
         if drucker is not None:
-            parts.append(f"Drucker's condition fails between stretch {drucker.low:.3g} and {drucker.high:.3g}")
+            parts.append(
+                f"Drucker's condition fails between stretch {drucker.low:.3g} and {drucker.high:.3g}, where no "
+                "simulation will converge"
+            )
         if slope is not None:
             parts.append(
                 f"the nominal stress does not rise with the stretch (dP/dl <= 0) between {slope.low:.3g} and "
-                f"{slope.high:.3g}"
+                f"{slope.high:.3g}, where a dead load runs away"
             )
         if parts:
-            lines.append(f"unstable in {mode} load: {', and '.join(parts)}; no simulation will be right there")
+            lines.append(f"unstable in {mode} load: {'; '.join(parts)}")
     if not fit.material.shear_modulus > 0:
         lines.append(f"the shear modulus is {_pascal(fit.material.shear_modulus)}: no material has that")
     return lines

@@ -121,16 +121,16 @@ class _Problem:
         step = -(-len(self.data) // _MOST_READINGS)
         if step == 1:
             return self
-        # a test of few readings keeps them all
-        steps = [step if len(t.stretch) > 10 * step else 1 for t in self.tests]
-        ends = np.cumsum([len(t.stretch) for t in self.tests])
-        kept = np.concatenate(
-            [np.arange(e - len(t.stretch), e)[::k] for t, e, k in zip(self.tests, ends, steps, strict=True)]
-        )
-        tests = tuple(
-            replace(t, stretch=t.stretch[::k], stress=t.stress[::k]) for t, k in zip(self.tests, steps, strict=True)
-        )
-        return replace(self, tests=tests, weights=self.weights[kept], data=self.data[kept])
+        kept, tests, first = [], [], 0
+        for t in self.tests:
+            n = len(t.stretch)
+            every = step if n > 10 * step else 1  # a test of few readings keeps them all
+            part = slice((n - 1) % every, n, every)  # the last one, where the material is stiffest, stays
+            kept.append(np.arange(first, first + n)[part])
+            tests.append(replace(t, stretch=t.stretch[part], stress=t.stress[part]))
+            first += n
+        rows = np.concatenate(kept)
+        return replace(self, tests=tuple(tests), weights=self.weights[rows], data=self.data[rows])
 
     def unpack(self, x: Array, signs: Array) -> tuple[Array, Array]:
         return signs * np.exp(x[: self.terms]), np.array(self.fixed) if self.fixed else x[self.terms :]
