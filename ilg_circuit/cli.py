@@ -13,6 +13,7 @@ import click
 
 from . import __version__
 from .cli_impedance import impedance
+from .cli_ogden import ogden
 from .cli_sense import sense
 from .errors import IlgError, InputError
 
@@ -32,7 +33,7 @@ def cli() -> None:
     """
 
 
-for command in (impedance, sense):
+for command in (impedance, sense, ogden):
     cli.add_command(command)
 
 
