@@ -139,7 +139,7 @@ def _legend(panel: Axes) -> None:
 
 
 def plot_sweep(found: Sweep, path: str | Path) -> None:
-    """Period and amplitude over the parameter; grey where nothing oscillates, hatched where it is not decided."""
+    """Period and amplitude over the parameter; grey where it comes to rest, orange where that is not decided."""
     figure, (upper, lower) = new_figure(2, [1.9, 1.9])
     values = found.values
     mark: dict[str, Any] = {"marker": "o" if len(values) <= 60 else None, "markersize": 3, "linewidth": 1.4}
@@ -149,16 +149,13 @@ def plot_sweep(found: Sweep, path: str | Path) -> None:
     lower.plot(values, np.where(moving, np.nan, found.amplitude), color=ORANGE, **mark)
     middles = (values[1:] + values[:-1]) / 2
     edges = np.concatenate([values[:1], middles, values[-1:]])
-    labels = {"rest": "comes to rest", "undecided": "not decided"}
+    labels = {"rest": "comes to rest", "undecided": "not decided: just on an edge"}
     for k, outcome in enumerate(found.outcomes):
         if outcome in ("rest", "undecided"):
-            hatch = "////" if outcome == "undecided" else None
+            colour = ORANGE if outcome == "undecided" else GREY
             for panel in (upper, lower):
                 label = labels.pop(outcome, None) if panel is upper else None
-                panel.axvspan(
-                    edges[k], edges[k + 1], facecolor=GREY, edgecolor="white", alpha=0.15, linewidth=0, hatch=hatch,
-                    label=label,
-                )  # fmt: skip
+                panel.axvspan(edges[k], edges[k + 1], color=colour, alpha=0.15, linewidth=0, label=label)
     if len(labels) < 2:
         _legend(upper)
     upper.set_ylabel("period [s]")

@@ -34,6 +34,8 @@ _SEARCHES = 200
 #: Relative to the input: nearer to the threshold a neuron rests on it; relative to 1/Tr + 1/Ta: no growth at all.
 _EDGE = 1e-12
 _MARGINAL = 1e-12
+#: From this condition number on a set of equations is taken to have no single solution.
+_SINGULAR = 1e13
 
 
 @dataclass(frozen=True)
@@ -105,10 +107,11 @@ def rest_states(network: Network) -> RestStates:
     """All states of rest, or those found where there are too many active sets to try; see the module."""
     components = strong_components(network.matrix)
     if max(len(c) for c in components) <= LARGEST_COMPONENT:
-        found, complete, tried = _enumerated(network, components)
-        if complete:
+        found, tried, continuum = _enumerated(network, components)
+        if found is not None:
             states = tuple(_judged(network, x) for x in found)
-            return RestStates(states, True, f"all active sets ({tried}) tried")
+            many = "; without those of sets that may have a line of them" if continuum else ""
+            return RestStates(states, not continuum, f"all active sets ({tried}) tried{many}")
     found = _searched(network)
     how = f"search from {_SEARCHES} starts: {network.size} neurons have too many active sets to try"
     return RestStates(tuple(_judged(network, x) for x in found), False, how)
@@ -129,13 +132,24 @@ def _scale(network: Network) -> float:
     return float(np.abs(network.tonics).max())
 
 
+def _continuum(w: Array, inputs: Array, adaptation: float, active: NDArray[np.bool_]) -> bool:
+    """Whether an active set for which `_solve` finds no single state may have many."""
+    if not active.any():
+        return False
+    matrix = (1 + adaptation) * np.eye(int(active.sum())) + w[np.ix_(active, active)]
+    if np.linalg.cond(matrix) <= _SINGULAR:
+        return False
+    y = np.linalg.lstsq(matrix, inputs[active], rcond=1e-12)[0]
+    return bool(np.abs(matrix @ y - inputs[active]).max() <= 1e-9 * np.abs(inputs).max())
+
+
 def _solve(w: Array, inputs: Array, adaptation: float, active: NDArray[np.bool_]) -> Array | None:
     """x (n,) at rest on one active set under ``inputs`` e, None where it is not consistent or not determined."""
     y = np.zeros(len(w))
     tolerance = _EDGE * float(np.abs(inputs).max())
     if active.any():
         matrix = (1 + adaptation) * np.eye(int(active.sum())) + w[np.ix_(active, active)]
-        if np.linalg.cond(matrix) > 1e13:
+        if np.linalg.cond(matrix) > _SINGULAR:
             return None
         y[active] = np.linalg.solve(matrix, inputs[active])
         if not (y[active] > tolerance).all():
@@ -167,10 +181,10 @@ def strong_components(w: Array) -> list[list[int]]:
     return [np.flatnonzero(labels == k).tolist() for k in TopologicalSorter(graph).static_order()]
 
 
-def _enumerated(network: Network, components: list[list[int]]) -> tuple[list[Array], bool, int]:
-    """x of all states of rest, whether these are all, and how many active sets were tried."""
+def _enumerated(network: Network, components: list[list[int]]) -> tuple[list[Array] | None, int, bool]:
+    """x of all states of rest (None: too many), how many sets were tried, whether one may have a line of states."""
     partial = [np.zeros(network.size)]
-    tried = 0
+    tried, continuum = 0, False
     for component in components:
         inner = network.matrix[np.ix_(component, component)]
         outer = network.matrix[component]
@@ -181,17 +195,19 @@ def _enumerated(network: Network, components: list[list[int]]) -> tuple[list[Arr
             inputs = network.tonics[component] - outer @ y
             tried += len(sets)
             if tried > _MOST_SETS:
-                return [], False, tried
+                return None, tried, continuum
             for active in sets:
                 found = _solve(inner, inputs, network.adaptation, active)
-                if found is not None:
-                    longer = x.copy()
-                    longer[component] = found
-                    extended.append(longer)
+                if found is None:
+                    continuum = continuum or _continuum(inner, inputs, network.adaptation, active)
+                    continue
+                longer = x.copy()
+                longer[component] = found
+                extended.append(longer)
         partial = extended
         if len(partial) > _MOST_STATES:
-            return [], False, tried
-    return partial, True, tried
+            return None, tried, continuum
+    return partial, tried, continuum
 
 
 def _subsets(count: int) -> NDArray[np.bool_]:

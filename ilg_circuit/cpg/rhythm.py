@@ -269,6 +269,8 @@ class _Follower:
         while count < most:
             for stretch in self.flow.stretches(state, (most - count) * self.flow.step, time):
                 if count % _CHUNK == 0:
+                    if self._died_out(stretch.terms[0]):
+                        return self._silent(stretch.begin)
                     piece = self._piece(stretch.active)
                     stays = piece.stays(stretch.terms[0] - piece.rest.state, self.flow.step) if piece else 0.0
                     if piece and self._has_ended(piece, stretch.terms[0], stays):
@@ -305,6 +307,17 @@ class _Follower:
     def _stopped(self, piece: _Piece, state: Array) -> bool:
         size = float(np.abs(piece.rest.state).max())
         return bool(np.abs(self.flow.rate(state)).max() * self.network.rise_time <= _STOPPED * size)
+
+    def _died_out(self, state: Array) -> bool:
+        """Whether a network without input has lost what it started with."""
+        size = float(np.abs(self.start).max())
+        return not self.network.tonics.any() and bool(np.abs(state).max() <= _STOPPED * size)
+
+    def _silent(self, time: float) -> Rhythm:
+        nothing = np.zeros(2 * self.network.size)
+        still = np.zeros(len(self.network.units))
+        reason = "has no input, and what it started with has died out"
+        return Rhythm(self.network, self.start, "rest", reason, self.rests, time, still, rest=nothing)
 
     def _piece(self, active: NDArray[np.bool_]) -> _Piece | None:
         """The piece with just these neurons active, None if it has no rest of its own."""
