@@ -1,9 +1,9 @@
 """The flow of a network, exact to rounding: between two switches of max(0, x) a network is linear.
 
-On a set of active neurons (x > 0) the state z = (x, v, 1) obeys z' = A z. Over a step h with |A| h <= 1 its Taylor
-series ends, to double precision, after eighteen terms, so each x_i is a polynomial on the step; its Bernstein
-coefficients tell by their changes of sign (Descartes' rule) whether, and by subdivision where, it first meets zero. So
-no switch is missed, none is stepped over, and no tolerance enters.
+On a set of active neurons (x > 0) the state z = (x, v, 1) obeys z' = A z. Over a step h = 1/rho, rho the spectral
+radius of |A| (the least norm of A over all scalings of the state), its Taylor series ends, to double precision, after
+eighteen terms. So each x_i is a polynomial on the step, whose Bernstein coefficients tell by their changes of sign
+(Descartes' rule) whether, and by subdivision where, it first meets zero: no switch is missed, and no tolerance enters.
 
 The vector field is continuous across a switch; only its slope jumps. So the derivative of the flow by its start is the
 product of the pieces' exponentials, with nothing added at switches.
@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,7 +30,11 @@ ORDER = 18
 #: A longer run is refused: about a minute of computing.
 MOST_STEPS = 2_000_000
 #: Memory for the series of the pieces met so far [bytes].
-_CACHE = 64_000_000
+_CACHE = 200_000_000
+#: Networks of more states than this (2 n + 1) do without stacks of matrix powers.
+_LARGEST_STACK = 41
+#: Multiplications for the spectral radius.
+_POWERS = 40
 #: A pair of roots closer than this, in steps, is a touch of zero, to rounding.
 _TOUCH = 1e-12
 #: A state this many times larger than input and start has no rest or cycle to go to.
@@ -42,14 +47,42 @@ _BERNSTEIN = np.array([[math.comb(j, k) / math.comb(ORDER, k) for j in range(ORD
 
 @dataclass(frozen=True)
 class _Series:
-    """(A h)^k/k! of a piece, k = 0 to ORDER, as ``rows`` ((ORDER + 1) (2 n + 1), 2 n + 1), and their sum ``whole``."""
+    """The Taylor series of a piece: ``step`` h [s], ``matrix`` A h (2 n + 1, 2 n + 1); for small networks also all
+    (A h)^k/k!, k = 0 to ORDER, as ``rows`` ((ORDER + 1) (2 n + 1), 2 n + 1), which is faster but takes much memory.
+    """
 
-    rows: Array
-    whole: Array
+    step: float
+    matrix: Array
+    rows: Array | None
 
     def terms(self, z: Array) -> Array:
         """The Taylor terms (ORDER + 1, 2 n + 1) of the motion from ``z`` (2 n + 1,)."""
-        return np.asarray((self.rows @ z).reshape(ORDER + 1, -1))
+        if self.rows is not None:
+            return np.asarray((self.rows @ z).reshape(ORDER + 1, -1))
+        result = np.empty((ORDER + 1, len(z)))
+        result[0] = z
+        for k in range(1, ORDER + 1):
+            np.dot(self.matrix, result[k - 1], out=result[k])
+            result[k] /= k
+        return result
+
+    def exponential(self, length: float) -> Array:
+        """exp(A h ``length``) (2 n + 1, 2 n + 1), for lengths up to 1."""
+        return self._whole if length == 1 else self._sum(length)
+
+    @cached_property
+    def _whole(self) -> Array:
+        return self._sum(1.0)
+
+    def _sum(self, length: float) -> Array:
+        m = len(self.matrix)
+        if self.rows is not None:
+            return np.asarray((length**_EXPONENTS @ self.rows.reshape(ORDER + 1, -1)).reshape(m, m))
+        total = np.eye(m)
+        for k in range(ORDER, 0, -1):
+            total = (self.matrix * (length / k)) @ total
+            total.flat[:: m + 1] += 1.0
+        return total
 
 
 @dataclass(frozen=True)
@@ -61,12 +94,16 @@ class Stretch:
     """
 
     begin: float
-    step: float
     length: float
     active: Active
     terms: Array
     piece: _Series
     switched: int
+
+    @property
+    def step(self) -> float:
+        """[s]"""
+        return self.piece.step
 
     @property
     def end(self) -> float:
@@ -84,11 +121,7 @@ class Stretch:
 
     def propagator(self) -> Array:
         """Derivative (2 n, 2 n) of the state at the end by the state at the begin."""
-        m = self.terms.shape[1]
-        if self.length == 1:
-            return self.piece.whole[:m, :m]
-        powers = self.length**_EXPONENTS
-        return np.asarray((powers @ self.piece.rows.reshape(ORDER + 1, -1)).reshape(m + 1, m + 1)[:m, :m])
+        return self.piece.exponential(self.length)[:-1, :-1]
 
 
 class Flow:
@@ -107,10 +140,9 @@ class Flow:
         outputs[:n] = -w / rise
         outputs[n : 2 * n] = np.eye(n) / fatigue
         self._linear, self._outputs = linear, outputs
-        fastest = max((1 + d + np.abs(w).sum(axis=1).max()) / rise, 2 / fatigue)
-        self.step = float(1 / fastest)
+        self._largest = 1 + float(np.abs(w).sum(axis=1).max())
         self._pieces: dict[bytes, _Series] = {}
-        self._room = max(2, int(_CACHE / ((ORDER + 1) * linear.size * 8)))
+        self._room = max(2, int(_CACHE / ((ORDER + 1 if len(linear) <= _LARGEST_STACK else 2) * linear.size * 8)))
 
     def rate(self, state: Array) -> Array:
         """The derivative z' (2 n,) [1/s]."""
@@ -120,38 +152,39 @@ class Flow:
 
     def matrix(self, active: Active) -> Array:
         """A (2 n, 2 n) [1/s] of the piece in which just ``active`` neurons have x > 0."""
-        n = self.network.size
+        return self._full_matrix(active)[:-1, :-1]
+
+    def _full_matrix(self, active: Active) -> Array:
         a = self._linear.copy()
-        a[:, :n] += self._outputs * active
-        return np.asarray(a[:-1, :-1])
+        a[:, : self.network.size] += self._outputs * active
+        return a
 
     def stretches(self, state: Array, duration: float, begin: float = 0.0) -> Iterator[Stretch]:
         """The motion from ``state`` (2 n,) over ``duration`` [s]. Raises InputError when it grows without bound or
         takes more than `MOST_STEPS` steps, SolveError when switches pile up at one moment (none was ever seen to).
         """
-        if not duration / self.step <= MOST_STEPS:
-            raise InputError(
-                f"{duration:g} s is {duration / self.step:.2g} steps of the fastest time constant, {self.step:.2g} s; "
-                f"at most {MOST_STEPS} are possible: shorten the duration or bring the time constants closer"
-            )
         n = self.network.size
         z = np.append(state, 1.0)
-        bound = _UNBOUNDED * max(float(np.abs(state).max()), float(np.abs(self.network.tonics).max()))
+        scale = max(float(np.abs(state).max()), float(np.abs(self.network.tonics).max()))
+        bound = _UNBOUNDED * scale * self._largest
         active = self._start(z)
-        done, total = 0.0, duration / self.step
-        short = 0
-        while done < total:
+        done, short, steps = 0.0, 0, 0
+        while done < duration:
+            steps += 1
+            if steps > MOST_STEPS:
+                raise _too_long(duration)
             piece = self._series(active)
             terms = piece.terms(z)
             length, who = _first_switch(terms[:, :n], active)
-            if length >= total - done:
-                length, who = total - done, -1
-            yield Stretch(begin + done * self.step, self.step, length, active, terms[:, :-1], piece, who)
+            left = (duration - done) / piece.step
+            if length >= left:
+                length, who = left, -1
+            yield Stretch(begin + done, length, active, terms[:, :-1], piece, who)
             z = terms.sum(axis=0) if length == 1 else length**_EXPONENTS @ terms
             z[-1] = 1.0
             if not np.abs(z[:-1]).max() <= bound:
                 raise InputError(
-                    f"the outputs grow without bound ({np.abs(z).max():.1e} at {begin + done * self.step:.3g} s): the "
+                    f"the outputs grow without bound ({np.abs(z).max():.1e} at {begin + done:.3g} s): the "
                     "weights excite more than adaptation and inhibition hold back; make the negative weights smaller"
                 )
             if who >= 0:
@@ -160,10 +193,8 @@ class Flow:
                 active = self._start(z, active)
             short = short + 1 if length < 1e-9 else 0
             if short > 20 * n:
-                raise SolveError(
-                    f"neurons switch without end at {begin + done * self.step:g} s; vary the start a little"
-                )
-            done += length
+                raise SolveError(f"neurons switch without end at {begin + done:g} s; vary the start a little")
+            done = duration if length == left else done + length * piece.step
 
     def _series(self, active: Active) -> _Series:
         key = active.tobytes()
@@ -172,14 +203,17 @@ class Flow:
             return found
         if len(self._pieces) >= self._room:
             self._pieces.clear()
-        n = self.network.size
-        a = self._linear.copy()
-        a[:, :n] += self._outputs * active
-        series = np.empty((ORDER + 1, *a.shape))
-        series[0] = np.eye(len(a))
-        for k in range(1, ORDER + 1):
-            series[k] = series[k - 1] @ a * (self.step / k)
-        self._pieces[key] = _Series(series.reshape(-1, len(a)), series.sum(axis=0))
+        a = self._full_matrix(active)
+        step = 1 / _spectral_radius(np.abs(a[:-1, :-1]))
+        a *= step
+        rows = None
+        if len(a) <= _LARGEST_STACK:
+            series = np.empty((ORDER + 1, *a.shape))
+            series[0] = np.eye(len(a))
+            for k in range(1, ORDER + 1):
+                series[k] = series[k - 1] @ a / k
+            rows = series.reshape(-1, len(a))
+        self._pieces[key] = _Series(step, a, rows)
         return self._pieces[key]
 
     def _start(self, z: Array, before: Active | None = None) -> Active:
@@ -202,6 +236,25 @@ class Flow:
                 break
             active = rising
         return np.asarray(active)
+
+
+def _spectral_radius(matrix: Array) -> float:
+    """An upper bound, and a near one, of the spectral radius of a matrix of no negative numbers.
+
+    For any positive v the largest (M v)_i/v_i is one (Collatz); powers of M bring v to where it is least.
+    """
+    v = np.ones(len(matrix))
+    for _ in range(_POWERS):
+        v = matrix @ v
+        v = np.maximum(v / v.max(), 1e-200)
+    return float((matrix @ v / v).max())
+
+
+def _too_long(duration: float) -> InputError:
+    return InputError(
+        f"{duration:g} s takes more steps of the fastest time constant than the {MOST_STEPS} that are possible; "
+        "shorten the duration or bring the time constants closer"
+    )
 
 
 def _first_switch(terms: Array, active: Active) -> tuple[float, int]:
@@ -273,6 +326,9 @@ def sampled(flow: Flow, state: Array, times: Array, progress: Callable[[float], 
     k = int(np.searchsorted(times, 0.0, side="right"))
     if k == len(times):
         return result
+    n = flow.network
+    if not times[-1] * max(1 / n.rise_time, 1 / n.adaptation_time) <= MOST_STEPS:  # steps are shorter than these
+        raise _too_long(float(times[-1]))
     for stretch in flow.stretches(state, float(times[-1])):
         upto = int(np.searchsorted(times, stretch.end, side="right"))
         if upto > k:

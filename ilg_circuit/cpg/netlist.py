@@ -33,6 +33,7 @@ _MOST_POINTS = 2_000_000
 #: Error of period and amplitude, relative, that `measured` asks for.
 ACCURACY = 1e-5
 _MOST_GRIDS = 8
+_MOST_PERIODS = 100
 #: Three grids may by chance agree better than they are right.
 _CAUTION = 2.0
 
@@ -133,21 +134,24 @@ class Measured:
 def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> Measured:
     """Period and amplitude of the cycle that ``rhythm`` says there is, by ngspice from the same start.
 
-    The run goes on until the cycle's multiplier has left 1e-8 of the start, and four periods more. The trapezoidal
-    error goes as the square of the step, but where in a step a switch falls is chance, so nothing is extrapolated: the
-    run is done on three grids, each finer by about the root of two, and the finest stands, with twice the largest
-    difference from it as its error. Finer grids follow until that meets ``accuracy``; SolveError when it does not.
+    The run goes on until the cycle's multiplier has left 1e-8 of the start, and four periods more; where that takes
+    more than a hundred periods, it starts on the cycle and takes a hundred at most. The trapezoidal error goes as the
+    square of the step, but where in a step a switch falls is chance, so nothing is extrapolated: the run is done on
+    three grids, each finer by about the root of two, and the finest stands, with twice the largest difference from it
+    as its error. Finer grids follow until that meets ``accuracy``; SolveError when it does not.
     """
     cycle = rhythm.cycle
     if cycle is None:
         raise InputError("there is no cycle to measure; only a network that repeats itself has a period")
     network = rhythm.network
-    wait = np.log(1e-8) / np.log(np.clip(cycle.multiplier, 1e-8, 1 - 1e-4))
-    end = float(rhythm.settled + (wait + 4) * cycle.period)
+    wait = 4 + np.log(1e-8) / np.log(np.clip(cycle.multiplier, 1e-8, 1 - 1e-6))
+    start, end = rhythm.start, float(rhythm.settled + wait * cycle.period)
+    if end > _MOST_PERIODS * cycle.period:
+        start, end = cycle.state, float(min(wait, _MOST_PERIODS) * cycle.period)
     step = min(network.rise_time, network.adaptation_time, cycle.period / 4) / _STEPS_PER_CONSTANT
     found: list[Array] = []
     for k in range(_MOST_GRIDS):
-        waves = solve(network, end, int(np.ceil(end / step * 2 ** (k / 2))), rhythm.start)
+        waves = solve(network, end, int(np.ceil(end / step * 2 ** (k / 2))), start)
         found.append(_read_off(waves, network, cycle.period))
         if k >= 2:
             period, amplitude, size = found[-1]
@@ -167,8 +171,9 @@ def _read_off(waves: Waves, network: Network, period: float) -> Array:
     reference = inner[int(np.argmax(np.ptp(inner, axis=1)))]
     wave = CubicSpline(time, reference - (reference.max() + reference.min()) / 2)
     ups = [r for r in wave.roots(extrapolate=False) if wave(r, 1) > 0]
-    lengths = [b - a for a in ups for b in ups if abs(b - a - period) <= 0.05 * period]
-    if not lengths:
+    # a wave may pass its middle more than once a period: the passage a period before the last is the one meant
+    length = min((ups[-1] - r for r in ups[:-1]), key=lambda passed: abs(passed - period), default=np.inf)
+    if not abs(length - period) <= 0.05 * period:
         raise SolveError(f"ngspice's waves do not repeat after {period:.6g} s")
     extensor, flexor = network.units[0]
     first, second = (CubicSpline(time, inner[k]) for k in (extensor, flexor))
@@ -177,7 +182,7 @@ def _read_off(waves: Waves, network: Network, period: float) -> Array:
     curves = (first, second, first.derivative(), second.derivative(), difference.derivative())
     at = np.concatenate([time, *(c.roots(extrapolate=False) for c in curves)])
     output = np.maximum(first(at), 0) - np.maximum(second(at), 0)
-    return np.array([lengths[-1], np.ptp(output) / 2, np.ptp(reference) / 2])
+    return np.array([length, np.ptp(output) / 2, np.ptp(reference) / 2])
 
 
 def sampled_by_ngspice(network: Network, times: Array, start: ArrayLike | None = None) -> tuple[Array, float]:

@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import SolveError
 from .flow import ORDER, Flow, Stretch, sign_changes
 from .network import Network, checked_start
 from .rest import RestState, RestStates, growth, rest_of_piece, rest_states, strong_components
@@ -30,8 +29,8 @@ Array = NDArray[np.float64]
 #: Steps of the flow after which a motion that neither rests nor repeats is called irregular; more where the time
 #: constants lie so far apart that these are fewer than so many of their sums.
 MOST_STEPS = 100_000
-_MOST_STIFF_STEPS = 1_000_000
-_TIME_CONSTANTS = 60
+_MOST_STIFF_STEPS = 600_000
+_TIME_CONSTANTS, _STEPS_PER_CONSTANT = 60, 8
 #: Leaps are taken from this many steps on.
 _LEAP = 2000
 #: Eigenvectors with a larger condition number are no basis to rely on.
@@ -185,8 +184,18 @@ def _unfolded(small: Rhythm, network: Network, start: Array, alike: Quotient) ->
         state = alike.unfolded(cycle.state)
         multiplier = _multiplier(network, _monodromy(Flow(network), state, cycle.period)[0])
         cycle = Cycle(network, state, cycle.period, multiplier)
-    rest = alike.unfolded(small.rest) if small.rest is not None else None
-    return replace(small, network=network, start=start, rest_states=rest_states(network), cycle=cycle, rest=rest)
+    rest, reason = None, small.reason
+    if small.rest is not None:
+        rest = alike.unfolded(small.rest)
+        reason = _rest_reason(rest[: network.size], reason.partition("(")[2].rstrip(")") or "silent")
+    return replace(
+        small, network=network, start=start, rest_states=rest_states(network), cycle=cycle, rest=rest, reason=reason
+    )
+
+
+def _rest_reason(x: Array, kind: str) -> str:
+    active = ", ".join(str(k + 1) for k in np.flatnonzero(x > 0)) or "none"
+    return f"comes to rest with active neurons: {active} ({kind})"
 
 
 def _told(full: Rhythm, alike: Quotient) -> tuple[str, ...]:
@@ -230,7 +239,7 @@ class _Piece:
         growth = self.rates.real
 
         def within(time: float) -> bool:  # convex in time, so what holds at both ends holds between
-            with np.errstate(over="ignore"):
+            with np.errstate(over="ignore", invalid="ignore"):
                 return bool((sizes @ np.exp(growth * time) < room).all())
 
         if not within(0.0):
@@ -263,32 +272,33 @@ class _Follower:
         self.pieces: dict[bytes, _Piece | None] = {}
 
     def run(self) -> Rhythm:
-        stiff = _TIME_CONSTANTS * (self.network.rise_time + self.network.adaptation_time) / self.flow.step
+        times = self.network.rise_time, self.network.adaptation_time
+        stiff = _TIME_CONSTANTS * _STEPS_PER_CONSTANT * sum(times) / min(times)
         most = int(max(MOST_STEPS, min(stiff, _MOST_STIFF_STEPS)))
         time, state, count = 0.0, self.start, 0
         while count < most:
-            for stretch in self.flow.stretches(state, (most - count) * self.flow.step, time):
+            for stretch in self.flow.stretches(state, np.inf, time):
+                if count >= most:
+                    break
                 if count % _CHUNK == 0:
                     if self._died_out(stretch.terms[0]):
                         return self._silent(stretch.begin)
                     piece = self._piece(stretch.active)
-                    stays = piece.stays(stretch.terms[0] - piece.rest.state, self.flow.step) if piece else 0.0
+                    stays = piece.stays(stretch.terms[0] - piece.rest.state, stretch.step) if piece else 0.0
                     if piece and self._has_ended(piece, stretch.terms[0], stays):
                         return self._at_rest(piece.rest, stretch.begin)
-                    if piece and self._hangs(piece, stretch.terms[0], stays):
+                    if piece and self._hangs(piece, stretch, stays):
                         return self._lost(stretch.begin, "on the edge of stability: no mode grows or dies out there")
                     cycle = self._cycling(count)
                     if cycle is not None:
                         return self._in_cycle(cycle, stretch.begin)
-                    if piece and stays > _LEAP * self.flow.step:
+                    if piece and stays > _LEAP * stretch.step:
                         time, state, count = stretch.begin + stays, piece.later(stretch.terms[0], stays), count + _CHUNK
                         break
                 self.recent.append(stretch)
                 time, count = stretch.end, count + 1
                 if stretch.switched >= 0 and not stretch.active[stretch.switched]:
                     self.returns[stretch.switched].append((count, time, stretch.states(stretch.length)[0]))
-            else:
-                break
         return self._lost(time)
 
     # -- rest ----------------------------------------------------------------------------------------------------------
@@ -299,10 +309,10 @@ class _Follower:
             return bool(np.isinf(stays))
         return piece.rest.growth <= 0 and self._stopped(piece, state)
 
-    def _hangs(self, piece: _Piece, state: Array, stays: float) -> bool:
+    def _hangs(self, piece: _Piece, stretch: Stretch, stays: float) -> bool:
         """Whether no eigenvalue decides: a neutral mode for as long as can be told, or a stop between two pieces."""
-        neutral = piece.rest.marginal and stays > 1e9 * self.flow.step
-        return neutral or (piece.rest.edge and self._stopped(piece, state))
+        neutral = piece.rest.marginal and stays > 1e9 * stretch.step
+        return neutral or (piece.rest.edge and self._stopped(piece, stretch.terms[0]))
 
     def _stopped(self, piece: _Piece, state: Array) -> bool:
         size = float(np.abs(piece.rest.state).max())
@@ -336,14 +346,12 @@ class _Follower:
         elif rest.stable:
             from scipy.linalg import solve_continuous_lyapunov
 
-            form = solve_continuous_lyapunov(a.T * self.flow.step, -np.eye(len(a)))
+            form = solve_continuous_lyapunov(a.T / np.abs(a).max(), -np.eye(len(a)))
             radius = float((rest.x**2 / np.diag(np.linalg.inv(form))[: len(rest.x)]).min())
         return _Piece(rest, rates.astype(complex), vectors.astype(complex), inverse, form, radius)
 
     def _at_rest(self, rest: RestState, time: float) -> Rhythm:
-        active = ", ".join(str(k) for k in rest.active) or "none"
-        kind = f"decay {-rest.growth:.3g} 1/s" if rest.stable else "on the edge of its piece"
-        reason = f"comes to rest with active neurons: {active} ({kind})"
+        reason = _rest_reason(rest.x, f"decay {-rest.growth:.3g} 1/s" if rest.stable else "on the edge of its piece")
         still = np.zeros(len(self.network.units))
         return Rhythm(self.network, self.start, "rest", reason, self.rests, time, still, rest=rest.state)
 
@@ -364,14 +372,14 @@ class _Follower:
         returns = self.returns[min(late)[1]]
         size = max(float(np.abs(s).max()) for _, _, s in returns[-_MOST_RETURNS:])
         _, end, state = returns[-1]
-        for _, before, earlier in returns[-2 : -2 - _MOST_RETURNS : -1]:
+        for number, (_, before, earlier) in enumerate(returns[-2 : -2 - _MOST_RETURNS : -1], 1):
             if np.abs(state - earlier).max() <= _NEAR * size:
-                cycle = self._closed(state, end - before, size)
+                cycle = self._closed(state, end - before, size, number)
                 if cycle is not None:
                     return cycle
         return None
 
-    def _closed(self, state: Array, period: float, size: float) -> Cycle | None:
+    def _closed(self, state: Array, period: float, size: float, returns: int) -> Cycle | None:
         """Newton's method on flow(z, T) = z from a motion that nearly returns; None where it leads elsewhere."""
         z, duration = state.copy(), period
         m = len(z)
@@ -395,7 +403,16 @@ class _Follower:
         if error > 100 * _CONVERGED * size or np.abs(self.flow.rate(z)).max() * duration < 1e-9 * size:
             return None
         cycle = Cycle(self.network, z, duration, _multiplier(self.network, monodromy))
-        return cycle if cycle.stable else None
+        return self._shortest(cycle, size, returns) if cycle.stable else None
+
+    def _shortest(self, cycle: Cycle, size: float, returns: int) -> Cycle:
+        """The same cycle with its least period: Newton's method may have found a multiple of it."""
+        for parts in range(returns, 1, -1):
+            monodromy, end, _ = _monodromy(self.flow, cycle.state, cycle.period / parts)
+            if np.abs(end - cycle.state).max() <= 1e3 * _CONVERGED * size:
+                multiplier = _multiplier(self.network, monodromy)
+                return Cycle(self.network, cycle.state, cycle.period / parts, multiplier)
+        return cycle
 
     def _in_cycle(self, cycle: Cycle, time: float) -> Rhythm:
         reason = f"repeats itself; of a disturbance {cycle.multiplier:.3g} is left after a period"
@@ -416,6 +433,9 @@ class _Follower:
             grid = np.linspace(0, stretch.length, 5)
             values = stretch.outputs(self.network.readout) @ np.vander(grid, ORDER + 1, increasing=True).T
             low, high = np.minimum(low, values.min(axis=1)), np.maximum(high, values.max(axis=1))
+        constants = time / (self.network.rise_time + self.network.adaptation_time)
+        if not why and constants < _TIME_CONSTANTS / 3:
+            why = f"could be followed for {time:.3g} s only: the time constants lie too far apart"
         doubtful = any(s.marginal or s.edge or s.stable for s in self.rests.states)
         outcome = "undecided" if doubtful or why else "irregular"
         reason = why or f"neither at rest nor periodic within {time:.4g} s"
@@ -449,6 +469,4 @@ def _multiplier(network: Network, monodromy: Array) -> float:
         values.append(np.linalg.eigvals(monodromy[np.ix_(both, both)]))
     multipliers = np.concatenate(values)
     trivial = int(np.argmin(np.abs(multipliers - 1)))
-    if abs(multipliers[trivial] - 1) > 1e-3:
-        raise SolveError(f"a cycle's own multiplier came out as {multipliers[trivial]:.6g}, not 1")
     return float(np.abs(np.delete(multipliers, trivial)).max(initial=0.0))

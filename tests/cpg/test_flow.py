@@ -117,10 +117,38 @@ def test_growth_without_bound_is_told() -> None:
 
 
 def test_a_run_that_would_never_end_is_refused() -> None:
-    with pytest.raises(InputError, match="at most 2000000 are possible"):
+    with pytest.raises(InputError, match="than the 2000000 that are possible"):
         sampled(Flow(unit(rise_time=1e-9)), default_start(unit()), np.array([10.0]))
     with pytest.raises(InputError, match="possible"):
         sampled(Flow(chain(2)), default_start(chain(2)), np.array([np.inf]))
+
+
+def test_large_networks_take_another_way_to_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They keep no stacks of matrix powers, which changes nothing but rounding."""
+    network, start = random_network(3)
+    end = 5 * network.rise_time
+
+    def motion() -> tuple[np.ndarray, np.ndarray]:
+        stretches = list(Flow(network).stretches(start, end))
+        derivative = np.eye(2 * network.size)
+        for stretch in stretches:
+            derivative = stretch.propagator() @ derivative
+        return stretches[-1].states(stretches[-1].length)[0], derivative
+
+    small = motion()
+    monkeypatch.setattr("ilg_circuit.cpg.flow._LARGEST_STACK", 0)
+    large = motion()
+    assert large[0] == pytest.approx(small[0], rel=1e-11, abs=1e-13)
+    assert large[1] == pytest.approx(small[1], rel=1e-9, abs=1e-11)
+
+
+def test_steps_do_not_shrink_with_inhibition_that_only_silences() -> None:
+    """A loser's state is far below zero, but nothing there is fast."""
+    steps = []
+    for a in (5.0, 1e6):
+        *_, last = Flow(unit(a)).stretches(np.array([0.25, -1.0, 0.25, 0.0]), 5.0)
+        steps.append(last.step)
+    assert steps[1] == pytest.approx(steps[0], rel=0.05)
 
 
 def polynomial(roots: list[float]) -> np.ndarray:

@@ -23,8 +23,8 @@ UNEVEN = Network(
 
 @pytest.mark.parametrize(
     "network",
-    [unit(), unit(1.45), ring(3), ring(3, 3.0, one_way=True), ring(5), chain(2), UNEVEN],
-    ids=["unit", "near the edge", "ring", "one-way", "five", "chain", "uneven"],
+    [unit(), unit(1.45), unit(1.4001), ring(3), ring(3, 3.0, one_way=True), ring(5), chain(2), UNEVEN],
+    ids=["unit", "near the edge", "at the edge", "ring", "one-way", "five", "chain", "uneven"],
 )
 def test_ngspice_agrees_with_the_exact_flow(network: Network) -> None:
     exact = rhythm(network)

@@ -46,14 +46,15 @@ def test_the_end_is_where_a_long_motion_is(case: tuple[Network, np.ndarray]) -> 
     if found.rest is not None:
         decay = -next(s for s in found.rest_states.states if np.allclose(s.state, found.rest)).growth
         end = found.settled + 20 / decay
-        assume(end / flow.step < 20_000)
+        assume(end < 2000 * min(network.rise_time, network.adaptation_time))
         assert sampled(flow, start, np.array([end]))[0] == pytest.approx(found.rest, abs=1e-6 * size)
         assert found.amplitude == 0
         return
     assert found.cycle is not None
     assert found.period is not None
     wait = np.log(1e-7) / np.log(max(found.cycle.multiplier, 1e-7)) * found.period
-    assume((found.settled + wait + 2 * found.period) / flow.step < 20_000)
+    long = found.settled + wait + 2 * found.period
+    assume(long < 2000 * min(network.rise_time, network.adaptation_time))
     late = found.settled + wait + np.linspace(0, found.period, 20001)
     states = sampled(flow, start, late)
     assert states[-1] == pytest.approx(states[0], abs=1e-5 * size)  # it repeats after the period
@@ -247,6 +248,39 @@ def test_a_motion_without_a_rhythm_is_called_irregular() -> None:
     assert "no stable state of rest" in found.reason
 
 
+@pytest.mark.parametrize("a", [1e3, 1e8])
+def test_strong_inhibition_is_no_obstacle(a: float) -> None:
+    """The winner takes e/(1 + d); a one-way ring's period goes on growing, by as much for each factor of ten."""
+    winner = rhythm(unit(a))
+    assert winner.rest is not None
+    assert np.maximum(winner.rest[:2], 0) == pytest.approx([0.25, 0], abs=1e-9)
+    periods = [rhythm(ring(3, a * factor, one_way=True)).period for factor in (1, 10, 100)]
+    assert None not in periods
+    steps = np.diff(np.array(periods, dtype=float))
+    assert steps[0] == pytest.approx(steps[1], rel=0.02)
+
+
+def test_time_constants_far_apart() -> None:
+    """Tr << Ta: a relaxation oscillation, the period of which no longer depends on Tr."""
+    slow, slower = (rhythm(unit(rise_time=tr, adaptation_time=1.0)).period for tr in (2e-3, 1e-3))
+    assert slow == pytest.approx(slower, rel=0.01)
+
+
+def test_time_constants_too_far_apart_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ilg_circuit.cpg.rhythm.MOST_STEPS", 1000)
+    monkeypatch.setattr("ilg_circuit.cpg.rhythm._MOST_STIFF_STEPS", 1000)
+    found = rhythm(unit(rise_time=1e-4, adaptation_time=1.0))
+    assert found.outcome == "undecided"
+    assert "too far apart" in found.reason
+
+
+def test_near_an_edge_the_period_is_the_least() -> None:
+    """The modes of the symmetric ring sort themselves out so slowly that a multiple of the cycle is found first."""
+    found = rhythm(ring(3, 1.4001))
+    assert found.period == pytest.approx(rhythm(unit(1.4001)).period, rel=1e-4)
+    assert sorted(found.phase_lags) == pytest.approx([-120, 0, 120], abs=1e-5)
+
+
 def test_no_input_no_motion() -> None:
     found = rhythm(unit(tonic=0.0))
     assert found.outcome == "rest"
@@ -254,6 +288,11 @@ def test_no_input_no_motion() -> None:
     silent = rhythm(unit(tonic=-1.0))
     assert silent.outcome == "rest"
     assert silent.rest == pytest.approx([-1, -1, 0, 0])
+
+
+def test_the_reason_names_the_neurons_of_the_whole_network() -> None:
+    assert "active neurons: 1, 2, 3 (decay" in rhythm(ring(3), [0.1] * 3 + [0.0] * 3).reason
+    assert "active neurons: none" in rhythm(ring(3, tonic=-1.0)).reason
 
 
 def test_a_start_that_is_none() -> None:
