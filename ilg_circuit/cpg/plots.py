@@ -114,17 +114,11 @@ def _portrait(result: Run, panel: Axes) -> None:
     if rhythm.cycle is not None:
         closed = sampled(Flow(network), rhythm.cycle.state, np.linspace(0, rhythm.cycle.period, 800))
         panel.plot(*plane(closed), color=BLUE, linewidth=1.8, label="cycle")
-    for k, state in enumerate(s for s in rhythm.rest_states.states[:50]):
-        filled = state.stable
-        label = ("stable rest" if filled else "unstable rest") if k == 0 else None
-        panel.plot(
-            *plane(state.state[None]),
-            "o",
-            color=ORANGE,
-            markersize=6,
-            label=label,
-            fillstyle="full" if filled else "none",
-        )
+    labels = {True: "stable rest", False: "unstable rest"}
+    for state in rhythm.rest_states.states[:50]:
+        fill = "full" if state.stable else "none"
+        spot = plane(state.state[None])
+        panel.plot(*spot, "o", color=ORANGE, markersize=6, label=labels.pop(state.stable, None), fillstyle=fill)
     panel.set_xlabel(f"$x_{{{extensor + 1}}} - x_{{{flexor + 1}}}$")
     panel.set_ylabel(f"$v_{{{extensor + 1}}} - v_{{{flexor + 1}}}$")
     _legend(panel)
@@ -133,7 +127,7 @@ def _portrait(result: Run, panel: Axes) -> None:
 def _legend(panel: Axes) -> None:
     """Above the panel, where it hides nothing."""
     panel.legend(
-        fontsize=8, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=6, handlelength=1.2,
+        fontsize=7.5, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=6, handlelength=1.2,
         columnspacing=1.2, borderaxespad=0.1,
     )  # fmt: skip
 

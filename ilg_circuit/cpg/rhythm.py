@@ -38,7 +38,7 @@ _BASIS = 1e7
 #: Newton's method may take this many steps, and this many times those of the motion itself.
 _NEWTON_STEPS, _NEWTON_SHARE = 10_000, 1
 #: Steps between two looks at the motion.
-_CHUNK = 64
+_CHUNK = 16
 #: Longest cycle looked for, in returns of one neuron.
 _MOST_RETURNS = 24
 #: A motion that returns this near to itself, relative to its size, is near a cycle; and so near the cycle must be.
