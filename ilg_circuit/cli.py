@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from . import __version__
+from .cli_cpg import cpg
 from .cli_impedance import impedance
 from .cli_ogden import ogden
 from .cli_sense import sense
@@ -33,7 +34,7 @@ def cli() -> None:
     """
 
 
-for command in (impedance, sense, ogden):
+for command in (impedance, sense, ogden, cpg):
     cli.add_command(command)
 
 
