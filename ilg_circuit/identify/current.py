@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
 _NONLINEAR_ACCURACY = 1e-6
 #: A diffusion time may grow so much beyond its starting value before its ladder ends below the band.
-_REACH = 10.0
+_REACH = 3.0
 #: Residuals below this part of the peak are of no interest, whatever their structure.
 _NEGLIGIBLE = 1e-4
 #: A parameter whose standard error exceeds this part of it is not determined by the data.

@@ -14,6 +14,7 @@ from ..actuator import Actuator, Coupling
 from ..circuit.strip import strip_netlist
 from ..elements import lumped_elements
 from ..errors import InputError, SolveError
+from ..port import Port
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..units import format_quantity
 from .least_squares import Fit, fit_circuit
@@ -108,7 +109,13 @@ class _Problem:
         self.actuator = actuator
         self.engine = engine
         self.progress = progress
-        self.ratio = lumped_elements(actuator).bending_ratio
+        lumped = lumped_elements(actuator)
+        # with the static beam and no electrode resistance the ions, however modelled, do not touch the displacement
+        simplest = Port(lumped.dc_resistance, ((lumped.dynamic_resistance, lumped.capacitance),))
+        self.without_ions = actuator
+        if not lumped.electrode_resistance:
+            self.without_ions = Actuator.from_port(actuator.geometry, simplest, base=actuator.material)
+        self.ratio = lumped.bending_ratio
         self.after = self.channel.time[~self.channel.rest]
         at_rest = self.channel.values[self.channel.rest]
         self.search = CouplingSearch(self.channel.time, self.drive, self.ratio)
@@ -168,9 +175,8 @@ class _Problem:
             # radians of ringing to be followed: far more than any record shows, a fit has gone astray
             if min(wn * t[-1], 20 / zeta) > _MOST_RINGING:
                 raise SolveError("the fit of d(s) left what the record can resolve")
-            netlists = [
-                strip_netlist(replace(self.actuator, coupling=Coupling(*v)), beam=beam) for v in values.tolist()
-            ]
+            strip = self.without_ions if beam == "static" else self.actuator
+            netlists = [strip_netlist(replace(strip, coupling=Coupling(*v)), beam=beam) for v in values.tolist()]
             index = [o.name for o in netlists[0].outputs].index("displacement")
             result = np.zeros((len(values), len(t)))
             solved = transient(netlists, self.drive, t[after], engine=self.engine, accuracy=accuracy)

@@ -20,6 +20,7 @@ from .current import CurrentFit, fit_current
 from .displacement import DisplacementFit, fit_displacement
 from .least_squares import Fit
 from .measurement import Measurement
+from .selection import Candidate, choose, single
 
 Array = NDArray[np.float64]
 
@@ -66,7 +67,7 @@ class Identification:
     current: CurrentFit
     displacement: DisplacementFit | None
     engine: str
-    candidates: tuple[CurrentFit, ...] = field(default=())
+    candidates: tuple[Candidate, ...] = field(default=())
 
     def to_json(self) -> dict[str, Any]:
         """The contract's fit.json: model, parameters, derived, statistics, correlations, warnings."""
@@ -78,6 +79,7 @@ class Identification:
             "derived": {name: p.to_json() for name, p in self.derived.items()},
             "statistics": self.statistics,
             "correlations": self.correlations,
+            "candidates": [c.to_json() for c in self.candidates],
             "warnings": list(self.warnings),
         }
 
@@ -91,7 +93,7 @@ def identify(
     engine: str = "ngspice",
     progress: Callable[[], None] | None = None,
 ) -> Identification:
-    """Fit the current by ``model`` (rc, rc2, or auto: the better of both), then the displacement by d(s).
+    """Fit the current by ``model`` (of `ilg_circuit.models`, or auto: see `selection`), then the displacement by d(s).
 
     ``base`` gives geometry, E and density (default: the paper's, with a warning); ``electrode_resistance`` [ohm] is
     held, because a step fixes only three of the four elements: default is the base's. Raises InputError for data that
@@ -103,7 +105,15 @@ def identify(
     held = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
     _check_electrode_resistance(held, measurement)
     warnings = list(measurement.notes)
-    current, candidates = _choose(measurement, held, model, engine, progress, warnings)
+
+    def fit(measurement: Measurement, held: float, model: str) -> CurrentFit:
+        return fit_current(measurement, held, model, engine, progress)
+
+    if model == "auto":
+        current, candidates = choose(measurement, held, fit, warnings)
+    else:
+        current, candidates = single(measurement, held, model, fit)
+    warnings += current.warnings
     fitted = Actuator.from_port(
         strip.geometry,
         current.port,
@@ -161,35 +171,6 @@ def _check_electrode_resistance(held: float, measurement: Measurement) -> None:
             f"electrode resistance {held:g} ohm is too large: the peak current of {format_quantity(abs(i[k]), 'A', 4)} "
             f"allows less than {abs(u[k] / i[k]):.4g} ohm"
         )
-
-
-def _choose(
-    measurement: Measurement,
-    held: float,
-    model: str,
-    engine: str,
-    progress: Callable[[], None] | None,
-    warnings: list[str],
-) -> tuple[CurrentFit, tuple[CurrentFit, ...]]:
-    """The fit of the model asked for; for auto, rc unless rc2 is determined by the data and clearly better."""
-    if model != "auto":
-        chosen = fit_current(measurement, held, model, engine, progress)
-        warnings += chosen.warnings
-        return chosen, (chosen,)
-    one = fit_current(measurement, held, "rc", engine, progress)
-    candidates: tuple[CurrentFit, ...] = (one,)
-    chosen = one
-    try:
-        two = fit_current(measurement, held, "rc2", engine, progress)
-        candidates = (one, two)
-        if two.determined and two.effective_bic(one) + 10 < one.effective_bic(one):
-            chosen = two
-    except (InputError, SolveError) as error:
-        # a second branch that the data do not hold is the usual answer for clean one-pole data, and no news
-        if any("one pole" in line for line in one.warnings):
-            warnings.append(f"rc2 could not be fitted: {error}")
-    warnings += chosen.warnings
-    return chosen, candidates
 
 
 def _interval(value: float, error: float, samples: int, unknowns: int) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from ..files import write_text
 from ..plots import BLUE, GREY, ORANGE, engineering, new_figure, save
 from ..units import format_quantity
 from .identification import Identification, Parameter
+from .selection import table as candidate_table
 
 Array = NDArray[np.float64]
 
@@ -25,6 +26,8 @@ def table(result: Identification) -> str:
     onset = f"step of {format_quantity(m.step, 'V', 5)} at" if m.step is not None else "waveform from"
     when = format_quantity(m.onset, "s", 6)
     lines = [f"{m.source}: {onset} {when}; model {result.model}, {result.engine} in the loop"]
+    if len(result.candidates) > 1:
+        lines += ["", *candidate_table(result.candidates)]
     lines += ["", f"{'parameter':<28}{'value':>16}{'standard error':>18}   95 % interval"]
     lines += [_row(name, p) for name, p in result.parameters.items()]
     lines += ["", *(f"{name:<28}{_text(p.value, p.unit):>16}" for name, p in result.derived.items())]

@@ -225,7 +225,7 @@ def test_auto_keeps_one_branch_for_one_branch(kind: str, noise: float) -> None:
 def test_auto_takes_two_branches_for_two(kind: str, noise: float) -> None:
     found = auto(record(drives(4.0)[kind], 300.0, 301, strip=two_branches(), noise=noise, seed=42))
     assert found.model == "rc2"
-    assert [c.model for c in found.candidates] == ["rc", "rc2"]
+    assert [c.model for c in found.candidates] == ["rc", "rc2", "rc3", "warburg"]
     assert_recovered(found.current, two_branches())
 
 

@@ -65,7 +65,7 @@ def measurement() -> Measurement:
 
 @pytest.fixture(scope="module")
 def result(measurement: Measurement) -> Identification:
-    return identify(measurement, base=STRIP)
+    return identify(measurement, base=STRIP, model="rc2")
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +106,23 @@ def test_the_record(measurement: Measurement) -> None:
     assert len(measurement.current.values) == len(measurement.displacement.values) == 1622
 
 
-def test_two_branches_are_chosen_and_good(result: Identification) -> None:
+def test_auto_leaves_one_pole_and_says_why(measurement: Measurement) -> None:
+    found = identify(replace(measurement, displacement=None), base=STRIP)
+    assert found.model == "rc3"
+    assert share_of_peak(found) <= 0.008
+    by_model = {c.model: c for c in found.candidates}
+    assert list(by_model) == ["rc", "rc2", "rc3", "warburg"]
+    assert [c.chosen for c in found.candidates] == [False, False, True, False]
+    assert by_model["rc"].verdict == by_model["rc2"].verdict == by_model["warburg"].verdict == "worse"
+    bics = [c.bic for c in found.candidates]
+    assert None not in bics
+    assert sorted(bics) == [by_model[m].bic for m in ("rc3", "rc2", "warburg", "rc")]
+    # four parameters of diffusion do better than three of one pole, and as well as the five of two but little
+    assert by_model["warburg"].fit is not None
+    assert by_model["warburg"].fit.fit.rmse < 0.7 * found.candidates[0].fit.fit.rmse  # type: ignore[union-attr]
+
+
+def test_two_branches_are_good(result: Identification) -> None:
     assert result.model == "rc2"
     assert share_of_peak(result) <= 0.012
     constants = [result.derived[f"time_constant_{k}"].value for k in (1, 2)]

