@@ -203,14 +203,38 @@ class Mounting:
 
 
 @dataclass(frozen=True)
+class Uncertainty:
+    """What a fit left open: ``covariance`` of the logarithms of the parameters ``names`` of an electrical ``model``."""
+
+    model: str
+    names: tuple[str, ...]
+    covariance: tuple[tuple[float, ...], ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", tuple(self.names))
+        object.__setattr__(self, "covariance", tuple(tuple(float(x) for x in row) for row in self.covariance))
+        n = len(self.names)
+        if not n or len(self.covariance) != n or any(len(row) != n for row in self.covariance):
+            raise InputError(f"uncertainty.covariance must be a table of {n} by {n} numbers, one row a name")
+        for i, row in enumerate(self.covariance):
+            for j, x in enumerate(row):
+                if not math.isfinite(x) or x != self.covariance[j][i] or (i == j and x < 0):
+                    raise InputError("uncertainty.covariance must be finite and symmetric, with no negative diagonal")
+
+
+@dataclass(frozen=True)
 class Actuator:
-    """One strip. ``coupling`` is None where no displacement was ever measured: then only its circuit is known."""
+    """One strip. ``coupling`` is None where no displacement was ever measured: then only its circuit is known.
+
+    ``uncertainty`` is that of the fit which it comes from, if it comes from one.
+    """
 
     geometry: Geometry
     material: Material
     coupling: Coupling | None = None
     mounting: Mounting = Mounting()
     name: str = "strip"
+    uncertainty: Uncertainty | None = None
 
     @classmethod
     def from_circuit_values(

@@ -7,9 +7,10 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
-from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
+from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting, Uncertainty
 from .errors import InputError
 from .files import write_text
+from .models import electrical_model
 from .units import format_quantity, parse
 
 _SECTIONS: dict[str, type] = {"geometry": Geometry, "material": Material, "coupling": Coupling, "mounting": Mounting}
@@ -48,12 +49,13 @@ def loads(text: str) -> Actuator:
     name = table.pop("name", "strip")
     if not isinstance(name, str):
         raise InputError(f"name is {name!r}; write it in quotes")
-    _refuse_unknown(table, _SECTIONS, "section")
+    uncertainty = _uncertainty(table.pop("uncertainty")) if "uncertainty" in table else None
+    _refuse_unknown(table, (*_SECTIONS, "uncertainty"), "section")
     for section in ("geometry", "material"):
         if section not in table:
             raise InputError(f"section [{section}] is missing; an actuator needs [geometry] and [material]")
     parts = {section: _record(kind, table[section], section) for section, kind in _SECTIONS.items() if section in table}
-    return Actuator(name=name, **parts)
+    return Actuator(name=name, uncertainty=uncertainty, **parts)
 
 
 def dumps(actuator: Actuator, comment: str = "") -> str:
@@ -68,12 +70,34 @@ def dumps(actuator: Actuator, comment: str = "") -> str:
         lines += ["", f"[{section}]", *_entries(record)]
         for branch in getattr(record, "further_branches", ()):
             lines += ["", f"[[{section}.further_branches]]", *_entries(branch)]
+    if actuator.uncertainty is not None:
+        u = actuator.uncertainty
+        lines += ["", "[uncertainty] # covariance of the logarithms of fitted parameters"]
+        lines.append(f"model = {_toml_string(u.model)}")
+        lines.append(f"names = [{', '.join(map(_toml_string, u.names))}]")
+        lines += ["covariance = [", *(f"    [{', '.join(map(repr, row))}]," for row in u.covariance), "]"]
     return "\n".join(lines) + "\n"
 
 
 def save_actuator(actuator: Actuator, path: str | Path, comment: str = "") -> None:
     """Write the TOML file, whole or not at all."""
     write_text(Path(path), dumps(actuator, comment))
+
+
+def _uncertainty(table: Any) -> Uncertainty:
+    keys = ("model", "names", "covariance")
+    if not isinstance(table, dict) or set(table) != set(keys):
+        raise InputError(f"section [uncertainty] must have exactly the keys {', '.join(keys)}")
+    names, rows = table["names"], table["covariance"]
+    if not isinstance(table["model"], str) or not (isinstance(names, list) and all(isinstance(n, str) for n in names)):
+        raise InputError("uncertainty.model must be a text in quotes, uncertainty.names a list of them")
+    electrical_model(table["model"])
+    if not (isinstance(rows, list) and all(isinstance(row, list) for row in rows)):
+        raise InputError("uncertainty.covariance must be a list of rows of numbers")
+    for x in (x for row in rows for x in row):
+        if isinstance(x, bool) or not isinstance(x, (int, float)):
+            raise InputError(f"uncertainty.covariance has {x!r} in it; give numbers without units")
+    return Uncertainty(table["model"], tuple(names), tuple(tuple(row) for row in rows))
 
 
 def _entries(record: Any) -> list[str]:

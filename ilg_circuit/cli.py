@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -101,6 +102,7 @@ def show(actuator: str, low: str, high: str, voltage: str | None, as_json: bool)
 @click.option("--step", help="Time between samples, such as 0.1s; instead of --samples.")
 @click.option("--check", is_flag=True, help="Compare with the exact solver and the closed forms.")
 @click.option("--out", type=_OUT, help="CSV file to write.")
+@click.option("--band", is_flag=True, help="Standard errors from the fit that the actuator comes from.")
 @click.option("--with-energy", is_flag=True, help="Add a column energy_J to the CSV.")
 @click.option("--plot", type=_OUT, help="Picture to write (.png, .pdf, .svg).")
 def simulate(actuator: str, drive: str, duration: str, load_text: str | None, step: str | None, **options: Any) -> None:
@@ -126,10 +128,15 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, st
         require_picture(options["plot"])
     how_solved = {"engine": options["engine"], "accuracy": options["accuracy"], "progress": _progress()}
     response = solve(strip, source, times, **how_solved, **how)
+    stderr = None
+    if options["band"]:
+        from .prediction import prediction_band
+
+        stderr = prediction_band(strip, source, response.time, engine=options["engine"], **how).stderr
     if options["out"]:
-        response.write_csv(options["out"], energy=options["with_energy"])
+        response.write_csv(options["out"], energy=options["with_energy"], stderr=stderr)
     if options["plot"]:
-        plot_response(response, options["plot"])
+        plot_response(response, options["plot"], stderr)
     click.echo(f"{response.netlist.title}: {source.text}, {seconds:g} s, {len(times)} samples")
     click.echo(response.summary())
     click.echo(response.account.summary())
@@ -184,6 +191,7 @@ def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_
 @click.option("--out", type=_OUT, help="TOML file for the fitted actuator.")
 @click.option("--json", "json_path", type=_OUT, help="JSON file for the result.")
 @click.option("--plot", type=_OUT, help="Picture of data, fit and residuals (.png, .pdf, .svg).")
+@click.option("--report", type=_OUT, help="One HTML file with all of it.")
 def identify(data: Path, actuator: str | None, electrode_resistance: str | None, **options: Any) -> None:
     """Fit a strip to a measured step or waveform.
 
@@ -197,10 +205,10 @@ def identify(data: Path, actuator: str | None, electrode_resistance: str | None,
     from .plots import require_picture
     from .units import parse
 
-    outputs = [options[k] for k in ("out", "json_path", "plot") if options[k]]
+    outputs = [options[k] for k in ("out", "json_path", "plot", "report") if options[k]]
     if len({p.resolve() for p in (data, *outputs)}) <= len(outputs):
-        raise InputError("two of DATA, --out, --json and --plot name the same file; give each its own")
-    for path in (options["out"], options["json_path"]):
+        raise InputError("two of DATA, --out, --json, --plot and --report name the same file; give each its own")
+    for path in (options["out"], options["json_path"], options["report"]):
         if path:
             require_writable(path)
     if options["plot"]:
@@ -223,6 +231,10 @@ def identify(data: Path, actuator: str | None, electrode_resistance: str | None,
         write_json(result, options["json_path"])
     if options["plot"]:
         plot_identification(result, options["plot"])
+    if options["report"]:
+        from .identify.html_report import write_report
+
+        write_report(result, options["report"], shlex.join(["ilg-circuit", *sys.argv[1:]]))
     click.echo(table(result))
     for line in result.warnings:
         click.echo(f"warning: {line}", err=True)

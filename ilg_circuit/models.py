@@ -70,6 +70,27 @@ class ElectricalModel:
         fields = {name: getattr(port, name) for name in Port.__dataclass_fields__}
         return Port(**(fields | {"electrode_resistance": electrode_resistance} | extra))
 
+    def values(self, port: Port) -> tuple[float, ...]:
+        """The parameters' values in a ``port`` of this model: the inverse of `port`."""
+        known: dict[str, float] = {
+            "dc_resistance": port.dc_resistance,
+            "series_resistance": port.series_resistance,
+            "capacitance_slope": port.capacitance_slope,
+        }
+        if port.emission_voltage is not None:
+            known["emission_voltage"] = port.emission_voltage
+        for k, (r, c) in enumerate(port.branches, 1):
+            known |= {f"resistance_{k}": r, f"capacitance_{k}": c}
+            if len(port.branches) == 1:
+                known |= {"dynamic_resistance": r, "capacitance": c}
+        if port.ladder is not None:
+            warburg = ("warburg_resistance", "diffusion_time")
+            names = warburg if port.ladder.law == "warburg" else ("cpe_coefficient", "cpe_exponent")
+            known |= dict(zip(names, port.ladder.constants, strict=True))
+        if not set(self.names) <= set(known):
+            raise InputError(f"the port is not one of model {self.name}")
+        return tuple(known[name] for name in self.names)
+
 
 def electrical_model(name: str) -> ElectricalModel:
     """The model of that name. Raises InputError that lists what there is."""

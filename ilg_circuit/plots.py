@@ -64,8 +64,11 @@ def save(figure: Figure, path: str | Path) -> None:
         figure.savefig(temporary, format=target.suffix[1:].lower())
 
 
-def plot_response(response: Response, path: str | Path) -> None:
-    """Current, charge, displacement, force (where they move) and energy over time, the drive beneath."""
+def plot_response(response: Response, path: str | Path, stderr: dict[str, Array] | None = None) -> None:
+    """Current, charge, displacement, force (where they move) and energy over time, the drive beneath.
+
+    With standard errors ``stderr`` the 95 % band of the fit that the strip comes from.
+    """
     shown = [
         (name, unit)
         for name, unit in (("current", "A"), ("charge", "C"), ("displacement", "m"), ("force", "N"), ("energy", "J"))
@@ -76,7 +79,13 @@ def plot_response(response: Response, path: str | Path) -> None:
         values = getattr(response, name)
         factor, label = engineering(values, unit)
         panel.plot(response.time, factor * values, color=BLUE, linewidth=1.4)
+        if stderr and name in stderr:
+            half = 1.96 * stderr[name]
+            edges = (factor * (values - half), factor * (values + half))
+            panel.fill_between(response.time, *edges, color=BLUE, alpha=0.25, linewidth=0, label="95 % band of the fit")
         panel.set_ylabel(f"{name} [{label}]")
+    if stderr:
+        axes[0].legend(frameon=False, fontsize=8)
     axes[-1].plot(response.time, response.voltage, color=ORANGE, linewidth=1.4)
     low, high = min(response.voltage.min(), 0.0), max(response.voltage.max(), 0.0)
     axes[-1].set_ylim(low - 0.08 * (high - low or 1.0), high + 0.08 * (high - low or 1.0))

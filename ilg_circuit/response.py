@@ -75,11 +75,16 @@ class Response:
 
         return warnings(self)
 
-    def write_csv(self, path: str | Path, *, energy: bool = False) -> None:
-        """Write the columns with full precision, blanks for NaN; ``energy`` adds a last column energy_J."""
+    def write_csv(self, path: str | Path, *, energy: bool = False, stderr: dict[str, Array] | None = None) -> None:
+        """Write the columns with full precision, blanks for NaN.
+
+        ``energy`` adds a column energy_J, ``stderr`` one for each standard error in it, such as current_stderr_A.
+        """
         names = [n for n in COLUMNS if energy or n != "energy"]
-        rows = [",".join(COLUMNS[n][0] for n in names)]
-        table = np.column_stack([getattr(self, n) for n in names]).tolist()
+        extra = stderr or {}
+        titles = [COLUMNS[n][0] for n in names] + [f"{n}_stderr_{COLUMNS[n][1]}" for n in extra]
+        rows = [",".join(titles)]
+        table = np.column_stack([*(getattr(self, n) for n in names), *extra.values()]).tolist()
         rows += [",".join("" if v != v else repr(v) for v in row) for row in table]
         write_text(Path(path), "\n".join(rows) + "\n")
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import formulas
-from ..actuator import PAPER, Actuator, Coupling
+from ..actuator import PAPER, Actuator, Coupling, Uncertainty
 from ..elements import lumped_elements
 from ..errors import InputError, SolveError
 from ..models import electrical_model
@@ -139,6 +139,8 @@ def identify(
             "no --actuator given: geometry and Young's modulus are the paper's; resistances and capacitances do not "
             "depend on them, the coupling gain is in proportion to b^2/L_F^2"
         )
+    fits = [current.fit] + ([displacement.fit] if displacement is not None else [])
+    fitted = replace(fitted, uncertainty=_uncertainty(current.model, fits))
     parameters, derived = _parameters(current, held, displacement), _derived(current, held, measurement, displacement)
     return Identification(
         model=current.model,
@@ -157,7 +159,21 @@ def identify(
 
 
 def _with_coupling(actuator: Actuator, coupling: Coupling) -> Actuator:
-    return Actuator(actuator.geometry, actuator.material, coupling, actuator.mounting, actuator.name)
+    return replace(actuator, coupling=coupling)
+
+
+def _uncertainty(model: str, fits: list[Fit]) -> Uncertainty:
+    """The covariances of the fits, which share no data, as one of all parameters' logarithms."""
+    values = np.concatenate([fit.values for fit in fits])
+    covariance = np.zeros((len(values), len(values)))
+    start = 0
+    for fit in fits:
+        n = len(fit.values)
+        covariance[start : start + n, start : start + n] = fit.covariance[:n, :n]
+        start += n
+    relative = covariance / np.outer(values, values)
+    relative = (relative + relative.T) / 2  # symmetric to the last digit
+    return Uncertainty(model, tuple(name for fit in fits for name in fit.names), tuple(map(tuple, relative.tolist())))
 
 
 def _check_electrode_resistance(held: float, measurement: Measurement) -> None:

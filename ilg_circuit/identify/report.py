@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +17,15 @@ from ..units import format_quantity
 from .identification import Identification, Parameter
 from .selection import table as candidate_table
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 Array = NDArray[np.float64]
 
 
 def table(result: Identification) -> str:
     """The result for a terminal: parameters with standard errors and intervals, what follows from them, statistics."""
-    m = result.measurement
-    onset = f"step of {format_quantity(m.step, 'V', 5)} at" if m.step is not None else "waveform from"
-    when = format_quantity(m.onset, "s", 6)
-    lines = [f"{m.source}: {onset} {when}; model {result.model}, {result.engine} in the loop"]
+    lines = [headline(result)]
     if len(result.candidates) > 1:
         lines += ["", *candidate_table(result.candidates)]
     lines += ["", f"{'parameter':<28}{'value':>16}{'standard error':>18}   95 % interval"]
@@ -42,6 +42,14 @@ def table(result: Identification) -> str:
     if strong:
         lines.append(f"correlations beyond 0.9: {'; '.join(strong)}")
     return "\n".join(lines)
+
+
+def headline(result: Identification) -> str:
+    """What was measured, and the model."""
+    m = result.measurement
+    onset = f"step of {format_quantity(m.step, 'V', 5)} at" if m.step is not None else "waveform from"
+    when = format_quantity(m.onset, "s", 6)
+    return f"{m.source}: {onset} {when}; model {result.model}, {result.engine} in the loop"
 
 
 def write_json(result: Identification, path: str | Path) -> None:
@@ -62,6 +70,11 @@ def write_actuator(result: Identification, path: str | Path) -> None:
 
 
 def plot_identification(result: Identification, path: str | Path) -> None:
+    """Write `identification_figure` as a picture."""
+    save(identification_figure(result), path)
+
+
+def identification_figure(result: Identification) -> Figure:
     """Data, fit and residuals of current and displacement, the drive beneath; time by logarithm for a step."""
     m, current, moved = result.measurement, result.current, result.displacement
     rows = 5 if moved is not None else 3
@@ -82,7 +95,7 @@ def plot_identification(result: Identification, path: str | Path) -> None:
         axes[-1].set_xlim(t[t > 0][0], t[-1])
     axes[-1].set_xlabel("time since the onset [s]")
     figure.align_ylabels(axes)
-    save(figure, path)
+    return figure
 
 
 def _panels(
