@@ -1,0 +1,186 @@
+"""A linearly implicit method of order 4(3) for the arm, L-stable: a compiled kernel with step control.
+
+Rosenbrock method RODAS: Hairer, Wanner, *Solving Ordinary Differential Equations II*, section IV.7. A step needs one
+exact Jacobian, one banded factorisation and six solutions, all O(n). The pressures are eliminated exactly in each
+stage's right-hand side and kept as unknowns in the equations, which so stay banded:
+
+    [M - H D - H^2 S] k_v - H G^T k_p = H M r_v + H^2 S r_q,      k_q = H (k_v + r_q),      H = gamma h
+    [G + 2 H G(v) + 2 beta H G + H^2 E] k_v = H G r_v - H^2 E r_q,    E = G(acc) + 2 beta G(v) + beta^2 G
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .banded import PER_ROD, WIDTH, assemble, factorise, solve
+from .compiled import Array, compiled
+from .energy import powers
+from .explicit import (
+    DONE,
+    NOT_FINITE,
+    PAUSE,
+    STEPS_A_CALL,
+    TOO_SMALL,
+    Run,
+    accept,
+    change_step,
+    fit_step,
+    interpolate,
+    largest_error,
+    record,
+    slope,
+)
+from .forces import acceleration, along_gradient, area_gradient
+from .jacobian import derivatives, multiply
+from .lattice import Model
+
+_GAMMA = 0.25
+_A = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0],
+        [1.544000000000000, 0.0, 0.0, 0.0, 0.0],
+        [0.9466785280815826, 0.2557011698983284, 0.0, 0.0, 0.0],
+        [3.314825187068521, 2.896124015972201, 0.9986419139977817, 0.0, 0.0],
+        [1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950, 0.0],
+        [1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950, 1.0],
+    ]
+)
+_C = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0],
+        [-5.668800000000000, 0.0, 0.0, 0.0, 0.0],
+        [-2.430093356833875, -0.2063599157091915, 0.0, 0.0, 0.0],
+        [-0.1073529058151375, -9.594562251023355, -20.47028614809616, 0.0, 0.0],
+        [7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160, 0.0],
+        [8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054],
+    ]
+)
+_TIMES = np.array([0.0, 0.386, 0.21, 0.63, 1.0, 1.0])
+_SLOPES = np.array([0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0])
+#: Weights of the stages in the two terms of the interpolant.
+_INSIDE = np.array(
+    [
+        [10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662, 0.0],
+        [-0.6762803392806898, 6.087714651680606, 16.43084320892478, 24.76722511418386, -6.594389125716872, 0.0],
+    ]
+)
+
+
+@compiled
+def constraint_rows(m: Model, q: Array, v: Array, acc: Array, H: float, C: Array, E: Array) -> None:
+    """The two gradients of the module's last equation, as `area_gradient` gives them, into ``C``, ``E`` (n, 4)."""
+    for i in range(C.shape[0]):
+        g, gv, ga = area_gradient(q, i), area_gradient(v, i), area_gradient(acc, i)
+        for c in range(4):
+            E[i, c] = ga[c] + 2 * m.beta * gv[c] + m.beta**2 * g[c]
+            C[i, c] = g[c] + 2 * H * (gv[c] + m.beta * g[c]) + H * H * E[i, c]
+
+
+@compiled
+def implicit(m: Model, run: Run) -> int:
+    """Integrate on towards the last stop; returns `DONE`, `PAUSE`, `TOO_SMALL` or `NOT_FINITE`."""
+    q, v, clock = run.q, run.v, run.clock
+    n = m.area.shape[0]
+    K, L = np.zeros((6, n + 1, 4)), np.zeros((6, n + 1, 4))
+    x, w, acc, first = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
+    rq, rv, turned, drift = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
+    a, rate, p, work = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros((n, 6))
+    S, D = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4))
+    C, E, A = np.zeros((n, 4)), np.zeros((n, 4)), np.zeros((PER_ROD * n, 3 * WIDTH + 1))
+    b, pivots = np.zeros(PER_ROD * n), np.zeros(PER_ROD * n, np.int64)
+    start, middle, end = np.zeros(4), np.zeros(4), np.zeros(4)
+    x[0] = q[0]
+    k = run.count[0]
+    interpolate(run, k, clock[0], a)
+    acceleration(m, q, v, a, p, first, work)
+    steps = 0
+    while True:
+        if clock[0] == run.stops[k]:
+            record(run, k, p)
+        slope(run, k, rate)
+        powers(m, q, v, a, rate, start)
+        while clock[0] < run.stops[k + 1]:
+            interpolate(run, k, clock[0], a)
+            derivatives(m, q, v, a, p, S, D)
+            while True:
+                h, last = fit_step(run, k)
+                H = _GAMMA * h
+                constraint_rows(m, q, v, first, H, C, E)
+                scale = assemble(m, q, C, S, D, 1.0, H, H * H, A)
+                sound = factorise(A, pivots)
+                # forces are linear in the activation: its slope by a difference over the whole step
+                interpolate(run, k, clock[0] + h, a)
+                acceleration(m, q, v, a, p, drift, work)
+                drift -= first
+                for s in range(6):
+                    for j in range(1, n + 1):
+                        for c in range(4):
+                            dx = dw = sx = sw = 0.0
+                            for z in range(s):
+                                dx += _A[s, z] * K[z, j, c]
+                                dw += _A[s, z] * L[z, j, c]
+                                sx += _C[s, z] * K[z, j, c]
+                                sw += _C[s, z] * L[z, j, c]
+                            x[j, c] = q[j, c] + dx
+                            w[j, c] = v[j, c] + dw
+                            rq[j, c] = w[j, c] + sx / h
+                            rv[j, c] = sw / h + _SLOPES[s] * drift[j, c]
+                    if s == 0:
+                        rv += first
+                    else:
+                        interpolate(run, k, clock[0] + _TIMES[s] * h, a)
+                        acceleration(m, x, w, a, p, acc, work)
+                        rv += acc
+                    multiply(S, rq, turned)
+                    for j in range(1, n + 1):
+                        for c in range(4):
+                            b[PER_ROD * (j - 1) + c] = H * m.mass[j] * rv[j, c] + H * H * turned[j, c]
+                    for i in range(n):
+                        e = (E[i, 0], E[i, 1], E[i, 2], E[i, 3])
+                        g = area_gradient(q, i)
+                        b[PER_ROD * i + 4] = scale * (H * along_gradient(g, rv, i) - H * H * along_gradient(e, rq, i))
+                    solve(A, pivots, b)
+                    for j in range(1, n + 1):
+                        for c in range(4):
+                            L[s, j, c] = b[PER_ROD * (j - 1) + c]
+                            K[s, j, c] = H * (L[s, j, c] + rq[j, c])
+                error = largest_error(run, K[5], L[5]) if sound else math.inf
+                if change_step(run, h, error, 4.0):
+                    break
+                if clock[1] < 1e-14 * run.stops[-1]:
+                    return TOO_SMALL if math.isfinite(error) else NOT_FINITE
+            # Simpson's rule over the step for the works, with the method's interpolant in its middle
+            for j in range(1, n + 1):
+                for c in range(4):
+                    x[j, c] += K[5, j, c]
+                    w[j, c] += L[5, j, c]
+                    bend = turn = 0.0
+                    for z in range(5):
+                        weight = 0.25 * (_INSIDE[0, z] + 0.5 * _INSIDE[1, z])
+                        bend += weight * K[z, j, c]
+                        turn += weight * L[z, j, c]
+                    rq[j, c] = 0.5 * (q[j, c] + x[j, c]) + bend
+                    rv[j, c] = 0.5 * (v[j, c] + w[j, c]) + turn
+            rq[0] = q[0]
+            rv[0] = 0.0
+            interpolate(run, k, clock[0] + 0.5 * h, a)
+            powers(m, rq, rv, a, rate, middle)
+            rq[0] = 0.0
+            interpolate(run, k, clock[0] + h, a)
+            powers(m, x, w, a, rate, end)
+            clock[2:6] += h / 6 * (start + 4 * middle + end)
+            start[:] = end
+            q[:] = x
+            v[:] = w
+            acceleration(m, q, v, a, p, first, work)
+            accept(run, k, h, last)
+            steps += 1
+            if steps >= STEPS_A_CALL and not last:
+                return PAUSE
+        k += 1
+        run.count[0] = k
+        if k == run.stops.shape[0] - 1:
+            record(run, k, p)
+            return DONE
