@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from . import __version__
+from .cli_arm import arm
 from .errors import IlgError, InputError
 
 if TYPE_CHECKING:
@@ -29,6 +30,9 @@ def cli() -> None:
 
     ACTUATOR is a TOML file or a preset (paper). Quantities carry units: --drive step:4V --duration 300s.
     """
+
+
+cli.add_command(arm)
 
 
 def main(arguments: list[str] | None = None) -> None:

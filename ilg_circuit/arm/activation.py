@@ -75,9 +75,7 @@ def passive(arm: Arm) -> Activation:
     return activation(arm, [0.0], np.zeros((1, arm.segments)), "passive")
 
 
-def sampled(
-    arm: Arm, signal: Callable[[Array], Array], times: ArrayLike, text: str = "activation"
-) -> Activation:
+def sampled(arm: Arm, signal: Callable[[Array], Array], times: ArrayLike, text: str = "activation") -> Activation:
     """An `Activation` from a function of time [s] (t,) that returns values (t, n) or (t, n, 3)."""
     points = np.asarray(times, dtype=np.float64)
     return activation(arm, points, signal(points), text)
@@ -97,19 +95,30 @@ def sine(arm: Arm, amplitude: float, period: float, duration: float) -> Activati
     return activation(arm, times, np.repeat(wave[:, None], arm.segments, axis=1), text)
 
 
-def reach(arm: Arm, *, bend: float, wave: float, speed: float, duration: float, level: float = 1.0) -> Activation:
+def reach(
+    arm: Arm, duration: float, *, bend: float = 0.6, pull: float = 0.04, speed: float = 0.3, front: float = 0.06
+) -> Activation:
     """The octopus' reach in the ``yekutieli`` formulation: a bend at the base, then a stiffening wave to the tip.
 
-    For ``bend`` [s] the muscles of one face of the first third contract; then all muscles, longitudinal and across,
-    are activated to ``level`` behind a front that runs from base to tip at ``speed`` [m/s] and is ``wave`` [m] long.
+    Until ``bend`` [s] the muscles of the +normal face contract at the base, to the activation ``pull``; then all
+    muscles, longitudinal and across, are fully activated behind a front that runs from the base to the tip at
+    ``speed`` [m/s] and rises over ``front`` [m]. The defaults are chosen for `OCTOPUS` (assumed).
     """
     if arm.formulation != "yekutieli":
         raise InputError("the reach is a wave of stiffness: choose the formulation yekutieli")
+    for name, value in (("bend", bend), ("speed", speed), ("front", front), ("duration", duration)):
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"reach: {name} is {value:g}; it must be more than zero")
     times = np.linspace(0.0, duration, max(2, int(np.ceil(200 * duration)) + 1))
     x = (np.arange(arm.segments) + 0.5) * arm.segment_length
-    front = speed * np.maximum(times - bend, 0.0)
-    behind = np.clip((front[:, None] - x + wave) / wave, 0.0, 1.0) * (times > bend)[:, None]
-    onset = np.clip(times / (0.2 * bend), 0.0, 1.0)[:, None]
-    bending = 0.3 * onset * (x < arm.length / 3) * np.clip(1 - (times[:, None] - bend) / (0.2 * bend), 0.0, 1.0)
-    values = level * np.stack([np.maximum(behind, bending), behind, behind], axis=-1)
+    behind = _rise((speed * np.maximum(times - bend, 0.0)[:, None] - x) / front)
+    bending = pull * _rise(times / bend)[:, None] * (x <= 0.28 * arm.length)
+    values = np.stack([behind + bending * (1 - behind), behind, behind], axis=-1)
     return activation(arm, times, np.clip(values, 0.0, 1.0), "reach")
+
+
+def _rise(x: Array) -> Array:
+    """From 0 at x <= 0 to 1 at x >= 1, smoothly."""
+    u = np.clip(x, 0.0, 1.0)
+    rise: Array = u * u * (3 - 2 * u)
+    return rise

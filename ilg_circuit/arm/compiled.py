@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numba
 import numpy as np
@@ -37,5 +37,6 @@ _drop_stale()
 
 def compiled(function: Function) -> Function:
     """``function`` in machine code. No fast-math: the kernels watch for values that are not finite."""
-    result: Function = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    compile_later: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
+    result: Function = compile_later(function)
     return result

@@ -83,8 +83,10 @@ def choose(arm: Arm, drive: Activation, duration: float) -> tuple[str, str]:
     """Method for a motion and why: the one that needs less work, by the stiffness and by what is to be resolved."""
     rates = stiffness(arm, drive)
     knots = int(((drive.time > 0) & (drive.time < duration)).sum()) / duration
-    # to be resolved: knots of the activation, and oscillation that the damping leaves
-    implicit_steps = max(2 * knots, 20 * min(rates.oscillation, rates.oscillation**2 / max(rates.decay, 1e-300)) / 20)
+    # what the implicit method has to resolve: the activation's knots, and modes that oscillate before they are damped
+    # (Kelvin-Voigt: those below oscillation^2/decay, which is 1/damping in the beam formulation)
+    ringing = min(rates.oscillation, rates.oscillation**2 / max(rates.decay, 1e-300))
+    implicit_steps = max(2 * knots, ringing)
     name = "implicit" if rates.explicit_steps > _IMPLICIT_WORK * implicit_steps else "explicit"
     reason = (
         f"fastest oscillation {rates.oscillation:.3g} 1/s, fastest decay {rates.decay:.3g} 1/s: the explicit method "
@@ -139,7 +141,7 @@ def simulate(
         Event(0.0, f"error of a step at most {tolerance:g} of {run.tolerance_q / tolerance:.3g} m"),
         Event(
             duration,
-            f"{run.count[1]} steps of {run.clock[6]:.3g} to {run.clock[7]:.3g} s, {run.count[2]} refused",
+            f"{run.counts[1]} steps of {run.clock[6]:.3g} to {run.clock[7]:.3g} s, {run.counts[2]} refused",
         ),
     ]
     return motion(arm, drive, samples, run, name, _watch(arm, samples, run) + events)
@@ -171,7 +173,7 @@ def _prepare(arm: Arm, drive: Activation, samples: Array, tolerance: float, star
         q=np.ascontiguousarray(q.reshape(n + 1, 4)),
         v=np.ascontiguousarray(v.reshape(n + 1, 4)),
         clock=np.array([0.0, first, 0.0, 0.0, 0.0, 0.0, np.inf, 0.0]),
-        count=np.zeros(4, dtype=np.int64),
+        counts=np.zeros(4, dtype=np.int64),
         positions=np.empty((count, n + 1, 4)),
         velocities=np.empty((count, n + 1, 4)),
         pressures=np.empty((count, n)),
@@ -182,9 +184,11 @@ def _prepare(arm: Arm, drive: Activation, samples: Array, tolerance: float, star
 
 
 def _failure(run: Run, status: int) -> SolveError:
-    where = f"segment {max(int(run.count[3]), 1)} at {run.clock[0]:.6g} s"
+    where = f"segment {max(int(run.counts[3]), 1)} at {run.clock[0]:.6g} s"
     if status == NOT_FINITE:
-        return SolveError(f"the arm's motion is not finite any more in {where}; is the activation or a load too strong?")
+        return SolveError(
+            f"the arm's motion is not finite any more in {where}; is the activation or a load too strong?"
+        )
     return SolveError(f"no step is small enough for the arm in {where}; is the activation or a load too strong?")
 
 

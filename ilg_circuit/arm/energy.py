@@ -53,8 +53,10 @@ def powers(m: Model, q: Array, v: Array, a: Array, rate: Array, out: Array) -> N
             speed = (dx * (v[i + 1, x] - v[i, x]) + dy * (v[i + 1, y] - v[i, y])) / length
             stretch = length - m.edge_length[i, s] * (1 + m.strain * a[i, s])
             stiffness = m.edge_stiffness[i, s] + m.edge_active[i, s] * a[i, s]
-            out[0] += rate[i, s] * stretch * (
-                0.5 * m.edge_active[i, s] * stretch - stiffness * m.strain * m.edge_length[i, s]
+            out[0] += (
+                rate[i, s]
+                * stretch
+                * (0.5 * m.edge_active[i, s] * stretch - stiffness * m.strain * m.edge_length[i, s])
             )
             out[1] += m.edge_damping[i, s] * speed * speed
     for j in range(n + 1):
@@ -107,9 +109,7 @@ def spring_forces(m: Model, q: Array, v: Array, a: Array, edges: Array, rods: Ar
 
 
 @compiled
-def evaluate(
-    m: Model, q: Array, v: Array, a: Array, energy: Array, edges: Array, rods: Array
-) -> None:
+def evaluate(m: Model, q: Array, v: Array, a: Array, energy: Array, edges: Array, rods: Array) -> None:
     """`energies` and `spring_forces` of every sample: the arrays of `forces` with time as the first axis."""
     for k in range(q.shape[0]):
         energies(m, q[k], v[k], a[k], energy[k])
@@ -134,7 +134,7 @@ def crosses_itself(q: Array) -> int:
             three = (dx - cx) * (ay - cy) - (dy - cy) * (ax - cx)
             four = (dx - cx) * (by - cy) - (dy - cy) * (bx - cx)
             if one * two < 0 and three * four < 0:
-                return min(i, n - 1) + 1
+                return int(min(i, n - 1) + 1)
     return 0
 
 

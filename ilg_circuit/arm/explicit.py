@@ -44,7 +44,7 @@ class Run(NamedTuple):
 
     The activation is linear between ``stops`` [s] (K,) with ``values`` (K, n, 3); ``sample`` (K,) is the sample's
     number at a stop or -1. ``q``, ``v`` are the state. ``clock``: time, step, the four integrals of `powers`, smallest
-    and largest step. ``count``: stops passed, steps taken, steps refused, rod of the largest error.
+    and largest step. ``counts``: stops passed, steps taken, steps refused, rod of the largest error.
     """
 
     stops: Array
@@ -53,7 +53,7 @@ class Run(NamedTuple):
     q: Array
     v: Array
     clock: Array
-    count: Indices
+    counts: Indices
     positions: Array  # (T, n + 1, 4)
     velocities: Array
     pressures: Array  # (T, n)
@@ -104,24 +104,24 @@ def fit_step(run: Run, k: int) -> tuple[float, bool]:
 def accept(run: Run, k: int, h: float, last: bool) -> None:
     """Move the clock on by ``h`` and count the step."""
     run.clock[0] = run.stops[k + 1] if last else run.clock[0] + h
-    run.count[1] += 1
+    run.counts[1] += 1
     run.clock[6] = min(run.clock[6], h)
     run.clock[7] = max(run.clock[7], h)
 
 
 @compiled
 def largest_error(run: Run, error_q: Array, error_v: Array) -> float:
-    """Largest error over its tolerance, infinite where one is not finite; its rod into ``run.count[3]``."""
+    """Largest error over its tolerance, infinite where one is not finite; its rod into ``run.counts[3]``."""
     worst = 0.0
     for j in range(1, error_q.shape[0]):
         for x in range(4):
             e = max(abs(error_q[j, x]) / run.tolerance_q, abs(error_v[j, x]) / run.tolerance_v)
             if not math.isfinite(error_q[j, x] + error_v[j, x]):
-                run.count[3] = j
+                run.counts[3] = j
                 return math.inf
             if e > worst:
                 worst = e
-                run.count[3] = j
+                run.counts[3] = j
     return worst
 
 
@@ -138,8 +138,21 @@ def change_step(run: Run, h: float, error: float, order: float) -> bool:
         run.clock[1] = max(run.clock[1], h * factor) if h < 0.99 * run.clock[1] and factor >= 1 else h * factor
         return True
     run.clock[1] = h * min(factor, 1.0)
-    run.count[2] += 1
+    run.counts[2] += 1
     return False
+
+
+@compiled
+def weighted_sum(weights: Array, stages: Array, count: int, h: float, base: Array, out: Array) -> None:
+    """``out`` = base + h times the weighted sum of the first ``count`` stages, all (n + 1, 4)."""
+    total, start = out.reshape(-1), base.reshape(-1)
+    total[:] = start
+    for s in range(count):
+        factor = h * weights[s]
+        if factor != 0.0:
+            stage = stages[s].reshape(-1)
+            for c in range(total.shape[0]):
+                total[c] += factor * stage[c]
 
 
 @compiled
@@ -150,9 +163,9 @@ def explicit(m: Model, run: Run) -> int:
     K, L = np.zeros((7, n + 1, 4)), np.zeros((7, n + 1, 4))  # stages' velocities and accelerations
     x, w, a, rate = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n, 3)), np.zeros((n, 3))
     p, work, error_q, error_v = np.zeros(n), np.zeros((n, 6)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
-    start, middle, end = np.zeros(4), np.zeros(4), np.zeros(4)
+    start, middle, end, zero = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros((n + 1, 4))
     x[0] = q[0]
-    k = run.count[0]
+    k = run.counts[0]
     interpolate(run, k, clock[0], a)
     acceleration(m, q, v, a, p, L[0], work)
     steps = 0
@@ -165,24 +178,13 @@ def explicit(m: Model, run: Run) -> int:
             h, last = fit_step(run, k)
             K[0] = v
             for s in range(6):
-                for j in range(1, n + 1):
-                    for c in range(4):
-                        dx = dw = 0.0
-                        for z in range(s + 1):
-                            dx += _A[s, z] * K[z, j, c]
-                            dw += _A[s, z] * L[z, j, c]
-                        x[j, c] = q[j, c] + h * dx
-                        w[j, c] = v[j, c] + h * dw
+                weighted_sum(_A[s], K, s + 1, h, q, x)
+                weighted_sum(_A[s], L, s + 1, h, v, w)
                 interpolate(run, k, clock[0] + _C[s] * h, a)
                 K[s + 1] = w
                 acceleration(m, x, w, a, p, L[s + 1], work)
-            for j in range(1, n + 1):
-                for c in range(4):
-                    dx = dw = 0.0
-                    for z in range(7):
-                        dx += _ERROR[z] * K[z, j, c]
-                        dw += _ERROR[z] * L[z, j, c]
-                    error_q[j, c], error_v[j, c] = h * dx, h * dw
+            weighted_sum(_ERROR, K, 7, h, zero, error_q)
+            weighted_sum(_ERROR, L, 7, h, zero, error_v)
             error = largest_error(run, error_q, error_v)
             if not change_step(run, h, error, 5.0):
                 if clock[1] < 1e-14 * run.stops[-1]:
@@ -209,7 +211,7 @@ def explicit(m: Model, run: Run) -> int:
             if steps >= STEPS_A_CALL and not last:
                 return PAUSE
         k += 1
-        run.count[0] = k
+        run.counts[0] = k
         interpolate(run, k - 1, clock[0], a)
         if k == run.stops.shape[0] - 1:
             record(run, k, p)

@@ -169,7 +169,7 @@ def along_gradient(g: tuple[float, float, float, float], x: Array, i: int) -> fl
     """Scalar product of cell i's area gradient with node vectors ``x``."""
     ax, ay = x[i + 1, 0] - x[i, 2], x[i + 1, 1] - x[i, 3]
     bx, by = x[i, 0] - x[i + 1, 2], x[i, 1] - x[i + 1, 3]
-    return g[0] * ax + g[1] * ay + g[2] * bx + g[3] * by
+    return float(g[0] * ax + g[1] * ay + g[2] * bx + g[3] * by)
 
 
 @compiled
@@ -205,10 +205,9 @@ def acceleration(m: Model, q: Array, v: Array, a: Array, p: Array, acc: Array, w
         g = area_gradient(q, i)
         work[i, 0], work[i, 1], work[i, 2], work[i, 3] = g
         near, far = m.mobility[i], m.mobility[i + 1]
-        push = (
-            far * (g[0] * acc[i + 1, 0] + g[1] * acc[i + 1, 1] - g[2] * acc[i + 1, 2] - g[3] * acc[i + 1, 3])
-            + near * (g[2] * acc[i, 0] + g[3] * acc[i, 1] - g[0] * acc[i, 2] - g[1] * acc[i, 3])
-        )
+        push = far * (
+            g[0] * acc[i + 1, 0] + g[1] * acc[i + 1, 1] - g[2] * acc[i + 1, 2] - g[3] * acc[i + 1, 3]
+        ) + near * (g[2] * acc[i, 0] + g[3] * acc[i, 1] - g[0] * acc[i, 2] - g[1] * acc[i, 3])
         rate = area_gradient(v, i)
         error = 0.5 * along_gradient(g, q, i) - m.area[i]
         load = -push - along_gradient(rate, v, i) - 2 * m.beta * along_gradient(g, v, i) - m.beta**2 * error

@@ -31,6 +31,7 @@ from .explicit import (
     largest_error,
     record,
     slope,
+    weighted_sum,
 )
 from .forces import acceleration, along_gradient, area_gradient
 from .jacobian import derivatives, multiply
@@ -59,11 +60,15 @@ _C = np.array(
 )
 _TIMES = np.array([0.0, 0.386, 0.21, 0.63, 1.0, 1.0])
 _SLOPES = np.array([0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0])
-#: Weights of the stages in the two terms of the interpolant.
-_INSIDE = np.array(
+#: Weights of the stages in the interpolant's middle, beside the mean of both ends: those of its terms in theta
+#: (1 - theta) and theta (1 - theta)^2, with theta = 1/2.
+_INSIDE = 0.25 * np.array(
     [
-        [10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662, 0.0],
-        [-0.6762803392806898, 6.087714651680606, 16.43084320892478, 24.76722511418386, -6.594389125716872, 0.0],
+        10.12623508344586 + 0.5 * -0.6762803392806898,
+        -7.487995877610167 + 0.5 * 6.087714651680606,
+        -34.80091861555747 + 0.5 * 16.43084320892478,
+        -7.992771707568823 + 0.5 * 24.76722511418386,
+        1.025137723295662 + 0.5 * -6.594389125716872,
     ]
 )
 
@@ -85,14 +90,14 @@ def implicit(m: Model, run: Run) -> int:
     n = m.area.shape[0]
     K, L = np.zeros((6, n + 1, 4)), np.zeros((6, n + 1, 4))
     x, w, acc, first = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
-    rq, rv, turned, drift = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
+    rq, rv, turned, drift = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((1, n + 1, 4))
     a, rate, p, work = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros((n, 6))
     S, D = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4))
     C, E, A = np.zeros((n, 4)), np.zeros((n, 4)), np.zeros((PER_ROD * n, 3 * WIDTH + 1))
     b, pivots = np.zeros(PER_ROD * n), np.zeros(PER_ROD * n, np.int64)
     start, middle, end = np.zeros(4), np.zeros(4), np.zeros(4)
     x[0] = q[0]
-    k = run.count[0]
+    k = run.counts[0]
     interpolate(run, k, clock[0], a)
     acceleration(m, q, v, a, p, first, work)
     steps = 0
@@ -112,27 +117,19 @@ def implicit(m: Model, run: Run) -> int:
                 sound = factorise(A, pivots)
                 # forces are linear in the activation: its slope by a difference over the whole step
                 interpolate(run, k, clock[0] + h, a)
-                acceleration(m, q, v, a, p, drift, work)
-                drift -= first
+                acceleration(m, q, v, a, p, drift[0], work)
+                drift[0] -= first
                 for s in range(6):
-                    for j in range(1, n + 1):
-                        for c in range(4):
-                            dx = dw = sx = sw = 0.0
-                            for z in range(s):
-                                dx += _A[s, z] * K[z, j, c]
-                                dw += _A[s, z] * L[z, j, c]
-                                sx += _C[s, z] * K[z, j, c]
-                                sw += _C[s, z] * L[z, j, c]
-                            x[j, c] = q[j, c] + dx
-                            w[j, c] = v[j, c] + dw
-                            rq[j, c] = w[j, c] + sx / h
-                            rv[j, c] = sw / h + _SLOPES[s] * drift[j, c]
+                    weighted_sum(_A[s], K, s, 1.0, q, x)
+                    weighted_sum(_A[s], L, s, 1.0, v, w)
+                    weighted_sum(_C[s], K, s, 1 / h, w, rq)
                     if s == 0:
-                        rv += first
+                        weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, first, rv)
                     else:
                         interpolate(run, k, clock[0] + _TIMES[s] * h, a)
                         acceleration(m, x, w, a, p, acc, work)
-                        rv += acc
+                        weighted_sum(_C[s], L, s, 1 / h, acc, rv)
+                        weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, rv, rv)
                     multiply(S, rq, turned)
                     for j in range(1, n + 1):
                         for c in range(4):
@@ -152,22 +149,12 @@ def implicit(m: Model, run: Run) -> int:
                 if clock[1] < 1e-14 * run.stops[-1]:
                     return TOO_SMALL if math.isfinite(error) else NOT_FINITE
             # Simpson's rule over the step for the works, with the method's interpolant in its middle
-            for j in range(1, n + 1):
-                for c in range(4):
-                    x[j, c] += K[5, j, c]
-                    w[j, c] += L[5, j, c]
-                    bend = turn = 0.0
-                    for z in range(5):
-                        weight = 0.25 * (_INSIDE[0, z] + 0.5 * _INSIDE[1, z])
-                        bend += weight * K[z, j, c]
-                        turn += weight * L[z, j, c]
-                    rq[j, c] = 0.5 * (q[j, c] + x[j, c]) + bend
-                    rv[j, c] = 0.5 * (v[j, c] + w[j, c]) + turn
-            rq[0] = q[0]
-            rv[0] = 0.0
+            x += K[5]
+            w += L[5]
+            weighted_sum(_INSIDE, K, 5, 1.0, 0.5 * (q + x), rq)
+            weighted_sum(_INSIDE, L, 5, 1.0, 0.5 * (v + w), rv)
             interpolate(run, k, clock[0] + 0.5 * h, a)
             powers(m, rq, rv, a, rate, middle)
-            rq[0] = 0.0
             interpolate(run, k, clock[0] + h, a)
             powers(m, x, w, a, rate, end)
             clock[2:6] += h / 6 * (start + 4 * middle + end)
@@ -180,7 +167,7 @@ def implicit(m: Model, run: Run) -> int:
             if steps >= STEPS_A_CALL and not last:
                 return PAUSE
         k += 1
-        run.count[0] = k
+        run.counts[0] = k
         if k == run.stops.shape[0] - 1:
             record(run, k, p)
             return DONE

@@ -16,12 +16,12 @@ from .lattice import Model
 
 
 @compiled
-def _add(B: Array, j: int, x: int, i: int, y: int, scale: float, b: Array) -> None:
-    """Add ``scale`` times the 2 x 2 block ``b``: rod j, columns x, x + 1, by rod i, columns y, y + 1."""
+def _add(B: Array, j: int, x: int, i: int, y: int, scale: float, b: Array, top: int = 0, left: int = 0) -> None:
+    """Add ``scale`` b[top:top + 2, left:left + 2]: rod j, columns x, x + 1, by rod i, columns y, y + 1."""
     d = i - j + 2
     for r in range(2):
         for c in range(2):
-            B[j, d, x + r, y + c] += scale * b[r, c]
+            B[j, d, x + r, y + c] += scale * b[top + r, left + c]
 
 
 @compiled
@@ -108,7 +108,7 @@ def _angle_hessian(x: float, y: float) -> tuple[float, float]:
 @compiled
 def _shear(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
     rods, columns, parts = np.empty(8, np.int64), np.empty(8, np.int64), np.empty(8, np.int64)
-    factors, block = np.empty(8), np.empty((2, 2))
+    factors = np.empty(8)
     slope, second, turn, outer = np.empty(4), np.empty((4, 4)), np.empty(4), np.empty((4, 4))
     by_u = np.empty((4, 4))
     for j in range(q.shape[0]):
@@ -149,12 +149,9 @@ def _shear(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
             for w in range(8):
                 factor = factors[z] * factors[w]
                 if factor != 0.0:
-                    x, y = parts[z], parts[w]
-                    block[:] = by_u[x : x + 2, y : y + 2]
-                    _add(S, rods[z], columns[z], rods[w], columns[w], factor, block)
+                    _add(S, rods[z], columns[z], rods[w], columns[w], factor, by_u, parts[z], parts[w])
                     if damping > 0:
-                        block[:] = outer[x : x + 2, y : y + 2]
-                        _add(D, rods[z], columns[z], rods[w], columns[w], factor, block)
+                        _add(D, rods[z], columns[z], rods[w], columns[w], factor, outer, parts[z], parts[w])
 
 
 @compiled
