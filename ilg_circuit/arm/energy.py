@@ -27,13 +27,14 @@ def energies(m: Model, q: Array, v: Array, a: Array, out: Array) -> None:
         active = rod_activation(a, j)
         stretch = math.hypot(q[j, 0] - q[j, 2], q[j, 1] - q[j, 3]) - m.rod_length[j] * (1 + m.strain * active)
         out[1] += 0.5 * (m.rod_stiffness[j] + m.rod_active[j] * active) * stretch * stretch
-        rx, ry, tx, ty, _, _, _, _ = shear_state(m, q, v, j)
-        cosine = (rx * tx + ry * ty) / math.sqrt((rx * rx + ry * ry) * (tx * tx + ty * ty))
-        out[2] += 0.5 * m.shear_stiffness[j] * (cosine - m.shear_cosine[j]) ** 2
         if m.plane_stiffness > 0:
             for x in (0, 2):
                 depth, _ = depth_in_plane(m, q, v, j, x)
                 out[1] += 0.5 * m.plane_stiffness * max(depth, 0.0) ** 2
+    for e in range(m.shear_stiffness.shape[0]):
+        rx, ry, tx, ty = shear_state(m, q, e)
+        cosine = (rx * tx + ry * ty) / math.sqrt((rx * rx + ry * ry) * (tx * tx + ty * ty))
+        out[2] += 0.5 * m.shear_stiffness[e] * (cosine - m.shear_cosine[e]) ** 2
 
 
 @compiled
@@ -68,18 +69,20 @@ def powers(m: Model, q: Array, v: Array, a: Array, rate: Array, out: Array) -> N
         stiffness = m.rod_stiffness[j] + m.rod_active[j] * active
         out[0] += change * stretch * (0.5 * m.rod_active[j] * stretch - stiffness * m.strain * m.rod_length[j])
         out[1] += m.rod_damping[j] * speed * speed
-        if m.sheared:
-            rx, ry, tx, ty, sx, sy, ux, uy = shear_state(m, q, v, j)
-            r2, t2 = rx * rx + ry * ry, tx * tx + ty * ty
-            sine = (rx * ty - ry * tx) / math.sqrt(r2 * t2)
-            turn = sine * ((rx * sy - ry * sx) / r2 - (tx * uy - ty * ux) / t2)
-            out[1] += m.shear_damping[j] * turn * turn
         if m.plane_stiffness > 0:
             for x in (0, 2):
                 depth, loss = depth_in_plane(m, q, v, j, x)
                 if depth > 0:
                     approach = -(v[j, x] * m.plane[2] + v[j, x + 1] * m.plane[3])
                     out[3] += m.plane_stiffness * depth * (loss - 1) * approach
+    if m.sheared:
+        for e in range(m.shear_stiffness.shape[0]):
+            rx, ry, tx, ty = shear_state(m, q, e)
+            sx, sy, ux, uy = shear_state(m, v, e)
+            r2, t2 = rx * rx + ry * ry, tx * tx + ty * ty
+            sine = (rx * ty - ry * tx) / math.sqrt(r2 * t2)
+            turn = sine * ((rx * sy - ry * sx) / r2 - (tx * uy - ty * ux) / t2)
+            out[1] += m.shear_damping[e] * turn * turn
     if m.dragged:
         for i in range(n):
             _, _, _, along, across = drag_of_cell(m, q, v, i)

@@ -30,18 +30,16 @@ def rod_activation(a: Array, j: int) -> float:
 
 
 @compiled
-def shear_state(m: Model, q: Array, v: Array, j: int) -> tuple[float, float, float, float, float, float, float, float]:
-    """Rod r and tangent t at rod j, and their velocities."""
-    rx, ry = q[j, 0] - q[j, 2], q[j, 1] - q[j, 3]
-    sx, sy = v[j, 0] - v[j, 2], v[j, 1] - v[j, 3]
-    tx = ty = ux = uy = 0.0
+def shear_state(m: Model, q: Array, e: int) -> tuple[float, float, float, float]:
+    """Across direction r and tangent t of shear element e; their rates where ``q`` holds velocities."""
+    rx = ry = tx = ty = 0.0
     for k in range(3):
-        i, w = m.shear_index[j, k], 0.5 * m.shear_weight[j, k]
+        i, z, w = m.shear_index[e, k], m.shear_across[e, k], m.shear_along[e, k]
+        rx += z * (q[i, 0] - q[i, 2])
+        ry += z * (q[i, 1] - q[i, 3])
         tx += w * (q[i, 0] + q[i, 2])
         ty += w * (q[i, 1] + q[i, 3])
-        ux += w * (v[i, 0] + v[i, 2])
-        uy += w * (v[i, 1] + v[i, 3])
-    return rx, ry, tx, ty, sx, sy, ux, uy
+    return rx, ry, tx, ty
 
 
 @compiled
@@ -86,8 +84,9 @@ def forces(m: Model, q: Array, v: Array, a: Array, f: Array) -> None:
 
 @compiled
 def _shear_forces(m: Model, q: Array, v: Array, f: Array) -> None:
-    for j in range(q.shape[0]):
-        rx, ry, tx, ty, sx, sy, ux, uy = shear_state(m, q, v, j)
+    for e in range(m.shear_stiffness.shape[0]):
+        rx, ry, tx, ty = shear_state(m, q, e)
+        sx, sy, ux, uy = shear_state(m, v, e)
         r2, t2 = rx * rx + ry * ry, tx * tx + ty * ty
         scale = 1 / math.sqrt(r2 * t2)
         cosine, sine = (rx * tx + ry * ty) * scale, (rx * ty - ry * tx) * scale
@@ -95,17 +94,13 @@ def _shear_forces(m: Model, q: Array, v: Array, f: Array) -> None:
         gx, gy = -sine * ry / r2, sine * rx / r2
         hx, hy = sine * ty / t2, -sine * tx / t2
         rate = gx * sx + gy * sy + hx * ux + hy * uy
-        moment = m.shear_stiffness[j] * (cosine - m.shear_cosine[j]) + m.shear_damping[j] * rate
-        f[j, 0] -= moment * gx
-        f[j, 1] -= moment * gy
-        f[j, 2] += moment * gx
-        f[j, 3] += moment * gy
+        moment = m.shear_stiffness[e] * (cosine - m.shear_cosine[e]) + m.shear_damping[e] * rate
         for k in range(3):
-            i, w = m.shear_index[j, k], 0.5 * m.shear_weight[j, k] * moment
-            f[i, 0] -= w * hx
-            f[i, 1] -= w * hy
-            f[i, 2] -= w * hx
-            f[i, 3] -= w * hy
+            i, z, w = m.shear_index[e, k], moment * m.shear_across[e, k], moment * m.shear_along[e, k]
+            f[i, 0] -= z * gx + w * hx
+            f[i, 1] -= z * gy + w * hy
+            f[i, 2] += z * gx - w * hx
+            f[i, 3] += z * gy - w * hy
 
 
 @compiled

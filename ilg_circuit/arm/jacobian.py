@@ -107,13 +107,11 @@ def _angle_hessian(x: float, y: float) -> tuple[float, float]:
 
 @compiled
 def _shear(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
-    rods, columns, parts = np.empty(8, np.int64), np.empty(8, np.int64), np.empty(8, np.int64)
-    factors = np.empty(8)
-    slope, second, turn, outer = np.empty(4), np.empty((4, 4)), np.empty(4), np.empty((4, 4))
-    by_u = np.empty((4, 4))
-    for j in range(q.shape[0]):
-        rx, ry, tx, ty, sx, sy, ux, uy = shear_state(m, q, v, j)
-        speed = (sx, sy, ux, uy)
+    slope, second, turn, speed = np.empty(4), np.empty((4, 4)), np.empty(4), np.empty(4)
+    by_u, by_w = np.empty((4, 4)), np.empty((4, 4))
+    for e in range(m.shear_stiffness.shape[0]):
+        rx, ry, tx, ty = shear_state(m, q, e)
+        speed[0], speed[1], speed[2], speed[3] = shear_state(m, v, e)
         r2, t2 = rx * rx + ry * ry, tx * tx + ty * ty
         scale = 1 / math.sqrt(r2 * t2)
         cosine, sine = (rx * tx + ry * ty) * scale, (rx * ty - ry * tx) * scale
@@ -129,29 +127,38 @@ def _shear(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
             rate += slope[r] * speed[r]
             for c in range(4):
                 second[r, c] = -cosine * turn[r] * turn[c] - sine * second[r, c]
-        k, damping = m.shear_stiffness[j], m.shear_damping[j]
-        moment = k * (cosine - m.shear_cosine[j]) + damping * rate
+        k, damping = m.shear_stiffness[e], m.shear_damping[e]
+        moment = k * (cosine - m.shear_cosine[e]) + damping * rate
         for c in range(4):
             bend = 0.0
             for r in range(4):
                 bend += second[c, r] * speed[r]
             for r in range(4):
                 by_u[r, c] = -(slope[r] * (k * slope[c] + damping * bend) + moment * second[r, c])
-                outer[r, c] = -damping * slope[r] * slope[c]
-        rods[0], columns[0], parts[0], factors[0] = j, 0, 0, 1.0
-        rods[1], columns[1], parts[1], factors[1] = j, 2, 0, -1.0
-        for r in range(3):
-            for s in range(2):
-                z = 2 + 2 * r + s
-                rods[z], columns[z], parts[z] = m.shear_index[j, r], 2 * s, 2
-                factors[z] = 0.5 * m.shear_weight[j, r]
-        for z in range(8):
-            for w in range(8):
-                factor = factors[z] * factors[w]
-                if factor != 0.0:
-                    _add(S, rods[z], columns[z], rods[w], columns[w], factor, by_u, parts[z], parts[w])
-                    if damping > 0:
-                        _add(D, rods[z], columns[z], rods[w], columns[w], factor, outer, parts[z], parts[w])
+                by_w[r, c] = -damping * slope[r] * slope[c]
+        _spread(m, e, by_u, S)
+        if damping > 0:
+            _spread(m, e, by_w, D)
+
+
+@compiled
+def _spread(m: Model, e: int, by_u: Array, B: Array) -> None:
+    """From the across direction and the tangent of shear element e to the nodes that they are sums of."""
+    for k in range(3):
+        j, z, w = m.shear_index[e, k], m.shear_across[e, k], m.shear_along[e, k]
+        for h in range(3):
+            i, y, x = m.shear_index[e, h], m.shear_across[e, h], m.shear_along[e, h]
+            if (z == 0 and w == 0) or (y == 0 and x == 0):
+                continue
+            d = i - j + 2
+            for r in range(2):
+                for c in range(2):
+                    rr, rt = z * y * by_u[r, c], z * x * by_u[r, c + 2]
+                    tr, tt = w * y * by_u[r + 2, c], w * x * by_u[r + 2, c + 2]
+                    B[j, d, r, c] += rr + rt + tr + tt
+                    B[j, d, r, c + 2] += -rr + rt - tr + tt
+                    B[j, d, r + 2, c] += -rr - rt + tr + tt
+                    B[j, d, r + 2, c + 2] += rr - rt - tr + tt
 
 
 @compiled

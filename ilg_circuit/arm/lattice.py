@@ -181,7 +181,8 @@ class Model(NamedTuple):
     """An `Arm` as the kernels need it; n cells, n + 1 rods.
 
     A spring's tension is (k + k_active a)(l - l0 (1 + strain a)) + c l'. ``edge_*`` (n, 2), ``rod_*`` (n + 1,); shear
-    energy 1/2 K (cos - cos0)^2 at each rod, the tangent a sum of three rods' centres with given weights (n + 1, 3).
+    energy 1/2 K (cos - cos0)^2 of E elements, cos between a direction r across the arm and a tangent t, which are sums
+    over three rods: of x(side 0) - x(side 1), and of x(side 0) + x(side 1), ``shear_index`` and weights (E, 3).
     """
 
     mass: Array  # (n + 1,) of each of a rod's two nodes [kg]
@@ -198,7 +199,8 @@ class Model(NamedTuple):
     rod_active: Array
     rod_damping: Array
     shear_index: Indices
-    shear_weight: Array
+    shear_across: Array
+    shear_along: Array
     shear_cosine: Array
     shear_stiffness: Array
     shear_damping: Array
@@ -218,7 +220,11 @@ def model(arm: Arm) -> Model:
     """The compiled form of ``arm``: stiffnesses of physics as the `Arm` and `Muscle` docstrings state them.
 
     ``beam``: k_edge = E b h/(6 l) makes E I exact, k_rod = (2/3) E b l/h (half at the end rods) E A under constant
-    area; the shear energy 1/2 kappa G A l cos^2 removes the lattice's n mechanisms.
+    area; a shear energy 1/2 kappa G A l cos^2 removes the lattice's n mechanisms. Half of it is counted in the cells
+    (mean of the two rods against the axis between them), half at the rods (rod against the second-order tangent:
+    central inside, three-point at the ends with half the length). Neither locks, and each alone has a blind spot: the
+    first does not see rods that tilt by turns, so that a coarse lattice buckles under tension, the second does not
+    see a saw-tooth of the axis, so that a fine one buckles under compression.
     """
     n, l = arm.segments, arm.segment_length  # noqa: E741
     q = arm.rest_positions()
@@ -227,12 +233,14 @@ def model(arm: Arm) -> Model:
     ends = np.ones(n + 1)
     ends[[0, -1]] = 0.5
     (h_cell, b_cell), (h, b) = arm.tapered(at_cells=True), arm.tapered(at_cells=False)
+    index, across, along, lengths = _shear_elements(n)
     no_edges, no_rods = np.zeros((n, 2)), np.zeros(n + 1)
     if arm.formulation == "beam":
         e = arm.youngs_modulus
         edge = (e * b_cell * h_cell / 6)[:, None] / edge_length
         rod = ends * (2 / 3) * e * b * l / h
-        shear = ends * SHEAR_CORRECTION * SHEAR_RATIO * e * b * h * l
+        section = np.concatenate([b_cell * h_cell, b * h])[: len(lengths)]
+        shear = SHEAR_CORRECTION * SHEAR_RATIO * e * section * lengths * l
         edge_active, rod_active = no_edges, no_rods
         edge_damping, rod_damping, shear_damping = (arm.damping * k for k in (edge, rod, shear))
         ratio = 1.0
@@ -243,7 +251,7 @@ def model(arm: Arm) -> Model:
         edge, rod = muscle.passive * z_edge, muscle.passive * z_rod
         edge_active, rod_active = muscle.active * z_edge, muscle.active * z_rod
         edge_damping, rod_damping = muscle.damping * z_edge, muscle.damping * z_rod
-        shear, shear_damping = no_rods, no_rods
+        shear, shear_damping = 0.0 * lengths, 0.0 * lengths
         ratio = muscle.rest_ratio
     area = cell_areas(q)
     quarter = arm.density * area * b_cell / 4
@@ -256,7 +264,6 @@ def model(arm: Arm) -> Model:
     lift = 1 - fluid.density / arm.density if fluid else 1.0
     pressure = fluid.density / 2 if fluid else 0.0
     plane = arm.plane
-    index, weight = _tangents(n)
     return Model(
         mass=mass,
         mobility=mobility,
@@ -272,8 +279,9 @@ def model(arm: Arm) -> Model:
         rod_active=rod_active,
         rod_damping=rod_damping,
         shear_index=index,
-        shear_weight=weight,
-        shear_cosine=_cosines(q, index, weight),
+        shear_across=across,
+        shear_along=along,
+        shear_cosine=_cosines(q, index, across, along),
         shear_stiffness=shear,
         shear_damping=shear_damping,
         sheared=bool(shear.any()),
@@ -320,26 +328,31 @@ def strip_arm(actuator: Actuator = PAPER, *, segments: int = 15, mounting: str |
     return replace(arm, damping=2 * m.beam_damping_ratio / arm.first_frequency)
 
 
-def _tangents(n: int) -> tuple[Indices, Array]:
-    """Rods and weights of the second-order tangent at each rod: central inside, three-point one-sided at the ends."""
-    index, weight = np.zeros((n + 1, 3), dtype=np.int64), np.zeros((n + 1, 3))
-    if n == 1:  # no third rod: the chord
-        index[:], weight[:] = [0, 1, 0], [-1.0, 1.0, 0.0]
-        return index, weight
-    inside = np.arange(1, n)
-    index[1:-1] = inside[:, None] + np.array([-1, 0, 1])
-    weight[1:-1] = [-0.5, 0.0, 0.5]
-    index[0], weight[0] = [0, 1, 2], [-1.5, 2.0, -0.5]
-    index[n], weight[n] = [n - 2, n - 1, n], [0.5, -2.0, 1.5]
-    return index, weight
+def _shear_elements(n: int) -> tuple[Indices, Array, Array, Array]:
+    """Shear elements of n cells, then of n + 1 rods: rods (E, 3), their weights in r and t (E, 3), and lengths (E,).
+
+    r is a sum of rods, t one of rods' centres, as the weights say; a length counts segments.
+    """
+    cells = np.arange(n)[:, None] + np.array([0, 1, 1])
+    ones = np.ones((n, 1))
+    elements = [(cells, ones * [0.5, 0.5, 0.0], ones * [-1.0, 1.0, 0.0], np.full(n, 1.0))]
+    if n > 1:
+        inside = np.clip(np.arange(n + 1), 1, n - 1)[:, None] + np.array([-1, 0, 1])
+        across, along = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
+        across[1:-1, 1], across[0, 0], across[-1, 2] = 1.0, 1.0, 1.0
+        along[1:-1], along[0], along[-1] = [-0.5, 0.0, 0.5], [-1.5, 2.0, -0.5], [0.5, -2.0, 1.5]
+        lengths = np.ones(n + 1)
+        lengths[[0, -1]] = 0.5
+        elements = [(cells, *elements[0][1:3], np.full(n, 0.5)), (inside, across, along, 0.5 * lengths)]
+    index, across, along, lengths = (np.concatenate(parts) for parts in zip(*elements, strict=True))
+    return index, across, 0.5 * along, lengths  # a centre is half the sum of two nodes
 
 
-def _cosines(q: Array, index: Indices, weight: Array) -> Array:
-    """Cosine between each rod and the tangent there (n + 1,)."""
-    across = q[:, 0] - q[:, 1]
-    tangent = (weight[:, :, None] * q.mean(axis=1)[index]).sum(axis=1)
-    sizes = np.linalg.norm(across, axis=1) * np.linalg.norm(tangent, axis=1)
-    cosines: Array = (across * tangent).sum(axis=1) / sizes
+def _cosines(q: Array, index: Indices, across: Array, along: Array) -> Array:
+    """Cosine between the two directions of each shear element (E,)."""
+    r = (across[:, :, None] * (q[:, 0] - q[:, 1])[index]).sum(axis=1)
+    t = (along[:, :, None] * (q[:, 0] + q[:, 1])[index]).sum(axis=1)
+    cosines: Array = (r * t).sum(axis=1) / np.linalg.norm(r, axis=1) / np.linalg.norm(t, axis=1)
     return cosines
 
 
