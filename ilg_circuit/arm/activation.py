@@ -70,6 +70,21 @@ def activation(arm: Arm, time: ArrayLike, values: ArrayLike, text: str = "activa
     return Activation(t.copy(), np.ascontiguousarray(given), text)
 
 
+def corners(drive: Activation, tolerance: float) -> Array:
+    """Times of ``drive`` [s] where it leaves the line through its neighbours by over ``tolerance`` of its largest value.
+
+    At these a step must end; the other times only sample something smooth, and a step may pass over them.
+    """
+    largest = float(np.abs(drive.values).max())
+    if len(drive.time) < 3 or largest == 0:
+        return drive.time[[0, -1]]
+    before, time, after = drive.time[:-2], drive.time[1:-1], drive.time[2:]
+    part = ((time - before) / (after - before))[:, None, None]
+    straight = drive.values[:-2] + part * (drive.values[2:] - drive.values[:-2])
+    away = np.abs(drive.values[1:-1] - straight).max(axis=(1, 2))
+    return np.concatenate([drive.time[:1], time[away > tolerance * largest], drive.time[-1:]])
+
+
 def passive(arm: Arm) -> Activation:
     """No activation at all."""
     return activation(arm, [0.0], np.zeros((1, arm.segments)), "passive")

@@ -1,12 +1,17 @@
-"""Banded linear equations of the arm: LU with row exchanges, compiled; O(n) for n segments.
+"""Banded linear equations of the arm: LU without row exchanges, compiled; O(n) for n segments.
 
-Row i of an (N, 3 WIDTH + 1) array holds the columns i - WIDTH to i + 2 WIDTH of the matrix; the last third is room for
-what row exchanges fill in.
+Row i of an (N + WIDTH, 2 WIDTH + 1) array holds the columns i - WIDTH to i + WIDTH of the matrix, a right-hand side has
+WIDTH zeros before and after its N values: so all inner loops have one length, which the compiler unrolls.
+
+The order of unknowns, each pressure after the rods that it pushes, makes row exchanges unnecessary while inertia
+prevails; where they would be needed `factorise` says so, and the caller takes a shorter step.
 """
 
 from __future__ import annotations
 
-from .compiled import Array, Indices, compiled
+import numpy as np
+
+from .compiled import Array, compiled, compiled_loosely
 from .forces import area_gradient
 from .lattice import Model
 
@@ -16,50 +21,55 @@ PER_ROD = 5
 WIDTH = 13
 
 
+#: Smallest pivot relative to its row that is taken as sound.
+_SOUND = 1e-9
+
+
+def matrix(n: int) -> Array:
+    """Room for the equations of n segments."""
+    return np.zeros((PER_ROD * n + WIDTH, 2 * WIDTH + 1))
+
+
+def vector(n: int) -> Array:
+    """Room for a right-hand side; its values begin at `WIDTH`."""
+    return np.zeros(PER_ROD * n + 2 * WIDTH)
+
+
 @compiled
-def factorise(A: Array, pivots: Indices) -> bool:
-    """LU of ``A`` in place; False where it is singular or not finite."""
-    size = A.shape[0]
-    for i in range(size):
-        best, at = abs(A[i, WIDTH]), i
-        for r in range(i + 1, min(i + WIDTH + 1, size)):
-            candidate = abs(A[r, i - r + WIDTH])
-            if candidate > best:
-                best, at = candidate, r
-        if not 0 < best < 1e300:
+def factorise(A: Array) -> bool:
+    """LU of ``A`` in place, the pivots as their inverses; False where a pivot is too small or not finite."""
+    for i in range(A.shape[0] - WIDTH):
+        largest = 0.0
+        for c in range(2 * WIDTH + 1):
+            largest = max(largest, abs(A[i, c]))
+        pivot = A[i, WIDTH]
+        if not _SOUND * largest < abs(pivot) < 1e300:
             return False
-        pivots[i] = at
-        width = min(2 * WIDTH, size - 1 - i) + 1
-        if at != i:
-            shift = WIDTH - (at - i)
-            for c in range(width):
-                A[i, WIDTH + c], A[at, shift + c] = A[at, shift + c], A[i, WIDTH + c]
-        inverse = 1 / A[i, WIDTH]
-        for r in range(i + 1, min(i + WIDTH + 1, size)):
-            start = i - r + WIDTH
-            factor = A[r, start] * inverse
-            A[r, start] = factor
+        inverse = 1 / pivot
+        A[i, WIDTH] = inverse
+        for r in range(1, WIDTH + 1):
+            factor = A[i + r, WIDTH - r] * inverse
             if factor != 0.0:
-                for c in range(1, width):
-                    A[r, start + c] -= factor * A[i, WIDTH + c]
+                A[i + r, WIDTH - r] = factor
+                for c in range(WIDTH):
+                    A[i + r, WIDTH - r + 1 + c] -= factor * A[i, WIDTH + 1 + c]
     return True
 
 
-@compiled
-def solve(A: Array, pivots: Indices, b: Array) -> None:
-    """Solve with `factorise`'s result, ``b`` (N,) in place."""
-    size = A.shape[0]
+@compiled_loosely
+def solve(A: Array, b: Array) -> None:
+    """Solve with `factorise`'s result, ``b`` in place."""
+    size = A.shape[0] - WIDTH
     for i in range(size):
-        at = pivots[i]
-        if at != i:
-            b[i], b[at] = b[at], b[i]
-        for r in range(i + 1, min(i + WIDTH + 1, size)):
-            b[r] -= A[r, i - r + WIDTH] * b[i]
+        total = 0.0
+        for c in range(WIDTH):
+            total += A[i, c] * b[i + c]
+        b[i + WIDTH] -= total
     for i in range(size - 1, -1, -1):
-        total = b[i]
-        for c in range(1, min(2 * WIDTH, size - 1 - i) + 1):
-            total -= A[i, WIDTH + c] * b[i + c]
-        b[i] = total / A[i, WIDTH]
+        total = 0.0
+        for c in range(WIDTH):
+            total += A[i, WIDTH + 1 + c] * b[i + WIDTH + 1 + c]
+        b[i + WIDTH] = (b[i + WIDTH] - total) * A[i, WIDTH]
 
 
 @compiled

@@ -40,3 +40,10 @@ def compiled(function: Function) -> Function:
     compile_later: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
     result: Function = compile_later(function)
     return result
+
+
+def compiled_loosely(function: Function) -> Function:
+    """As `compiled`, and sums may be taken in any order, several terms at once."""
+    compile_later: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})
+    result: Function = compile_later(function)
+    return result

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError, SolveError
-from .activation import Activation
+from .activation import Activation, corners
 from .compiled import Array
 from .energy import crosses_itself
 from .explicit import DONE, NOT_FINITE, PAUSE, Run, explicit
@@ -79,11 +79,12 @@ def _fastest(m: Model, q: Array, a: Array, *, by_velocity: bool) -> float:
     return largest
 
 
-def choose(arm: Arm, drive: Activation, duration: float) -> tuple[str, str]:
+def choose(arm: Arm, drive: Activation, duration: float, tolerance: float = TOLERANCE) -> tuple[str, str]:
     """Method for a motion and why: the one that needs less work, by the stiffness and by what is to be resolved."""
     rates = stiffness(arm, drive)
-    knots = int(((drive.time > 0) & (drive.time < duration)).sum()) / duration
-    # what the implicit method has to resolve: the activation's knots, and modes that oscillate before they are damped
+    times = corners(drive, tolerance)
+    knots = int(((times > 0) & (times < duration)).sum()) / duration
+    # what the implicit method has to resolve: the activation's corners, and modes that oscillate before they are damped
     # (Kelvin-Voigt: those below oscillation^2/decay, which is 1/damping in the beam formulation)
     ringing = min(rates.oscillation, rates.oscillation**2 / max(rates.decay, 1e-300))
     implicit_steps = max(2 * knots, ringing)
@@ -109,9 +110,9 @@ def simulate(
     """The arm's motion under ``drive`` from t = 0, sampled at ``times`` [s] (t,), ascending and >= 0.
 
     ``start`` holds positions and velocities (n + 1, 2, 2) instead of the rest shape at rest. ``tolerance`` bounds the
-    error of each step, see `TOLERANCE`. Steps end at every sample and at every time of the activation.
-    Raises InputError for values out of range, SolveError at the first value that is not finite or where no step is
-    small enough, naming segment and time.
+    error of each step, see `TOLERANCE`; steps end at every sample and at the activation's
+    `corners`. Raises InputError for values out of range, SolveError at the first value
+    that is not finite or where no step is small enough, naming segment and time.
     """
     samples = np.asarray(times, dtype=np.float64)
     if samples.ndim != 1 or len(samples) == 0 or not np.isfinite(samples).all():
@@ -125,7 +126,7 @@ def simulate(
     if drive.values.shape[1] != arm.segments:
         raise InputError(f"the activation is for {drive.values.shape[1]} segments, the arm has {arm.segments}")
     duration = float(samples[-1])
-    name, reason = (method, "asked for") if method != "auto" else choose(arm, drive, duration)
+    name, reason = (method, "asked for") if method != "auto" else choose(arm, drive, duration, tolerance)
     m = model(arm)
     run = _prepare(arm, drive, samples, tolerance, start)
     kernel = explicit if name == "explicit" else implicit
@@ -150,8 +151,9 @@ def simulate(
 def _prepare(arm: Arm, drive: Activation, samples: Array, tolerance: float, start: tuple[Array, Array] | None) -> Run:
     n, count = arm.segments, len(samples)
     duration = float(samples[-1])
-    knots = drive.time[(drive.time > 0) & (drive.time < duration)]
-    # a knot closer to a sample than rounding can tell apart is that sample
+    knots = corners(drive, tolerance)
+    knots = knots[(knots > 0) & (knots < duration)]
+    # a corner closer to a sample than rounding can tell apart is that sample
     near = np.minimum(np.searchsorted(samples, knots), count - 1)
     gap = np.minimum(np.abs(samples[near] - knots), np.abs(samples[np.maximum(near - 1, 0)] - knots))
     stops = np.union1d(np.concatenate([[0.0], samples]), knots[gap > 1e-12 * duration])
@@ -168,7 +170,8 @@ def _prepare(arm: Arm, drive: Activation, samples: Array, tolerance: float, star
     first = min(1e-3 / velocity_rate(arm), duration)
     return Run(
         stops=stops,
-        values=drive.at(stops),
+        times=drive.time,
+        values=drive.values,
         sample=sample,
         q=np.ascontiguousarray(q.reshape(n + 1, 4)),
         v=np.ascontiguousarray(v.reshape(n + 1, 4)),

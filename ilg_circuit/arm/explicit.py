@@ -42,14 +42,15 @@ _ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 
 class Run(NamedTuple):
     """What a kernel works through and where it writes; K stops, T samples.
 
-    The activation is linear between ``stops`` [s] (K,) with ``values`` (K, n, 3); ``sample`` (K,) is the sample's
-    number at a stop or -1. ``q``, ``v`` are the state. ``clock``: time, step, the four integrals of `powers`, smallest
+    A step ends at each of ``stops`` [s] (K,); ``sample`` (K,) is the sample's number there or -1. The activation is
+    linear between ``times`` [s] (J,), ``values`` (J, n, 3). ``q``, ``v`` are the state between calls. ``clock``: time, step, the four integrals of `powers`, smallest
     and largest step. ``counts``: stops passed, steps taken, steps refused, rod of the largest error.
     """
 
     stops: Array
-    values: Array
     sample: Indices
+    times: Array
+    values: Array
     q: Array
     v: Array
     clock: Array
@@ -63,30 +64,48 @@ class Run(NamedTuple):
 
 
 @compiled
-def interpolate(run: Run, k: int, t: float, a: Array) -> None:
-    """Activation at ``t`` between stops k and k + 1 into ``a`` (n, 3)."""
-    part = (t - run.stops[k]) / (run.stops[k + 1] - run.stops[k])
-    for i in range(a.shape[0]):
-        for c in range(3):
-            a[i, c] = run.values[k, i, c] + part * (run.values[k + 1, i, c] - run.values[k, i, c])
+def interpolate(run: Run, t: float, a: Array) -> None:
+    """Activation at ``t`` into ``a`` (n, 3)."""
+    last = run.times.shape[0] - 1
+    if t <= run.times[0] or last == 0:
+        a[:] = run.values[0]
+    elif t >= run.times[last]:
+        a[:] = run.values[last]
+    else:
+        k = np.searchsorted(run.times, t) - 1
+        part = (t - run.times[k]) / (run.times[k + 1] - run.times[k])
+        for i in range(a.shape[0]):
+            for c in range(3):
+                a[i, c] = run.values[k, i, c] + part * (run.values[k + 1, i, c] - run.values[k, i, c])
 
 
 @compiled
-def slope(run: Run, k: int, rate: Array) -> None:
-    """Time derivative of the activation between stops k and k + 1 into ``rate`` (n, 3)."""
-    span = run.stops[k + 1] - run.stops[k]
-    for i in range(rate.shape[0]):
-        for c in range(3):
-            rate[i, c] = (run.values[k + 1, i, c] - run.values[k, i, c]) / span
+def add_works(m: Model, run: Run, h: float, states: Array, activations: Array, rate: Array) -> None:
+    """Add the integrals of `powers` over a step by Simpson's rule.
+
+    ``states`` (3, 2, n + 1, 4): positions and velocities at the step's start, middle and end, ``activations``
+    (3, n, 3) there; their slopes are those of the parabola through the three. ``rate`` (n, 3) is scratch.
+    """
+    a, b, c = activations[0], activations[1], activations[2]
+    power = np.zeros(4)
+    for k in range(3):
+        for i in range(a.shape[0]):
+            for x in range(3):
+                bend = (a[i, x] - 2 * b[i, x] + c[i, x]) * (2 * k - 2)
+                rate[i, x] = (c[i, x] - a[i, x] + bend) / h
+        powers(m, states[k, 0], states[k, 1], activations[k], rate, power)
+        weight = h * (4.0 if k == 1 else 1.0) / 6
+        for x in range(4):
+            run.clock[2 + x] += weight * power[x]
 
 
 @compiled
-def record(run: Run, k: int, p: Array) -> None:
+def record(run: Run, k: int, q: Array, v: Array, p: Array) -> None:
     """Write the state at stop k, if it is a sample."""
     s = run.sample[k]
     if s >= 0:
-        run.positions[s] = run.q
-        run.velocities[s] = run.v
+        run.positions[s] = q
+        run.velocities[s] = v
         run.pressures[s] = p
         run.works[s] = run.clock[2:6]
 
@@ -158,29 +177,30 @@ def weighted_sum(weights: Array, stages: Array, count: int, h: float, base: Arra
 @compiled
 def explicit(m: Model, run: Run) -> int:
     """Integrate on towards the last stop; returns `DONE`, `PAUSE`, `TOO_SMALL` or `NOT_FINITE`."""
-    q, v, clock = run.q, run.v, run.clock
+    clock = run.clock
     n = m.area.shape[0]
     K, L = np.zeros((7, n + 1, 4)), np.zeros((7, n + 1, 4))  # stages' velocities and accelerations
-    x, w, a, rate = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n, 3)), np.zeros((n, 3))
+    states, activations = np.zeros((3, 2, n + 1, 4)), np.zeros((3, n, 3))
+    states[0, 0], states[0, 1] = run.q, run.v
+    states[2, 0, 0] = states[1, 0, 0] = run.q[0]
+    q, v, x, w = states[0, 0], states[0, 1], states[2, 0], states[2, 1]
+    middle_q, middle_v = states[1, 0], states[1, 1]
+    a, rate, zero = activations[2], np.zeros((n, 3)), np.zeros((n + 1, 4))
     p, work, error_q, error_v = np.zeros(n), np.zeros((n, 6)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
-    start, middle, end, zero = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros((n + 1, 4))
-    x[0] = q[0]
     k = run.counts[0]
-    interpolate(run, k, clock[0], a)
-    acceleration(m, q, v, a, p, L[0], work)
+    interpolate(run, clock[0], activations[0])
+    acceleration(m, q, v, activations[0], p, L[0], work)
     steps = 0
     while True:
         if clock[0] == run.stops[k]:
-            record(run, k, p)
-        slope(run, k, rate)
-        powers(m, q, v, a, rate, start)
+            record(run, k, q, v, p)
         while clock[0] < run.stops[k + 1]:
             h, last = fit_step(run, k)
             K[0] = v
             for s in range(6):
                 weighted_sum(_A[s], K, s + 1, h, q, x)
                 weighted_sum(_A[s], L, s + 1, h, v, w)
-                interpolate(run, k, clock[0] + _C[s] * h, a)
+                interpolate(run, clock[0] + _C[s] * h, a)
                 K[s + 1] = w
                 acceleration(m, x, w, a, p, L[s + 1], work)
             weighted_sum(_ERROR, K, 7, h, zero, error_q)
@@ -190,29 +210,25 @@ def explicit(m: Model, run: Run) -> int:
                 if clock[1] < 1e-14 * run.stops[-1]:
                     return TOO_SMALL if math.isfinite(error) else NOT_FINITE
                 continue
-            # Simpson's rule over the step for the works, with the quintic through both ends in its middle
-            powers(m, x, w, a, rate, end)
+            # the quintic through both ends in the step's middle
             for j in range(1, n + 1):
                 for c in range(4):
                     q0, q1, v0, v1, a0, a1 = q[j, c], x[j, c], v[j, c], w[j, c], L[0, j, c], L[6, j, c]
-                    error_q[j, c] = (q0 + q1) / 2 + 5 * h / 32 * (v0 - v1) + h * h / 64 * (a0 + a1)
-                    error_v[j, c] = 15 / 8 * (q1 - q0) / h - 7 / 16 * (v0 + v1) + h / 32 * (a1 - a0)
-            error_q[0] = q[0]
-            error_v[0] = 0.0
-            interpolate(run, k, clock[0] + 0.5 * h, a)
-            powers(m, error_q, error_v, a, rate, middle)
-            clock[2:6] += h / 6 * (start + 4 * middle + end)
-            start[:] = end
-            q[:] = x
-            v[:] = w
+                    middle_q[j, c] = (q0 + q1) / 2 + 5 * h / 32 * (v0 - v1) + h * h / 64 * (a0 + a1)
+                    middle_v[j, c] = 15 / 8 * (q1 - q0) / h - 7 / 16 * (v0 + v1) + h / 32 * (a1 - a0)
+            interpolate(run, clock[0] + 0.5 * h, activations[1])
+            add_works(m, run, h, states, activations, rate)
+            states[0] = states[2]
+            activations[0] = activations[2]
             L[0] = L[6]
             accept(run, k, h, last)
             steps += 1
             if steps >= STEPS_A_CALL and not last:
+                run.q[:] = q
+                run.v[:] = v
                 return PAUSE
         k += 1
         run.counts[0] = k
-        interpolate(run, k - 1, clock[0], a)
         if k == run.stops.shape[0] - 1:
-            record(run, k, p)
+            record(run, k, q, v, p)
             return DONE

@@ -16,7 +16,6 @@ import numpy as np
 
 from .banded import PER_ROD, WIDTH, assemble, factorise, solve
 from .compiled import Array, compiled
-from .energy import powers
 from .explicit import (
     DONE,
     NOT_FINITE,
@@ -25,12 +24,12 @@ from .explicit import (
     TOO_SMALL,
     Run,
     accept,
+    add_works,
     change_step,
     fit_step,
     interpolate,
     largest_error,
     record,
-    slope,
     weighted_sum,
 )
 from .forces import acceleration, along_gradient, area_gradient
@@ -86,38 +85,43 @@ def constraint_rows(m: Model, q: Array, v: Array, acc: Array, H: float, C: Array
 @compiled
 def implicit(m: Model, run: Run) -> int:
     """Integrate on towards the last stop; returns `DONE`, `PAUSE`, `TOO_SMALL` or `NOT_FINITE`."""
-    q, v, clock = run.q, run.v, run.clock
+    clock = run.clock
     n = m.area.shape[0]
     K, L = np.zeros((6, n + 1, 4)), np.zeros((6, n + 1, 4))
-    x, w, acc, first = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
-    rq, rv, turned, drift = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((1, n + 1, 4))
-    a, rate, p, work = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros((n, 6))
+    states, activations = np.zeros((3, 2, n + 1, 4)), np.zeros((3, n, 3))
+    states[0, 0], states[0, 1] = run.q, run.v
+    states[2, 0, 0] = states[1, 0, 0] = run.q[0]
+    q, v, x, w = states[0, 0], states[0, 1], states[2, 0], states[2, 1]
+    acc, first, rq, rv = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
+    turned, drift = np.zeros((n + 1, 4)), np.zeros((1, n + 1, 4))
+    a, rate, p, work = activations[2], np.zeros((n, 3)), np.zeros(n), np.zeros((n, 6))
     S, D = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4))
-    C, E, A = np.zeros((n, 4)), np.zeros((n, 4)), np.zeros((PER_ROD * n, 3 * WIDTH + 1))
-    b, pivots = np.zeros(PER_ROD * n), np.zeros(PER_ROD * n, np.int64)
-    start, middle, end = np.zeros(4), np.zeros(4), np.zeros(4)
-    x[0] = q[0]
+    C, E, A = np.zeros((n, 4)), np.zeros((n, 4)), np.zeros((PER_ROD * n + WIDTH, 2 * WIDTH + 1))
+    padded = np.zeros(PER_ROD * n + 2 * WIDTH)
+    b = padded[WIDTH : WIDTH + PER_ROD * n]
     k = run.counts[0]
-    interpolate(run, k, clock[0], a)
-    acceleration(m, q, v, a, p, first, work)
+    interpolate(run, clock[0], activations[0])
+    acceleration(m, q, v, activations[0], p, first, work)
     steps = 0
     while True:
         if clock[0] == run.stops[k]:
-            record(run, k, p)
-        slope(run, k, rate)
-        powers(m, q, v, a, rate, start)
+            record(run, k, q, v, p)
         while clock[0] < run.stops[k + 1]:
-            interpolate(run, k, clock[0], a)
-            derivatives(m, q, v, a, p, S, D)
+            derivatives(m, q, v, activations[0], p, S, D)
             while True:
                 h, last = fit_step(run, k)
                 H = _GAMMA * h
                 constraint_rows(m, q, v, first, H, C, E)
                 scale = assemble(m, q, C, S, D, 1.0, H, H * H, A)
-                sound = factorise(A, pivots)
-                # forces are linear in the activation: its slope by a difference over the whole step
-                interpolate(run, k, clock[0] + h, a)
-                acceleration(m, q, v, a, p, drift[0], work)
+                sound = factorise(A)
+                # forces are linear in the activation: h times their slope is the change by h times its slope, which is
+                # that of the parabola through the step's ends and middle
+                interpolate(run, clock[0] + 0.5 * h, activations[1])
+                interpolate(run, clock[0] + h, a)
+                for i in range(n):
+                    for c in range(3):
+                        rate[i, c] = 4 * activations[1, i, c] - 2 * activations[0, i, c] - a[i, c]
+                acceleration(m, q, v, rate, p, drift[0], work)
                 drift[0] -= first
                 for s in range(6):
                     weighted_sum(_A[s], K, s, 1.0, q, x)
@@ -126,7 +130,7 @@ def implicit(m: Model, run: Run) -> int:
                     if s == 0:
                         weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, first, rv)
                     else:
-                        interpolate(run, k, clock[0] + _TIMES[s] * h, a)
+                        interpolate(run, clock[0] + _TIMES[s] * h, a)
                         acceleration(m, x, w, a, p, acc, work)
                         weighted_sum(_C[s], L, s, 1 / h, acc, rv)
                         weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, rv, rv)
@@ -138,7 +142,7 @@ def implicit(m: Model, run: Run) -> int:
                         e = (E[i, 0], E[i, 1], E[i, 2], E[i, 3])
                         g = area_gradient(q, i)
                         b[PER_ROD * i + 4] = scale * (H * along_gradient(g, rv, i) - H * H * along_gradient(e, rq, i))
-                    solve(A, pivots, b)
+                    solve(A, padded)
                     for j in range(1, n + 1):
                         for c in range(4):
                             L[s, j, c] = b[PER_ROD * (j - 1) + c]
@@ -148,26 +152,22 @@ def implicit(m: Model, run: Run) -> int:
                     break
                 if clock[1] < 1e-14 * run.stops[-1]:
                     return TOO_SMALL if math.isfinite(error) else NOT_FINITE
-            # Simpson's rule over the step for the works, with the method's interpolant in its middle
             x += K[5]
             w += L[5]
-            weighted_sum(_INSIDE, K, 5, 1.0, 0.5 * (q + x), rq)
-            weighted_sum(_INSIDE, L, 5, 1.0, 0.5 * (v + w), rv)
-            interpolate(run, k, clock[0] + 0.5 * h, a)
-            powers(m, rq, rv, a, rate, middle)
-            interpolate(run, k, clock[0] + h, a)
-            powers(m, x, w, a, rate, end)
-            clock[2:6] += h / 6 * (start + 4 * middle + end)
-            start[:] = end
-            q[:] = x
-            v[:] = w
-            acceleration(m, q, v, a, p, first, work)
+            weighted_sum(_INSIDE, K, 5, 1.0, 0.5 * (q + x), states[1, 0])
+            weighted_sum(_INSIDE, L, 5, 1.0, 0.5 * (v + w), states[1, 1])
+            add_works(m, run, h, states, activations, rate)
+            states[0] = states[2]
+            activations[0] = activations[2]
+            acceleration(m, q, v, activations[0], p, first, work)
             accept(run, k, h, last)
             steps += 1
             if steps >= STEPS_A_CALL and not last:
+                run.q[:] = q
+                run.v[:] = v
                 return PAUSE
         k += 1
         run.counts[0] = k
         if k == run.stops.shape[0] - 1:
-            record(run, k, p)
+            record(run, k, q, v, p)
             return DONE

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import InputError, SolveError
 from .activation import Activation
-from .banded import PER_ROD, WIDTH, assemble, factorise, solve
+from .banded import PER_ROD, WIDTH, assemble, factorise, matrix, solve, vector
 from .compiled import Array
 from .dynamics import velocity_rate
 from .forces import acceleration, add_pressures, area_gradient, cell_area, forces
@@ -98,7 +98,7 @@ def _turn(arm: Arm, change: Array) -> float:
 def _newton(m: Model, q: Array, a: Array, p: Array, inertia: float) -> tuple[Array, Array] | None:
     """Changes of positions and pressures, or None where the equations are singular."""
     n = len(p)
-    S, D, A = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4)), np.zeros((PER_ROD * n, 3 * WIDTH + 1))
+    S, D, A = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4)), matrix(n)
     derivatives(m, q, np.zeros_like(q), a, p, S, D)
     gradient = np.array([area_gradient(q, i) for i in range(n)])
     scale = assemble(m, q, gradient, S, D, inertia, 0.0, 1.0, A)
@@ -108,10 +108,12 @@ def _newton(m: Model, q: Array, a: Array, p: Array, inertia: float) -> tuple[Arr
     rows = np.zeros((n, PER_ROD))
     rows[:, :4] = f[1:]
     rows[:, 4] = [scale * (m.area[i] - cell_area(q, i)) for i in range(n)]
-    b, pivots = rows.ravel(), np.zeros(PER_ROD * n, dtype=np.int64)
-    if not factorise(A, pivots):
+    if not factorise(A):
         return None
-    solve(A, pivots, b)
+    padded = vector(n)
+    padded[WIDTH : WIDTH + PER_ROD * n] = rows.ravel()
+    solve(A, padded)
+    b = padded[WIDTH : WIDTH + PER_ROD * n]
     if not np.isfinite(b).all():
         return None
     change = np.zeros_like(q)
