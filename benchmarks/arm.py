@@ -231,13 +231,13 @@ def markdown(rows: list[Row], compiled: tuple[float, float], took: float) -> str
     notes = [
         "s/s: seconds of wall time for a simulated second, the median of "
         f"{ROUNDS} runs of {DURATION:g} s that take turns; set-up of the rod, start of the arm's run included.",
-        f"A hanging arm, {LENGTH:g} m long, {2e3 * RADIUS:g} mm across, {MODULUS:.0e} Pa; a muscle torque of the curvature "
-        f"{CURVATURE:g}/m in a wave of {PERIOD:g} s. The rod's cross-section is round, the arm's a rectangle of the same "
-        "area and second moment. Every first mode is damped alike, all higher ones by the model's own law: the rod's "
+        f"A hanging arm, {LENGTH:g} m long, {2e3 * RADIUS:g} mm across, {MODULUS:.0e} Pa; a muscle torque of the "
+        f"curvature {CURVATURE:g}/m in a wave of {PERIOD:g} s. The rod's section is round, the arm's a rectangle of "
+        "the same area and second moment. The first mode is damped alike, higher ones by each model's law: the rod's "
         "damper slows every velocity, the arm's material loss (Kelvin-Voigt) takes more from fast modes.",
-        "Errors: of the tip's path, relative to the length, from each way's own refined solution with as many elements.",
-        f"PyElastica's step is the largest of a ladder (factor 1.19) that is stable and errs by at most {ALLOWED:g}; that "
-        "search is not counted. It is a three-dimensional rod with shear, stretch and twist; the arm is plane, "
+        "Errors: of the tip's path, relative to the length, from each way's own refined solution of as many elements.",
+        f"PyElastica's step is the largest of a ladder (factor 1.19) that is stable and errs by {ALLOWED:g} at most; "
+        "the search is not counted. It is a three-dimensional rod with shear, stretch and twist; the arm is plane, "
         "its cells keep their area. The first element of the rod is clamped as a whole, so that its free length is "
         "shorter by an element: part of the distance between the tips.",
         f"The arm ran at the tolerance {TOLERANCE:g}; the implicit method was chosen by itself.",

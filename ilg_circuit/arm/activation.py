@@ -71,7 +71,7 @@ def activation(arm: Arm, time: ArrayLike, values: ArrayLike, text: str = "activa
 
 
 def corners(drive: Activation, tolerance: float) -> Array:
-    """Times of ``drive`` [s] where it leaves the line through its neighbours by over ``tolerance`` of its largest value.
+    """Times [s] where ``drive`` is off the line through its neighbours by over ``tolerance`` of its largest value.
 
     At these a step must end; the other times only sample something smooth, and a step may pass over them.
     """
@@ -101,6 +101,9 @@ def sine(arm: Arm, amplitude: float, period: float, duration: float) -> Activati
     for name, value in (("period", period), ("duration", duration)):
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name} {value:g} s must be more than zero")
+    largest = LARGEST_STRAIN if arm.formulation == "beam" else 1.0
+    if not abs(amplitude) <= largest:
+        raise InputError(f"amplitude {amplitude:g} is out of range; give {-largest:g} to {largest:g}")
     count = int(np.ceil(200 * duration / period))
     if count > 5_000_000:
         raise InputError(f"period {period:g} s is too short for {duration:g} s; at most 25000 periods are possible")

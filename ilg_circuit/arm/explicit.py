@@ -43,8 +43,9 @@ class Run(NamedTuple):
     """What a kernel works through and where it writes; K stops, T samples.
 
     A step ends at each of ``stops`` [s] (K,); ``sample`` (K,) is the sample's number there or -1. The activation is
-    linear between ``times`` [s] (J,), ``values`` (J, n, 3). ``q``, ``v`` are the state between calls. ``clock``: time, step, the four integrals of `powers`, smallest
-    and largest step. ``counts``: stops passed, steps taken, steps refused, rod of the largest error.
+    linear between ``times`` [s] (J,), ``values`` (J, n, 3). ``q``, ``v`` are the state between calls. ``clock``: time,
+    step, the four integrals of `powers`, smallest and largest step. ``counts``: stops passed, steps taken, steps
+    refused, rod of the largest error.
     """
 
     stops: Array
