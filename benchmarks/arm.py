@@ -35,7 +35,7 @@ ROUNDS = 5
 LENGTH, RADIUS, DENSITY, MODULUS = 0.3, 0.01, 1000.0, 1e6
 GRAVITY = 9.80665
 DECAY = 1.0  # 1/s, of velocities: the rod's linear damper; the arm's first mode is damped alike
-PERIOD, WAVES, RAMP, CURVATURE = 0.4, 1.0, 0.5, 10.0  # muscle torque: s, waves over the length, s, 1/m at its peak
+PERIOD, WAVES, RAMP, CURVATURE = 1.035463, 1.0, 0.5, 10.0  # muscle torque: s, waves over the length, s, 1/m at its peak
 DURATION = 2.0
 SAMPLES = np.linspace(0.0, DURATION, 51)
 #: Largest error of the tip's path, relative to the length.

@@ -23,7 +23,7 @@ DONE, PAUSE, TOO_SMALL, NOT_FINITE = 0, 1, 2, 3
 STEPS_A_CALL = 2000
 
 #: Factors by which a step may shrink or grow.
-_SHRINK, _GROW, _SAFETY = 0.2, 5.0, 0.9
+_SHRINK, _GROW, _SAFETY = 0.2, 3.0, 0.9
 
 _A = np.array(
     [
