@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from . import __version__
+from .cli_arm import arm
 from .cli_cpg import cpg
 from .cli_impedance import impedance
 from .cli_ogden import ogden
@@ -35,7 +36,7 @@ def cli() -> None:
     """
 
 
-for command in (impedance, sense, ogden, cpg):
+for command in (impedance, sense, ogden, cpg, arm):
     cli.add_command(command)
 
 

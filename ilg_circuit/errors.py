@@ -14,7 +14,7 @@ class InputError(IlgError, ValueError):
 
 
 class SolveError(IlgError, RuntimeError):
-    """A circuit could not be solved, or not to the accuracy asked for."""
+    """A circuit or a motion could not be solved, or not to the accuracy asked for."""
 
 
 class MissingLibraryError(SolveError):

@@ -1,0 +1,29 @@
+"""The soft arm: a plane lattice of masses and springs with cells of constant area, driven segment by segment."""
+
+from .activation import Activation, activation, passive, reach, sampled, sine
+from .dynamics import TOLERANCE, Stiffness, choose, simulate, stiffness
+from .lattice import OCTOPUS, Arm, Fluid, Muscle, Plane, strip_arm
+from .motion import Event, Motion, read_motion
+
+__all__ = [
+    "OCTOPUS",
+    "TOLERANCE",
+    "Activation",
+    "Arm",
+    "Event",
+    "Fluid",
+    "Motion",
+    "Muscle",
+    "Plane",
+    "Stiffness",
+    "activation",
+    "choose",
+    "passive",
+    "reach",
+    "read_motion",
+    "sampled",
+    "simulate",
+    "sine",
+    "stiffness",
+    "strip_arm",
+]

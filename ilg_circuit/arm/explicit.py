@@ -1,0 +1,235 @@
+"""Dormand and Prince's Runge-Kutta method of order 5(4) for the arm: a compiled kernel with step control.
+
+Coefficients: Dormand, Prince, J. Comput. Appl. Math. 6 (1980) 19; Hairer, Norsett, Wanner, *Solving Ordinary
+Differential Equations I*, table II.5.2.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .compiled import Array, Indices, compiled
+from .energy import powers
+from .forces import acceleration
+from .lattice import Model
+
+#: What a kernel returns: all stops reached, a pause for the caller, no step small enough, a value that is not finite.
+DONE, PAUSE, TOO_SMALL, NOT_FINITE = 0, 1, 2, 3
+
+#: Steps after which a kernel returns to its caller, who then can show progress or be interrupted.
+STEPS_A_CALL = 2000
+
+#: Factors by which a step may shrink or grow.
+_SHRINK, _GROW, _SAFETY = 0.2, 3.0, 0.9
+
+_A = np.array(
+    [
+        [1 / 5, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [3 / 40, 9 / 40, 0.0, 0.0, 0.0, 0.0],
+        [44 / 45, -56 / 15, 32 / 9, 0.0, 0.0, 0.0],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0.0, 0.0],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0.0],
+        [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+    ]
+)
+_C = np.array([1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
+_ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+
+
+class Run(NamedTuple):
+    """What a kernel works through and where it writes; K stops, T samples.
+
+    A step ends at each of ``stops`` [s] (K,); ``sample`` (K,) is the sample's number there or -1. The activation is
+    linear between ``times`` [s] (J,), ``values`` (J, n, 3). ``q``, ``v`` are the state between calls. ``clock``: time,
+    step, the four integrals of `powers`, smallest and largest step. ``counts``: stops passed, steps taken, steps
+    refused, rod of the largest error.
+    """
+
+    stops: Array
+    sample: Indices
+    times: Array
+    values: Array
+    q: Array
+    v: Array
+    clock: Array
+    counts: Indices
+    positions: Array  # (T, n + 1, 4)
+    velocities: Array
+    pressures: Array  # (T, n)
+    works: Array  # (T, 4)
+    tolerance_q: float
+    tolerance_v: float
+
+
+@compiled
+def interpolate(run: Run, t: float, a: Array) -> None:
+    """Activation at ``t`` into ``a`` (n, 3)."""
+    last = run.times.shape[0] - 1
+    if t <= run.times[0] or last == 0:
+        a[:] = run.values[0]
+    elif t >= run.times[last]:
+        a[:] = run.values[last]
+    else:
+        k = np.searchsorted(run.times, t) - 1
+        part = (t - run.times[k]) / (run.times[k + 1] - run.times[k])
+        for i in range(a.shape[0]):
+            for c in range(3):
+                a[i, c] = run.values[k, i, c] + part * (run.values[k + 1, i, c] - run.values[k, i, c])
+
+
+@compiled
+def add_works(m: Model, run: Run, h: float, states: Array, activations: Array, rate: Array) -> None:
+    """Add the integrals of `powers` over a step by Simpson's rule.
+
+    ``states`` (3, 2, n + 1, 4): positions and velocities at the step's start, middle and end, ``activations``
+    (3, n, 3) there; their slopes are those of the parabola through the three. ``rate`` (n, 3) is scratch.
+    """
+    a, b, c = activations[0], activations[1], activations[2]
+    power = np.zeros(4)
+    for k in range(3):
+        for i in range(a.shape[0]):
+            for x in range(3):
+                bend = (a[i, x] - 2 * b[i, x] + c[i, x]) * (2 * k - 2)
+                rate[i, x] = (c[i, x] - a[i, x] + bend) / h
+        powers(m, states[k, 0], states[k, 1], activations[k], rate, power)
+        weight = h * (4.0 if k == 1 else 1.0) / 6
+        for x in range(4):
+            run.clock[2 + x] += weight * power[x]
+
+
+@compiled
+def record(run: Run, k: int, q: Array, v: Array, p: Array) -> None:
+    """Write the state at stop k, if it is a sample."""
+    s = run.sample[k]
+    if s >= 0:
+        run.positions[s] = q
+        run.velocities[s] = v
+        run.pressures[s] = p
+        run.works[s] = run.clock[2:6]
+
+
+@compiled
+def fit_step(run: Run, k: int) -> tuple[float, bool]:
+    """Step [s] that fits to stop k + 1, and whether it ends there."""
+    left = run.stops[k + 1] - run.clock[0]
+    if run.clock[1] >= left * (1 - 1e-9):
+        return left, True
+    return min(run.clock[1], 0.5 * left) if run.clock[1] > 0.5 * left else run.clock[1], False
+
+
+@compiled
+def accept(run: Run, k: int, h: float, last: bool) -> None:
+    """Move the clock on by ``h`` and count the step."""
+    run.clock[0] = run.stops[k + 1] if last else run.clock[0] + h
+    run.counts[1] += 1
+    run.clock[6] = min(run.clock[6], h)
+    run.clock[7] = max(run.clock[7], h)
+
+
+@compiled
+def largest_error(run: Run, error_q: Array, error_v: Array) -> float:
+    """Largest error over its tolerance, infinite where one is not finite; its rod into ``run.counts[3]``."""
+    worst = 0.0
+    for j in range(1, error_q.shape[0]):
+        for x in range(4):
+            e = max(abs(error_q[j, x]) / run.tolerance_q, abs(error_v[j, x]) / run.tolerance_v)
+            if not math.isfinite(error_q[j, x] + error_v[j, x]):
+                run.counts[3] = j
+                return math.inf
+            if e > worst:
+                worst = e
+                run.counts[3] = j
+    return worst
+
+
+@compiled
+def change_step(run: Run, h: float, error: float, order: float) -> bool:
+    """Set the next step after one of ``h`` with ``error``; whether ``h`` is accepted."""
+    if error == 0.0:
+        factor = _GROW
+    elif math.isfinite(error):
+        factor = min(max(_SAFETY * error ** (-1 / order), _SHRINK), _GROW)
+    else:
+        factor = _SHRINK
+    if error <= 1:  # a step cut short by a stop does not shorten the next one
+        run.clock[1] = max(run.clock[1], h * factor) if h < 0.99 * run.clock[1] and factor >= 1 else h * factor
+        return True
+    run.clock[1] = h * min(factor, 1.0)
+    run.counts[2] += 1
+    return False
+
+
+@compiled
+def weighted_sum(weights: Array, stages: Array, count: int, h: float, base: Array, out: Array) -> None:
+    """``out`` = base + h times the weighted sum of the first ``count`` stages, all (n + 1, 4)."""
+    total, start = out.reshape(-1), base.reshape(-1)
+    total[:] = start
+    for s in range(count):
+        factor = h * weights[s]
+        if factor != 0.0:
+            stage = stages[s].reshape(-1)
+            for c in range(total.shape[0]):
+                total[c] += factor * stage[c]
+
+
+@compiled
+def explicit(m: Model, run: Run) -> int:
+    """Integrate on towards the last stop; returns `DONE`, `PAUSE`, `TOO_SMALL` or `NOT_FINITE`."""
+    clock = run.clock
+    n = m.area.shape[0]
+    K, L = np.zeros((7, n + 1, 4)), np.zeros((7, n + 1, 4))  # stages' velocities and accelerations
+    states, activations = np.zeros((3, 2, n + 1, 4)), np.zeros((3, n, 3))
+    states[0, 0], states[0, 1] = run.q, run.v
+    states[2, 0, 0] = states[1, 0, 0] = run.q[0]
+    q, v, x, w = states[0, 0], states[0, 1], states[2, 0], states[2, 1]
+    middle_q, middle_v = states[1, 0], states[1, 1]
+    a, rate, zero = activations[2], np.zeros((n, 3)), np.zeros((n + 1, 4))
+    p, work, error_q, error_v = np.zeros(n), np.zeros((n, 6)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
+    k = run.counts[0]
+    interpolate(run, clock[0], activations[0])
+    acceleration(m, q, v, activations[0], p, L[0], work)
+    steps = 0
+    while True:
+        if clock[0] == run.stops[k]:
+            record(run, k, q, v, p)
+        while clock[0] < run.stops[k + 1]:
+            h, last = fit_step(run, k)
+            K[0] = v
+            for s in range(6):
+                weighted_sum(_A[s], K, s + 1, h, q, x)
+                weighted_sum(_A[s], L, s + 1, h, v, w)
+                interpolate(run, clock[0] + _C[s] * h, a)
+                K[s + 1] = w
+                acceleration(m, x, w, a, p, L[s + 1], work)
+            weighted_sum(_ERROR, K, 7, h, zero, error_q)
+            weighted_sum(_ERROR, L, 7, h, zero, error_v)
+            error = largest_error(run, error_q, error_v)
+            if not change_step(run, h, error, 5.0):
+                if clock[1] < 1e-14 * run.stops[-1]:
+                    return TOO_SMALL if math.isfinite(error) else NOT_FINITE
+                continue
+            # the quintic through both ends in the step's middle
+            for j in range(1, n + 1):
+                for c in range(4):
+                    q0, q1, v0, v1, a0, a1 = q[j, c], x[j, c], v[j, c], w[j, c], L[0, j, c], L[6, j, c]
+                    middle_q[j, c] = (q0 + q1) / 2 + 5 * h / 32 * (v0 - v1) + h * h / 64 * (a0 + a1)
+                    middle_v[j, c] = 15 / 8 * (q1 - q0) / h - 7 / 16 * (v0 + v1) + h / 32 * (a1 - a0)
+            interpolate(run, clock[0] + 0.5 * h, activations[1])
+            add_works(m, run, h, states, activations, rate)
+            states[0] = states[2]
+            activations[0] = activations[2]
+            L[0] = L[6]
+            accept(run, k, h, last)
+            steps += 1
+            if steps >= STEPS_A_CALL and not last:
+                run.q[:] = q
+                run.v[:] = v
+                return PAUSE
+        k += 1
+        run.counts[0] = k
+        if k == run.stops.shape[0] - 1:
+            record(run, k, q, v, p)
+            return DONE

@@ -1,0 +1,226 @@
+"""Forces on the arm's nodes, the pressures that hold each cell's area, energies and powers: compiled kernels.
+
+Arrays that all kernels share, n cells, n + 1 rods: ``q``, ``v``, forces and accelerations (n + 1, 4) with the columns
+x, y of side 0, x, y of side 1; ``a`` activations (n, 3) of edge 0, edge 1 and the rods; ``p`` pressures (n,) [N/m].
+Everything is SI. Results are written into arrays that the caller owns.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .compiled import Array, compiled
+from .lattice import Model
+
+#: Columns of energies: kinetic, elastic (springs and plane), shear, gravity [J]; of powers: the actuators', and the
+#: losses in damping, drag and impact [W].
+ENERGIES = ("kinetic", "elastic", "shear", "gravity")
+POWERS = ("actuator", "damping", "drag", "impact")
+
+
+@compiled
+def rod_activation(a: Array, j: int) -> float:
+    """Activation across the arm at rod j: the mean of the neighbouring cells'."""
+    n = a.shape[0]
+    if j == 0:
+        return float(a[0, 2])
+    if j == n:
+        return float(a[n - 1, 2])
+    return float(0.5 * (a[j - 1, 2] + a[j, 2]))
+
+
+@compiled
+def shear_state(m: Model, q: Array, e: int) -> tuple[float, float, float, float]:
+    """Across direction r and tangent t of shear element e; their rates where ``q`` holds velocities."""
+    rx = ry = tx = ty = 0.0
+    for k in range(3):
+        i, z, w = m.shear_index[e, k], m.shear_across[e, k], m.shear_along[e, k]
+        rx += z * (q[i, 0] - q[i, 2])
+        ry += z * (q[i, 1] - q[i, 3])
+        tx += w * (q[i, 0] + q[i, 2])
+        ty += w * (q[i, 1] + q[i, 3])
+    return rx, ry, tx, ty
+
+
+@compiled
+def forces(m: Model, q: Array, v: Array, a: Array, f: Array) -> None:
+    """All forces but those of the pressures [N], into ``f``."""
+    n = a.shape[0]
+    for j in range(n + 1):
+        f[j, 0] = f[j, 2] = m.mass[j] * m.weight_x
+        f[j, 1] = f[j, 3] = m.mass[j] * m.weight_y
+    for i in range(n):
+        for s in range(2):
+            x, y = 2 * s, 2 * s + 1
+            dx, dy = q[i + 1, x] - q[i, x], q[i + 1, y] - q[i, y]
+            length = math.sqrt(dx * dx + dy * dy)
+            rate = (dx * (v[i + 1, x] - v[i, x]) + dy * (v[i + 1, y] - v[i, y])) / length
+            stretch = length - m.edge_length[i, s] * (1 + m.strain * a[i, s])
+            tension = (m.edge_stiffness[i, s] + m.edge_active[i, s] * a[i, s]) * stretch + m.edge_damping[i, s] * rate
+            gx, gy = tension * dx / length, tension * dy / length
+            f[i, x] += gx
+            f[i, y] += gy
+            f[i + 1, x] -= gx
+            f[i + 1, y] -= gy
+    for j in range(n + 1):
+        dx, dy = q[j, 0] - q[j, 2], q[j, 1] - q[j, 3]
+        length = math.sqrt(dx * dx + dy * dy)
+        rate = (dx * (v[j, 0] - v[j, 2]) + dy * (v[j, 1] - v[j, 3])) / length
+        active = rod_activation(a, j)
+        stretch = length - m.rod_length[j] * (1 + m.strain * active)
+        tension = (m.rod_stiffness[j] + m.rod_active[j] * active) * stretch + m.rod_damping[j] * rate
+        gx, gy = tension * dx / length, tension * dy / length
+        f[j, 0] -= gx
+        f[j, 1] -= gy
+        f[j, 2] += gx
+        f[j, 3] += gy
+    if m.sheared:
+        _shear_forces(m, q, v, f)
+    if m.dragged:
+        _drag_forces(m, q, v, f)
+    if m.plane_stiffness > 0:
+        _plane_forces(m, q, v, f)
+
+
+@compiled
+def _shear_forces(m: Model, q: Array, v: Array, f: Array) -> None:
+    for e in range(m.shear_stiffness.shape[0]):
+        rx, ry, tx, ty = shear_state(m, q, e)
+        sx, sy, ux, uy = shear_state(m, v, e)
+        r2, t2 = rx * rx + ry * ry, tx * tx + ty * ty
+        scale = 1 / math.sqrt(r2 * t2)
+        cosine, sine = (rx * tx + ry * ty) * scale, (rx * ty - ry * tx) * scale
+        # cos(angle of t - angle of r): its gradient is sine times that of the angle of r, less that of t
+        gx, gy = -sine * ry / r2, sine * rx / r2
+        hx, hy = sine * ty / t2, -sine * tx / t2
+        rate = gx * sx + gy * sy + hx * ux + hy * uy
+        moment = m.shear_stiffness[e] * (cosine - m.shear_cosine[e]) + m.shear_damping[e] * rate
+        for k in range(3):
+            i, z, w = m.shear_index[e, k], moment * m.shear_across[e, k], moment * m.shear_along[e, k]
+            f[i, 0] -= z * gx + w * hx
+            f[i, 1] -= z * gy + w * hy
+            f[i, 2] += z * gx - w * hx
+            f[i, 3] += z * gy - w * hy
+
+
+@compiled
+def drag_of_cell(m: Model, q: Array, v: Array, i: int) -> tuple[float, float, float, float, float]:
+    """Axis t of cell i (2), its length, and the velocity of the cell along and across it."""
+    dx = 0.5 * (q[i + 1, 0] + q[i + 1, 2] - q[i, 0] - q[i, 2])
+    dy = 0.5 * (q[i + 1, 1] + q[i + 1, 3] - q[i, 1] - q[i, 3])
+    length = math.sqrt(dx * dx + dy * dy)
+    tx, ty = dx / length, dy / length
+    wx = 0.25 * (v[i, 0] + v[i, 2] + v[i + 1, 0] + v[i + 1, 2])
+    wy = 0.25 * (v[i, 1] + v[i, 3] + v[i + 1, 1] + v[i + 1, 3])
+    return tx, ty, length, wx * tx + wy * ty, wy * tx - wx * ty
+
+
+@compiled
+def _drag_forces(m: Model, q: Array, v: Array, f: Array) -> None:
+    for i in range(m.area.shape[0]):
+        tx, ty, _, along, across = drag_of_cell(m, q, v, i)
+        push, lift = m.drag_along[i] * abs(along) * along, m.drag_across[i] * abs(across) * across
+        gx, gy = 0.25 * (push * tx - lift * ty), 0.25 * (push * ty + lift * tx)
+        for j in (i, i + 1):
+            f[j, 0] -= gx
+            f[j, 1] -= gy
+            f[j, 2] -= gx
+            f[j, 3] -= gy
+
+
+@compiled
+def depth_in_plane(m: Model, q: Array, v: Array, j: int, x: int) -> tuple[float, float]:
+    """How deep the node of rod j whose x is in column ``x`` lies in the plane [m], and 1 + chi d' or zero."""
+    depth = (m.plane[0] - q[j, x]) * m.plane[2] + (m.plane[1] - q[j, x + 1]) * m.plane[3]
+    loss = 1 - m.plane_damping * (v[j, x] * m.plane[2] + v[j, x + 1] * m.plane[3])
+    return depth, max(loss, 0.0)
+
+
+@compiled
+def _plane_forces(m: Model, q: Array, v: Array, f: Array) -> None:
+    for j in range(q.shape[0]):
+        for x in (0, 2):
+            depth, loss = depth_in_plane(m, q, v, j, x)
+            if depth > 0:
+                push = m.plane_stiffness * depth * loss
+                f[j, x] += push * m.plane[2]
+                f[j, x + 1] += push * m.plane[3]
+
+
+@compiled
+def area_gradient(x: Array, i: int) -> tuple[float, float, float, float]:
+    """Gradient of cell i's area, which is linear in positions ``x``.
+
+    With g, h the result: g at side 0 of rod i + 1, -g at side 1 of rod i, h at side 0 of rod i, -h at side 1 of
+    rod i + 1. Area = 1/2 (d1 x d2) of the diagonals d1 = x(i+1, 0) - x(i, 1), d2 = x(i, 0) - x(i+1, 1).
+    """
+    ax, ay = x[i + 1, 0] - x[i, 2], x[i + 1, 1] - x[i, 3]
+    bx, by = x[i, 0] - x[i + 1, 2], x[i, 1] - x[i + 1, 3]
+    return 0.5 * by, -0.5 * bx, -0.5 * ay, 0.5 * ax
+
+
+@compiled
+def along_gradient(g: tuple[float, float, float, float], x: Array, i: int) -> float:
+    """Scalar product of cell i's area gradient with node vectors ``x``."""
+    ax, ay = x[i + 1, 0] - x[i, 2], x[i + 1, 1] - x[i, 3]
+    bx, by = x[i, 0] - x[i + 1, 2], x[i, 1] - x[i + 1, 3]
+    return float(g[0] * ax + g[1] * ay + g[2] * bx + g[3] * by)
+
+
+@compiled
+def cell_area(q: Array, i: int) -> float:
+    """Area of cell i [m^2]."""
+    return 0.5 * along_gradient(area_gradient(q, i), q, i)
+
+
+@compiled
+def add_pressures(q: Array, p: Array, f: Array) -> None:
+    """Add the forces of pressures ``p`` to ``f``: G^T p."""
+    for i in range(p.shape[0]):
+        gx, gy, hx, hy = area_gradient(q, i)
+        f[i + 1, 0] += p[i] * gx
+        f[i + 1, 1] += p[i] * gy
+        f[i, 2] -= p[i] * gx
+        f[i, 3] -= p[i] * gy
+        f[i, 0] += p[i] * hx
+        f[i, 1] += p[i] * hy
+        f[i + 1, 2] -= p[i] * hx
+        f[i + 1, 3] -= p[i] * hy
+
+
+@compiled
+def acceleration(m: Model, q: Array, v: Array, a: Array, p: Array, acc: Array, work: Array) -> None:
+    """Pressures into ``p``, accelerations [m/s^2] into ``acc``; ``work`` (n, 6) is scratch.
+
+    (G M^-1 G^T) p = -(G M^-1 f + G' v) - 2 beta G v - beta^2 (A - A0),  M q'' = f + G^T p: tridiagonal, O(n).
+    """
+    n = a.shape[0]
+    forces(m, q, v, a, acc)
+    for i in range(n):
+        g = area_gradient(q, i)
+        work[i, 0], work[i, 1], work[i, 2], work[i, 3] = g
+        near, far = m.mobility[i], m.mobility[i + 1]
+        push = far * (
+            g[0] * acc[i + 1, 0] + g[1] * acc[i + 1, 1] - g[2] * acc[i + 1, 2] - g[3] * acc[i + 1, 3]
+        ) + near * (g[2] * acc[i, 0] + g[3] * acc[i, 1] - g[0] * acc[i, 2] - g[1] * acc[i, 3])
+        rate = area_gradient(v, i)
+        error = 0.5 * along_gradient(g, q, i) - m.area[i]
+        load = -push - along_gradient(rate, v, i) - 2 * m.beta * along_gradient(g, v, i) - m.beta**2 * error
+        diagonal = (g[0] ** 2 + g[1] ** 2 + g[2] ** 2 + g[3] ** 2) * (near + far)
+        if i > 0:
+            coupling = near * (
+                work[i - 1, 0] * g[2] + work[i - 1, 1] * g[3] + work[i - 1, 2] * g[0] + work[i - 1, 3] * g[1]
+            )
+            ratio = coupling / work[i - 1, 4]
+            diagonal -= ratio * coupling
+            load -= ratio * p[i - 1]
+            work[i, 5] = coupling
+        work[i, 4] = diagonal
+        p[i] = load
+    p[n - 1] /= work[n - 1, 4]
+    for i in range(n - 2, -1, -1):
+        p[i] = (p[i] - work[i + 1, 5] * p[i + 1]) / work[i, 4]
+    add_pressures(q, p, acc)
+    for j in range(n + 1):
+        for x in range(4):
+            acc[j, x] *= m.mobility[j]

@@ -1,0 +1,216 @@
+"""A linearly implicit method of order 4(3) for the arm, L-stable: a compiled kernel with step control.
+
+Rosenbrock method RODAS: Hairer, Wanner, *Solving Ordinary Differential Equations II*, section IV.7. A step needs one
+exact Jacobian, one banded factorisation and six solutions, all O(n). The pressures are eliminated exactly in each
+stage's right-hand side and kept as unknowns in the equations, which so stay banded:
+
+    [M - H D - H^2 S] k_v - H G^T k_p = H M r_v + H^2 S r_q,      k_q = H (k_v + r_q),      H = gamma h
+    [G + 2 H G(v) + 2 beta H G + H^2 E] k_v = H G r_v - H^2 E r_q,    E = G(acc) + 2 beta G(v) + beta^2 G
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .banded import PER_ROD, WIDTH, assemble, factorise, solve
+from .compiled import Array, compiled
+from .explicit import (
+    DONE,
+    NOT_FINITE,
+    PAUSE,
+    STEPS_A_CALL,
+    TOO_SMALL,
+    Run,
+    accept,
+    add_works,
+    change_step,
+    fit_step,
+    interpolate,
+    largest_error,
+    record,
+    weighted_sum,
+)
+from .forces import acceleration, along_gradient, area_gradient
+from .jacobian import derivatives, multiply
+from .lattice import Model
+
+_GAMMA = 0.25
+_A = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0],
+        [1.544000000000000, 0.0, 0.0, 0.0, 0.0],
+        [0.9466785280815826, 0.2557011698983284, 0.0, 0.0, 0.0],
+        [3.314825187068521, 2.896124015972201, 0.9986419139977817, 0.0, 0.0],
+        [1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950, 0.0],
+        [1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950, 1.0],
+    ]
+)
+_C = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0],
+        [-5.668800000000000, 0.0, 0.0, 0.0, 0.0],
+        [-2.430093356833875, -0.2063599157091915, 0.0, 0.0, 0.0],
+        [-0.1073529058151375, -9.594562251023355, -20.47028614809616, 0.0, 0.0],
+        [7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160, 0.0],
+        [8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054],
+    ]
+)
+_TIMES = np.array([0.0, 0.386, 0.21, 0.63, 1.0, 1.0])
+_SLOPES = np.array([0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0])
+#: Weights of the stages in the interpolant's middle, beside the mean of both ends: those of its terms in theta
+#: (1 - theta) and theta (1 - theta)^2, with theta = 1/2.
+_INSIDE = 0.25 * np.array(
+    [
+        10.12623508344586 + 0.5 * -0.6762803392806898,
+        -7.487995877610167 + 0.5 * 6.087714651680606,
+        -34.80091861555747 + 0.5 * 16.43084320892478,
+        -7.992771707568823 + 0.5 * 24.76722511418386,
+        1.025137723295662 + 0.5 * -6.594389125716872,
+    ]
+)
+
+
+@compiled
+def constraint_rows(m: Model, q: Array, v: Array, acc: Array, H: float, C: Array, E: Array) -> None:
+    """The two gradients of the module's last equation, as `area_gradient` gives them, into ``C``, ``E`` (n, 4)."""
+    for i in range(C.shape[0]):
+        g, gv, ga = area_gradient(q, i), area_gradient(v, i), area_gradient(acc, i)
+        for c in range(4):
+            E[i, c] = ga[c] + 2 * m.beta * gv[c] + m.beta**2 * g[c]
+            C[i, c] = g[c] + 2 * H * (gv[c] + m.beta * g[c]) + H * H * E[i, c]
+
+
+@compiled
+def project(m: Model, q: Array, v: Array, p: Array, work: Array) -> None:
+    """Move ``q`` and ``v`` the least, weighted by mass, so that areas and their rates are right to second order.
+
+    Steps may be long beside 1/beta, with which the stabilisation alone would bring the areas back: what is left of an
+    error there costs later steps far more than this. ``p`` (n,) and ``work`` (n, 6) are scratch.
+    """
+    n = p.shape[0]
+    for part in range(2):
+        target = q if part == 0 else v
+        for i in range(n):
+            g = area_gradient(q, i)
+            near, far = m.mobility[i], m.mobility[i + 1]
+            load = along_gradient(g, v, i) if part == 1 else 0.5 * along_gradient(g, q, i) - m.area[i]
+            diagonal = (g[0] ** 2 + g[1] ** 2 + g[2] ** 2 + g[3] ** 2) * (near + far)
+            if i > 0:
+                coupling = near * (
+                    work[i - 1, 0] * g[2] + work[i - 1, 1] * g[3] + work[i - 1, 2] * g[0] + work[i - 1, 3] * g[1]
+                )
+                ratio = coupling / work[i - 1, 4]
+                diagonal -= ratio * coupling
+                load -= ratio * p[i - 1]
+                work[i, 5] = coupling
+            work[i, 0], work[i, 1], work[i, 2], work[i, 3] = g
+            work[i, 4] = diagonal
+            p[i] = load
+        p[n - 1] /= work[n - 1, 4]
+        for i in range(n - 2, -1, -1):
+            p[i] = (p[i] - work[i + 1, 5] * p[i + 1]) / work[i, 4]
+        for i in range(n):
+            gx, gy, hx, hy = work[i, 0], work[i, 1], work[i, 2], work[i, 3]
+            near, far = p[i] * m.mobility[i], p[i] * m.mobility[i + 1]
+            target[i + 1, 0] -= far * gx
+            target[i + 1, 1] -= far * gy
+            target[i, 2] += near * gx
+            target[i, 3] += near * gy
+            target[i, 0] -= near * hx
+            target[i, 1] -= near * hy
+            target[i + 1, 2] += far * hx
+            target[i + 1, 3] += far * hy
+
+
+@compiled
+def implicit(m: Model, run: Run) -> int:
+    """Integrate on towards the last stop; returns `DONE`, `PAUSE`, `TOO_SMALL` or `NOT_FINITE`."""
+    clock = run.clock
+    n = m.area.shape[0]
+    K, L = np.zeros((6, n + 1, 4)), np.zeros((6, n + 1, 4))
+    states, activations = np.zeros((3, 2, n + 1, 4)), np.zeros((3, n, 3))
+    states[0, 0], states[0, 1] = run.q, run.v
+    states[2, 0, 0] = states[1, 0, 0] = run.q[0]
+    q, v, x, w = states[0, 0], states[0, 1], states[2, 0], states[2, 1]
+    acc, first, rq, rv = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
+    turned, drift = np.zeros((n + 1, 4)), np.zeros((1, n + 1, 4))
+    a, rate, p, work = activations[2], np.zeros((n, 3)), np.zeros(n), np.zeros((n, 6))
+    S, D = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4))
+    C, E, A = np.zeros((n, 4)), np.zeros((n, 4)), np.zeros((PER_ROD * n + WIDTH, 2 * WIDTH + 1))
+    padded = np.zeros(PER_ROD * n + 2 * WIDTH)
+    b = padded[WIDTH : WIDTH + PER_ROD * n]
+    k = run.counts[0]
+    interpolate(run, clock[0], activations[0])
+    acceleration(m, q, v, activations[0], p, first, work)
+    steps = 0
+    while True:
+        if clock[0] == run.stops[k]:
+            record(run, k, q, v, p)
+        while clock[0] < run.stops[k + 1]:
+            derivatives(m, q, v, activations[0], p, S, D)
+            while True:
+                h, last = fit_step(run, k)
+                H = _GAMMA * h
+                constraint_rows(m, q, v, first, H, C, E)
+                scale = assemble(m, q, C, S, D, 1.0, H, H * H, A)
+                sound = factorise(A)
+                # forces are linear in the activation: h times their slope is the change by h times its slope, which is
+                # that of the parabola through the step's ends and middle
+                interpolate(run, clock[0] + 0.5 * h, activations[1])
+                interpolate(run, clock[0] + h, a)
+                for i in range(n):
+                    for c in range(3):
+                        rate[i, c] = 4 * activations[1, i, c] - 2 * activations[0, i, c] - a[i, c]
+                acceleration(m, q, v, rate, p, drift[0], work)
+                drift[0] -= first
+                for s in range(6):
+                    weighted_sum(_A[s], K, s, 1.0, q, x)
+                    weighted_sum(_A[s], L, s, 1.0, v, w)
+                    weighted_sum(_C[s], K, s, 1 / h, w, rq)
+                    if s == 0:
+                        weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, first, rv)
+                    else:
+                        interpolate(run, clock[0] + _TIMES[s] * h, a)
+                        acceleration(m, x, w, a, p, acc, work)
+                        weighted_sum(_C[s], L, s, 1 / h, acc, rv)
+                        weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, rv, rv)
+                    multiply(S, rq, turned)
+                    for j in range(1, n + 1):
+                        for c in range(4):
+                            b[PER_ROD * (j - 1) + c] = H * m.mass[j] * rv[j, c] + H * H * turned[j, c]
+                    for i in range(n):
+                        e = (E[i, 0], E[i, 1], E[i, 2], E[i, 3])
+                        g = area_gradient(q, i)
+                        b[PER_ROD * i + 4] = scale * (H * along_gradient(g, rv, i) - H * H * along_gradient(e, rq, i))
+                    solve(A, padded)
+                    for j in range(1, n + 1):
+                        for c in range(4):
+                            L[s, j, c] = b[PER_ROD * (j - 1) + c]
+                            K[s, j, c] = H * (L[s, j, c] + rq[j, c])
+                error = largest_error(run, K[5], L[5]) if sound else math.inf
+                if change_step(run, h, error, 4.0):
+                    break
+                if clock[1] < 1e-14 * run.stops[-1]:
+                    return TOO_SMALL if math.isfinite(error) else NOT_FINITE
+            x += K[5]
+            w += L[5]
+            project(m, x, w, p, work)
+            weighted_sum(_INSIDE, K, 5, 1.0, 0.5 * (q + x), states[1, 0])
+            weighted_sum(_INSIDE, L, 5, 1.0, 0.5 * (v + w), states[1, 1])
+            add_works(m, run, h, states, activations, rate)
+            states[0] = states[2]
+            activations[0] = activations[2]
+            acceleration(m, q, v, activations[0], p, first, work)
+            accept(run, k, h, last)
+            steps += 1
+            if steps >= STEPS_A_CALL and not last:
+                run.q[:] = q
+                run.v[:] = v
+                return PAUSE
+        k += 1
+        run.counts[0] = k
+        if k == run.stops.shape[0] - 1:
+            record(run, k, q, v, p)
+            return DONE

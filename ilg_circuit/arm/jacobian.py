@@ -1,0 +1,210 @@
+"""Derivatives of the arm's forces by position and velocity: exact, in 4 x 4 blocks; compiled kernels.
+
+``S[j, d]`` is the derivative of rod j's forces by the positions of rod j + d - 2, d = 0 to 4, ``D`` the same by
+velocities: (n + 1, 5, 4, 4). Columns and arrays otherwise as in `forces`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .compiled import Array, compiled
+from .forces import depth_in_plane, drag_of_cell, rod_activation, shear_state
+from .lattice import Model
+
+
+@compiled
+def _add(B: Array, j: int, x: int, i: int, y: int, scale: float, b: Array, top: int = 0, left: int = 0) -> None:
+    """Add ``scale`` b[top:top + 2, left:left + 2]: rod j, columns x, x + 1, by rod i, columns y, y + 1."""
+    d = i - j + 2
+    for r in range(2):
+        for c in range(2):
+            B[j, d, x + r, y + c] += scale * b[top + r, left + c]
+
+
+@compiled
+def _spring(
+    S: Array,
+    D: Array,
+    q: Array,
+    v: Array,
+    ends: tuple[int, int, int, int],
+    k: float,
+    rest: float,
+    damping: float,
+    block: Array,
+) -> None:
+    """A spring from rod ends[0], columns from ends[1], to rod ends[2], columns from ends[3]."""
+    j, x, i, y = ends
+    dx, dy = q[i, y] - q[j, x], q[i, y + 1] - q[j, x + 1]
+    wx, wy = v[i, y] - v[j, x], v[i, y + 1] - v[j, x + 1]
+    length = math.sqrt(dx * dx + dy * dy)
+    nx, ny = dx / length, dy / length
+    rate = nx * wx + ny * wy
+    stress = (k * (length - rest) + damping * rate) / length
+    gx = (k - stress) * nx + damping * (wx - rate * nx) / length
+    gy = (k - stress) * ny + damping * (wy - rate * ny) / length
+    block[0, 0], block[0, 1] = nx * gx + stress, nx * gy
+    block[1, 0], block[1, 1] = ny * gx, ny * gy + stress
+    _add(S, j, x, i, y, 1.0, block)
+    _add(S, j, x, j, x, -1.0, block)
+    _add(S, i, y, i, y, -1.0, block)
+    _add(S, i, y, j, x, 1.0, block)
+    if damping > 0:
+        block[0, 0], block[0, 1] = damping * nx * nx, damping * nx * ny
+        block[1, 0], block[1, 1] = block[0, 1], damping * ny * ny
+        _add(D, j, x, i, y, 1.0, block)
+        _add(D, j, x, j, x, -1.0, block)
+        _add(D, i, y, i, y, -1.0, block)
+        _add(D, i, y, j, x, 1.0, block)
+
+
+@compiled
+def derivatives(m: Model, q: Array, v: Array, a: Array, p: Array, S: Array, D: Array) -> None:
+    """Derivatives of all forces, those of given pressures ``p`` included."""
+    n = a.shape[0]
+    S[:] = 0.0
+    D[:] = 0.0
+    block = np.empty((2, 2))
+    for i in range(n):
+        for s in range(2):
+            k = m.edge_stiffness[i, s] + m.edge_active[i, s] * a[i, s]
+            rest = m.edge_length[i, s] * (1 + m.strain * a[i, s])
+            _spring(S, D, q, v, (i, 2 * s, i + 1, 2 * s), k, rest, m.edge_damping[i, s], block)
+    for j in range(n + 1):
+        active = rod_activation(a, j)
+        k = m.rod_stiffness[j] + m.rod_active[j] * active
+        rest = m.rod_length[j] * (1 + m.strain * active)
+        _spring(S, D, q, v, (j, 2, j, 0), k, rest, m.rod_damping[j], block)
+    # the area's gradient is linear: each node's force turns with the diagonal's other ends
+    for i in range(n):
+        block[0, 0] = block[1, 1] = 0.0
+        block[0, 1], block[1, 0] = 0.5 * p[i], -0.5 * p[i]
+        _add(S, i + 1, 0, i, 0, 1.0, block)
+        _add(S, i + 1, 0, i + 1, 2, -1.0, block)
+        _add(S, i, 2, i, 0, -1.0, block)
+        _add(S, i, 2, i + 1, 2, 1.0, block)
+        _add(S, i, 0, i + 1, 0, -1.0, block)
+        _add(S, i, 0, i, 2, 1.0, block)
+        _add(S, i + 1, 2, i + 1, 0, 1.0, block)
+        _add(S, i + 1, 2, i, 2, -1.0, block)
+    if m.sheared:
+        _shear(m, q, v, S, D)
+    if m.dragged:
+        _drag(m, q, v, S, D)
+    if m.plane_stiffness > 0:
+        _plane(m, q, v, S, D)
+
+
+@compiled
+def _angle_hessian(x: float, y: float) -> tuple[float, float]:
+    """Second derivatives of atan2(y, x): by xx (yy is its negative) and by xy."""
+    square = (x * x + y * y) ** 2
+    return 2 * x * y / square, (y * y - x * x) / square
+
+
+@compiled
+def _shear(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
+    slope, second, turn, speed = np.empty(4), np.empty((4, 4)), np.empty(4), np.empty(4)
+    by_u, by_w = np.empty((4, 4)), np.empty((4, 4))
+    for e in range(m.shear_stiffness.shape[0]):
+        rx, ry, tx, ty = shear_state(m, q, e)
+        speed[0], speed[1], speed[2], speed[3] = shear_state(m, v, e)
+        r2, t2 = rx * rx + ry * ry, tx * tx + ty * ty
+        scale = 1 / math.sqrt(r2 * t2)
+        cosine, sine = (rx * tx + ry * ty) * scale, (rx * ty - ry * tx) * scale
+        turn[0], turn[1], turn[2], turn[3] = ry / r2, -rx / r2, -ty / t2, tx / t2  # gradient of the angle psi
+        second[:] = 0.0
+        xx, xy = _angle_hessian(rx, ry)
+        second[0, 0], second[0, 1], second[1, 0], second[1, 1] = -xx, -xy, -xy, xx
+        xx, xy = _angle_hessian(tx, ty)
+        second[2, 2], second[2, 3], second[3, 2], second[3, 3] = xx, xy, xy, -xx
+        rate = 0.0
+        for r in range(4):
+            slope[r] = -sine * turn[r]
+            rate += slope[r] * speed[r]
+            for c in range(4):
+                second[r, c] = -cosine * turn[r] * turn[c] - sine * second[r, c]
+        k, damping = m.shear_stiffness[e], m.shear_damping[e]
+        moment = k * (cosine - m.shear_cosine[e]) + damping * rate
+        for c in range(4):
+            bend = 0.0
+            for r in range(4):
+                bend += second[c, r] * speed[r]
+            for r in range(4):
+                by_u[r, c] = -(slope[r] * (k * slope[c] + damping * bend) + moment * second[r, c])
+                by_w[r, c] = -damping * slope[r] * slope[c]
+        _spread(m, e, by_u, S)
+        if damping > 0:
+            _spread(m, e, by_w, D)
+
+
+@compiled
+def _spread(m: Model, e: int, by_u: Array, B: Array) -> None:
+    """From the across direction and the tangent of shear element e to the nodes that they are sums of."""
+    for k in range(3):
+        j, z, w = m.shear_index[e, k], m.shear_across[e, k], m.shear_along[e, k]
+        for h in range(3):
+            i, y, x = m.shear_index[e, h], m.shear_across[e, h], m.shear_along[e, h]
+            if (z == 0 and w == 0) or (y == 0 and x == 0):
+                continue
+            d = i - j + 2
+            for r in range(2):
+                for c in range(2):
+                    rr, rt = z * y * by_u[r, c], z * x * by_u[r, c + 2]
+                    tr, tt = w * y * by_u[r + 2, c], w * x * by_u[r + 2, c + 2]
+                    B[j, d, r, c] += rr + rt + tr + tt
+                    B[j, d, r, c + 2] += -rr + rt - tr + tt
+                    B[j, d, r + 2, c] += -rr - rt + tr + tt
+                    B[j, d, r + 2, c + 2] += rr - rt - tr + tt
+
+
+@compiled
+def _drag(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
+    block, turned = np.empty((2, 2)), np.empty((2, 2))
+    for i in range(m.area.shape[0]):
+        tx, ty, length, along, across = drag_of_cell(m, q, v, i)
+        nx, ny = -ty, tx
+        push, lift = m.drag_along[i], m.drag_across[i]
+        one, two = 2 * push * abs(along), 2 * lift * abs(across)
+        block[0, 0], block[0, 1] = one * tx * tx + two * nx * nx, one * tx * ty + two * nx * ny
+        block[1, 0], block[1, 1] = block[0, 1], one * ty * ty + two * ny * ny
+        # by the angle of the axis; the angle by the difference of the rods' centres is n over its length
+        to_t = -one * across + lift * abs(across) * across
+        to_n = two * along - push * abs(along) * along
+        fx, fy = (to_t * tx + to_n * nx) / length, (to_t * ty + to_n * ny) / length
+        turned[0, 0], turned[0, 1], turned[1, 0], turned[1, 1] = fx * nx, fx * ny, fy * nx, fy * ny
+        for j in (i, i + 1):
+            for x in (0, 2):
+                for k in (i, i + 1):
+                    for y in (0, 2):
+                        _add(D, j, x, k, y, -1 / 16, block)
+                        _add(S, j, x, k, y, 0.125 if k > i else -0.125, turned)
+
+
+@compiled
+def _plane(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
+    block = np.empty((2, 2))
+    nx, ny = m.plane[2], m.plane[3]
+    block[0, 0], block[0, 1], block[1, 0], block[1, 1] = nx * nx, nx * ny, nx * ny, ny * ny
+    for j in range(q.shape[0]):
+        for x in (0, 2):
+            depth, loss = depth_in_plane(m, q, v, j, x)
+            if depth > 0 and loss > 0:
+                _add(S, j, x, j, x, -m.plane_stiffness * loss, block)
+                _add(D, j, x, j, x, -m.plane_stiffness * m.plane_damping * depth, block)
+
+
+@compiled
+def multiply(B: Array, x: Array, out: Array) -> None:
+    """``out`` = B x for blocks B as `derivatives` makes them and node vectors x (n + 1, 4)."""
+    count = x.shape[0]
+    for j in range(count):
+        for r in range(4):
+            total = 0.0
+            for d in range(max(0, 2 - j), min(5, count + 2 - j)):
+                for c in range(4):
+                    total += B[j, d, r, c] * x[j + d - 2, c]
+            out[j, r] = total

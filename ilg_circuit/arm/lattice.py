@@ -1,0 +1,385 @@
+"""The arm as a plane lattice of masses and springs: its description, its rest shape and its compiled form.
+
+Rods 0 to n stand across the arm, rod 0 clamped; two edges join neighbouring rods, so that n quadrilateral cells lie in
+a row. Side 0 is the face towards +normal (left of the axis when looking from base to tip), side 1 the other face.
+
+Two formulations: ``beam``, an elastic strip whose edges change their rest length (eigenstrain), and ``yekutieli``,
+pre-tensioned muscles whose stiffness follows the activation (Yekutieli et al., J. Neurophysiol. 94, 2005; the model of
+CPG §6.2, *Motion Simulation of Ionic Liquid Gel Soft Actuators Based on CPG Control*).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..actuator import CANTILEVER_EIGENVALUE, ORIENTATIONS, PAPER, Actuator, quantity, validate_quantities
+from ..errors import InputError
+from .compiled import Array, Indices
+
+FORMULATIONS = ("beam", "yekutieli")
+GRAVITY = 9.80665
+
+#: Shear correction of a rectangular section, and G/E of an incompressible material.
+SHEAR_CORRECTION, SHEAR_RATIO = 5 / 6, 1 / 3
+
+#: Above this, the dense parts of the start-up and the files of a motion grow out of hand.
+MOST_SEGMENTS = 5000
+
+
+@dataclass(frozen=True)
+class Muscle:
+    """Muscles of the ``yekutieli`` formulation: f = z [(T_pas + T_act a)(l - r l0) + c0 l'], a in [0, 1].
+
+    z is cross-section over relaxed length: b h/(2 l) along each face, b l/h across (half at the end rods). With these
+    the pre-tension is the same in both directions, and the constant area of the cells holds it in balance.
+    """
+
+    passive: float = quantity("Pa", "passive stiffness T_pas", default=2.0e3)
+    active: float = quantity("Pa", "active stiffness T_act at full activation", zero=True, default=1.32e5)
+    damping: float = quantity("Pa s", "damping c0", zero=True, default=9.0)
+    rest_ratio: float = quantity("", "rest length over initial length, r; sources differ, 0.5 to 0.8", default=0.5)
+
+    def __post_init__(self) -> None:
+        validate_quantities(self)
+        if not self.rest_ratio < 1:
+            raise InputError(
+                f"muscle.rest_ratio is {self.rest_ratio:g}; it must be below 1 (without pre-tension activation makes "
+                "no force)"
+            )
+
+
+@dataclass(frozen=True)
+class Fluid:
+    """A fluid around the arm: buoyancy, and drag -1/2 rho c S |v| v across and along each segment.
+
+    S is length x depth across, and the segment's whole wetted surface 2 l (h + b) along (assumed).
+    """
+
+    density: float = quantity("kg/m^3", "density of the fluid", default=1022.0)
+    drag_across: float = quantity("", "drag coefficient across the arm", zero=True, default=1.013)
+    drag_along: float = quantity("", "drag coefficient along the arm", zero=True, default=0.0256)
+
+    def __post_init__(self) -> None:
+        validate_quantities(self)
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A frictionless half-space that pushes back: f = k d (1 + chi d') along its normal, d the depth of a node.
+
+    ``point`` [m] lies on its surface, ``normal`` points out of it.
+    """
+
+    point: tuple[float, float]
+    normal: tuple[float, float]
+    stiffness: float = quantity("N/m", "stiffness k for each node")
+    damping: float = quantity("s/m", "loss chi of an impact", zero=True, default=1.0)
+
+    def __post_init__(self) -> None:
+        validate_quantities(self)
+        object.__setattr__(self, "point", _vector("plane.point", self.point))
+        normal = _vector("plane.normal", self.normal)
+        size = math.hypot(*normal)
+        if size == 0:
+            raise InputError("plane.normal is zero; give a direction that points out of the plane")
+        if abs(size - 1) > 1e-15:
+            normal = (normal[0] / size, normal[1] / size)
+        object.__setattr__(self, "normal", normal)
+
+
+@dataclass(frozen=True)
+class Arm:
+    """A soft arm, clamped at its base. Sizes in the plane: ``length``, ``thickness``; out of it: ``depth``.
+
+    ``tip_thickness`` and ``tip_depth`` give a linear taper. ``damping`` is the loss time c/k [s] of the beam's springs
+    and of its shear (Kelvin-Voigt: a mode of angular frequency w is damped by w damping/2). ``direction`` [rad] is the
+    axis at the base, ``gravity`` [m/s^2] a vector, ``curvature`` [1/m] that of the rest shape, one value or one a
+    segment, positive towards +normal. ``stabilisation`` [1/s] is beta, with which errors of a cell's area die away.
+    """
+
+    length: float = quantity("m", "length from clamp to tip")
+    thickness: float = quantity("m", "thickness in the plane, at the base")
+    depth: float = quantity("m", "depth out of the plane, at the base")
+    density: float = quantity("kg/m^3", "density")
+    youngs_modulus: float = quantity("Pa", "Young's modulus of the beam formulation", default=7600.0)
+    damping: float = quantity("s", "loss time c/k of the beam formulation", zero=True, default=0.0)
+    tip_thickness: float | None = quantity("m", "thickness at the tip; that of the base if absent", default=None)
+    tip_depth: float | None = quantity("m", "depth at the tip; that of the base if absent", default=None)
+    segments: int = 15
+    formulation: str = "beam"
+    muscle: Muscle = Muscle()
+    gravity: tuple[float, float] = (0.0, 0.0)
+    direction: float = 0.0
+    curvature: float | tuple[float, ...] = 0.0
+    fluid: Fluid | None = None
+    plane: Plane | None = None
+    stabilisation: float = quantity("1/s", "rate beta at which errors of the area die away", default=500.0)
+
+    def __post_init__(self) -> None:
+        validate_quantities(self)
+        if isinstance(self.segments, bool) or not isinstance(self.segments, (int, np.integer)):
+            raise InputError(f"arm.segments is {str(self.segments)[:40]!r}; give a whole number")
+        if not 1 <= self.segments <= MOST_SEGMENTS:
+            raise InputError(f"arm.segments is {self.segments}; give 1 to {MOST_SEGMENTS}")
+        object.__setattr__(self, "segments", int(self.segments))
+        if self.formulation not in FORMULATIONS:
+            raise InputError(f"arm.formulation is {str(self.formulation)!r}; choose one of {', '.join(FORMULATIONS)}")
+        object.__setattr__(self, "gravity", _vector("arm.gravity", self.gravity))
+        if not _finite(self.direction):
+            raise InputError(f"arm.direction is {self.direction}; give a finite angle in rad")
+        bends = self.curvature if isinstance(self.curvature, tuple) else (self.curvature,) * self.segments
+        if len(bends) != self.segments:
+            raise InputError(f"arm.curvature has {len(bends)} values for {self.segments} segments; give one for each")
+        for k, bend in enumerate(bends, 1):
+            if not _finite(bend):
+                raise InputError(f"arm.curvature of segment {k} is {bend}; give a finite value in 1/m")
+            if abs(bend) * max(self.thickness, self.tip_thickness or 0.0) >= 1:
+                raise InputError(f"arm.curvature of segment {k} is {bend:g} 1/m: the inner face would fold over")
+
+    @property
+    def curvatures(self) -> Array:
+        """Rest curvature of each segment [1/m] (n,)."""
+        return np.broadcast_to(np.asarray(self.curvature, dtype=np.float64), (self.segments,)).copy()
+
+    @property
+    def segment_length(self) -> float:
+        """l [m]: along the rest shape's axis."""
+        return self.length / self.segments
+
+    def tapered(self, at_cells: bool) -> tuple[Array, Array]:
+        """Thickness h and depth b [m], at the cells' middles (n,) or at the rods (n + 1,)."""
+        n = self.segments
+        x = (np.arange(n) + 0.5) / n if at_cells else np.arange(n + 1) / n
+        tips = (self.tip_thickness or self.thickness, self.tip_depth or self.depth)
+        return (
+            self.thickness + (tips[0] - self.thickness) * x,
+            self.depth + (tips[1] - self.depth) * x,
+        )
+
+    def rest_positions(self) -> Array:
+        """Nodes of the rest shape [m] (n + 1, 2, 2): rod, side, axis; the axis' base is the origin."""
+        turn = self.curvatures * self.segment_length
+        heading = self.direction + np.concatenate([[0.0], np.cumsum(turn)])
+        chord = self.segment_length * np.sinc(turn / (2 * np.pi))
+        steps = chord[:, None] * _unit((heading[1:] + heading[:-1]) / 2)
+        centre = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+        across = 0.5 * self.tapered(at_cells=False)[0][:, None] * _unit(heading + np.pi / 2)
+        return np.stack([centre + across, centre - across], axis=1)
+
+    @property
+    def first_frequency(self) -> float:
+        """First angular frequency of the untapered beam, Euler-Bernoulli [rad/s]: 1.8751^2 sqrt(E I/(rho A))/L^2."""
+        slenderness = self.youngs_modulus * self.thickness**2 / (12 * self.density)
+        return float((CANTILEVER_EIGENVALUE / self.length) ** 2 * math.sqrt(slenderness))
+
+
+class Model(NamedTuple):
+    """An `Arm` as the kernels need it; n cells, n + 1 rods.
+
+    A spring's tension is (k + k_active a)(l - l0 (1 + strain a)) + c l'. ``edge_*`` (n, 2), ``rod_*`` (n + 1,); shear
+    energy 1/2 K (cos - cos0)^2 of E elements, cos between a direction r across the arm and a tangent t, which are sums
+    over three rods: of x(side 0) - x(side 1), and of x(side 0) + x(side 1), ``shear_index`` and weights (E, 3).
+    """
+
+    mass: Array  # (n + 1,) of each of a rod's two nodes [kg]
+    mobility: Array  # its inverse, zero at the clamp [1/kg]
+    weight_x: float  # acceleration of gravity less buoyancy [m/s^2]
+    weight_y: float
+    strain: float  # 1: activation is an eigenstrain; 0: it is a stiffness
+    edge_length: Array
+    edge_stiffness: Array
+    edge_active: Array
+    edge_damping: Array
+    rod_length: Array
+    rod_stiffness: Array
+    rod_active: Array
+    rod_damping: Array
+    shear_index: Indices
+    shear_across: Array
+    shear_along: Array
+    shear_cosine: Array
+    shear_stiffness: Array
+    shear_damping: Array
+    sheared: bool
+    area: Array  # (n,) [m^2]
+    beta: float
+    drag_across: Array  # (n,) 1/2 rho c S [kg/m]
+    drag_along: Array
+    dragged: bool
+    plane: Array  # point, normal (4,)
+    plane_stiffness: float
+    plane_damping: float
+    clamp: Array  # rod 0 (4,) [m]
+
+
+def model(arm: Arm) -> Model:
+    """The compiled form of ``arm``: stiffnesses of physics as the `Arm` and `Muscle` docstrings state them.
+
+    ``beam``: k_edge = E b h/(6 l) makes E I exact, k_rod = (2/3) E b l/h (half at the end rods) E A under constant
+    area; a shear energy 1/2 kappa G A l cos^2 removes the lattice's n mechanisms. Half of it is counted in the cells
+    (mean of the two rods against the axis between them), half at the rods (rod against the second-order tangent:
+    central inside, three-point at the ends with half the length). Neither locks, and each alone has a blind spot: the
+    first does not see rods that tilt by turns, so that a coarse lattice buckles under tension, the second does not
+    see a saw-tooth of the axis, so that a fine one buckles under compression.
+    """
+    n, l = arm.segments, arm.segment_length  # noqa: E741
+    q = arm.rest_positions()
+    edge_length = np.linalg.norm(np.diff(q, axis=0), axis=2)
+    rod_length = np.linalg.norm(q[:, 0] - q[:, 1], axis=1)
+    ends = np.ones(n + 1)
+    ends[[0, -1]] = 0.5
+    (h_cell, b_cell), (h, b) = arm.tapered(at_cells=True), arm.tapered(at_cells=False)
+    index, across, along, lengths = _shear_elements(n)
+    no_edges, no_rods = np.zeros((n, 2)), np.zeros(n + 1)
+    if arm.formulation == "beam":
+        e = arm.youngs_modulus
+        edge = (e * b_cell * h_cell / 6)[:, None] / edge_length
+        rod = ends * (2 / 3) * e * b * l / h
+        section = np.concatenate([b_cell * h_cell, b * h])[: len(lengths)]
+        shear = SHEAR_CORRECTION * SHEAR_RATIO * e * section * lengths * l
+        edge_active, rod_active = no_edges, no_rods
+        edge_damping, rod_damping, shear_damping = (arm.damping * k for k in (edge, rod, shear))
+        ratio = 1.0
+    else:
+        muscle = arm.muscle
+        z_edge = (b_cell * h_cell / 2)[:, None] / edge_length
+        z_rod = ends * b * l / h
+        edge, rod = muscle.passive * z_edge, muscle.passive * z_rod
+        edge_active, rod_active = muscle.active * z_edge, muscle.active * z_rod
+        edge_damping, rod_damping = muscle.damping * z_edge, muscle.damping * z_rod
+        shear, shear_damping = 0.0 * lengths, 0.0 * lengths
+        ratio = muscle.rest_ratio
+    area = cell_areas(q)
+    quarter = arm.density * area * b_cell / 4
+    mass = np.zeros(n + 1)
+    mass[:-1] += quarter
+    mass[1:] += quarter
+    mobility = 1 / mass
+    mobility[0] = 0.0
+    fluid = arm.fluid
+    lift = 1 - fluid.density / arm.density if fluid else 1.0
+    pressure = fluid.density / 2 if fluid else 0.0
+    plane = arm.plane
+    return Model(
+        mass=mass,
+        mobility=mobility,
+        weight_x=lift * arm.gravity[0],
+        weight_y=lift * arm.gravity[1],
+        strain=1.0 if arm.formulation == "beam" else 0.0,
+        edge_length=ratio * edge_length,
+        edge_stiffness=edge,
+        edge_active=edge_active,
+        edge_damping=edge_damping,
+        rod_length=ratio * rod_length,
+        rod_stiffness=rod,
+        rod_active=rod_active,
+        rod_damping=rod_damping,
+        shear_index=index,
+        shear_across=across,
+        shear_along=along,
+        shear_cosine=_cosines(q, index, across, along),
+        shear_stiffness=shear,
+        shear_damping=shear_damping,
+        sheared=bool(shear.any()),
+        area=area,
+        beta=arm.stabilisation,
+        drag_across=pressure * (fluid.drag_across if fluid else 0.0) * l * b_cell,
+        drag_along=pressure * (fluid.drag_along if fluid else 0.0) * 2 * l * (h_cell + b_cell),
+        dragged=fluid is not None,
+        plane=np.array([*plane.point, *plane.normal]) if plane else np.zeros(4),
+        plane_stiffness=plane.stiffness if plane else 0.0,
+        plane_damping=plane.damping if plane else 0.0,
+        clamp=q[0].ravel().copy(),
+    )
+
+
+def cell_areas(positions: Array) -> Array:
+    """Areas of the cells [m^2] (..., n) of node positions (..., n + 1, 2, 2): half the cross product of diagonals."""
+    one = positions[..., 1:, 0, :] - positions[..., :-1, 1, :]
+    two = positions[..., :-1, 0, :] - positions[..., 1:, 1, :]
+    areas: Array = 0.5 * (one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0])
+    return areas
+
+
+def strip_arm(actuator: Actuator = PAPER, *, segments: int = 15, mounting: str | None = None) -> Arm:
+    """The free part of a strip as an arm in the ``beam`` formulation.
+
+    Length L0, thickness b, depth w, E and density are the strip's; the loss time is the one that damps the first mode
+    by the strip's beam damping ratio. ``mounting`` (default: the strip's) is weightless, hanging or horizontal.
+    """
+    g, m = actuator.geometry, actuator.material
+    mounting = mounting or actuator.mounting.orientation
+    if mounting not in ORIENTATIONS:
+        raise InputError(f"mounting is {mounting!r}; choose one of {', '.join(ORIENTATIONS)}")
+    arm = Arm(
+        length=g.free_length,
+        thickness=g.thickness,
+        depth=g.width,
+        density=m.density,
+        youngs_modulus=m.youngs_modulus,
+        segments=segments,
+        gravity=(0.0, 0.0 if mounting == "weightless" else -GRAVITY),
+        direction=-math.pi / 2 if mounting == "hanging" else 0.0,
+    )
+    return replace(arm, damping=2 * m.beam_damping_ratio / arm.first_frequency)
+
+
+def _shear_elements(n: int) -> tuple[Indices, Array, Array, Array]:
+    """Shear elements of n cells, then of n + 1 rods: rods (E, 3), their weights in r and t (E, 3), and lengths (E,).
+
+    r is a sum of rods, t one of rods' centres, as the weights say; a length counts segments.
+    """
+    cells = np.arange(n)[:, None] + np.array([0, 1, 1])
+    ones = np.ones((n, 1))
+    elements = [(cells, ones * [0.5, 0.5, 0.0], ones * [-1.0, 1.0, 0.0], np.full(n, 1.0))]
+    if n > 1:
+        inside = np.clip(np.arange(n + 1), 1, n - 1)[:, None] + np.array([-1, 0, 1])
+        across, along = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
+        across[1:-1, 1], across[0, 0], across[-1, 2] = 1.0, 1.0, 1.0
+        along[1:-1], along[0], along[-1] = [-0.5, 0.0, 0.5], [-1.5, 2.0, -0.5], [0.5, -2.0, 1.5]
+        lengths = np.ones(n + 1)
+        lengths[[0, -1]] = 0.5
+        elements = [(cells, *elements[0][1:3], np.full(n, 0.5)), (inside, across, along, 0.5 * lengths)]
+    index, across, along, lengths = (np.concatenate(parts) for parts in zip(*elements, strict=True))
+    return index, across, 0.5 * along, lengths  # a centre is half the sum of two nodes
+
+
+def _cosines(q: Array, index: Indices, across: Array, along: Array) -> Array:
+    """Cosine between the two directions of each shear element (E,)."""
+    r = (across[:, :, None] * (q[:, 0] - q[:, 1])[index]).sum(axis=1)
+    t = (along[:, :, None] * (q[:, 0] + q[:, 1])[index]).sum(axis=1)
+    cosines: Array = (r * t).sum(axis=1) / np.linalg.norm(r, axis=1) / np.linalg.norm(t, axis=1)
+    return cosines
+
+
+def _unit(angle: Array) -> Array:
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def _finite(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _vector(name: str, value: object) -> tuple[float, float]:
+    numbers = tuple(value) if isinstance(value, (tuple, list, np.ndarray)) else ()
+    if len(numbers) != 2 or not all(_finite(float(x)) for x in numbers):
+        raise InputError(f"{name} is {str(value)[:40]}; give two finite numbers")
+    return float(numbers[0]), float(numbers[1])
+
+
+#: An octopus arm in sea water, hanging in the plane, after Yekutieli et al. 2005 (sizes and coefficients).
+OCTOPUS = Arm(
+    length=0.24,
+    thickness=15e-3,
+    depth=15e-3,
+    tip_thickness=1e-3,
+    tip_depth=1e-3,
+    density=1042.0,
+    formulation="yekutieli",
+    gravity=(0.0, -GRAVITY),
+    fluid=Fluid(),
+)

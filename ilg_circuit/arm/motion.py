@@ -1,0 +1,207 @@
+"""What an arm did: positions, velocities, pressures, forces and energies over time; netCDF files of it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import InputError
+from ..files import replacing
+from .activation import CHANNELS, Activation
+from .compiled import Array
+from .energy import evaluate
+from .explicit import Run
+from .forces import ENERGIES, POWERS
+from .lattice import Arm, Fluid, Muscle, Plane, cell_areas, model
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+#: Name of an array -> dimensions, unit and meaning, in a file.
+VARIABLES = {
+    "positions": (("rod", "side", "axis"), "m", "positions of the nodes"),
+    "velocities": (("rod", "side", "axis"), "m/s", "velocities of the nodes"),
+    "activations": (("segment", "channel"), "1", "eigenstrain (beam) or activation (yekutieli)"),
+    "pressures": (("segment",), "Pa", "pressure that holds each cell's area"),
+    "edge_forces": (("segment", "side"), "N", "tension of the springs along the faces, damping included"),
+    "rod_forces": (("rod",), "N", "tension of the springs across the arm, damping included"),
+    "energies": (("energy",), "J", "energy stored"),
+    "works": (("work",), "J", "work of the actuators, and what was dissipated, since t = 0"),
+}
+_LABELS = {
+    "side": ("+normal", "-normal"),
+    "axis": ("x", "y"),
+    "channel": CHANNELS,
+    "energy": ENERGIES,
+    "work": POWERS,
+}
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something worth knowing at ``time`` [s]; texts that begin with "warning: " are for the user's eyes."""
+
+    time: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Motion:
+    """An arm's motion at ``time`` [s] (t,); arrays as in `VARIABLES`, time first, SI.
+
+    ``energies`` (t, 4): kinetic, elastic, shear, gravity; ``works`` (t, 4): work done by the actuators since t = 0, and
+    energy lost in damping, drag and impact.
+    """
+
+    arm: Arm
+    time: Array
+    positions: Array
+    velocities: Array
+    activations: Array
+    pressures: Array
+    edge_forces: Array
+    rod_forces: Array
+    energies: Array
+    works: Array
+    method: str
+    text: str
+    events: tuple[Event, ...] = ()
+
+    @property
+    def centreline(self) -> Array:
+        """Middle of each rod [m] (t, n + 1, 2)."""
+        middle: Array = self.positions.mean(axis=2)
+        return middle
+
+    @property
+    def tip(self) -> Array:
+        """Path of the tip [m] (t, 2)."""
+        return self.centreline[:, -1]
+
+    @property
+    def first_segment_force(self) -> Array:
+        """Internal force of the first segment [N] (t, 2): the tensions of its two edges, side +normal first."""
+        return self.edge_forces[:, 0]
+
+    @property
+    def area_drift(self) -> float:
+        """Largest change of a cell's area relative to that at the start."""
+        areas = cell_areas(self.positions)
+        return float(np.abs(areas / cell_areas(self.arm.rest_positions()) - 1).max())
+
+    @property
+    def energy_balance(self) -> Array:
+        """Stored energy less its start, less the actuators' work, plus losses [J] (t,): zero for an exact solution."""
+        stored = self.energies.sum(axis=1)
+        balance: Array = stored - stored[0] - self.works[:, 0] + self.works[:, 1:].sum(axis=1)
+        return balance
+
+    @property
+    def balance_error(self) -> float:
+        """Largest `energy_balance` over the largest of all its terms (energies counted from their start)."""
+        terms = np.concatenate([self.energies - self.energies[0], self.works], axis=1)
+        largest = float(np.abs(terms).max())
+        return float(np.abs(self.energy_balance).max()) / largest if largest else 0.0
+
+    @property
+    def warnings(self) -> list[str]:
+        """Texts of the events that a user should see."""
+        return [
+            f"{e.text.removeprefix('warning: ')} (at {e.time:.4g} s)"
+            for e in self.events
+            if e.text.startswith("warning: ")
+        ]
+
+    def snapshots(self, times: ArrayLike) -> tuple[Array, Array]:
+        """Times [s] (k,) and positions [m] (k, n + 1, 2, 2) of the samples nearest to ``times`` [s] within the run."""
+        wanted = np.atleast_1d(np.asarray(times, dtype=np.float64))
+        inside = wanted[(wanted >= self.time[0] - 1e-9) & (wanted <= self.time[-1] * (1 + 1e-9))]
+        nearest = np.abs(self.time - inside[:, None]).argmin(axis=1)
+        return self.time[nearest], self.positions[nearest]
+
+    def dataset(self) -> Dataset:
+        """The motion as an xarray Dataset with units, labels, and the arm in its attributes."""
+        import xarray
+
+        data = {
+            name: (("time", *dimensions), getattr(self, name), {"units": unit, "long_name": meaning})
+            for name, (dimensions, unit, meaning) in VARIABLES.items()
+        }
+        labels: dict[str, Any] = {name: list(texts) for name, texts in _LABELS.items()}
+        labels["time"] = ("time", self.time, {"units": "s"})
+        attributes = {
+            "arm": json.dumps(asdict(self.arm)),
+            "method": self.method,
+            "activation": self.text,
+            "events": json.dumps([[e.time, e.text] for e in self.events]),
+        }
+        return xarray.Dataset(data, coords=labels, attrs=attributes)
+
+    def write(self, path: str | Path) -> None:
+        """Write a netCDF file, whole or not at all."""
+        with replacing(Path(path)) as temporary:
+            self.dataset().to_netcdf(temporary, engine="h5netcdf")
+
+
+def read_motion(path: str | Path) -> Motion:
+    """The motion in a file that `Motion.write` wrote. Raises InputError where it is not one."""
+    import xarray
+
+    try:
+        with xarray.open_dataset(Path(path), engine="h5netcdf") as file:
+            data = file.load()
+        arm = _arm(json.loads(data.attrs["arm"]))
+        arrays = {name: np.asarray(data[name].values, dtype=np.float64) for name in VARIABLES}
+        events = tuple(Event(float(time), str(text)) for time, text in json.loads(data.attrs["events"]))
+        return Motion(
+            arm=arm,
+            time=np.asarray(data["time"].values, dtype=np.float64),
+            method=str(data.attrs["method"]),
+            text=str(data.attrs["activation"]),
+            events=events,
+            **arrays,
+        )
+    except FileNotFoundError:
+        raise InputError(f"cannot read '{path}': there is no such file") from None
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"cannot read '{path}' as a motion: {' '.join(str(error).split())[:120]}") from None
+
+
+def motion(arm: Arm, drive: Activation, samples: Array, run: Run, method: str, events: list[Event]) -> Motion:
+    """The `Motion` of a finished ``run``: forces and energies are evaluated here."""
+    n, count = arm.segments, len(samples)
+    values = drive.at(samples)
+    energy, edges, rods = np.empty((count, 4)), np.empty((count, n, 2)), np.empty((count, n + 1))
+    evaluate(model(arm), run.positions, run.velocities, values, energy, edges, rods)
+    return Motion(
+        arm=arm,
+        time=samples,
+        positions=run.positions.reshape(count, n + 1, 2, 2),
+        velocities=run.velocities.reshape(count, n + 1, 2, 2),
+        activations=values,
+        pressures=run.pressures / arm.tapered(at_cells=True)[1],
+        edge_forces=edges,
+        rod_forces=rods,
+        energies=energy,
+        works=run.works,
+        method=method,
+        text=drive.text,
+        events=tuple(sorted(events, key=lambda e: e.time)),
+    )
+
+
+def _arm(record: dict[str, Any]) -> Arm:
+    """The arm from its dictionary."""
+    parts = {"muscle": Muscle, "fluid": Fluid, "plane": Plane}
+    values = {item.name: record[item.name] for item in fields(Arm)}
+    for name, kind in parts.items():
+        if values[name] is not None:
+            values[name] = kind(**values[name])
+    if isinstance(values["curvature"], list):
+        values["curvature"] = tuple(values["curvature"])
+    return Arm(**values)

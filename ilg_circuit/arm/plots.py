@@ -1,0 +1,206 @@
+"""Pictures and animations of an arm's motion: tip path, snapshots, internal force; axes in readable units."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import InputError
+from ..files import replacing, require_writable
+from ..plots import BLUE, GREY, ORANGE, engineering, save
+from .compiled import Array
+from .motion import Motion
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Times of the snapshots in CPG Fig. 10(c) [s].
+SNAPSHOT_TIMES = (0.5, 0.7, 1.0, 1.5)
+#: Most frames that an animation gets; a GIF of more is too large to be shown anywhere.
+MOST_FRAMES = 400
+#: Below this ratio of its extents a motion is drawn with different scales along x and y.
+_FLAT = 0.25
+
+
+def plot_motion(motion: Motion, path: str | Path, *, snapshots: ArrayLike = SNAPSHOT_TIMES) -> None:
+    """The arm at ``snapshots`` [s] with the tip's path, the tip over time, the first segment's internal force.
+
+    Snapshots after the end of the motion are left out; if none is left, the arm is drawn at its end.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.5, 5.6), dpi=150, layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
+    shape, tip, force = (figure.add_subplot(grid[place]) for place in (np.s_[:, 0], np.s_[0, 1], np.s_[1, 1]))
+    scale, unit = engineering(motion.positions, "m")
+    times, positions = motion.snapshots(snapshots)
+    if len(times) == 0:
+        times, positions = motion.snapshots([motion.time[-1]])
+    _draw_arm(shape, scale * motion.positions[0], GREY, "at rest" if motion.time[0] == 0 else "start", dashed=True)
+    for k, (time, nodes) in enumerate(zip(times, positions, strict=True)):
+        _draw_arm(shape, scale * nodes, _blue((k + 1) / len(times)), f"{time:.3g} s")
+    shape.plot(*(scale * motion.tip).T, color=ORANGE, linewidth=1.0, label="tip's path")
+    _frame(shape, scale, motion, unit)
+    shape.legend(fontsize=8, loc="best", framealpha=0.85)
+    factor, tip_unit = engineering(motion.tip - motion.tip[0], "m")
+    across = factor * (motion.tip - motion.tip[0])
+    tip.plot(motion.time, across[:, 0], color=GREY, linewidth=1.2, label="x")
+    tip.plot(motion.time, across[:, 1], color=BLUE, linewidth=1.2, label="y")
+    tip.set_ylabel(f"tip's displacement [{tip_unit}]")
+    _legend_above(tip)
+    factor, force_unit = engineering(motion.first_segment_force, "N")
+    tensions = factor * motion.first_segment_force
+    force.plot(motion.time, tensions[:, 0], color=ORANGE, linewidth=1.2, label="+normal face")
+    force.plot(
+        motion.time, tensions[:, 1], color=BLUE, linewidth=1.2, linestyle="--", label="\N{MINUS SIGN}normal face"
+    )
+    force.set_ylabel(f"tension in segment 1 [{force_unit}]")
+    force.set_xlabel("time [s]")
+    _legend_above(force)
+    for panel in (tip, force):
+        panel.grid(alpha=0.25, linewidth=0.6)
+        panel.margins(x=0.01)
+        panel.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(f"{_title(motion)}: {motion.text}", fontsize=10)
+    save(figure, path)
+
+
+def require_animation(path: Path) -> None:
+    """Refuse an animation's path before the work is done: its folder, its suffix, and ffmpeg where it is needed."""
+    if path.suffix.lower() not in (".gif", ".mp4"):
+        raise InputError(f"cannot animate '{path}': end its name in .gif or .mp4")
+    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
+        raise InputError(f"cannot animate '{path}': no ffmpeg here; install it, or end the name in .gif")
+    require_writable(path)
+
+
+def animate(
+    motion: Motion,
+    path: str | Path,
+    *,
+    frames_per_second: float = 25.0,
+    portrait: tuple[Array, Array] | None = None,
+    portrait_labels: tuple[str, str] = ("y_1", "y_2"),
+) -> None:
+    """An animation in real time, .gif or .mp4; ``portrait`` adds a side panel.
+
+    ``portrait``: two arrays (t,) at the motion's times, such as two neurons' outputs, drawn as a phase portrait whose
+    point moves with the arm. At most `MOST_FRAMES` frames: a longer motion has fewer a second.
+    """
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    target = Path(path)
+    require_animation(target)
+    if portrait is not None and any(np.shape(values) != motion.time.shape for values in portrait):
+        raise InputError(f"portrait: give two arrays of {len(motion.time)} values, one for each sample")
+    duration = float(motion.time[-1] - motion.time[0])
+    count = int(np.clip(np.floor(duration * frames_per_second) + 1, 2, MOST_FRAMES))
+    times = np.linspace(motion.time[0], motion.time[-1], count)
+    frames = np.abs(motion.time - times[:, None]).argmin(axis=1)
+    figure = Figure(figsize=(8.4 if portrait is not None else 5.6, 4.2), dpi=100, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes: Any = figure.subplots(1, 2 if portrait is not None else 1, squeeze=False)
+    stage = axes[0, 0]
+    scale, unit = engineering(motion.positions, "m")
+    path_line = stage.plot([], [], color=ORANGE, linewidth=0.9)[0]
+    body = stage.fill([0, 0, 0], [0, 0, 0], facecolor="#9ecae1", edgecolor=BLUE, linewidth=1.2)[0]
+    rods = stage.plot([], [], color=BLUE, linewidth=0.5)[0]
+    _frame(stage, scale, motion, unit)
+    title = stage.set_title("", fontsize=10)
+    point = None
+    if portrait is not None:
+        side = axes[0, 1]
+        side.plot(*portrait, color=GREY, linewidth=0.9)
+        point = side.plot([], [], "o", color=ORANGE, markersize=6)[0]
+        side.set_xlabel(portrait_labels[0])
+        side.set_ylabel(portrait_labels[1])
+        side.grid(alpha=0.25, linewidth=0.6)
+    # the layout is settled once: doing it for every frame takes most of the time and makes the picture tremble
+    title.set_text(_title(motion))
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    rate = (count - 1) / duration
+    writers: Any = {".gif": PillowWriter, ".mp4": FFMpegWriter}
+    writer = writers[target.suffix.lower()](fps=rate)
+    with replacing(target) as temporary, writer.saving(figure, str(temporary), dpi=100):
+        for frame in frames:
+            nodes = scale * motion.positions[frame]
+            path_line.set_data(*(scale * motion.tip[: frame + 1]).T)
+            body.set_xy(_outline(nodes))
+            rods.set_data(*_rods(nodes))
+            title.set_text(f"{_title(motion)}, {motion.time[frame]:.2f} s")
+            if portrait is not None and point is not None:
+                point.set_data([portrait[0][frame]], [portrait[1][frame]])
+            writer.grab_frame()
+
+
+def _title(motion: Motion) -> str:
+    return f"{motion.arm.formulation}, {motion.arm.segments} segments"
+
+
+def _outline(nodes: Array) -> Array:
+    """The arm's outline (2 n + 2, 2)."""
+    return np.concatenate([nodes[:, 0], nodes[::-1, 1]])
+
+
+def _rods(nodes: Array) -> Array:
+    """All rods as one broken line (2, 3 (n + 1))."""
+    gaps = np.full((len(nodes), 1, 2), np.nan)
+    return np.concatenate([nodes, gaps], axis=1).reshape(-1, 2).T
+
+
+def _legend_above(axes: Axes) -> None:
+    """A legend of one row outside the panel, where it hides nothing."""
+    axes.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, frameon=False)
+
+
+def _blue(part: float) -> tuple[float, float, float]:
+    """From light to dark."""
+    red, green, blue = (light + part * (dark - light) for light, dark in ((0.75, 0.03), (0.87, 0.19), (0.95, 0.42)))
+    return red, green, blue
+
+
+def _draw_arm(axes: Axes, nodes: Array, colour: Any, label: str, *, dashed: bool = False) -> None:
+    from matplotlib.colors import to_rgb
+
+    face = "none" if dashed else (*to_rgb(colour), 0.35)
+    axes.fill(
+        *_outline(nodes).T,
+        facecolor=face,
+        edgecolor=colour,
+        linewidth=1.0,
+        linestyle=":" if dashed else "-",
+        label=label,
+    )
+
+
+def _frame(axes: Axes, scale: float, motion: Motion, unit: str) -> None:
+    """Limits that hold the whole motion, the clamp and the plane; equal scales unless the motion is flat."""
+    points = scale * motion.positions.reshape(-1, 2)
+    low, high = points.min(axis=0), points.max(axis=0)
+    centre, extent = (low + high) / 2, np.maximum(high - low, 1e-9)
+    flat = extent.min() < _FLAT * extent.max()
+    half = 0.55 * extent if flat else np.maximum(extent.max() * np.array([0.55, 0.42]), 0.55 * extent)
+    axes.set_xlim(centre[0] - half[0], centre[0] + half[0])
+    axes.set_ylim(centre[1] - half[1], centre[1] + half[1])
+    if flat:
+        axes.text(0.02, 0.02, "scales of x and y differ", transform=axes.transAxes, fontsize=8, color=GREY)
+    else:
+        axes.set_aspect("equal", adjustable="box")
+    clamp = scale * motion.positions[0, 0]
+    middle = clamp.mean(axis=0)
+    reach = (clamp[0] - clamp[1]) * (1.0 if flat else max(1.0, 0.06 * half.max() / np.ptp(clamp, axis=0).max()))
+    axes.plot(*np.stack([middle - reach, middle + reach]).T, color="black", linewidth=3, solid_capstyle="butt")
+    plane = motion.arm.plane
+    if plane is not None:
+        point, along = scale * np.array(plane.point), np.array([-plane.normal[1], plane.normal[0]])
+        axes.axline(tuple(point), tuple(point + along), color=GREY, linewidth=1.5)
+    axes.set_xlabel(f"x [{unit}]")
+    axes.set_ylabel(f"y [{unit}]")
+    axes.grid(alpha=0.25, linewidth=0.6)

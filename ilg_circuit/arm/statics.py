@@ -1,0 +1,121 @@
+"""The arm at rest: equilibrium under a constant activation, and small oscillations about it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..errors import InputError, SolveError
+from .activation import Activation
+from .banded import PER_ROD, WIDTH, assemble, factorise, matrix, solve, vector
+from .compiled import Array
+from .dynamics import velocity_rate
+from .forces import acceleration, add_pressures, area_gradient, cell_area, forces
+from .jacobian import derivatives
+from .lattice import Arm, Model, model
+
+_STEPS = 500
+#: A step that changes the lattice by this little, and by a tenth of the one before, is the last.
+_SMALL = 1e-8
+#: A step turns or stretches no part of the lattice by more than this.
+_TURN = 0.3
+
+
+def equilibrium(arm: Arm, drive: Activation, *, at: float = 0.0, start: Array | None = None) -> tuple[Array, Array]:
+    """Positions [m] (n + 1, 2, 2) and pressures [Pa] (n,) at rest under the activation at the time ``at`` [s].
+
+    Newton's method on forces and areas, steadied by an inertia that falls while steps are small (pseudo-transient
+    continuation, after Kelley and Keyes, SIAM J. Numer. Anal. 35, 1998). ``start``: where to begin, if not at the rest
+    shape. Among several equilibria the one that is reached from there is found. Raises SolveError where none is.
+    """
+    m, n = model(arm), arm.segments
+    q = arm.rest_positions() if start is None else np.array(start, dtype=np.float64)
+    if q.shape != (n + 1, 2, 2) or not np.isfinite(q).all():
+        raise InputError(f"start: give finite positions of the shape {(n + 1, 2, 2)}")
+    q = np.ascontiguousarray(q.reshape(-1, 4))
+    a = drive.at([at])[0]
+    p = np.zeros(n)
+    acceleration(m, q, np.zeros_like(q), a, p, np.zeros_like(q), np.zeros((n, 6)))
+    inertia, before = 100 * velocity_rate(arm) ** 2, math.inf
+    for _ in range(_STEPS):
+        step = _newton(m, q, a, p, inertia)
+        turn = _turn(arm, step[0]) if step else math.inf
+        if step and turn <= _TURN:
+            q, p = q + step[0], p + step[1]
+            if turn <= _SMALL and turn <= 0.1 * before:
+                return q.reshape(n + 1, 2, 2), p / arm.tapered(at_cells=True)[1]
+            before = turn
+            inertia *= 0.1 if turn <= 0.5 * _TURN else 1.0
+        else:
+            inertia *= 4.0
+    raise SolveError(f"no equilibrium of the arm was found in {_STEPS} steps; is the activation or a load too strong?")
+
+
+def natural_frequencies(arm: Arm, count: int = 1, drive: Activation | None = None) -> Array:
+    """Lowest ``count`` angular frequencies [rad/s] without damping, about the equilibrium under ``drive`` at t = 0.
+
+    Without ``drive``: about the rest shape, gravity left out. Dense, so for some hundred segments at most.
+    """
+    from scipy.linalg import eigh, qr
+
+    m, n = model(arm), arm.segments
+    if not 1 <= count <= 3 * n:
+        raise InputError(f"{count} frequencies: an arm of {n} segments has 1 to {3 * n}")
+    q, p = arm.rest_positions().reshape(-1, 4), np.zeros(n)
+    a = np.zeros((n, 3))
+    if drive is not None:
+        positions, pressures = equilibrium(arm, drive)
+        q, p, a = positions.reshape(-1, 4).copy(), pressures * arm.tapered(at_cells=True)[1], drive.at([0.0])[0]
+    elif arm.formulation == "yekutieli":  # pressures balance the pre-tension
+        still = np.zeros_like(q)
+        acceleration(m._replace(weight_x=0.0, weight_y=0.0), q, still, a, p, np.zeros_like(q), np.zeros((n, 6)))
+    S, D = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4))
+    derivatives(m, q, np.zeros_like(q), a, p, S, D)
+    stiffness, gradient = np.zeros((4 * n, 4 * n)), np.zeros((n, n + 1, 4))
+    for j in range(1, n + 1):
+        for i in range(max(1, j - 2), min(n, j + 2) + 1):
+            stiffness[4 * (j - 1) : 4 * j, 4 * (i - 1) : 4 * i] = -S[j, i - j + 2]
+    for i in range(n):
+        gx, gy, hx, hy = area_gradient(q, i)
+        gradient[i, i + 1], gradient[i, i] = [gx, gy, -hx, -hy], [hx, hy, -gx, -gy]
+    free = qr(gradient[:, 1:].reshape(n, 4 * n).T)[0][:, n:]  # motions that keep every area
+    mass = np.repeat(m.mass[1:], 4)
+    stiffness = 0.5 * (stiffness + stiffness.T)
+    squares = eigh(free.T @ stiffness @ free, free.T @ (mass[:, None] * free), eigvals_only=True)
+    frequencies: Array = np.sqrt(np.maximum(squares[:count], 0.0))
+    return frequencies
+
+
+def _turn(arm: Arm, change: Array) -> float:
+    """Largest change of an edge or a rod relative to its length."""
+    nodes = change.reshape(-1, 2, 2)
+    along = np.abs(np.diff(nodes, axis=0)).max() / arm.segment_length
+    across = (np.abs(nodes[:, 0] - nodes[:, 1]).max(axis=1) / arm.tapered(at_cells=False)[0]).max()
+    return float(max(along, across))
+
+
+def _newton(m: Model, q: Array, a: Array, p: Array, inertia: float) -> tuple[Array, Array] | None:
+    """Changes of positions and pressures, or None where the equations are singular."""
+    n = len(p)
+    S, D, A = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4)), matrix(n)
+    derivatives(m, q, np.zeros_like(q), a, p, S, D)
+    gradient = np.array([area_gradient(q, i) for i in range(n)])
+    scale = assemble(m, q, gradient, S, D, inertia, 0.0, 1.0, A)
+    f = np.zeros_like(q)
+    forces(m, q, np.zeros_like(q), a, f)
+    add_pressures(q, p, f)
+    rows = np.zeros((n, PER_ROD))
+    rows[:, :4] = f[1:]
+    rows[:, 4] = [scale * (m.area[i] - cell_area(q, i)) for i in range(n)]
+    if not factorise(A):
+        return None
+    padded = vector(n)
+    padded[WIDTH : WIDTH + PER_ROD * n] = rows.ravel()
+    solve(A, padded)
+    b = padded[WIDTH : WIDTH + PER_ROD * n]
+    if not np.isfinite(b).all():
+        return None
+    change = np.zeros_like(q)
+    change[1:] = b.reshape(n, PER_ROD)[:, :4]
+    return change, b.reshape(n, PER_ROD)[:, 4].copy()

@@ -1,0 +1,158 @@
+"""The command `ilg-circuit arm`: a soft arm's motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .errors import InputError, MissingLibraryError
+
+if TYPE_CHECKING:
+    from .arm import Activation, Arm, Motion
+
+_OUT = click.Path(path_type=Path)
+
+#: Free strain of the `paper` strip at 4 V, 3 d0 V/b, and a level at which the octopus arm bends as far as it may.
+_AMPLITUDES = {"beam": 2.21e-3, "yekutieli": 0.02}
+#: Period of the two-neuron oscillator at the paper's values.
+_PERIOD = "1.035463s"
+
+
+@click.command()
+@click.option("--actuator", default="paper", show_default=True, help="Strip that a beam is cut from: TOML or preset.")
+@click.option("--segments", type=int, default=15, show_default=True)
+@click.option("--formulation", type=click.Choice(["beam", "yekutieli"]), default="beam", show_default=True)
+@click.option("--coupling", type=click.Choice(["ideal"]), default="ideal", show_default=True)
+@click.option("--activation", "kind", type=click.Choice(["sine", "reach"]), default="sine", show_default=True)
+@click.option("--amplitude", type=float, help="Largest strain or activation.  [default: 0.00221; yekutieli: 0.02]")
+@click.option("--period", default=_PERIOD, show_default=True, help="Period of the sine.")
+@click.option("--mounting", type=click.Choice(["weightless", "hanging", "horizontal"]), help="[default: the strip's]")
+@click.option("--rest-ratio", type=float, help="Pre-tension of yekutieli: rest over initial length.  [default: 0.5]")
+@click.option("--method", type=click.Choice(["auto", "explicit", "implicit"]), default="auto", show_default=True)
+@click.option("--tolerance", type=float, default=1e-6, show_default=True, help="Error of a step, of the thickness.")
+@click.option("--duration", required=True, help="How long, such as 3s.")
+@click.option("--samples", type=int, help="Number of samples.  [default: 601]")
+@click.option("--step", help="Time between samples, such as 10ms; instead of --samples.")
+@click.option("--out", type=_OUT, required=True, help="netCDF file to write.")
+@click.option("--animate", "animation", type=_OUT, help="Animation to write (.gif, or .mp4 where ffmpeg is).")
+@click.option("--plot", type=_OUT, help="Picture to write (.png, .pdf, .svg).")
+def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot: Path | None, **options: Any) -> None:
+    """Move a soft arm and write its motion.
+
+    beam: the free part of a strip whose faces change length (eigenstrain). yekutieli: an octopus-sized arm of
+    pre-tensioned muscles in sea water. The sine bends all segments alike; reach needs yekutieli.
+    """
+    _require_extra()
+    from .arm import simulate
+    from .arm.plots import animate, plot_motion, require_animation
+    from .files import require_writable
+    from .plots import require_picture
+    from .response import sample_times
+    from .units import parse
+
+    seconds = parse(duration, "s", "--duration")
+    times = sample_times(seconds, samples=options["samples"], step=parse(step, "s", "--step") if step else None)
+    outputs = [path for path in (out, animation, plot) if path]
+    if len({path.resolve() for path in outputs}) < len(outputs):
+        raise InputError("two of --out, --animate and --plot name the same file; give each its own")
+    require_writable(out)
+    if animation:
+        require_animation(animation)
+    if plot:
+        require_picture(plot)
+    body = _arm(options)
+    drive = _ideal(body, options, seconds)
+    with _progress() as advance:
+        motion = simulate(
+            body, drive, times, method=options["method"], tolerance=options["tolerance"], progress=advance
+        )
+    motion.write(out)
+    if plot:
+        plot_motion(motion, plot)
+    if animation:
+        animate(motion, animation)
+    for line in _summary(motion):
+        click.echo(line)
+    for line in motion.warnings:
+        click.echo(f"warning: {line}", err=True)
+
+
+def _require_extra() -> None:
+    missing = [name for name in ("numba", "xarray", "h5netcdf", "h5py", "PIL") if find_spec(name) is None]
+    if missing:
+        names = ", ".join(missing).replace("PIL", "pillow")
+        raise MissingLibraryError(f"the arm needs {names}: install with pip install 'ilg-circuit[arm]'")
+
+
+def _arm(options: dict[str, Any]) -> Arm:
+    """The arm that the options describe."""
+    from .actuator_file import load_actuator
+    from .arm import OCTOPUS, strip_arm
+    from .arm.lattice import GRAVITY
+
+    segments, mounting = options["segments"], options["mounting"]
+    if options["formulation"] == "beam":
+        if options["rest_ratio"] is not None:
+            raise InputError("--rest-ratio is the pre-tension of yekutieli; the beam formulation has none")
+        return strip_arm(load_actuator(options["actuator"]), segments=segments, mounting=mounting)
+    body = replace(OCTOPUS, segments=segments)
+    if options["rest_ratio"] is not None:
+        body = replace(body, muscle=replace(body.muscle, rest_ratio=options["rest_ratio"]))
+    if mounting:
+        body = replace(
+            body,
+            gravity=(0.0, 0.0 if mounting == "weightless" else -GRAVITY),
+            direction=-math.pi / 2 if mounting == "hanging" else 0.0,
+        )
+    return body
+
+
+def _ideal(body: Arm, options: dict[str, Any], seconds: float) -> Activation:
+    """Activation without a circuit between the rhythm and the segments: eps = eps_max out/A_ref."""
+    from .arm import reach, sine
+    from .units import parse
+
+    if options["kind"] == "reach":
+        if options["amplitude"] is not None:
+            raise InputError("--amplitude is that of the sine; the reach has its own levels")
+        return reach(body, seconds)
+    amplitude = _AMPLITUDES[body.formulation] if options["amplitude"] is None else options["amplitude"]
+    return sine(body, amplitude, parse(options["period"], "s", "--period"), seconds)
+
+
+def _summary(motion: Motion) -> list[str]:
+    """What the user sees of the motion."""
+    import numpy as np
+
+    from .units import format_quantity
+
+    body = motion.arm
+    moved = np.linalg.norm(motion.tip - motion.tip[0], axis=1)
+    largest = int(moved.argmax())
+    tension = np.abs(motion.first_segment_force).max()
+    lines = [
+        f"{body.formulation}, {body.segments} segments, {format_quantity(body.length, 'm', 4)} long: {motion.text}, "
+        f"{motion.time[-1]:g} s, {len(motion.time)} samples",
+        f"tip's largest displacement {format_quantity(float(moved[largest]), 'm', 4)} "
+        f"at {motion.time[largest]:.4g} s, at the end {format_quantity(float(moved[-1]), 'm', 4)}",
+        f"largest tension in the first segment {format_quantity(float(tension), 'N', 4)}",
+        f"cells' areas kept to {motion.area_drift:.1e}, energy balance closed to {motion.balance_error:.1e} of its "
+        "largest term",
+    ]
+    return lines + [f"{e.time:.4g} s: {e.text}" for e in motion.events if not e.text.startswith("warning: ")]
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[int, int], None]]:
+    """A bar on stderr that shows up when the work takes more than a second, and only in a terminal."""
+    from tqdm import tqdm
+
+    with tqdm(total=1000, delay=1.0, disable=None, leave=False, desc="moving", bar_format="{l_bar}{bar}") as bar:
+        yield lambda done, total: bar.update(done - bar.n)
