@@ -16,6 +16,7 @@ from .errors import InputError, MissingLibraryError
 
 if TYPE_CHECKING:
     from .arm import Activation, Arm, Motion
+    from .arm.coupling import Coupled
 
 _OUT = click.Path(path_type=Path)
 
@@ -29,10 +30,17 @@ _PERIOD = "1.035463s"
 @click.option("--actuator", default="paper", show_default=True, help="Strip that a beam is cut from: TOML or preset.")
 @click.option("--segments", type=int, default=15, show_default=True)
 @click.option("--formulation", type=click.Choice(["beam", "yekutieli"]), default="beam", show_default=True)
-@click.option("--coupling", type=click.Choice(["ideal"]), default="ideal", show_default=True)
-@click.option("--activation", "kind", type=click.Choice(["sine", "reach"]), default="sine", show_default=True)
-@click.option("--amplitude", type=float, help="Largest strain or activation.  [default: 0.00221; yekutieli: 0.02]")
-@click.option("--period", default=_PERIOD, show_default=True, help="Period of the sine.")
+@click.option("--coupling", type=click.Choice(["ideal", "circuit", "charge"]), default="ideal", show_default=True)
+@click.option("--activation", "kind", type=click.Choice(["cpg", "sine", "wave"]), default="cpg", show_default=True)
+@click.option(
+    "--rhythm", type=click.Choice(["unit", "ring", "one-way-ring", "chain"]), default="unit", show_default=True
+)
+@click.option("--inhibition", type=float, help="a of the rhythm.  [default: 2.5]")
+@click.option("--tonic", type=float, help="e of the rhythm.  [default: 1]")
+@click.option("--slower", type=float, default=1.0, show_default=True, help="Stretches the rhythm's time constants.")
+@click.option("--voltage", default="4V", show_default=True, help="Largest voltage on a segment's strip.")
+@click.option("--amplitude", type=float, help="Of a sine: strain or activation.  [default: 0.00221; yekutieli: 0.02]")
+@click.option("--period", default=_PERIOD, show_default=True, help="Period of a sine.")
 @click.option("--mounting", type=click.Choice(["weightless", "hanging", "horizontal"]), help="[default: the strip's]")
 @click.option("--rest-ratio", type=float, help="Pre-tension of yekutieli: rest over initial length.  [default: 0.5]")
 @click.option("--method", type=click.Choice(["auto", "explicit", "implicit"]), default="auto", show_default=True)
@@ -47,7 +55,8 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
     """Move a soft arm and write its motion.
 
     beam: the free part of a strip whose faces change length (eigenstrain). yekutieli: an octopus-sized arm of
-    pre-tensioned muscles in sea water. The sine bends all segments alike; reach needs yekutieli.
+    pre-tensioned muscles in sea water. A rhythm of neurons drives the segments, directly (ideal) or through the
+    circuits of their strips; or a sine, or the octopus' wave of stiffness (yekutieli).
     """
     _require_extra()
     from .arm import simulate
@@ -68,19 +77,24 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
     if plot:
         require_picture(plot)
     body = _arm(options)
-    drive = _ideal(body, options, seconds)
+    coupled = _coupled(body, options, seconds) if options["kind"] == "cpg" else None
+    drive = coupled.activation(body) if coupled else _prescribed(body, options, seconds)
     with _progress() as advance:
         motion = simulate(
             body, drive, times, method=options["method"], tolerance=options["tolerance"], progress=advance
         )
+    if coupled:
+        motion = replace(motion, signals=coupled.signals(motion.time))
     motion.write(out)
     if plot:
         plot_motion(motion, plot)
     if animation:
-        animate(motion, animation)
+        animate(motion, animation, portrait=coupled.portrait(motion.time) if coupled else None)
     for line in _summary(motion):
         click.echo(line)
-    for line in motion.warnings:
+    if coupled:
+        click.echo(coupled.table())
+    for line in [*(coupled.warnings if coupled else ()), *motion.warnings]:
         click.echo(f"warning: {line}", err=True)
 
 
@@ -114,14 +128,47 @@ def _arm(options: dict[str, Any]) -> Arm:
     return body
 
 
-def _ideal(body: Arm, options: dict[str, Any], seconds: float) -> Activation:
-    """Activation without a circuit between the rhythm and the segments: eps = eps_max out/A_ref."""
+def _coupled(body: Arm, options: dict[str, Any], seconds: float) -> Coupled:
+    """A rhythm and what the coupling makes of it."""
+    from .actuator_file import load_actuator
+    from .arm.coupling import couple
+    from .cpg.network import INHIBITION, TONIC, chain, ring, unit
+    from .units import parse
+
+    if options["amplitude"] is not None:
+        raise InputError("--amplitude is that of a sine; a rhythm's is set by --voltage")
+    inhibition = INHIBITION if options["inhibition"] is None else options["inhibition"]
+    constants: dict[str, Any] = {"tonic": TONIC if options["tonic"] is None else options["tonic"]}
+    networks = {
+        "unit": lambda: unit(inhibition, **constants),
+        "ring": lambda: ring(3, inhibition, **constants),
+        "one-way-ring": lambda: ring(3, inhibition, one_way=True, **constants),
+        "chain": lambda: chain(body.segments, inhibition, **constants),
+    }
+    strip = load_actuator(options["actuator"])
+    length = body.segment_length if body.formulation == "beam" else None
+    return couple(
+        networks[options["rhythm"]](),
+        body.segments,
+        seconds,
+        mode=options["coupling"],
+        actuator=strip,
+        segment_length=length,
+        voltage=parse(options["voltage"], "V", "--voltage"),
+        slower=options["slower"],
+    )
+
+
+def _prescribed(body: Arm, options: dict[str, Any], seconds: float) -> Activation:
+    """Activation without a rhythm and without a circuit."""
     from .arm import reach, sine
     from .units import parse
 
-    if options["kind"] == "reach":
+    if options["coupling"] != "ideal":
+        raise InputError(f"--coupling {options['coupling']} goes with --activation cpg; a {options['kind']} is ideal")
+    if options["kind"] == "wave":
         if options["amplitude"] is not None:
-            raise InputError("--amplitude is that of the sine; the reach has its own levels")
+            raise InputError("--amplitude is that of the sine; the wave has its own levels")
         return reach(body, seconds)
     amplitude = _AMPLITUDES[body.formulation] if options["amplitude"] is None else options["amplitude"]
     return sine(body, amplitude, parse(options["period"], "s", "--period"), seconds)

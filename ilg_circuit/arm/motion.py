@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +33,12 @@ VARIABLES = {
     "energies": (("energy",), "J", "energy stored"),
     "works": (("work",), "J", "work of the actuators, and what was dissipated, since t = 0"),
 }
+#: What drove the segments, where a rhythm did; as in `VARIABLES`.
+SIGNALS = {
+    "outputs": (("segment",), "1", "output of the network's unit that drives the segment"),
+    "voltages": (("segment",), "V", "voltage of the segment's strip"),
+    "charges": (("segment",), "C", "charge on the ion path of the segment's strip"),
+}
 _LABELS = {
     "side": ("+normal", "-normal"),
     "axis": ("x", "y"),
@@ -55,7 +61,7 @@ class Motion:
     """An arm's motion at ``time`` [s] (t,); arrays as in `VARIABLES`, time first, SI.
 
     ``energies`` (t, 4): kinetic, elastic, shear, gravity; ``works`` (t, 4): work done by the actuators since t = 0, and
-    energy lost in damping, drag and impact.
+    energy lost in damping, drag and impact. ``signals``: those of `SIGNALS`, each (t, n), where a rhythm drove the arm.
     """
 
     arm: Arm
@@ -71,6 +77,7 @@ class Motion:
     method: str
     text: str
     events: tuple[Event, ...] = ()
+    signals: dict[str, Array] = field(default_factory=dict)
 
     @property
     def centreline(self) -> Array:
@@ -132,6 +139,9 @@ class Motion:
             name: (("time", *dimensions), getattr(self, name), {"units": unit, "long_name": meaning})
             for name, (dimensions, unit, meaning) in VARIABLES.items()
         }
+        for name, (dimensions, unit, meaning) in SIGNALS.items():
+            if name in self.signals:
+                data[name] = (("time", *dimensions), self.signals[name], {"units": unit, "long_name": meaning})
         labels: dict[str, Any] = {name: list(texts) for name, texts in _LABELS.items()}
         labels["time"] = ("time", self.time, {"units": "s"})
         attributes = {
@@ -157,6 +167,7 @@ def read_motion(path: str | Path) -> Motion:
             data = file.load()
         arm = _arm(json.loads(data.attrs["arm"]))
         arrays = {name: np.asarray(data[name].values, dtype=np.float64) for name in VARIABLES}
+        signals = {name: np.asarray(data[name].values, dtype=np.float64) for name in SIGNALS if name in data}
         events = tuple(Event(float(time), str(text)) for time, text in json.loads(data.attrs["events"]))
         return Motion(
             arm=arm,
@@ -164,6 +175,7 @@ def read_motion(path: str | Path) -> Motion:
             method=str(data.attrs["method"]),
             text=str(data.attrs["activation"]),
             events=events,
+            signals=signals,
             **arrays,
         )
     except FileNotFoundError:

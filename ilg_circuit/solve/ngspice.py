@@ -63,7 +63,7 @@ class Session:
         self._lib = self._shared._ngspice_shared
         self._process = os.getpid()
         self._grid: list[float] = [0.0]
-        self._voltages: list[float] = [0.0]
+        self._voltages: list[list[float]] = [[0.0]]
         self._position = 0
         self._tiny = 0.0
         self._nudge = 0.0
@@ -88,8 +88,9 @@ class Session:
     def loaded(self, circuit: str, end: float, vectors: list[str], *, linear: bool = True) -> Iterator[Run]:
         """Load a circuit's text once, for a run on any number of grids.
 
-        Gives ``run(grid, voltages)``: ``grid`` [s] ascends from 0 to ``end``, ``voltages`` [V] at its points are those
-        of the circuit's external source; it returns ``vectors`` at all points after 0, shape (vectors, points). Initial
+        Gives ``run(grid, voltages)``: ``grid`` [s] ascends from 0 to ``end``, ``voltages`` [V] (points,) at its points
+        are those of the circuit's external source, or (sources, points) of several named Vdrive_0, Vdrive_1, ... It
+        returns ``vectors`` at all points after 0, shape (vectors, points). Initial
         conditions are those of the elements. ``linear=False`` iterates every step until it stands. Raises SolveError
         when ngspice rejects the circuit, stops early, or leaves the grid.
         """
@@ -99,7 +100,9 @@ class Session:
 
         def run(grid: Array, voltages: Array) -> Array:
             self._command("destroy all")
-            self._grid, self._voltages = [*grid.tolist(), stop], [*voltages.tolist(), float(voltages[-1])]
+            waves = np.atleast_2d(voltages)
+            self._grid = [*grid.tolist(), stop]
+            self._voltages = [[*wave, wave[-1]] for wave in waves.tolist()]
             self._position, self._tiny, self._begun = 0, 1e-15 * end, -1.0
             self._nudge = 0.0 if linear else _NUDGE * float(np.abs(voltages).max())
             self._command("run")
@@ -156,15 +159,18 @@ class Session:
         delta[0] = max(ahead, self._tiny)
         return 0
 
-    def _source_voltage(self, voltage: Any, time: float, _node: Any, _id: int, _data: Any) -> int:
-        """ngspice's question for the external source's voltage, at every Newton iteration."""
+    def _source_voltage(self, voltage: Any, time: float, name: Any, _id: int, _data: Any) -> int:
+        """ngspice's question for an external source's voltage, at every Newton iteration."""
         k = self._position
+        wave = self._voltages[0]
+        if len(self._voltages) > 1:
+            wave = self._voltages[int(self._ffi.string(name).rpartition(b"_")[2])]
         ahead = self._grid[k] - time
         if ahead <= self._tiny or k == 0:
-            voltage[0] = self._voltages[k]
+            voltage[0] = wave[k]
         else:  # a step made shorter by ngspice
             share = ahead / (self._grid[k] - self._grid[k - 1])
-            voltage[0] = self._voltages[k] + share * (self._voltages[k - 1] - self._voltages[k])
+            voltage[0] = wave[k] + share * (wave[k - 1] - wave[k])
         if self._nudge and time != self._begun:
             self._begun = time
             voltage[0] += self._nudge

@@ -1,0 +1,299 @@
+"""From a rhythm through the strips' circuits to the strains that move an arm; CPG §6, with the circuit of EC between.
+
+    CPG output -> u_i = Vmax clip(out_i/A_ref, -1, 1) -> the strip's circuit, one a segment
+               -> free strain eps_i = b y1/L_F^2 = 3 d(s) v_p/b, positive towards the anode
+
+Three modes: ``ideal`` takes the circuit out, eps = eps_max out/A_ref; ``charge`` keeps its R-C lag alone, eps = eps_max
+q/(C Vmax); ``circuit`` is the whole chain, with the coupling d(s). eps_max = 3 d0 Vmax/b is the free strain that Vmax
+gives in the end. A segment's strip is as long as the segment; its time constants are the strip's. A unit of the network
+drives the segments nearest to its place along the arm: one unit drives them all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..actuator import PAPER, Actuator
+from ..circuit.netlist import Netlist, copies
+from ..circuit.strip import strip_netlist
+from ..cpg.network import Network
+from ..cpg.report import Run
+from ..cpg.report import run as run_network
+from ..elements import lumped_elements
+from ..errors import InputError, SolveError
+from ..response import transient_band
+from ..solve.spectrum import spectrum
+from .activation import Activation, activation
+from .lattice import Arm
+
+Array = NDArray[np.float64]
+
+MODES = ("ideal", "circuit", "charge")
+#: The paper's voltage [V]; also the edge of its liquid's electrochemical window.
+LARGEST_VOLTAGE = 4.0
+#: Below this part of its ideal amplitude a rhythm has not passed through the circuit.
+PASSED = 0.7
+#: Samples of a rhythm in a period: straight lines between them are right to 5e-6.
+_SAMPLES = 1000
+_MOST_SAMPLES = 2_000_000
+#: Error of the strains, relative to their largest value, that a solve must reach.
+_ACCURACY = 1e-6
+#: The first step, of first order, is so short in units of the first interval.
+_LAUNCH = 1e-4
+
+
+@dataclass(frozen=True)
+class TimeScale:
+    """What the mode makes of a rhythm of ``period`` [s]: part of the ideal amplitude kept, and phase [deg]."""
+
+    period: float
+    kept: float
+    phase: float
+
+
+@dataclass(frozen=True)
+class Coupled:
+    """The way from rhythm to strain at ``time`` [s] (t,), each (t, n) for n segments.
+
+    ``outputs`` of the network; ``voltages`` [V]; ``charges`` [C] on each segment's ion path (zero in ``ideal`` mode);
+    ``strains``, free, of the face towards the cathode. ``scales``: the rhythm as it is, ten and a hundred times slower.
+    ``error`` is ngspice's estimated error of the strains relative to their largest.
+    """
+
+    mode: str
+    run: Run
+    time: Array
+    outputs: Array
+    voltages: Array
+    charges: Array
+    strains: Array
+    largest_strain: float
+    scales: tuple[TimeScale, ...]
+    error: float
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Of the rhythm, and one where it does not pass through the circuit."""
+        found = list(self.run.warnings)
+        if self.run.period is None:
+            found.append("the network does not oscillate: the arm comes to rest")
+        if self.scales and self.scales[0].kept < PASSED:
+            found.append(
+                f"the circuit keeps {self.scales[0].kept:.2%} of the ideal amplitude at the rhythm's "
+                f"{self.scales[0].period:.4g} s (below {PASSED:.0%}): the motion is the circuit's lag, not the rhythm's"
+            )
+        return tuple(found)
+
+    def table(self) -> str:
+        """The time scales as text."""
+        if not self.scales:
+            return f"coupling {self.mode}: no period to compare with"
+        lines = [f"coupling {self.mode}: what is left of the ideal strain of {self.largest_strain:.3g}"]
+        lines.append(f"  {'period':>12}{'amplitude':>12}{'phase':>12}")
+        lines += [f"  {s.period:>10.4g} s{s.kept:>12.2%}{s.phase:>8.0f} deg" for s in self.scales]
+        return "\n".join(lines)
+
+    def signals(self, times: ArrayLike) -> dict[str, Array]:
+        """Outputs, voltages and charges at ``times`` [s] (k,), each (k, n), for a `Motion`."""
+        wanted = np.asarray(times, dtype=np.float64)
+        found = {"outputs": self.outputs, "voltages": self.voltages, "charges": self.charges}
+        return {
+            name: np.stack([np.interp(wanted, self.time, wave) for wave in values.T], axis=1)
+            for name, values in found.items()
+        }
+
+    def portrait(self, times: ArrayLike) -> tuple[Array, Array]:
+        """Outputs of the first unit's two neurons at ``times`` [s] (k,): the rhythm's phase portrait."""
+        one, two = self.run.network.units[0]
+        wanted = np.asarray(times, dtype=np.float64)
+        return tuple(np.interp(wanted, self.time, self.run.outputs[:, k]) for k in (one, two))  # type: ignore[return-value]
+
+    def activation(self, arm: Arm) -> Activation:
+        """For an ``arm`` of as many segments: strains for a beam, strains over the largest for yekutieli's muscles."""
+        values = self.strains if arm.formulation == "beam" else self.strains / self.largest_strain
+        if arm.formulation != "beam":
+            values = np.clip(values, -1.0, 1.0)
+        return activation(arm, self.time, values, f"{self.mode} coupling to {len(self.run.network.units)} unit(s)")
+
+
+def couple(
+    network: Network,
+    segments: int,
+    duration: float,
+    *,
+    mode: str = "ideal",
+    actuator: Actuator = PAPER,
+    segment_length: float | None = None,
+    voltage: float = LARGEST_VOLTAGE,
+    start: ArrayLike | None = None,
+    units: ArrayLike | None = None,
+    slower: float = 1.0,
+) -> Coupled:
+    """Run ``network`` over ``duration`` [s] and carry its outputs through ``mode`` to ``segments`` strains.
+
+    ``actuator`` is the strip that segments are cut from, each ``segment_length`` [m] (default: its free length over
+    their number); ``voltage`` Vmax [V]; ``units`` (segments,) is the unit that drives each segment. ``slower``
+    stretches the network's time constants. Raises InputError for values out of range, SolveError as ngspice does.
+    """
+    if mode not in MODES:
+        raise InputError(f"coupling is '{mode}'; choose one of {', '.join(MODES)}")
+    if segments < 1:
+        raise InputError(f"{segments} segments: give one or more")
+    if not (np.isfinite(voltage) and voltage > 0):
+        raise InputError(f"voltage {voltage:g} V must be more than zero and finite")
+    if not (np.isfinite(slower) and slower > 0):
+        raise InputError(f"the rhythm cannot be {slower:g} times slower; give a number above zero")
+    if actuator.coupling is None:
+        raise InputError(f"actuator '{actuator.name}' has no [coupling]: it cannot move an arm")
+    network = replace(network, rise_time=slower * network.rise_time, adaptation_time=slower * network.adaptation_time)
+    rhythm = run_network(network, [0.0, duration], start)
+    times = _times(rhythm, duration)
+    rhythm = run_network(network, times, start)
+    of_segment = _units(units, len(network.units), segments)
+    outputs = rhythm.unit_outputs[:, of_segment]
+    largest = lumped_strain(actuator, voltage)
+    reference = rhythm.amplitude or float(np.abs(outputs).max()) or 1.0
+    shares = np.clip(outputs / reference, -1.0, 1.0)
+    voltages = voltage * shares
+    strip = segment_strip(actuator, segments, segment_length)
+    if mode == "ideal":
+        charges, strains, error = np.zeros_like(shares), largest * outputs / reference, 0.0
+    else:
+        charges, moved, error = _through_circuits(strip, times, voltages)
+        rest = strip_charge(strip) * voltage
+        strains = moved if mode == "circuit" else largest * charges / rest
+    return Coupled(
+        mode=mode,
+        run=rhythm,
+        time=times,
+        outputs=outputs,
+        voltages=voltages,
+        charges=charges,
+        strains=strains,
+        largest_strain=largest,
+        scales=_scales(strip, mode, rhythm.period),
+        error=error,
+    )
+
+
+def lumped_strain(actuator: Actuator, voltage: float) -> float:
+    """eps_max = 3 d0 V/b: the free strain of a face that ``voltage`` [V] at the port gives in the end."""
+    assert actuator.coupling is not None
+    lumped = lumped_elements(actuator)
+    inner = lumped.port.inner_voltage(voltage)
+    return float(3 * actuator.coupling.static * inner / actuator.geometry.thickness)
+
+
+def strip_charge(actuator: Actuator) -> float:
+    """Charge per volt at the terminals [C/V] that the ion path has in the end (near 0 V)."""
+    port = lumped_elements(actuator).port
+    return float(port.capacitance * port.inner_voltage(1e-6) / 1e-6)
+
+
+def segment_strip(actuator: Actuator, segments: int, length: float | None = None) -> Actuator:
+    """The piece of strip of one segment: R L/l, C l/L, time constants unchanged; ``length`` l [m] as in `couple`."""
+    piece = actuator.geometry.free_length / segments if length is None else length
+    if not (np.isfinite(piece) and piece > 0):
+        raise InputError(f"segment length {piece:g} m must be more than zero")
+    geometry = replace(actuator.geometry, length=piece, free_length=piece, load_position=None)
+    return replace(actuator, geometry=geometry, name=f"segment of {actuator.name}")
+
+
+def _times(rhythm: Run, duration: float) -> Array:
+    """Even times [s] to ``duration``, `_SAMPLES` in a period (or in the longer time constant, where there is none)."""
+    period = rhythm.period or max(rhythm.network.rise_time, rhythm.network.adaptation_time)
+    count = int(np.ceil(_SAMPLES * duration / period))
+    if count > _MOST_SAMPLES:
+        raise InputError(
+            f"{duration:g} s are {duration / period:.3g} periods; at most {_MOST_SAMPLES // _SAMPLES} can be"
+        )
+    return np.linspace(0.0, duration, max(count, 20) + 1)
+
+
+def _units(units: ArrayLike | None, count: int, segments: int) -> NDArray[np.intp]:
+    """The unit that drives each segment: the one nearest to its place along the arm, if not told."""
+    if units is None:
+        return np.minimum((np.arange(segments) + 0.5) * count / segments, count - 1).astype(np.intp)
+    given = np.asarray(units)
+    if given.shape != (segments,) or not np.issubdtype(given.dtype, np.integer):
+        raise InputError(f"units: give {segments} whole numbers, one a segment")
+    if given.min() < 0 or given.max() >= count:
+        raise InputError(f"units name {int(given.max())}; the network has {count}, counted from 0")
+    return given.astype(np.intp)
+
+
+def _through_circuits(strip: Actuator, times: Array, voltages: Array) -> tuple[Array, Array, float]:
+    """Charges [C] and free strains (t, n) of the strips of all segments, in one transient; and the strains' error.
+
+    ngspice's trapezoidal rule on the rhythm's own times, then with every step halved; Richardson's extrapolation of the
+    two is the result, its difference from the finer one bounds the error.
+    """
+    from ..solve.ngspice import session
+
+    segments = voltages.shape[1]
+    netlist = strip_netlist(strip, beam="static", band=transient_band(times))
+    text, vectors = _bank(netlist, segments)
+    names = list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
+    first = times[1]
+    nodes = np.concatenate([[0.0], first * 2.0 ** np.arange(np.floor(np.log2(_LAUNCH)), 0), times[1:]])
+    at = np.searchsorted(nodes, times[1:]) - 1
+    row = {name: k for k, name in enumerate(names)}
+    found: list[dict[str, Array]] = []
+    with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
+        for parts in (1, 2):
+            grid = np.append((nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(parts) / parts).ravel(), nodes[-1])
+            waves = np.array([np.interp(grid, times, voltage) for voltage in voltages.T])
+            raw = run(grid, waves)[:, parts - 1 :: parts][:, at]
+            found.append({name: _combine(netlist, name, vectors, row, raw) for name in ("charge", "displacement")})
+    g = strip.geometry
+    coarse, fine = (np.vstack([np.zeros(segments), f["displacement"].T]) * g.thickness / g.length**2 for f in found)
+    charge = [np.vstack([np.zeros(segments), f["charge"].T]) for f in found]
+    largest = float(np.abs(fine).max())
+    error = float(np.abs(fine - coarse).max() / 3 / largest) if largest else 0.0
+    if error > 1e-3:
+        raise SolveError(f"ngspice's strains are uncertain by {error:.1e} of the largest; shorten the run")
+    return charge[1] + (charge[1] - charge[0]) / 3, fine + (fine - coarse) / 3, error
+
+
+def _bank(netlist: Netlist, count: int) -> tuple[str, list[dict[str, str]]]:
+    """``count`` copies of a netlist, each on an external source of its own."""
+    text, vectors = copies([netlist] * count)
+    source = next(e for e in netlist.elements if e.name == netlist.drive)
+    plus, minus = source.nodes
+    lines = []
+    for line in text.splitlines():
+        name, *rest = line.split()
+        drive = name.startswith(f"{source.name}_") and len(rest) == 3 and rest[1] == plus
+        lines.append(f"{name} {rest[0]} {minus} external" if drive else line)
+    return "\n".join(lines), vectors
+
+
+def _combine(netlist: Netlist, name: str, vectors: list[dict[str, str]], row: dict[str, int], raw: Array) -> Array:
+    output = next(o for o in netlist.outputs if o.name == name)
+    return np.array([sum(c * raw[row[of_copy[q]]] for q, c in output.terms) for of_copy in vectors])
+
+
+def _scales(strip: Actuator, mode: str, period: float | None) -> tuple[TimeScale, ...]:
+    """The transfer from voltage to strain over its value at rest, at the rhythm's period and slower ones."""
+    if period is None:
+        return ()
+    periods = period * np.array([1.0, 10.0, 100.0])
+    if mode == "ideal":
+        return tuple(TimeScale(float(p), 1.0, 0.0) for p in periods)
+    frequencies = 1 / periods[::-1]
+    band = (0.1 * frequencies[0], 10 * frequencies[-1])
+    netlist = strip_netlist(strip, beam="static", band=band)
+    found = spectrum(netlist, frequencies, engine="exact")
+    answer = found.output("displacement" if mode == "circuit" else "charge")[::-1]
+    g = strip.geometry
+    at_rest: Any = (
+        lumped_strain(strip, 1e-6) / 1e-6 * g.length**2 / g.thickness if mode == "circuit" else strip_charge(strip)
+    )
+    ratio = answer / at_rest
+    return tuple(
+        TimeScale(float(p), float(abs(r)), float(np.degrees(np.angle(r)))) for p, r in zip(periods, ratio, strict=True)
+    )
