@@ -50,6 +50,14 @@ def test_an_octopus_arm(run: Run, tmp_path: Path) -> None:
     assert (tmp_path / "arm.gif").read_bytes().startswith(b"GIF8")
 
 
+def test_a_hanging_strip_may_begin_in_equilibrium(run: Run, tmp_path: Path) -> None:
+    code, _, _ = run("--mounting", "hanging", "--settled", "--duration", "0.1s", "--samples", "3", "--out", "motion.nc")
+    assert code == 0
+    motion = read_motion(tmp_path / "motion.nc")
+    assert motion.tip[0, 1] == pytest.approx(-30.73e-3, abs=2e-5)
+    assert motion.tip[-1, 1] == pytest.approx(motion.tip[0, 1], abs=1e-7)
+
+
 @pytest.mark.parametrize(
     ("options", "hint"),
     [
