@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -42,6 +43,7 @@ _PERIOD = "1.035463s"
 @click.option("--amplitude", type=float, help="Of a sine: strain or activation.  [default: 0.00221; yekutieli: 0.02]")
 @click.option("--period", default=_PERIOD, show_default=True, help="Period of a sine.")
 @click.option("--mounting", type=click.Choice(["weightless", "hanging", "horizontal"]), help="[default: the strip's]")
+@click.option("--settled", is_flag=True, help="Begin in equilibrium under the weight, not in the rest shape.")
 @click.option("--rest-ratio", type=float, help="Pre-tension of yekutieli: rest over initial length.  [default: 0.5]")
 @click.option("--method", type=click.Choice(["auto", "explicit", "implicit"]), default="auto", show_default=True)
 @click.option("--tolerance", type=float, default=1e-6, show_default=True, help="Error of a step, of the thickness.")
@@ -79,10 +81,11 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
     body = _arm(options)
     coupled = _coupled(body, options, seconds) if options["kind"] == "cpg" else None
     drive = coupled.activation(body) if coupled else _prescribed(body, options, seconds)
+    if sys.stderr.isatty() and not any(Path(__file__).parent.glob("arm/__pycache__/*plicit-*.nbi")):
+        click.echo("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
+    how = {name: options[name] for name in ("method", "tolerance")}
     with _progress() as advance:
-        motion = simulate(
-            body, drive, times, method=options["method"], tolerance=options["tolerance"], progress=advance
-        )
+        motion = simulate(body, drive, times, start=_start(body, drive, options), progress=advance, **how)
     if coupled:
         motion = replace(motion, signals=coupled.signals(motion.time))
     motion.write(out)
@@ -157,6 +160,16 @@ def _coupled(body: Arm, options: dict[str, Any], seconds: float) -> Coupled:
         voltage=parse(options["voltage"], "V", "--voltage"),
         slower=options["slower"],
     )
+
+
+def _start(body: Arm, drive: Activation, options: dict[str, Any]) -> tuple[Any, Any] | None:
+    """Positions and velocities to begin with, None for the rest shape."""
+    from .arm.statics import equilibrium
+
+    if not options["settled"]:
+        return None
+    positions, _ = equilibrium(body, drive)
+    return positions, 0.0 * positions
 
 
 def _prescribed(body: Arm, options: dict[str, Any], seconds: float) -> Activation:

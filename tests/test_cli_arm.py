@@ -50,6 +50,14 @@ def test_an_octopus_arm(run: Run, tmp_path: Path) -> None:
     assert (tmp_path / "arm.gif").read_bytes().startswith(b"GIF8")
 
 
+def test_a_hanging_strip_may_begin_in_equilibrium(run: Run, tmp_path: Path) -> None:
+    code, _, _ = run("--mounting", "hanging", "--settled", "--duration", "0.1s", "--samples", "3", "--out", "motion.nc")
+    assert code == 0
+    motion = read_motion(tmp_path / "motion.nc")
+    assert motion.tip[0, 1] == pytest.approx(-30.73e-3, abs=2e-5)
+    assert motion.tip[-1, 1] == pytest.approx(motion.tip[0, 1], abs=1e-7)
+
+
 @pytest.mark.parametrize(
     ("options", "hint"),
     [
@@ -61,8 +69,8 @@ def test_an_octopus_arm(run: Run, tmp_path: Path) -> None:
         (("--amplitude", "0.7"), "amplitude 0.7 is out of range; give -0.5 to 0.5"),
         (("--amplitude", "nan"), "amplitude nan is out of range"),
         (("--formulation", "yekutieli", "--amplitude", "2"), "give -1 to 1"),
-        (("--activation", "reach"), "choose the formulation yekutieli"),
-        (("--formulation", "yekutieli", "--activation", "reach", "--amplitude", "0.1"), "the reach has its own levels"),
+        (("--activation", "wave"), "choose the formulation yekutieli"),
+        (("--formulation", "yekutieli", "--activation", "wave", "--amplitude", "0.1"), "the reach has its own levels"),
         (("--period", "0s"), "period 0 s must be more than zero"),
         (("--tolerance", "1"), "tolerance is 1"),
         (("--animate", "arm.avi"), "end its name in .gif or .mp4"),

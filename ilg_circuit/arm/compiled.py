@@ -1,6 +1,6 @@
 """numba's compiler for the arm's kernels: typed for mypy, cached on disk, never stale.
 
-The first call after an installation compiles (some ten seconds); later processes load the result.
+The first call after an installation compiles, for half a minute or so; later processes load the result.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ def plot_motion(motion: Motion, path: str | Path, *, snapshots: ArrayLike = SNAP
     times, positions = motion.snapshots(snapshots)
     if len(times) == 0:
         times, positions = motion.snapshots([motion.time[-1]])
-    _draw_arm(shape, scale * motion.positions[0], GREY, "at rest" if motion.time[0] == 0 else "start", dashed=True)
+    _draw_arm(shape, scale * motion.positions[0], GREY, "start", dashed=True)
     for k, (time, nodes) in enumerate(zip(times, positions, strict=True)):
         _draw_arm(shape, scale * nodes, _blue((k + 1) / len(times)), f"{time:.3g} s")
     shape.plot(*(scale * motion.tip).T, color=ORANGE, linewidth=1.0, label="tip's path")
