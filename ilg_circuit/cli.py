@@ -184,7 +184,7 @@ def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_
 
 
 @cli.command()
-@click.argument("data", type=click.Path(path_type=Path))
+@click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
 @click.option("--model", default="auto", show_default=True, help="rc, rc2, rc3, warburg, cpe; +sinh, +growing; auto.")
 @click.option("--electrode-resistance", help="Held in the fit, such as 2ohm.  [default: the actuator's]")
@@ -193,12 +193,14 @@ def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_
 @click.option("--json", "json_path", type=_OUT, help="JSON file for the result.")
 @click.option("--plot", type=_OUT, help="Picture of data, fit and residuals (.png, .pdf, .svg).")
 @click.option("--report", type=_OUT, help="One HTML file with all of it.")
-def identify(data: Path, actuator: str | None, electrode_resistance: str | None, **options: Any) -> None:
+def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance: str | None, **options: Any) -> None:
     """Fit a strip to a measured step or waveform.
 
-    DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm.
+    DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm. Several
+    files of one strip are fitted together (currents only), and each is predicted from the others.
     """
     from .actuator_file import load_actuator
+    from .cli_joint import identify_together
     from .files import require_writable
     from .identify import identify as fit
     from .identify import read_measurement
@@ -207,7 +209,7 @@ def identify(data: Path, actuator: str | None, electrode_resistance: str | None,
     from .units import parse
 
     outputs = [options[k] for k in ("out", "json_path", "plot", "report") if options[k]]
-    if len({p.resolve() for p in (data, *outputs)}) <= len(outputs):
+    if len({p.resolve() for p in (*data, *outputs)}) < len(data) + len(outputs):
         raise InputError("two of DATA, --out, --json, --plot and --report name the same file; give each its own")
     for path in (options["out"], options["json_path"], options["report"]):
         if path:
@@ -216,7 +218,10 @@ def identify(data: Path, actuator: str | None, electrode_resistance: str | None,
         require_picture(options["plot"])
     base = load_actuator(actuator) if actuator else None
     held = parse(electrode_resistance, "ohm", "--electrode-resistance") if electrode_resistance else None
-    measurement = read_measurement(data)
+    if len(data) > 1:
+        identify_together(data, base, held, options)
+        return
+    measurement = read_measurement(data[0])
     with _counter() as advance:
         result = fit(
             measurement,

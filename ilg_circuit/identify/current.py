@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..circuit.drive import PiecewiseLinear
 from ..circuit.strip import port_netlist
+from ..errors import InputError
 from ..models import ElectricalModel, Ladders, electrical_model
 from ..port import Port
 from ..response import transient_band
@@ -26,6 +28,8 @@ Array = NDArray[np.float64]
 _NONLINEAR_ACCURACY = 1e-6
 #: A diffusion time may grow so much beyond its starting value before its ladder ends below the band.
 _REACH = 3.0
+#: Steps whose voltages differ by less than this part tell nothing about a nonlinearity.
+_SAME_VOLTAGE = 0.2
 #: Residuals below this part of the peak are of no interest, whatever their structure.
 _NEGLIGIBLE = 1e-4
 #: A parameter whose standard error exceeds this part of it is not determined by the data.
@@ -87,32 +91,26 @@ def fit_current(
     Raises InputError or SolveError as `identify` says.
     """
     kind = electrical_model(model)
+    require_voltages(kind, [measurement])
     channel, drive = measurement.current, measurement.drive
     rest = channel.rest
-    offset = _rest_offset(channel.values[rest])
+    offset = rest_offset(channel.values[rest])
     keep = np.ones(len(rest), dtype=bool) if offset is not None else ~rest
     t, data = channel.time[keep], channel.values[keep]
     after = t >= 0
     start = model_start(kind, t[after], data[after] - (offset or 0.0), drive, electrode_resistance)
-    ladders = _ladders(kind, start, t[after])
+    ladders = ladders_for(kind, start, t[after])
 
     def port(values: Array) -> Port:
         return kind.port(values.tolist(), electrode_resistance, ladders)
 
     def waves(values: Array) -> Array:
-        result = np.zeros((len(values), len(t)))
-        netlists = [port_netlist(port(v)) for v in values]
-        accuracy = DEFAULT_ACCURACY if kind.linear else _NONLINEAR_ACCURACY
-        acceptable = accuracy if kind.linear else 10 * accuracy
-        found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=acceptable)
-        result[:, after] = found.values[:, 0]
-        return result
+        return currents([port(v) for v in values], drive, t, engine)
 
     nuisance = np.ones((len(t), 1)) if offset is not None else None
     below = np.array([p.below for p in kind.parameters])
     fit = fit_circuit(waves, data, kind.names, start, nuisance, progress, below=below)
-    if model.startswith(("rc2", "rc3")):
-        fit = _sorted(fit, int(model[2]))
+    fit = in_order(fit, model)
     return CurrentFit(
         model=model,
         fit=fit,
@@ -124,7 +122,35 @@ def fit_current(
     )
 
 
-def _ladders(model: ElectricalModel, start: Array, t: Array) -> Ladders:
+def require_voltages(model: ElectricalModel, measurements: Sequence[Measurement]) -> None:
+    """Raise InputError where steps of one voltage are all that a sinh electron path is to be fitted to.
+
+    Under a constant voltage it is a resistor, whichever its emission voltage.
+    """
+    steps = [abs(m.step) for m in measurements if m.step is not None]
+    if "emission_voltage" not in model.names or len(steps) < len(measurements):
+        return
+    if max(steps) < (1 + _SAME_VOLTAGE) * min(steps):
+        raise InputError(
+            f"model {model.name} needs several voltages: under a step of {max(steps):.3g} V alone its electron path is "
+            "a resistor; give files of different voltages, a waveform, or another model"
+        )
+
+
+def currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: str) -> Array:
+    """Currents [A] (ports, samples) into ``ports`` of one model at ``t`` [s]; zero before the onset at 0."""
+    after = t >= 0
+    result = np.zeros((len(ports), len(t)))
+    linear = ports[0].linear
+    accuracy = DEFAULT_ACCURACY if linear else _NONLINEAR_ACCURACY
+    acceptable = accuracy if linear else 10 * accuracy
+    netlists = [port_netlist(port) for port in ports]
+    found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=acceptable)
+    result[:, after] = found.values[:, 0]
+    return result
+
+
+def ladders_for(model: ElectricalModel, start: Array, t: Array) -> Ladders:
     """Ladders that stay the same but for their scale while a fit moves their parameters."""
     low, high = transient_band(t)
     values = dict(zip(model.names, start.tolist(), strict=True))
@@ -139,7 +165,7 @@ def _ladders(model: ElectricalModel, start: Array, t: Array) -> Ladders:
     return replace(ladders, sections=len(made.sections))
 
 
-def _rest_offset(rest: Array) -> float | None:
+def rest_offset(rest: Array) -> float | None:
     """Mean current at rest, where it is beyond chance; None otherwise."""
     if len(rest) < 5:
         return None
@@ -147,8 +173,11 @@ def _rest_offset(rest: Array) -> float | None:
     return mean if abs(mean) > 4 * spread / np.sqrt(len(rest)) and mean else None
 
 
-def _sorted(fit: Fit, branches: int) -> Fit:
+def in_order(fit: Fit, model: str) -> Fit:
     """The fit with its branches by ascending time constant (a sum of branches is unique up to their order)."""
+    if not model.startswith(("rc2", "rc3")):
+        return fit
+    branches = int(model[2])
     pairs = fit.values[1 : 2 * branches + 1].reshape(-1, 2)
     order = np.argsort(pairs.prod(axis=1))
     arranged = np.concatenate([[0], *([2 * k + 1, 2 * k + 2] for k in order)]).astype(int)

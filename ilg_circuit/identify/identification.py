@@ -140,7 +140,7 @@ def identify(
             "depend on them, the coupling gain is in proportion to b^2/L_F^2"
         )
     fits = [current.fit] + ([displacement.fit] if displacement is not None else [])
-    fitted = replace(fitted, uncertainty=_uncertainty(current.model, fits))
+    fitted = replace(fitted, uncertainty=uncertainty_of(current.model, fits))
     parameters, derived = _parameters(current, held, displacement), _derived(current, held, measurement, displacement)
     return Identification(
         model=current.model,
@@ -162,7 +162,7 @@ def _with_coupling(actuator: Actuator, coupling: Coupling) -> Actuator:
     return replace(actuator, coupling=coupling)
 
 
-def _uncertainty(model: str, fits: list[Fit]) -> Uncertainty:
+def uncertainty_of(model: str, fits: list[Fit]) -> Uncertainty:
     """The covariances of the fits, which share no data, as one of all parameters' logarithms."""
     values = np.concatenate([fit.values for fit in fits])
     covariance = np.zeros((len(values), len(values)))
@@ -196,7 +196,7 @@ def _interval(value: float, error: float, samples: int, unknowns: int) -> tuple[
     return value - half, value + half
 
 
-def _fitted(fit: Fit, units: dict[str, str], scale: Array | None = None) -> dict[str, Parameter]:
+def fitted_parameters(fit: Fit, units: dict[str, str], scale: Array | None = None) -> dict[str, Parameter]:
     factors = np.ones(len(fit.values)) if scale is None else scale
     result = {}
     for k, name in enumerate(fit.names):
@@ -213,9 +213,9 @@ def _parameters(current: CurrentFit, held: float, displacement: DisplacementFit 
         if held
         else ("a step fixes three of four elements: held at zero, since nothing else is known of the electrodes")
     )
-    parameters = _fitted(current.fit, units) | {"electrode_resistance": Parameter(held, "ohm", held=reason)}
+    parameters = fitted_parameters(current.fit, units) | {"electrode_resistance": Parameter(held, "ohm", held=reason)}
     if displacement is not None:
-        parameters |= _fitted(displacement.fit, COUPLING_UNITS)
+        parameters |= fitted_parameters(displacement.fit, COUPLING_UNITS)
     return parameters
 
 

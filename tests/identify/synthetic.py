@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ilg_circuit.actuator import PAPER, Actuator, Coupling, IonBranch
 from ilg_circuit.circuit.drive import Drive, PiecewiseLinear, Sine
+from ilg_circuit.elements import lumped_elements
 from ilg_circuit.identify import Measurement
 from ilg_circuit.identify.measurement import prepare
 from ilg_circuit.response import simulate
@@ -77,7 +78,9 @@ def record(
     random = np.random.default_rng(seed)
     after = np.linspace(0.0, duration, samples)
     step = after[1]
-    response = simulate(strip, drive, after, beam=beam, engine="exact")
+    response = simulate(
+        strip, drive, after, beam=beam, engine="exact" if lumped_elements(strip).port.linear else "ngspice"
+    )
     time = np.concatenate([-step * np.arange(rest, 0, -1), after])
 
     def noisy(values: Array, size: float) -> Array:
