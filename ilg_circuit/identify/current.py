@@ -188,6 +188,7 @@ def in_order(fit: Fit, model: str) -> Fit:
         values=fit.values[index],
         errors=fit.errors[index],
         covariance=fit.covariance[np.ix_(everything, everything)],
+        slopes=fit.slopes[:, everything],
     )
 
 
@@ -202,8 +203,8 @@ def _warnings(model: str, fit: Fit, data: Array) -> tuple[str, ...]:
             what = "two branches do" if model == "rc2" else f"model {model} does"
             found.append(f"the residuals ({share}) still have a structure that {what} not hold")
         found.append(
-            "residuals of neighbouring samples are alike: the standard errors, which take them as independent, are too "
-            "small"
+            "residuals of neighbouring samples are alike: standard errors that take them as independent are too small, "
+            "those of a block bootstrap are given"
         )
     loose = [n for n, v, e in zip(fit.names, fit.values, fit.errors, strict=True) if e > _DETERMINED * v]
     if loose:

@@ -245,7 +245,10 @@ class _Problem:
             found.append("the displacement shows the beam's inertia: E, density, damping are the actuator's")
         uneasy = max(_OVER_NOISE * noise_level(self.channel.values), _NEGLIGIBLE * float(np.ptp(self.channel.values)))
         if structured(best.fit.residuals) and best.fit.rmse > uneasy:
-            found.append("neighbouring residuals of the displacement are alike: its standard errors are too small")
+            found.append(
+                "neighbouring residuals of the displacement are alike: standard errors that take them as independent "
+                "are too small, those of a block bootstrap are given"
+            )
         loose = [n for n, v, e in zip(best.fit.names, best.fit.values, best.fit.errors, strict=True) if e > 0.5 * v]
         if loose:
             found.append(f"not determined by these data (standard error over 50%): {', '.join(loose)}")

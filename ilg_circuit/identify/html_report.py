@@ -116,9 +116,10 @@ def _content(result: Identification, command: str) -> dict[str, Any]:
 
 def _parameter(name: str, p: Parameter) -> dict[str, str]:
     row = {"name": name, "value": format_quantity(p.value, p.unit, 5), "error": "held", "interval": p.held}
-    if p.stderr is not None and p.ci95 is not None:
-        row["error"] = format_quantity(p.stderr, p.unit, 2)
-        row["interval"] = " to ".join(format_quantity(x, p.unit, 5) for x in p.ci95)
+    if p.stderr is not None:
+        error, interval = p.honest
+        row["error"] = format_quantity(error, p.unit, 2) + (" (blocks)" if p.bootstrap is not None else "")
+        row["interval"] = " to ".join(format_quantity(x, p.unit, 5) for x in interval)
     return row
 
 

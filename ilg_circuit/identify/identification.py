@@ -16,10 +16,12 @@ from ..elements import lumped_elements
 from ..errors import InputError, SolveError
 from ..models import electrical_model
 from ..units import format_quantity
+from .bootstrap import block_bootstrap
 from .current import CurrentFit, fit_current
 from .displacement import DisplacementFit, fit_displacement
 from .least_squares import Fit
 from .measurement import Measurement
+from .residuals import structured
 from .selection import Candidate, choose, single
 
 Array = NDArray[np.float64]
@@ -34,13 +36,28 @@ COUPLING_UNITS = {
 
 @dataclass(frozen=True)
 class Parameter:
-    """A value with its unit, standard error and 95 % interval; ``held`` says why it was not fitted, if it was not."""
+    """A value with its unit, standard error and 95 % interval; ``held`` says why it was not fitted, if it was not.
+
+    ``bootstrap`` is the standard error, ``ci95_bootstrap`` the interval, of the block bootstrap, made where
+    neighbouring residuals are alike.
+    """
 
     value: float
     unit: str
     stderr: float | None = None
     ci95: tuple[float, float] | None = None
     held: str = ""
+    bootstrap: float | None = None
+    ci95_bootstrap: tuple[float, float] | None = None
+
+    @property
+    def honest(self) -> tuple[float, tuple[float, float]]:
+        """Standard error and interval: the bootstrap's where there is one."""
+        assert self.stderr is not None
+        assert self.ci95 is not None
+        if self.bootstrap is not None and self.ci95_bootstrap is not None:
+            return self.bootstrap, self.ci95_bootstrap
+        return self.stderr, self.ci95
 
     def to_json(self) -> dict[str, Any]:
         entry: dict[str, Any] = {
@@ -49,6 +66,8 @@ class Parameter:
             "unit": self.unit,
             "ci95": list(self.ci95) if self.ci95 else None,
         }
+        if self.bootstrap is not None and self.ci95_bootstrap is not None:
+            entry |= {"stderr_bootstrap": self.bootstrap, "ci95_bootstrap": list(self.ci95_bootstrap)}
         return entry | ({"held": self.held} if self.held else {})
 
 
@@ -169,7 +188,9 @@ def uncertainty_of(model: str, fits: list[Fit]) -> Uncertainty:
     start = 0
     for fit in fits:
         n = len(fit.values)
-        covariance[start : start + n, start : start + n] = fit.covariance[:n, :n]
+        # where neighbouring residuals are alike the bootstrap's is the honest one
+        honest = block_bootstrap(fit).covariance if structured(fit.residuals) else fit.covariance[:n, :n]
+        covariance[start : start + n, start : start + n] = honest
         start += n
     relative = covariance / np.outer(values, values)
     relative = (relative + relative.T) / 2  # symmetric to the last digit
@@ -199,10 +220,16 @@ def _interval(value: float, error: float, samples: int, unknowns: int) -> tuple[
 def fitted_parameters(fit: Fit, units: dict[str, str], scale: Array | None = None) -> dict[str, Parameter]:
     factors = np.ones(len(fit.values)) if scale is None else scale
     result = {}
+    blocks = block_bootstrap(fit) if structured(fit.residuals) else None
     for k, name in enumerate(fit.names):
         value, error = float(fit.values[k] * factors[k]), float(fit.errors[k] * factors[k])
         interval = _interval(value, error, len(fit.residuals), fit.count)
         result[name] = Parameter(value, units[name], error, interval)
+        if blocks is not None:
+            low, high = (float(x * factors[k]) for x in blocks.intervals[k])
+            result[name] = replace(
+                result[name], bootstrap=float(blocks.errors[k] * factors[k]), ci95_bootstrap=(low, high)
+            )
     return result
 
 

@@ -32,7 +32,8 @@ _FAR = 5.0
 class Fit:
     """Result of a fit: positive parameters, then linear nuisance terms, each with its standard error.
 
-    ``covariance`` is that of (values, nuisance), in their units; ``residuals`` = data - model (samples,).
+    ``covariance`` is that of (values, nuisance), in their units; ``residuals`` = data - model (samples,); ``slopes``
+    (samples, values and nuisance) are those of the model.
     """
 
     names: tuple[str, ...]
@@ -45,6 +46,7 @@ class Fit:
     aic: float
     bic: float
     evaluations: int
+    slopes: Array
 
     @property
     def rmse(self) -> float:
@@ -163,6 +165,7 @@ def _finish(
         aic=float(likelihood + 2 * unknowns),
         bic=float(likelihood + np.log(samples) * unknowns),
         evaluations=count,
+        slopes=slope * scale / units,
     )
 
 

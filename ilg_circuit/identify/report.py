@@ -29,7 +29,10 @@ def table(result: Identification) -> str:
     if len(result.candidates) > 1:
         lines += ["", *candidate_table(result.candidates)]
     lines += ["", f"{'parameter':<28}{'value':>16}{'standard error':>18}   95 % interval"]
+    alike = [p for p in result.parameters.values() if p.bootstrap is not None]
     lines += [_row(name, p) for name, p in result.parameters.items()]
+    if alike:
+        lines.append("(of parameters whose residuals are alike next to one another, both are a block bootstrap's)")
     lines += ["", *(f"{name:<28}{_text(p.value, p.unit):>16}" for name, p in result.derived.items())]
     s = result.statistics
     lines += ["", _statistics("current", s, "A", f" ({s['rmse_over_peak']:.2%} of the peak)")]
@@ -119,12 +122,13 @@ def _panels(
 def _row(name: str, p: Parameter) -> str:
     if p.stderr is None or p.ci95 is None:
         return f"{name:<28}{_text(p.value, p.unit):>16}{'held':>18}   {p.held}"
-    interval = f"{_text(p.ci95[0], p.unit)} to {_text(p.ci95[1], p.unit)}"
-    return f"{name:<28}{_text(p.value, p.unit):>16}{_text(p.stderr, p.unit, 2):>18}   {interval}"
+    error, (low, high) = p.honest
+    interval = f"{_text(low, p.unit)} to {_text(high, p.unit)}"
+    return f"{name:<28}{_text(p.value, p.unit):>16}{_text(error, p.unit, 2):>18}   {interval}"
 
 
 def _plus_minus(p: Parameter) -> str:
-    return f" +- {_text(p.stderr, p.unit, 2)}" if p.stderr is not None else " (held)"
+    return f" +- {_text(p.honest[0], p.unit, 2)}" if p.stderr is not None else " (held)"
 
 
 def _statistics(name: str, s: dict[str, Any], unit: str, more: str) -> str:
