@@ -7,7 +7,8 @@ from pathlib import Path
 
 from ilg_circuit.actuator import PAPER
 from ilg_circuit.circuit import PiecewiseLinear, Sine, strip_netlist
-from ilg_circuit.circuit.deck import deck, library
+from ilg_circuit.circuit.deck import deck
+from ilg_circuit.circuit.library import library
 from ilg_circuit.files import write_text
 
 
