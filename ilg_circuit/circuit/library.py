@@ -15,7 +15,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
-from ..actuator import CANTILEVER_EIGENVALUE, Actuator
+from ..actuator import CANTILEVER_EIGENVALUE, Actuator, Material
 from ..elements import GRAVITY, Elements, lumped_elements
 from ..errors import InputError
 from ..units import format_quantity
@@ -74,7 +74,7 @@ def library_parameters(actuator: Actuator) -> tuple[LibraryParameter, ...]:
             for f in fields(actuator.coupling)
         ]
     if m.emission_voltage is not None:
-        meaning = "kT/q of your SPICE at its temperature; the default is ngspice's at 27 degrees Celsius"
+        meaning = "kT/q of your SPICE; the default is that of ngspice at 27 degrees Celsius"
         found.append(LibraryParameter("thermal_voltage", THERMAL_VOLTAGE, "V", meaning))
     return tuple(found)
 
@@ -97,7 +97,7 @@ def library(actuator: Actuator, name: str = "ilg_strip") -> str:
     for element in _at_the_pins(netlist.elements, netlist.drive, coupled=actuator.coupling is not None):
         body += _lines(element, values)
     lines = [f"* {plain(line)}" for line in _header(actuator, lumped, name, pins, netlist.title)]
-    lines += [f".subckt {name} {pins} params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
+    lines += [f".subckt {name} {pins}", "+ params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
     lines += [f".param {key}={{{value}}}" for key, value in derived_values(actuator).items()]
     return "\n".join([*lines, *folded(body), f".ends {name}", ""])
 
@@ -112,6 +112,8 @@ def derived_values(actuator: Actuator) -> dict[str, str]:
         derived[f"cion{k}"] = f"permittivity{suffix}*area/thickness"
     if m.diffusion_time is not None:
         derived["rdiffusion"] = "diffusion_time/cion1"
+    if m.emission_voltage is not None:
+        derived["saturation"] = "emission_voltage/rdc"
     if coupling is None:
         return derived
     at = "free_length" if actuator.geometry.load_position is None else "load_position"
@@ -135,7 +137,7 @@ def derived_values(actuator: Actuator) -> dict[str, str]:
 def element_values(actuator: Actuator, lumped: Elements) -> dict[str, str]:
     """Element name of `strip_netlist` -> expression of its value."""
     port = lumped.port
-    values = {"Rdc": "rdc", "Bdc": "emission_voltage/rdc"}
+    values = {"Rdc": "rdc"}
     if port.electrode_resistance:
         values["Re"] = (
             "(electrode_resistivity_1*electrode_thickness_1+electrode_resistivity_2*electrode_thickness_2)/area"
@@ -195,7 +197,7 @@ def _lines(element: Element, values: dict[str, str]) -> list[str]:
     """An element as SPICE writes it, its value in braces."""
     nodes = " ".join(element.nodes)
     if element.law == "sinh":
-        return _diodes(element.nodes[0], element.nodes[1], values["Bdc"])
+        return _diodes(*element.nodes)
     if element.law == "charge":
         ions = f"cion{element.name.removeprefix('Bq')}"
         plus, minus, charge = element.nodes
@@ -206,7 +208,7 @@ def _lines(element: Element, values: dict[str, str]) -> list[str]:
     return [" ".join(filter(None, [element.name, nodes, element.control, value])) + start]
 
 
-def _diodes(plus: str, minus: str, current: str) -> list[str]:
+def _diodes(plus: str, minus: str) -> list[str]:
     """Is sinh(v/Vt) by two antiparallel diodes of Is/2, each behind a bias that the other's takes out again.
 
     Below -3 N kT/q SPICE follows a cube in place of the exponential, up to 2e-3 Is beside it. The bias of 4 Vt keeps
@@ -217,7 +219,7 @@ def _diodes(plus: str, minus: str, current: str) -> list[str]:
         f"Dforth forth {minus} electrons",
         f"Vopposite opposite {minus} {{{_BIAS}*emission_voltage}}",
         f"Dopposite opposite {plus} electrons",
-        f".model electrons D(is={{{math.exp(-_BIAS) / 2!r}*{current}}} n={{emission_voltage/thermal_voltage}})",
+        f".model electrons D(is={{{math.exp(-_BIAS) / 2!r}*saturation}} n={{emission_voltage/thermal_voltage}})",
     ]
 
 
@@ -232,12 +234,12 @@ def _header(actuator: Actuator, lumped: Elements, name: str, pins: str, title: s
     ]
     if coupled:
         lines += [
-            f"tip: {SCALE_NOTE}",
+            f"tip: {SCALE_NOTE.removeprefix('mechanical side: ')}",
             "     voltage to ground: force on the load; current out of the pin: its velocity (into 1 F: the way in mm)",
             "     to ground by Vtip tip 0 0: free; open: clamped; a load is an element from tip to ground:",
             "     mass m kg: L of 1000 m henry; dashpot c N s/m: R of 1000 c ohm; spring k N/m: C of 0.001/k farad",
         ]
-    return [*lines, *_parameter_table(actuator), *_notes(m.emission_voltage, lumped)]
+    return [*lines, *_parameter_table(actuator), *_notes(m, lumped, coupled=coupled)]
 
 
 def _parameter_table(actuator: Actuator) -> list[str]:
@@ -245,10 +247,10 @@ def _parameter_table(actuator: Actuator) -> list[str]:
         f"  {p.name:<28} {format_quantity(p.value, '', 6):>12} {p.unit or '1':<9} {p.meaning}".translate(_UNSAFE)
         for p in library_parameters(actuator)
     ]
-    return ["", "parameters, all in SI units, with this strip's values as defaults", *rows]
+    return ["", "parameters, all in SI units, with the values of this strip as defaults", *rows]
 
 
-def _notes(emission_voltage: float | None, lumped: Elements) -> list[str]:
+def _notes(material: Material, lumped: Elements, *, coupled: bool) -> list[str]:
     ladder = lumped.port.ladder
     lines = [""]
     if ladder is not None:
@@ -257,10 +259,12 @@ def _notes(emission_voltage: float | None, lumped: Elements) -> list[str]:
         lines.append(
             f"ladder of {len(ladder.sections)} sections: within {ladder.error:.1e} from {low} to {high}; {scope}"
         )
-    if emission_voltage is not None:
+    if material.emission_voltage is not None:
         lines.append(
             "sinh electron path: diodes at 27 degrees Celsius; leave TEMP and TNOM there, or set thermal_voltage"
         )
+    if coupled and not material.beam_damping_ratio:
+        lines.append("the beam rings for ever without damping: displacement within 1e-5 of the maximum only")
     return [
         *lines,
         "the transient starts from rest: .tran ... uic",

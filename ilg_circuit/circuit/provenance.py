@@ -7,7 +7,7 @@ from ..actuator import Actuator
 from ..units import format_quantity
 
 #: Tolerances with which ngspice's own step control follows the exact solution within 1e-6 of the maximum.
-TIGHT_OPTIONS = ".options reltol=1e-8 trtol=1 abstol=1e-12 vntol=1e-10 chgtol=1e-10 method=trap"
+TIGHT_OPTIONS = ".options reltol=1e-8 trtol=1 abstol=1e-12 vntol=1e-10 chgtol=1e-4 method=trap"
 #: Longest and first step that go with them, relative to the run; only later steps are controlled by their error.
 LONGEST_STEP = 2e-4
 FIRST_STEP = 1e-9
