@@ -12,10 +12,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from . import __version__
+from .cli_cpg import cpg
+from .cli_impedance import impedance
+from .cli_ogden import ogden
+from .cli_sense import sense
 from .errors import IlgError, InputError
 
 if TYPE_CHECKING:
-    from .circuit.strip import Load
     from .solve.transient import Progress
 
 _ACTUATOR = click.argument("actuator")
@@ -29,6 +32,10 @@ def cli() -> None:
 
     ACTUATOR is a TOML file or a preset (paper). Quantities carry units: --drive step:4V --duration 300s.
     """
+
+
+for command in (impedance, sense, ogden, cpg):
+    cli.add_command(command)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -101,18 +108,18 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, st
     from .actuator_file import load_actuator
     from .check import check, report, require_agreement
     from .circuit.drive import parse_drive
+    from .circuit.strip import parse_load
     from .files import require_writable
     from .plots import plot_response, require_picture
     from .response import sample_times
     from .response import simulate as solve
     from .units import parse
-    from .validity import warnings
 
     strip = load_actuator(actuator)
     seconds = parse(duration, "s", "--duration")
     times = sample_times(seconds, samples=options["samples"], step=parse(step, "s", "--step") if step else None)
     source = parse_drive(drive, seconds)
-    how = {"tip": options["tip"], "beam": options["beam"], "load": _load(load_text)}
+    how = {"tip": options["tip"], "beam": options["beam"], "load": parse_load(load_text)}
     if options["out"]:
         require_writable(options["out"])
     if options["plot"]:
@@ -125,9 +132,10 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, st
         plot_response(response, options["plot"])
     click.echo(f"{response.netlist.title}: {source.text}, {seconds:g} s, {len(times)} samples")
     click.echo(response.summary())
+    click.echo(response.account.summary())
     if response.engine == "ngspice":
         click.echo(f"solved by ngspice, estimated error {response.error:.1e} of each maximum")
-    for line in warnings(response):
+    for line in response.warnings:
         click.echo(f"warning: {line}", err=True)
     if options["check"]:
         differences = check(response, **how)
@@ -149,7 +157,7 @@ def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_
     from .circuit.deck import deck
     from .circuit.drive import parse_drive
     from .circuit.library import library
-    from .circuit.strip import strip_netlist
+    from .circuit.strip import parse_load, strip_netlist
     from .files import write_text
     from .units import parse
 
@@ -160,7 +168,7 @@ def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_
         seconds = parse(duration, "s", "--duration")
         if not seconds > 0:
             raise InputError(f"duration {duration} must be more than zero")
-        circuit = strip_netlist(strip, tip=tip, beam=beam, load=_load(load_text))
+        circuit = strip_netlist(strip, tip=tip, beam=beam, load=parse_load(load_text))
         text = deck(circuit, parse_drive(drive, seconds), seconds, strip)
     else:
         raise InputError(f"cannot tell what to write to '{out}': end its name in .cir (a deck) or .lib (a subcircuit)")
@@ -171,7 +179,7 @@ def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_
 @cli.command()
 @click.argument("data", type=click.Path(path_type=Path))
 @click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
-@click.option("--model", type=click.Choice(["auto", "rc", "rc2"]), default="auto", show_default=True)
+@click.option("--model", default="auto", show_default=True, help="rc, rc2, rc3, warburg, cpe; +sinh, +growing; auto.")
 @click.option("--electrode-resistance", help="Held in the fit, such as 2ohm.  [default: the actuator's]")
 @click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
 @click.option("--out", type=_OUT, help="TOML file for the fitted actuator.")
@@ -238,22 +246,6 @@ def doctor() -> None:
 
     for line in examine():
         click.echo(line)
-
-
-def _load(text: str | None) -> Load | None:
-    from .circuit.strip import Load
-    from .units import parse
-
-    if not text:
-        return None
-    units = {"mass": "kg", "stiffness": "N/m", "damping": "N*s/m"}
-    values: dict[str, float] = {}
-    for part in text.split(","):
-        key, _, value = (p.strip() for p in part.partition("="))
-        if key not in units or not value or key in values:
-            raise InputError(f"load '{text}' is not understood; write mass=1g,stiffness=1mN/m,damping=1uN*s/m")
-        values[key] = parse(value, units[key], f"load {key}")
-    return Load(**values)
 
 
 @contextmanager

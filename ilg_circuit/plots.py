@@ -10,16 +10,19 @@ from numpy.typing import NDArray
 
 from .errors import InputError
 from .files import replacing, require_writable
+from .units import format_quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from .impedance import Impedance
     from .response import Response
+    from .sensing import Sensed
 
 Array = NDArray[np.float64]
 
-_PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"))
+_PREFIXES = ((1e-15, "f"), (1e-12, "p"), (1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
 BLUE, ORANGE, GREY = "#1f5fa8", "#d1601f", "#6b6b6b"
 
 
@@ -82,3 +85,68 @@ def plot_response(response: Response, path: str | Path) -> None:
     figure.align_ylabels(axes)
     figure.suptitle(f"{response.netlist.title}: {response.drive.text}", fontsize=10)
     save(figure, path)
+
+
+def plot_sensed(found: Sensed, path: str | Path) -> None:
+    """The terminals' answer and the elastic force over time, the imposed motion beneath."""
+    answer = ("voltage", "V") if found.terminals == "open" else ("current", "A")
+    shown = (answer, ("force", "N"), ("displacement", "m"))
+    figure, axes = new_figure(len(shown), [1.5, 1.5, 1.0])
+    for panel, (name, unit) in zip(axes, shown, strict=True):
+        values = getattr(found, name)
+        factor, label = engineering(values, unit)
+        panel.plot(found.time, factor * values, color=ORANGE if name == "displacement" else BLUE, linewidth=1.4)
+        panel.set_ylabel(f"{name} [{label}]")
+    axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    figure.suptitle(f"{found.actuator.name}, {found.terminals} terminals: {found.motion.text}", fontsize=10)
+    save(figure, path)
+
+
+def plot_impedance(found: Impedance, path: str | Path) -> None:
+    """Bode (size and phase over frequency) and Nyquist plot; the electrical port's closed form dashed."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 4.8), dpi=150, layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=[1.15, 1.0])
+    size, phase, plane = (figure.add_subplot(grid[place]) for place in ((0, 0), (1, 0), (slice(None), 1)))
+    factor, label = engineering(np.abs(found.impedance), "\N{OHM SIGN}")
+    curves: tuple[tuple[Any, dict[str, Any], str], ...] = (
+        (found.impedance, {"color": BLUE, "linewidth": 1.8}, f"netlist, {found.engine}"),
+        (found.port, {"color": ORANGE, "linestyle": "--", "linewidth": 1.2}, "closed form, no motion"),
+    )
+    for z, style, name in curves:
+        size.loglog(found.frequency, np.abs(z), **style, label=name)
+        phase.semilogx(found.frequency, np.degrees(np.angle(z)), **style)
+        plane.plot(factor * z.real, -factor * z.imag, **style)
+    size.set_ylabel("abs(Z) [\N{OHM SIGN}]")
+    size.legend(frameon=False, fontsize=8)
+    phase.set_ylabel("phase [deg]")
+    phase.set_xlabel("frequency [Hz]")
+    plane.set_xlabel(f"Re Z [{label}]")
+    plane.set_ylabel(f"-Im Z [{label}]")
+    plane.set_aspect("equal", adjustable="datalim")
+    labelled: list[complex] = []
+    room = 0.06 * factor * float(np.ptp(found.impedance.real) + np.ptp(found.impedance.imag))
+    for decade in _whole_decades(found.frequency):
+        k = int(np.argmin(np.abs(np.log(found.frequency / decade))))
+        z = found.impedance[k] * factor
+        if any(abs(z - other) < room for other in labelled):
+            continue  # a label there would lie on another
+        labelled.append(z)
+        plane.plot(z.real, -z.imag, "o", color=BLUE, markersize=4)
+        plane.annotate(
+            format_quantity(float(decade), "Hz", 3), (z.real, -z.imag), (4, 4), textcoords="offset points", fontsize=8
+        )
+    for panel in (size, phase, plane):
+        panel.grid(alpha=0.25, linewidth=0.6)
+        panel.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(f"{found.actuator.name}: impedance about {found.bias:g} V", fontsize=10)
+    save(figure, path)
+
+
+def _whole_decades(frequency: Array) -> Array:
+    """At most five powers of ten within the frequencies."""
+    low, high = np.ceil(np.log10(frequency[0]) - 1e-9), np.floor(np.log10(frequency[-1]) + 1e-9)
+    decades = np.arange(low, high + 1)
+    return np.asarray(10.0 ** decades[:: max(-(-len(decades) // 5), 1)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from .actuator import Actuator
 from .circuit.drive import Drive, drive_times
 from .circuit.netlist import Netlist
 from .circuit.strip import Load, strip_netlist
+from .energy import EnergyAccount, account, probes
 from .errors import InputError
 from .files import write_text
 from .ladder import LADDER_BAND
@@ -37,6 +38,8 @@ COLUMNS = {
 SIMULATION_ACCURACY = 1e-9
 #: That of a circuit with nonlinear elements, whose laws have kinks.
 NONLINEAR_ACCURACY = 1e-6
+#: Where nobody asked for an accuracy, a result with this error, which is stated, is one too.
+ACCEPTABLE = 5e-6
 
 # three-point Gauss-Legendre: nodes in (0, 1) and weights
 _GAUSS_NODES = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
@@ -47,8 +50,8 @@ _GAUSS_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18
 class Response:
     """Waveforms at ``time`` [s] (n,), each (n,), SI: ``voltage`` at the terminals, ``current`` into them, ``charge`` on
     the ionic capacitors, ``displacement`` and ``force`` at L_F, positive towards the anode (NaN without a coupling),
-    ``energy`` delivered by the source since t = 0. ``error`` is the estimated error of the worst waveform relative to
-    its maximum.
+    ``energy`` delivered by the source since t = 0, ``account`` where it went. ``error`` is the estimated error of the
+    worst waveform relative to its maximum.
     """
 
     actuator: Actuator
@@ -61,8 +64,16 @@ class Response:
     force: Array
     charge: Array
     energy: Array
+    account: EnergyAccount
     error: float
     engine: str
+
+    @property
+    def warnings(self) -> list[str]:
+        """Assumptions of the model that fail in this run, each with its number and the consequence."""
+        from .validity import warnings
+
+        return warnings(self)
 
     def write_csv(self, path: str | Path, *, energy: bool = False) -> None:
         """Write the columns with full precision, blanks for NaN; ``energy`` adds a last column energy_J."""
@@ -131,16 +142,31 @@ def simulate(
     require_times(samples)
     samples = drive_times(drive, samples)
     netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=transient_band(samples))
+    acceptable = ACCEPTABLE if accuracy is None else accuracy
     if accuracy is None:
         accuracy = SIMULATION_ACCURACY if netlist.linear else NONLINEAR_ACCURACY
     poles = np.concatenate([state_space([netlist.linearised(u)]).poles().ravel() for u in {0.0, drive.largest()}])
     intervals = smooth_intervals(poles, drive, float(samples[-1]) or 1e-300)
     ends = np.union1d(samples, intervals[intervals <= samples[-1]])
     grid, gauss, weights = _energy_grid(samples, ends)
-    waves = transient(netlist, drive, grid, engine=engine, accuracy=accuracy, interpolate=False, progress=progress)
+    probed = replace(netlist, outputs=netlist.outputs + probes(netlist))
+    waves = transient(
+        probed,
+        drive,
+        grid,
+        engine=engine,
+        accuracy=accuracy,
+        acceptable=acceptable,
+        interpolate=False,
+        progress=progress,
+    )
     at = np.searchsorted(grid, samples)
-    power = drive.value(grid[gauss]) * waves.output("current")[gauss]
-    steps = np.concatenate([[0.0], np.cumsum((power * weights).sum(axis=1))])
+
+    def integrate(power: Array) -> Array:
+        steps = np.concatenate([[0.0], np.cumsum((power[gauss] * weights).sum(axis=1))])
+        return np.asarray(steps[np.searchsorted(ends, samples)])
+
+    energy = integrate(drive.value(grid) * waves.output("current"))
     unknown = np.full(len(samples), np.nan)
     mechanical = {n: waves.output(n)[at] if n in waves.names else unknown for n in ("displacement", "force")}
     return Response(
@@ -151,7 +177,8 @@ def simulate(
         voltage=drive.value(samples),
         current=waves.output("current")[at],
         charge=waves.output("charge")[at],
-        energy=steps[np.searchsorted(ends, samples)],
+        energy=energy,
+        account=account(netlist, waves, energy, integrate, at),
         error=float(waves.errors.max()),
         engine=waves.engine,
         **mechanical,

@@ -7,26 +7,18 @@ from typing import Any
 
 from .actuator import Actuator
 from .elements import lumped_elements
+from .port import Port
 from .units import format_quantity
 from .validity import assumptions
 
 
 def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | None = None) -> dict[str, Any]:
     """A JSON-ready description, SI values with their units. ``band`` [Hz]; ``voltage`` [V] of use, if known."""
-    lumped = lumped_elements(actuator)
-    elements = [
-        ("electrode_resistance", lumped.electrode_resistance, "ohm", "EC (13): Re = sum of rho_ek b_ek/(L w)"),
-        ("dc_resistance", lumped.dc_resistance, "ohm", "EC (12): Rdc = rho_dc b/(L w)"),
-    ]
-    for k, (r, c) in enumerate(lumped.branches, 1):
-        ending = f"_{k}" if len(lumped.branches) > 1 else ""
-        elements += [
-            (f"resistance{ending}" if ending else "dynamic_resistance", r, "ohm", "EC (13): Rd = rho_d b/(L w)"),
-            (f"capacitance{ending}", c, "F", "EC (14): C = eps L w/b"),
-            (f"time_constant{ending}", r * c, "s", "Rd C"),
-        ]
+    lumped = lumped_elements(actuator, band)
+    elements = [*_electrical(lumped.port)]
+    given = actuator.material.bending_stiffness is not None
     elements += [
-        ("stiffness", lumped.stiffness, "N/m", "EC (10): K = E w b^3/(4 L_F^3)"),
+        ("stiffness", lumped.stiffness, "N/m", "K = 3 EI/L_F^3" if given else "EC (10): K = E w b^3/(4 L_F^3)"),
         ("mass", lumped.mass, "kg", "EC (11): m = 3 L0^4 rho_m w b/(L_F^3 Gamma^4)"),
         ("damping", lumped.damping, "N s/m", "Rm = 2 zeta sqrt(K m), assumed"),
         ("resonance", (lumped.stiffness / lumped.mass) ** 0.5, "rad/s", "sqrt(K/m)"),
@@ -54,6 +46,48 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
             for a in rows
         ],
     }
+
+
+def _electrical(port: Port) -> list[tuple[str, float, str, str]]:
+    """Name, value, unit and equation of every element of the electrical side."""
+    elements = [
+        ("electrode_resistance", port.electrode_resistance, "ohm", "EC (13): Re = sum of rho_ek b_ek/(L w)"),
+        ("dc_resistance", port.dc_resistance, "ohm", "EC (12): Rdc = rho_dc b/(L w)"),
+    ]
+    if port.emission_voltage is not None:
+        elements += [
+            ("emission_voltage", port.emission_voltage, "V", "electron path i = Is sinh(v/Vt)"),
+            ("saturation_current", port.saturation_current, "A", "Is = Vt/Rdc"),
+        ]
+    for k, (r, c) in enumerate(port.branches, 1):
+        ending = f"_{k}" if len(port.branches) > 1 else ""
+        elements += [
+            (f"resistance{ending}" if ending else "dynamic_resistance", r, "ohm", "EC (13): Rd = rho_d b/(L w)"),
+            (f"capacitance{ending}", c, "F", "EC (14): C = eps L w/b"),
+            (f"time_constant{ending}", r * c, "s", "Rd C"),
+        ]
+    if port.capacitance_slope:
+        elements.append(("capacitance_slope", port.capacitance_slope, "1/V", "q = C (v + k v abs(v)/2)"))
+    ladder = port.ladder
+    if ladder is not None:
+        elements.append(("series_resistance", port.series_resistance, "ohm", "EC (13): Rs = rho_d b/(L w)"))
+        first, second = ladder.constants
+        if ladder.law == "warburg":
+            elements += [
+                ("warburg_resistance", first, "ohm", "Z = Rw coth(sqrt(s tau))/sqrt(s tau), Rw = tau/C"),
+                ("diffusion_time", second, "s", "tau"),
+                ("capacitance", second / first, "F", "EC (14): C = eps L w/b"),
+            ]
+        else:
+            elements += [
+                ("cpe_coefficient", first, "F s^(a-1)", "Z = 1/(Q s^a); Q is the capacitance at 1 rad/s"),
+                ("cpe_exponent", second, "", "a"),
+            ]
+        elements += [
+            ("ladder_sections", float(len(ladder.sections)), "", "R parallel C sections that realise it"),
+            ("ladder_error", ladder.error, "", f"its largest error from {ladder.band[0]:g} to {ladder.band[1]:g} Hz"),
+        ]
+    return elements
 
 
 def tabulate(description: dict[str, Any]) -> str:

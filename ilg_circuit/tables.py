@@ -16,8 +16,10 @@ from .units import scale
 
 Array = NDArray[np.float64]
 
-#: quantity -> (SI unit, words that a column's name may end in before its unit)
-QUANTITIES: dict[str, tuple[str, tuple[str, ...]]] = {
+#: quantity -> (SI unit, "" for a pure number; words that a column's name may end in before its unit)
+Quantities = dict[str, tuple[str, tuple[str, ...]]]
+
+QUANTITIES: Quantities = {
     "time": ("s", ("time", "t", "t_nominal")),
     "voltage": ("V", ("voltage", "potential", "u")),
     "current": ("A", ("current", "i")),
@@ -31,12 +33,14 @@ EXAMPLES = "time_s, voltage_V, current_mA, displacement_mm, force_N"
 #: No reading in SI units is larger.
 _LARGEST = 1e30
 
+_PURE_NUMBER = ("", "-", "1")
+
 _BRACKETED = re.compile(r"(.+?)\s*(?:\[(.+)\]|\((.+)\)|/\s*(\S+))")
 
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of a measurement in SI units, NaN where a cell was blank; ``time`` ascends strictly.
+    """Columns of a measurement in SI units, NaN where a cell was blank; ``time``, if any, ascends strictly.
 
     ``ignored`` are the headers that were not understood and not needed.
     """
@@ -55,11 +59,18 @@ class Table:
         return column if column is not None and np.isfinite(column).any() else None
 
 
-def read_table(path: str | Path, required: tuple[str, ...] = ("time",)) -> Table:
-    """Read a CSV file: comma, semicolon (then with decimal commas allowed) or tab; lines that start with # are skipped.
+def read_table(
+    path: str | Path,
+    required: tuple[str, ...] = ("time",),
+    *,
+    quantities: Quantities = QUANTITIES,
+    example: str = EXAMPLES,
+) -> Table:
+    """Read a CSV file: comma, semicolon (then with decimal commas allowed), tab or spaces; # starts a comment line.
 
-    Raises InputError naming file, line and column for what cannot be read: a missing column or unit, text in a number,
-    times that repeat or decrease.
+    ``quantities`` are those that columns may hold, ``example`` a header to show in errors. Raises InputError naming
+    file, line and column for what cannot be read: a missing column or unit, text in a number, times that repeat or
+    decrease.
     """
     name = Path(path).name
     try:
@@ -70,18 +81,21 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("time",)) -> Table
         raise InputError(f"{name}: not a text file; export the measurement as CSV") from None
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:
-        raise InputError(f"{name}: the file is empty; it needs a header row such as {EXAMPLES}")
+        raise InputError(f"{name}: the file is empty; it needs a header row such as {example}")
     if "\0" in text:
         raise InputError(f"{name}: not a text file; export the measurement as CSV")
     if any(len(line) > 100_000 for _, line in lines):
         raise InputError(f"{name}: a line is longer than 100000 characters; export the measurement as CSV")
+    lines = _tabbed(lines)
     delimiter = max(",;\t", key=lines[0][1].count)
     header = [cell.strip() for cell in next(csv.reader([lines[0][1]], delimiter=delimiter))]
-    used, factors, ignored = _understand(header, name)
+    used, factors, ignored = _understand(header, name, quantities)
     for quantity in required:
         if quantity not in used:
             others = f"; not understood: {', '.join(repr(c) for c in ignored)}" if ignored else ""
-            raise InputError(f"{name}: no column for {quantity}{others}; columns are written like {EXAMPLES}")
+            if all(_is_number(cell) for cell in header):
+                others = ": the first row holds numbers, not names; put a row of names above it, one for each column"
+            raise InputError(f"{name}: no column for {quantity}{others}; columns are written like {example}")
     body = lines[1:]
     if not body:
         raise InputError(f"{name}: there is a header but no row of numbers")
@@ -93,7 +107,8 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("time",)) -> Table
             raise InputError(
                 f"{name}: column '{header[used[quantity]]}' has a value beyond all proportion; check its unit"
             )
-    _check_times(columns["time"], [number for number, _ in body], name)
+    if "time" in columns:
+        _check_times(columns["time"], [number for number, _ in body], name)
     return Table(columns, name, tuple(ignored))
 
 
@@ -107,31 +122,68 @@ def read_waveform(path: Path, quantity: str) -> tuple[Array, Array]:
     return table.time[known], values[known]
 
 
-def _understand(header: list[str], name: str) -> tuple[dict[str, int], dict[str, float], list[str]]:
+def _tabbed(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
+    """Lines whose columns are separated by spaces, with tabs instead; other lines as they are.
+
+    The first row of numbers decides; a header may have commas above a body of spaces.
+    """
+    first = lines[min(1, len(lines) - 1)][1]
+    if any(c in first for c in ",;\t") or len(first.split()) < 2 or not all(_is_number(c) for c in first.split()):
+        return lines
+    number, header = lines[0]
+    names = re.split(r"\s*[,;\t]\s*", header.strip()) if any(c in header for c in ",;\t") else header.split()
+    return [(number, "\t".join(names)), *((k, "\t".join(line.split())) for k, line in lines[1:])]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _understand(
+    header: list[str], name: str, quantities: Quantities
+) -> tuple[dict[str, int], dict[str, float], list[str]]:
     """Which column holds which quantity, its factor to SI, and the headers left over."""
     used: dict[str, int] = {}
     factors: dict[str, float] = {}
     ignored = []
     for k, title in enumerate(header):
+        bare = _named(title.lower(), quantities)
         word, unit = _split(title)
-        quantity = next((q for q, (_, words) in QUANTITIES.items() if _names(word, words)), None)
+        if bare and not quantities[bare][0]:  # a pure number needs no unit
+            word, unit = title.lower(), ""
+        quantity = _named(word, quantities)
         if quantity is None:
-            bare = next((q for q, (_, words) in QUANTITIES.items() if _names(title.lower(), words)), None)
             if bare:
-                si = QUANTITIES[bare][0]
+                si = quantities[bare][0]
                 raise InputError(f"{name}: column '{title}' has no unit; write it like '{title}_{si}'")
             ignored.append(title)
             continue
-        try:
-            factor = float(scale(unit.replace("µ", "u").replace("μ", "u"), QUANTITIES[quantity][0]))
-        except InputError as error:
-            raise InputError(f"{name}: column '{title}': {error}") from None
+        factor = _factor(unit, quantities[quantity][0], title, name)
         if quantity in used:
             raise InputError(
                 f"{name}: columns '{header[used[quantity]]}' and '{title}' both give the {quantity}; leave one out"
             )
         used[quantity], factors[quantity] = k, factor
     return used, factors, ignored
+
+
+def _named(word: str, quantities: Quantities) -> str | None:
+    """The quantity that a column's name, its unit taken off, stands for."""
+    return next((q for q, (_, words) in quantities.items() if _names(word, words)), None)
+
+
+def _factor(unit: str, si_unit: str, title: str, name: str) -> float:
+    if not si_unit and unit in _PURE_NUMBER:
+        return 1.0
+    try:
+        return float(scale(unit.replace("µ", "u").replace("μ", "u"), si_unit))
+    except InputError as error:
+        said = str(error) if si_unit else f"unit '{unit}' does not measure a pure number; leave it out"
+        raise InputError(f"{name}: column '{title}': {said}") from None
 
 
 def _split(title: str) -> tuple[str, str]:

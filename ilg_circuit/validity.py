@@ -11,6 +11,7 @@ from .actuator import Actuator
 from .elements import GRAVITY, hanging_stiffness, lumped_elements
 
 if TYPE_CHECKING:
+    from .ladder import Ladder
     from .response import Response
 
 #: Electrochemical window [V] of the paper's liquid, BMIMBF4, about.
@@ -42,7 +43,7 @@ def assumptions(
     displacement: float | None = None,
 ) -> list[Assumption]:
     """The table for use between ``band`` [Hz], up to ``voltage`` [V] and ``displacement`` [m] where known."""
-    lumped, g = lumped_elements(actuator), actuator.geometry
+    lumped, g = lumped_elements(actuator, band), actuator.geometry
     s = 2j * np.pi * np.geomspace(*band, 400)
     ion = np.array([lumped.ion_impedance(x) for x in s])
     rows = []
@@ -82,6 +83,8 @@ def assumptions(
         )
     )
     rows.append(_gravity(actuator, lumped.stiffness))
+    if lumped.port.ladder is not None:
+        rows += _ladder(lumped.port.ladder, band)
     if voltage is not None:
         rows.append(
             Assumption(
@@ -94,17 +97,36 @@ def assumptions(
     return rows
 
 
+def _ladder(ladder: Ladder, band: tuple[float, float]) -> list[Assumption]:
+    name = "Warburg" if ladder.law == "warburg" else "CPE"
+    low, high = ladder.band
+    # a Warburg element's slow modes are all in its ladder, so that it holds down to any frequency
+    beyond = max(low / band[0] if ladder.law == "cpe" else 0.0, band[1] / high)
+    return [
+        Assumption(f"{name} ladder's error", ladder.error, 0.01, "more ladder_sections, or a narrower band, needed"),
+        Assumption(
+            f"band of use over the {name} ladder's",
+            beyond,
+            1.0 + 1e-6,
+            f"beyond {low:g} Hz to {high:g} Hz the ladder is no {name} element; widen ladder_lowest and ladder_highest",
+        ),
+    ]
+
+
 def _gravity(actuator: Actuator, stiffness: float) -> Assumption:
     g, m = actuator.geometry, actuator.material
     if actuator.mounting.orientation == "horizontal":
-        sag = 1.5 * m.density * GRAVITY * g.free_length**3 / (m.youngs_modulus * g.thickness**2)
+        # rho_m w b g L0^3/(8 EI), and EI = K L_F^3/3; with E alone 1.5 rho_m g L0^3/(E b^2)
+        load = m.density * g.width * g.thickness * GRAVITY
+        sag = 3 * load * (g.free_length / g.load_distance) ** 3 / (8 * stiffness)
         return Assumption("gravity, horizontal: sag/L0", sag, 0.2, "the strip sags beyond small deflection")
     ratio = hanging_stiffness(m.density, g.width, g.thickness) / stiffness
     consequence = "the strip is too soft to hang against gravity: the tip spring holds for r up to 1"
     if actuator.mounting.orientation == "weightless":
+        what = "E" if m.bending_stiffness is None else "EI"
         consequence = (
-            "E alone cannot hold the strip against gravity; the fitted coupling has gravity in it, so it holds for "
-            "this mounting and size only"
+            f"{what} alone cannot hold the strip against gravity; the fitted coupling has gravity in it, so it holds "
+            "for this mounting and size only"
         )
     return Assumption("gravity, hanging: r = (3/8) rho_m w b g/K", ratio, 1.0, consequence)
 

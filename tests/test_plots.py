@@ -66,8 +66,10 @@ def test_other_formats_are_refused(response: Response, tmp_path: Path, name: str
         (2.5e-6, "N", 1e6, "\N{MICRO SIGN}N"),
         (12.0, "J", 1.0, "J"),
         (2500.0, "V", 1e-3, "kV"),
+        (6.3e6, "Pa", 1e-6, "MPa"),
         (0.0, "N", 1.0, "N"),
-        (1e-15, "N", 1e9, "nN"),
+        (1e-15, "N", 1e15, "fN"),
+        (1e-17, "N", 1e15, "fN"),
         (1e-3, "m", 1e3, "mm"),
     ],
 )

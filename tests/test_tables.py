@@ -163,8 +163,13 @@ def test_too_many_cells_name_the_line(read: Reader) -> None:
         '"time_s","voltage_V"\n"0.5","1.25"\n"1.5","-2"\n',
         "voltage_V,time_ms\n1.25,500\n-2,1500\n",
         "time_s,voltage_V\n5e-1,+1.25\n1.5,-2e0\n",
+        "time_s voltage_V\n  0.5    1.25\n  1.5   -2\n",
+        "time_s, voltage_V\n0.5 1.25\n1.5 -2\n",
     ],
-    ids=["decimal commas", "semicolons", "tabs", "CRLF", "BOM", "comments", "spaces", "quotes", "order", "exponents"],
+    ids=[
+        *("decimal commas", "semicolons", "tabs", "CRLF", "BOM", "comments", "spaces", "quotes", "order", "exponents"),
+        *("columns of spaces", "columns of spaces under commas"),
+    ],
 )
 def test_dialects(read: Reader, text: str) -> None:
     table = read(text)
@@ -215,7 +220,8 @@ def test_negative_times_are_fine(read: Reader) -> None:
         (b"\xff\xfe\x00t", "not a text file"),
         (b"time_s\x00,voltage_V\n0,1\n", "not a text file"),
         (b"PK\x03\x04\x14\x00\x06\x00", "not a text file"),
-        ("0,1\n1,2\n", "no column for time"),
+        ("0,1\n1,2\n", "no column for time: the first row holds numbers, not names; put a row of names above it"),
+        ("0 1\n1 2\n", "no column for time: the first row holds numbers"),
     ],
 )
 def test_what_is_no_table(read: Reader, content: str | bytes, hint: str) -> None:

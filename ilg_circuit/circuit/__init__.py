@@ -2,7 +2,7 @@
 
 from .drive import Drive, PiecewiseLinear, Sine, parse_drive
 from .netlist import Element, Netlist, Output
-from .strip import Load, electrical_netlist, port_netlist, strip_netlist
+from .strip import Load, electrical_netlist, port_netlist, sensor_netlist, strip_netlist
 
 __all__ = [
     "Drive",
@@ -15,5 +15,6 @@ __all__ = [
     "electrical_netlist",
     "parse_drive",
     "port_netlist",
+    "sensor_netlist",
     "strip_netlist",
 ]

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 DRIVE_FORMS = "step:4V, square:4V,30s[,duty], square:-4V..4V,30s, sine:2V,0.1Hz, ramp:1V/s, file:drive.csv"
 
+MOTION_FORMS = "step:1mm, square:1mm,30s[,duty], sine:1mm,0.1Hz, ramp:0.1mm/s, file:motion.csv"
+
 #: Rise time [s] of a jump in a netlist handed out; plain SPICE engines need one.
 NETLIST_RISE = 1e-6
 
@@ -59,16 +61,17 @@ class Sine:
 
     amplitude: float
     frequency: float
+    unit: str = "V"
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.amplitude) and np.isfinite(self.frequency) and self.frequency > 0):
             raise InputError(
-                f"sine of {self.amplitude:g} V, {self.frequency:g} Hz: the frequency must be more than zero"
+                f"sine of {self.amplitude:g} {self.unit}, {self.frequency:g} Hz: the frequency must be more than zero"
             )
 
     @property
     def text(self) -> str:
-        return f"sine {format_quantity(self.amplitude, 'V', 6)}, {format_quantity(self.frequency, 'Hz', 6)}"
+        return f"sine {format_quantity(self.amplitude, self.unit, 6)}, {format_quantity(self.frequency, 'Hz', 6)}"
 
     def value(self, t: ArrayLike) -> Array:
         return np.asarray(self.amplitude * np.sin(self.angular_frequency() * np.asarray(t, dtype=float)))
@@ -112,20 +115,22 @@ class PiecewiseLinear:
         object.__setattr__(self, "values", values)
 
     @classmethod
-    def step(cls, voltage: float, at: float = 0.0) -> Self:
+    def step(cls, voltage: float, at: float = 0.0, unit: str = "V") -> Self:
         """0 V before ``at`` [s], ``voltage`` from then on."""
-        text = f"step {format_quantity(voltage, 'V', 6)}"
+        text = f"step {format_quantity(voltage, unit, 6)}"
         if at == 0:
             return cls(np.array([0.0]), np.array([voltage]), text)
         return cls(np.array([at, at]), np.array([0.0, voltage]), text)
 
     @classmethod
-    def ramp(cls, rate: float, duration: float) -> Self:
+    def ramp(cls, rate: float, duration: float, unit: str = "V") -> Self:
         """``rate`` [V/s] from 0 V for ``duration`` [s], then held."""
-        return cls(np.array([0.0, duration]), np.array([0.0, rate * duration]), f"ramp {rate:g} V/s")
+        return cls(np.array([0.0, duration]), np.array([0.0, rate * duration]), f"ramp {rate:g} {unit}/s")
 
     @classmethod
-    def square(cls, low: float, high: float, period: float, duration: float, duty: float = 0.5) -> Self:
+    def square(
+        cls, low: float, high: float, period: float, duration: float, duty: float = 0.5, unit: str = "V"
+    ) -> Self:
         """``high`` for ``duty`` of each period, then ``low``, from t = 0. InputError for a duty not in (0, 1)."""
         if not period > 0:
             raise InputError(f"square wave: period {period:g} s must be more than zero")
@@ -141,7 +146,8 @@ class PiecewiseLinear:
         levels = np.tile([high, low], count)
         times = np.repeat(edges, 2)[1:]
         values = np.repeat(levels, 2)[:-1]
-        return cls(times, values, f"square {low:g} V..{high:g} V, {format_quantity(period, 's', 6)}, duty {duty:g}")
+        text = f"square {low:g} {unit}..{high:g} {unit}, {format_quantity(period, 's', 6)}, duty {duty:g}"
+        return cls(times, values, text)
 
     def value(self, t: ArrayLike) -> Array:
         time = np.asarray(t, dtype=float)
@@ -213,31 +219,34 @@ def drive_times(drive: Drive, times: Array) -> Array:
     return times
 
 
-def parse_drive(text: str, duration: float) -> Drive:
+def parse_drive(text: str, duration: float, unit: str = "V") -> Drive:
     """The drive that a text such as ``step:4V`` names, for a run of ``duration`` [s].
 
-    Raises InputError that says what was given and which forms there are.
+    With the ``unit`` "m" it is a motion, its values in metres, such as ``sine:1mm,0.1Hz``. Raises InputError that says
+    what was given and which forms there are.
     """
     kind, _, rest = text.partition(":")
     parts = [part.strip() for part in rest.split(",")]
     makers: dict[str, tuple[range, Callable[[list[str]], Drive]]] = {
-        "step": (range(1, 2), lambda p: PiecewiseLinear.step(parse(p[0], "V", "step"))),
-        "ramp": (range(1, 2), lambda p: PiecewiseLinear.ramp(parse(p[0], "V/s", "ramp"), duration)),
-        "sine": (range(2, 3), lambda p: Sine(parse(p[0], "V", "sine"), parse(p[1], "Hz", "sine"))),
-        "square": (range(2, 4), lambda p: _square(p, duration)),
+        "step": (range(1, 2), lambda p: PiecewiseLinear.step(parse(p[0], unit, "step"), unit=unit)),
+        "ramp": (range(1, 2), lambda p: PiecewiseLinear.ramp(parse(p[0], f"{unit}/s", "ramp"), duration, unit)),
+        "sine": (range(2, 3), lambda p: Sine(parse(p[0], unit, "sine"), parse(p[1], "Hz", "sine"), unit)),
+        "square": (range(2, 4), lambda p: _square(p, duration, unit)),
     }
     if kind == "file" and rest:
         from ..tables import read_waveform
 
-        times, values = read_waveform(Path(rest), "voltage")
+        times, values = read_waveform(Path(rest), "voltage" if unit == "V" else "displacement")
         return PiecewiseLinear(times, values, f"file {Path(rest).name}")
     if kind not in makers or len(parts) not in makers[kind][0] or not all(parts):
-        raise InputError(f"drive '{text}' is not understood; write one of {DRIVE_FORMS}")
+        raise InputError(
+            f"drive '{text}' is not understood; write one of {DRIVE_FORMS if unit == 'V' else MOTION_FORMS}"
+        )
     return makers[kind][1](parts)
 
 
-def _square(parts: list[str], duration: float) -> PiecewiseLinear:
+def _square(parts: list[str], duration: float, unit: str) -> PiecewiseLinear:
     low, separator, high = parts[0].partition("..")
-    levels = (parse(low, "V", "square"), parse(high, "V", "square")) if separator else (0.0, parse(low, "V", "square"))
+    levels = (parse(low, unit, "square") if separator else 0.0, parse(high if separator else low, unit, "square"))
     duty = parse(parts[2], "", "square, duty") if len(parts) == 3 else 0.5
-    return PiecewiseLinear.square(*levels, parse(parts[1], "s", "square"), duration, duty)
+    return PiecewiseLinear.square(*levels, parse(parts[1], "s", "square"), duration, duty, unit)

@@ -87,11 +87,15 @@ class Element:
 
 @dataclass(frozen=True)
 class Output:
-    """A waveform of interest: a sum of quantities ``v(node)`` or ``i(source or inductor)`` with coefficients."""
+    """A waveform of interest: a sum of quantities ``v(node)`` or ``i(source or inductor)`` with coefficients.
+
+    The error of a ``probe`` is no part of the accuracy that a solve must reach: it may be rounding only.
+    """
 
     name: str
     unit: str
     terms: tuple[tuple[str, float], ...]
+    probe: bool = False
 
 
 @dataclass(frozen=True)
@@ -216,6 +220,27 @@ def add_elements(circuit: Circuit, elements: Iterable[Element]) -> None:
             case "B":
                 law = {f"{_LAWS[element.law][1]}": element.expression(nodes)}
                 circuit.BehavioralSource(name, *nodes[:2], **law)
+
+
+def floating_nodes(elements: Iterable[Element]) -> list[str]:
+    """One node of every part of a circuit that no direct current can reach from ground."""
+    group: dict[str, str] = {GROUND: GROUND}
+
+    def root(node: str) -> str:
+        group.setdefault(node, node)
+        while group[node] != node:
+            group[node] = group[group[node]]
+            node = group[node]
+        return node
+
+    for element in elements:
+        for node in element.nodes:
+            root(node)
+        conducts = element.kind in "RLVEH" or element.law
+        if conducts:
+            group[root(element.nodes[0])] = root(element.nodes[1])
+    grounded = root(GROUND)
+    return [node for node in group if root(node) == node and node != grounded]
 
 
 def plain(text: str) -> str:

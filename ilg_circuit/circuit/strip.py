@@ -56,6 +56,22 @@ class Load:
         return bool(self.mass or self.stiffness or self.damping)
 
 
+def parse_load(text: str | None) -> Load | None:
+    """The load that a text such as ``mass=1g,stiffness=1mN/m,damping=1uN*s/m`` names. Raises InputError otherwise."""
+    from ..units import parse
+
+    if not text:
+        return None
+    units = {"mass": "kg", "stiffness": "N/m", "damping": "N*s/m"}
+    values: dict[str, float] = {}
+    for part in text.split(","):
+        key, _, value = (p.strip() for p in part.partition("="))
+        if key not in units or not value or key in values:
+            raise InputError(f"load '{text}' is not understood; write mass=1g,stiffness=1mN/m,damping=1uN*s/m")
+        values[key] = parse(value, units[key], f"load {key}")
+    return Load(**values)
+
+
 def electrical_netlist(
     dc_resistance: float,
     branches: tuple[tuple[float, float], ...],
@@ -110,9 +126,12 @@ def strip_netlist(
     return Netlist(title, tuple(elements), tuple(outputs), comments=(SCALE_NOTE,))
 
 
-def _port(port: Port, end: str) -> tuple[list[Element], list[Output]]:
-    """Drive, Re, the electron path and the ion path from the port's node to ``end``."""
-    elements = [Element("Vdrive", ("drive", GROUND), 0.0)]
+_DRIVE = Element("Vdrive", ("drive", GROUND), 0.0)
+
+
+def _port(port: Port, end: str, source: Element | None = _DRIVE) -> tuple[list[Element], list[Output]]:
+    """A voltage source (or none), Re, the electron path and the ion path from the port's node to ``end``."""
+    elements = [source] if source else []
     node = _port_node(port)
     if port.electrode_resistance:
         elements.append(Element("Re", ("drive", node), port.electrode_resistance))
@@ -124,7 +143,7 @@ def _port(port: Port, end: str) -> tuple[list[Element], list[Output]]:
         )
     ions, charge = _ion_path(port, node, end, "")
     outputs = [
-        Output("current", "A", (("i(Vdrive)", -1.0),)),
+        *([Output("current", "A", ((f"i({source.name})", -1.0),))] if source else []),
         Output("charge", "C", tuple(charge.items())),
     ]
     return elements + ions, outputs
@@ -237,11 +256,7 @@ def _dynamic(
     elements += _filter(coupling, port, "back", "d")
     elements += _filter_rate(coupling, "v1", "d", (GROUND, "beam"), ratio / VELOCITY_SCALE)
     elements.append(Element("Cbeam", ("beam", GROUND), 1 / (lumped.stiffness * IMPEDANCE_SCALE)))
-    # mechanical -> electrical: the current k s d(s) F1 through a copy of Zp is u1, set against the port
-    elements += _filter(coupling, "beam", GROUND, "s")
-    elements += _filter_rate(coupling, "u1", "s", (GROUND, "copy"), ratio * FORCE_SCALE)
-    elements += _ion_path(lumped.port.linearised(), "copy", GROUND, "x")[0]
-    elements.append(Element("Eback", ("back", GROUND, "copy", GROUND), 1.0))
+    elements += _reflection(lumped, coupling)
     # the tip moves by what the strip wants less what its compliance takes up: y = y1 - F1/K
     moved = _free_displacement(coupling, ratio, "d") | {"v(beam)": -FORCE_SCALE / lumped.stiffness}
     if tip == "clamped":
@@ -254,6 +269,62 @@ def _dynamic(
         Output("displacement", "m", tuple(moved.items())),
         Output("force", "N", tuple(force.items())),
     ]
+
+
+def _reflection(lumped: Elements, coupling: Coupling) -> list[Element]:
+    """Mechanical -> electrical: the current k s d(s) F1 through a copy of Zp is u1, set against the port.
+
+    F1 is the voltage of node ``beam``. Of a nonlinear ion path the copy is that of small signals near 0 V.
+    """
+    return [
+        *_filter(coupling, "beam", GROUND, "s"),
+        *_filter_rate(coupling, "u1", "s", (GROUND, "copy"), lumped.bending_ratio * FORCE_SCALE),
+        *_ion_path(lumped.port.linearised(), "copy", GROUND, "x")[0],
+        Element("Eback", ("back", GROUND, "copy", GROUND), 1.0),
+    ]
+
+
+def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[float, float] = LADDER_BAND) -> Netlist:
+    """The strip as a sensor: the point L_F is moved, EC (17) read backwards; ``terminals`` are "open" or "short".
+
+    The drive is the displacement y of L_F in metres (1 V = 1 m). Outputs: voltage [V] at open terminals or current [A]
+    into the strip's plus pin at shorted ones, charge [C], displacement [m], and the elastic force [N] of the strip at
+    L_F, K (y1 - y); its own mass is the mover's affair. Raises InputError for an unknown word, or a strip without
+    coupling.
+    """
+    if terminals not in ("open", "short"):
+        raise InputError(f"terminals are '{terminals}'; choose open or short")
+    lumped = lumped_elements(actuator, band)
+    coupling = lumped.coupling
+    if coupling is None:
+        raise InputError(f"actuator '{actuator.name}' has no [coupling]; it cannot sense")
+    node = _port_node(lumped.port)
+    shorted = Element("Vshort", ("drive", GROUND), 0.0) if terminals == "short" else None
+    elements, outputs = _port(lumped.port, "back", shorted)
+    elements.insert(0, Element("Vmotion", ("motion", GROUND), 0.0))
+    elements += _filter(coupling, node, "back", "d")
+    # the force on a beam whose tip is held at y: F1 = K (y1 - y), a sum of sources in series
+    elastic = {q: c * lumped.stiffness for q, c in _free_displacement(coupling, lumped.bending_ratio, "d").items()}
+    elastic["v(motion)"] = -lumped.stiffness
+    nodes = ["beam", *(f"beam{k}" for k in range(1, len(elastic))), GROUND]
+    for k, (quantity, gain) in enumerate(elastic.items()):
+        elements.append(Element(f"Ebeam{k}", (nodes[k], nodes[k + 1], quantity[2:-1], GROUND), gain / FORCE_SCALE))
+    elements += _reflection(lumped, coupling)
+    if terminals == "open":
+        # without a source nothing ties the terminal down but the strip itself
+        outputs.insert(0, Output("voltage", "V", ((f"v({node})", 1.0),)))
+    outputs += [
+        Output("displacement", "m", (("v(motion)", 1.0),)),
+        Output("force", "N", (("v(beam)", FORCE_SCALE),)),
+    ]
+    title = f"ILG strip {actuator.name}, sensor, {terminals} terminals"
+    return Netlist(title, tuple(_without_dangling(elements)), tuple(outputs), drive="Vmotion", comments=(SCALE_NOTE,))
+
+
+def _without_dangling(elements: list[Element]) -> list[Element]:
+    """Elements but for an Re that ends in the air at open terminals."""
+    ends = [n for e in elements for n in e.nodes]
+    return [e for e in elements if e.name != "Re" or ends.count("drive") > 1]
 
 
 def _tip(actuator: Actuator, lumped: Elements, load: Load) -> tuple[list[Element], dict[str, float]]:

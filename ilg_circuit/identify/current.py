@@ -1,27 +1,31 @@
-"""The electrical fit: rc and rc2 to a measured current."""
+"""The electrical fit: any model of the port to a measured current."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..circuit.strip import electrical_netlist
-from ..errors import InputError
-from ..solve.transient import transient
+from ..circuit.strip import port_netlist
+from ..models import ElectricalModel, Ladders, electrical_model
+from ..port import Port
+from ..response import transient_band
+from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..units import format_quantity
 from .least_squares import Fit, fit_circuit
 from .measurement import Measurement, noise_level
 from .residuals import effective_samples, information_criterion, structured
-from .start import current_start
+from .start import model_start
 
 Array = NDArray[np.float64]
 
-BRANCHES = {"rc": 1, "rc2": 2}
-
+#: Error of a nonlinear model's transient in a fit, relative to the largest current.
+_NONLINEAR_ACCURACY = 1e-6
+#: A diffusion time may grow so much beyond its starting value before its ladder ends below the band.
+_REACH = 10.0
 #: Residuals below this part of the peak are of no interest, whatever their structure.
 _NEGLIGIBLE = 1e-4
 #: A parameter whose standard error exceeds this part of it is not determined by the data.
@@ -32,14 +36,13 @@ _DETERMINED = 0.5
 class CurrentFit:
     """Fit of one electrical model. ``time`` [s] since the onset, ``data`` and ``fitted`` [A], all (samples,).
 
-    ``branches`` are (resistance [ohm], capacitance [F]) by ascending time constant; ``offset`` [A] is the instrument's,
-    where one was found at rest.
+    ``port`` is what was fitted, R-C branches by ascending time constant; ``offset`` [A] is the instrument's, where one
+    was found at rest.
     """
 
     model: str
     fit: Fit
-    dc_resistance: float
-    branches: tuple[tuple[float, float], ...]
+    port: Port
     time: Array
     data: Array
     offset: float | None
@@ -48,6 +51,16 @@ class CurrentFit:
     @property
     def fitted(self) -> Array:
         return self.data - self.fit.residuals
+
+    @property
+    def dc_resistance(self) -> float:
+        """Rdc [ohm]."""
+        return self.port.dc_resistance
+
+    @property
+    def branches(self) -> tuple[tuple[float, float], ...]:
+        """(resistance [ohm], capacitance [F]) by ascending time constant; none where the ions diffuse."""
+        return self.port.branches
 
     @property
     def determined(self) -> bool:
@@ -69,35 +82,41 @@ def fit_current(
     engine: str = "ngspice",
     progress: Callable[[], None] | None = None,
 ) -> CurrentFit:
-    """Fit ``model`` to the measured current, Re held [ohm]. Raises InputError or SolveError as `identify` says."""
-    if model not in BRANCHES:
-        raise InputError(f"model is '{model}'; choose one of {', '.join(BRANCHES)}")
+    """Fit ``model``, any of `ilg_circuit.models`, to the measured current, Re held [ohm].
+
+    Raises InputError or SolveError as `identify` says.
+    """
+    kind = electrical_model(model)
     channel, drive = measurement.current, measurement.drive
     rest = channel.rest
     offset = _rest_offset(channel.values[rest])
     keep = np.ones(len(rest), dtype=bool) if offset is not None else ~rest
     t, data = channel.time[keep], channel.values[keep]
     after = t >= 0
-    dc, pairs = current_start(t[after], data[after] - (offset or 0.0), drive, electrode_resistance, BRANCHES[model])
+    start = model_start(kind, t[after], data[after] - (offset or 0.0), drive, electrode_resistance)
+    ladders = _ladders(kind, start, t[after])
+
+    def port(values: Array) -> Port:
+        return kind.port(values.tolist(), electrode_resistance, ladders)
 
     def waves(values: Array) -> Array:
-        netlists = [
-            electrical_netlist(v[0], tuple(zip(v[1::2], v[2::2], strict=True)), electrode_resistance)
-            for v in values.tolist()
-        ]
         result = np.zeros((len(values), len(t)))
-        result[:, after] = transient(netlists, drive, t[after], engine=engine).values[:, 0]
+        netlists = [port_netlist(port(v)) for v in values]
+        accuracy = DEFAULT_ACCURACY if kind.linear else _NONLINEAR_ACCURACY
+        acceptable = accuracy if kind.linear else 10 * accuracy
+        found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=acceptable)
+        result[:, after] = found.values[:, 0]
         return result
 
-    start = np.array([dc, *(x for pair in pairs for x in pair)])
     nuisance = np.ones((len(t), 1)) if offset is not None else None
-    fit = fit_circuit(waves, data, _names(model), start, nuisance, progress)
-    fit, branches = _sorted(fit)
+    below = np.array([p.below for p in kind.parameters])
+    fit = fit_circuit(waves, data, kind.names, start, nuisance, progress, below=below)
+    if model.startswith(("rc2", "rc3")):
+        fit = _sorted(fit, int(model[2]))
     return CurrentFit(
         model=model,
         fit=fit,
-        dc_resistance=float(fit.values[0]),
-        branches=branches,
+        port=port(fit.values),
         time=t,
         data=data,
         offset=float(fit.nuisance[0]) if offset is not None else None,
@@ -105,11 +124,19 @@ def fit_current(
     )
 
 
-def _names(model: str) -> tuple[str, ...]:
-    if model == "rc":
-        return ("dc_resistance", "dynamic_resistance", "capacitance")
-    branches = range(1, BRANCHES[model] + 1)
-    return ("dc_resistance", *(f"{what}_{k}" for k in branches for what in ("resistance", "capacitance")))
+def _ladders(model: ElectricalModel, start: Array, t: Array) -> Ladders:
+    """Ladders that stay the same but for their scale while a fit moves their parameters."""
+    low, high = transient_band(t)
+    values = dict(zip(model.names, start.tolist(), strict=True))
+    if "diffusion_time" in values:
+        ladders = Ladders((low, high), reach=2 * np.pi * high * values["diffusion_time"] * _REACH)
+    elif "cpe_exponent" in values:
+        ladders = Ladders((low, high))
+    else:
+        return Ladders()
+    made = model.port(start.tolist(), ladders=ladders).ladder
+    assert made is not None
+    return replace(ladders, sections=len(made.sections))
 
 
 def _rest_offset(rest: Array) -> float | None:
@@ -120,25 +147,19 @@ def _rest_offset(rest: Array) -> float | None:
     return mean if abs(mean) > 4 * spread / np.sqrt(len(rest)) and mean else None
 
 
-def _sorted(fit: Fit) -> tuple[Fit, tuple[tuple[float, float], ...]]:
+def _sorted(fit: Fit, branches: int) -> Fit:
     """The fit with its branches by ascending time constant (a sum of branches is unique up to their order)."""
-    pairs = fit.values[1:].reshape(-1, 2)
+    pairs = fit.values[1 : 2 * branches + 1].reshape(-1, 2)
     order = np.argsort(pairs.prod(axis=1))
-    index = np.concatenate([[0], *([2 * k + 1, 2 * k + 2] for k in order)]).astype(int)
+    arranged = np.concatenate([[0], *([2 * k + 1, 2 * k + 2] for k in order)]).astype(int)
+    index = np.concatenate([arranged, np.arange(len(arranged), len(fit.values))])
     everything = np.concatenate([index, np.arange(len(index), fit.count)])
-    arranged = Fit(
-        fit.names,
-        fit.values[index],
-        fit.errors[index],
-        fit.covariance[np.ix_(everything, everything)],
-        fit.nuisance,
-        fit.nuisance_errors,
-        fit.residuals,
-        fit.aic,
-        fit.bic,
-        fit.evaluations,
+    return replace(
+        fit,
+        values=fit.values[index],
+        errors=fit.errors[index],
+        covariance=fit.covariance[np.ix_(everything, everything)],
     )
-    return arranged, tuple((float(r), float(c)) for r, c in arranged.values[1:].reshape(-1, 2))
 
 
 def _warnings(model: str, fit: Fit, data: Array) -> tuple[str, ...]:
@@ -149,7 +170,8 @@ def _warnings(model: str, fit: Fit, data: Array) -> tuple[str, ...]:
         if model == "rc":
             found.append(f"one pole is not enough: the residuals ({share}) have a structure; try --model rc2")
         else:
-            found.append(f"the residuals ({share}) still have a structure that two branches do not hold")
+            what = "two branches do" if model == "rc2" else f"model {model} does"
+            found.append(f"the residuals ({share}) still have a structure that {what} not hold")
         found.append(
             "residuals of neighbouring samples are alike: the standard errors, which take them as independent, are too "
             "small"

@@ -14,6 +14,7 @@ from .. import formulas
 from ..actuator import PAPER, Actuator, Coupling
 from ..elements import lumped_elements
 from ..errors import InputError, SolveError
+from ..models import electrical_model
 from ..units import format_quantity
 from .current import CurrentFit, fit_current
 from .displacement import DisplacementFit, fit_displacement
@@ -96,18 +97,16 @@ def identify(
     held, because a step fixes only three of the four elements: default is the base's. Raises InputError for data that
     hold no answer, SolveError for a fit that does not converge.
     """
-    if model not in ("auto", "rc", "rc2"):
-        raise InputError(f"model is '{model}'; choose auto, rc or rc2")
+    if model != "auto":
+        electrical_model(model)
     strip = base or PAPER
     held = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
     _check_electrode_resistance(held, measurement)
     warnings = list(measurement.notes)
     current, candidates = _choose(measurement, held, model, engine, progress, warnings)
-    fitted = Actuator.from_circuit_values(
+    fitted = Actuator.from_port(
         strip.geometry,
-        dc_resistance=current.dc_resistance,
-        branches=current.branches,
-        electrode_resistance=held,
+        current.port,
         base=strip.material,
         coupling=None,
         mounting=strip.mounting,
@@ -211,7 +210,7 @@ def _fitted(fit: Fit, units: dict[str, str], scale: Array | None = None) -> dict
 
 
 def _parameters(current: CurrentFit, held: float, displacement: DisplacementFit | None) -> dict[str, Parameter]:
-    units = {n: "F" if n.startswith("capacitance") else "ohm" for n in current.fit.names}
+    units = {p.name: p.unit for p in electrical_model(current.model).parameters}
     reason = (
         "a step fixes three of four elements: held at the value given"
         if held

@@ -1,7 +1,7 @@
 """Least squares with a circuit transient in the loop: lmfit drives, ngspice evaluates.
 
-All parameters are positive, so their logarithms are fitted. The columns of a Jacobian are central differences whose
-2 n + 1 circuits are solved together in one netlist.
+All parameters are positive, so their logarithms are fitted, or log(p/(1 - p)) where they stay below a limit. The
+columns of a Jacobian are central differences whose 2 n + 1 circuits are solved together in one netlist.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ _RAN_AWAY = "the fit ran away: the data do not determine every parameter of this
 _MOST_EVALUATIONS = 200
 #: A logarithm that leaves this distance from its start has run away: the data do not hold it.
 _RUNAWAY = 25.0
+#: So far from its start a logarithm is no sensible value any more, whatever the solver makes of it.
+_FAR = 5.0
 
 
 @dataclass(frozen=True)
@@ -67,10 +69,12 @@ def fit_circuit(
     nuisance: Array | None = None,
     progress: Callable[[], None] | None = None,
     tolerance: float = 1e-10,
+    below: Array | None = None,
 ) -> Fit:
     """Fit ``data`` (samples,) by ``model`` with parameters from ``start`` (n,), plus ``nuisance`` (samples, k) columns.
 
-    ``tolerance`` is the relative change of the sum of squares at which the fit ends.
+    ``tolerance`` is the relative change of the sum of squares at which the fit ends; ``below`` (n,) are limits of the
+    parameters, infinite where there is none.
 
     Raises SolveError when the fit does not converge, or when the data do not determine a parameter.
     """
@@ -81,10 +85,11 @@ def fit_circuit(
     scale = float(np.abs(data).max()) or 1.0
     columns = np.abs(linear).max(axis=0)
     weights = linear / columns if k else linear
-    evaluate = _Evaluation(model, n, progress)
+    scales = _Scales(np.full(n, np.inf) if below is None else below)
+    evaluate = _Evaluation(lambda x: model(scales.values(x)), n, progress)
 
     parameters = lmfit.Parameters()
-    for j, value in enumerate(np.log(start)):
+    for j, value in enumerate(scales.coordinates(start)):
         parameters.add(f"p{j}", value=float(value))
     for j in range(k):
         parameters.add(f"n{j}", value=0.0)
@@ -113,15 +118,16 @@ def fit_circuit(
             "try --model rc"
         )
     logs, amounts = unpack(result.params)
-    if np.abs(logs - np.log(start)).max(initial=0.0) > _RUNAWAY:
+    if np.abs(logs - scales.coordinates(start)).max(initial=0.0) > _RUNAWAY:
         raise SolveError(_RAN_AWAY)
     slope = jacobian(result.params)
-    return _finish(names, logs, amounts, residual(result.params) * scale, slope, scale, columns, evaluate.count)
+    return _finish(names, logs, scales, amounts, residual(result.params) * scale, slope, scale, columns, evaluate.count)
 
 
 def _finish(
     names: Sequence[str],
     logs: Array,
+    scales: _Scales,
     amounts: Array,
     residuals: Array,
     slope: Array,
@@ -139,8 +145,8 @@ def _finish(
         raise SolveError("the data do not determine every parameter of this model: two of them act alike")
     inverse = np.linalg.inv(r) / size[:, None]
     variance = float((residuals**2).sum() / scale**2 / max(samples - unknowns, 1))
-    values = np.exp(logs)
-    units = np.concatenate([values, scale / columns if len(columns) else np.empty(0)])
+    values = scales.values(logs)
+    units = np.concatenate([scales.slopes(logs), scale / columns if len(columns) else np.empty(0)])
     covariance = variance * (inverse @ inverse.T) * np.outer(units, units)
     errors = np.sqrt(np.diag(covariance))
     n = len(values)
@@ -160,22 +166,47 @@ def _finish(
     )
 
 
+@dataclass(frozen=True)
+class _Scales:
+    """Coordinates without limits for positive parameters, some of them ``below`` a limit (infinite: none)."""
+
+    below: Array
+
+    def coordinates(self, values: Array) -> Array:
+        return np.asarray(np.log(values) - np.where(np.isinf(self.below), 0.0, np.log1p(-values / self.below)))
+
+    def values(self, x: Array) -> Array:
+        e = np.exp(x)
+        return np.asarray(e / (1 + e / self.below))
+
+    def slopes(self, x: Array) -> Array:
+        """d values / d coordinates."""
+        v = self.values(x)
+        return np.asarray(v * (1 - v / self.below))
+
+
 class _Evaluation:
     """Model and Jacobian at a point, solved together and kept for the other of the two callbacks."""
 
     def __init__(self, model: Model, parameters: int, progress: Callable[[], None] | None) -> None:
         self._model, self._n, self._progress = model, parameters, progress
-        self._at = np.full(parameters, np.nan)
+        self._at = self._start = np.full(parameters, np.nan)
         self._result: tuple[Array, Array] = (np.empty(0), np.empty(0))
         self.count = 0
         self.best_change = np.inf
 
     def __call__(self, logs: Array) -> tuple[Array, Array]:
+        if not self.count:
+            self._start = logs.copy()
         if not np.array_equal(logs, self._at):
             steps = np.concatenate([np.zeros((1, self._n)), _STEP * np.eye(self._n), -_STEP * np.eye(self._n)])
             try:
-                waves = self._model(np.exp(logs + steps))
+                waves = self._model(logs + steps)
             except InputError:  # a value beyond all measure
+                raise SolveError(_RAN_AWAY) from None
+            except SolveError:  # or one that is still a number, but no circuit that can be solved
+                if np.abs(logs - self._start).max() < _FAR:
+                    raise
                 raise SolveError(_RAN_AWAY) from None
             central = (waves[1 : self._n + 1] - waves[self._n + 1 :]) / (2 * _STEP)
             self.best_change = float(np.abs(logs - self._at).max()) if self.count else np.inf

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from .. import formulas
 from ..circuit.drive import PiecewiseLinear
 from ..errors import InputError
+from ..models import ElectricalModel
 from ..superposition import superpose
 from .measurement import simplified
 
@@ -27,6 +28,8 @@ _FREQUENCIES = 24
 _LEAST_STEADY = 1e-2
 #: The drive may be so coarse, in parts of its range, where only starting values are wanted.
 _COARSE = 0.01
+#: A constant phase element's exponent lies between diffusion's 1/2 and a capacitor's 1.
+_CPE_EXPONENT = 0.8
 
 
 def current_start(
@@ -43,7 +46,8 @@ def current_start(
     waves = superpose(drive, t, lambda kind, time: _high_pass(kind, time, rates[:, None]))
     basis = np.vstack([drive.value(t), waves])
     best, choice = np.inf, None
-    for chosen in combinations(range(len(rates)), branches):
+    every = range(0, len(rates), 1 if branches < 3 else 2)
+    for chosen in combinations(every, branches):
         g, cost = _linear_fit(basis[[0, *(k + 1 for k in chosen)]].T, current)
         if cost < best * (1 - 1e-9) and (g[1:] > 0).all():
             best, choice = cost, (g, rates[list(chosen)])
@@ -75,6 +79,44 @@ def _refined(t: Array, current: Array, drive: PiecewiseLinear, rates: Array) -> 
     found = minimize(lambda logs: solved(logs)[1], np.log(rates), method="Nelder-Mead", options={"maxiter": 100})
     g, _ = solved(found.x)
     return (g, np.exp(found.x)) if (g > 0).all() else None
+
+
+def model_start(
+    model: ElectricalModel, t: Array, current: Array, drive: PiecewiseLinear, electrode_resistance: float
+) -> Array:
+    """Starting values (n,) of ``model``'s parameters in their order; arguments as for `current_start`."""
+    ions = model.name.split("+")[0]
+    branches = {"rc": 1, "rc2": 2, "rc3": 3}.get(ions, 2)
+    try:
+        dc, pairs = current_start(t, current, drive, electrode_resistance, branches)
+    except InputError:
+        if ions in ("rc", "rc2", "rc3"):
+            raise
+        dc, pairs = current_start(t, current, drive, electrode_resistance, 1)
+    values = {"dc_resistance": dc}
+    total = sum(c for _, c in pairs)
+    fast = 1 / sum(1 / r for r, _ in pairs)
+    slowest = max(r * c for r, c in pairs)
+    if ions == "warburg":
+        # the slowest mode of a diffusing admittance has the time constant 4 tau/pi^2
+        tau = np.pi**2 / 4 * slowest
+        values |= {"series_resistance": fast, "warburg_resistance": tau / total, "diffusion_time": tau}
+    elif ions == "cpe":
+        # as large as the capacitance at the slowest branch's frequency
+        values |= {
+            "series_resistance": 0.8 * fast,
+            "cpe_coefficient": total * slowest ** (_CPE_EXPONENT - 1),
+            "cpe_exponent": _CPE_EXPONENT,
+        }
+    else:
+        for k, (r, c) in enumerate(pairs, 1):
+            names = (
+                ("dynamic_resistance", "capacitance") if len(pairs) == 1 else (f"resistance_{k}", f"capacitance_{k}")
+            )
+            values |= dict(zip(names, (r, c), strict=True))
+    # mildly nonlinear at the largest voltage that was applied
+    values |= {"emission_voltage": drive.largest(), "capacitance_slope": 0.2 / drive.largest()}
+    return np.array([values[name] for name in model.names])
 
 
 class CouplingSearch:

@@ -36,9 +36,12 @@ _OPTIONS = {"method": "trap", "trtol": "1e12", "reltol": "1e-3", "abstol": "1e-6
 #: A nonlinear one is iterated until no voltage moves any more; far from the solution an exponential needs many steps.
 #: Currents are not waited for: within a jump those of capacitors are rounding multiplied by C/h.
 _NONLINEAR = {"reltol": "1e-10", "abstol": "1.0", "vntol": "1e-12", "itl1": "500", "itl4": "500"}
-#: But ngspice stores the iteration before the last. So every point of a nonlinear circuit is begun with its drive a
-#: little off, by this part of the largest: one more iteration follows, and the stored currents are those of the voltages.
+#: But ngspice stores the iteration before the last, so every point of a nonlinear circuit is begun with its drive a
+#: little off, by this part of the largest: one more iteration follows, and stored currents belong to stored voltages.
 _NUDGE = 1e-6
+
+#: An operating point counts as found only when currents stand too; nothing is moving there.
+_OPERATING_POINT = {"abstol": "1e-15", "gmin": "1e-15", "pivtol": "1e-40"}
 
 _lock = threading.RLock()
 
@@ -114,6 +117,34 @@ class Session:
                 self._command("remcirc")
                 self._lib.ngSpice_Command(self._ffi.NULL)  # ngspice keeps every command until told to forget them
 
+    def ac(self, circuit: str, frequencies: Array, vectors: list[str]) -> NDArray[np.complex128]:
+        """Small-signal ``vectors`` at ``frequencies`` [Hz] about the operating point; shape (vectors, frequencies).
+
+        The circuit's text holds its sources' DC and AC values. Raises SolveError when ngspice rejects it or finds no
+        operating point.
+        """
+        if os.getpid() != self._process:
+            raise SolveError("ngspice was loaded before this process was forked; start workers with spawn or loky")
+        result = np.empty((len(vectors), len(frequencies)), dtype=np.complex128)
+        with _lock:
+            self._command("destroy all")
+            try:
+                self._load(
+                    f"{circuit}\n{_option_lines(_NONLINEAR | _OPERATING_POINT)}.save {' '.join(vectors)}\n.end\n"
+                )
+                for k, frequency in enumerate(frequencies.tolist()):
+                    self._command(f"ac lin 1 {frequency!r} {frequency!r}")
+                    plot = self._ffi.string(self._lib.ngSpice_CurPlot()).decode()
+                    if not plot.startswith("ac"):
+                        raise SolveError(f"ngspice did not run the small-signal analysis: {self._complaint()}")
+                    result[:, k] = [self._vector(f"{plot}.{name}", complex_=True)[-1] for name in vectors]
+                    self._command("destroy all")
+            finally:
+                self._command("destroy all")
+                self._command("remcirc")
+                self._lib.ngSpice_Command(self._ffi.NULL)
+        return result
+
     def _next_step(self, time: float, delta: Any, _old: float, redo: int, _id: int, where: int, _data: Any) -> int:
         """ngspice's question before (where = 0) and after each step. Returns 1 to have the step done again."""
         if where or redo:  # a step that did not converge is repeated with ngspice's own shorter one
@@ -171,11 +202,13 @@ class Session:
             raise SolveError("ngspice left the time grid it was given; please report its version")
         return np.array([self._vector(f"{plot}.{name}")[at] for name in vectors])
 
-    def _vector(self, name: str) -> Array:
+    def _vector(self, name: str, *, complex_: bool = False) -> NDArray[Any]:
         info = self._lib.ngGet_Vec_Info(name.encode())
-        if info == self._ffi.NULL or info.v_realdata == self._ffi.NULL:
+        data = self._ffi.NULL if info == self._ffi.NULL else (info.v_compdata if complex_ else info.v_realdata)
+        if data == self._ffi.NULL:
             raise SolveError(f"ngspice returned no vector {name.partition('.')[2]}: {self._complaint()}")
-        return np.frombuffer(self._ffi.buffer(info.v_realdata, 8 * info.v_length), dtype=np.float64).copy()
+        kind, size = (np.complex128, 16) if complex_ else (np.float64, 8)
+        return np.frombuffer(self._ffi.buffer(data, size * info.v_length), dtype=kind).copy()
 
 
 def _option_lines(options: dict[str, str]) -> str:

@@ -328,7 +328,7 @@ def test_bad_files_end_in_one_line_and_nothing_is_written(run: Run, tmp_path: Pa
         (["--electrode-resistance", "2"], "has no unit"),
         (["--electrode-resistance", "500ohm"], "is too large"),
         (["--electrode-resistance", "-1ohm"], "must be zero or more"),
-        (["--model", "rc9"], "'rc9' is not one of"),
+        (["--model", "rc9"], "model is 'rc9'; choose one of"),
         (["--engine", "gnucap"], "'gnucap' is not one of"),
         (["--actuator", "nowhere.toml"], "no actuator 'nowhere.toml'"),
         (["--out", "nowhere/x.toml"], "does not exist"),

@@ -1,0 +1,198 @@
+"""A network as an ngspice netlist of behavioural sources, and its solution by ngspice.
+
+Each neuron is two capacitors, Cx = Tr and Cv = Ta, so that 1 V is 1 and 1 A is what fills Tr in a second:
+
+    Rx = 1 ohm          the decay -x            Gv: the fatigue, - d v         Gw: the inhibition, - W_ij y_j
+    Bi: the tonic input as a current            Rv = 1 ohm, Gy: Ta v' = -v + y
+    By: y = max(0, x), a voltage
+
+The tonic input is a number, never a parameter named e: SPICE would read Euler's number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import __version__
+from ..errors import InputError, SolveError
+from .network import Network, checked_start
+from .rhythm import Rhythm
+
+Array = NDArray[np.float64]
+
+#: Newton's method must be done to rounding, or it and not the grid decides; a later line overrides an earlier one.
+_TOLERANCES = ".options reltol=1e-9 abstol=1e-12 vntol=1e-12"
+_DECK_OPTIONS = ".options reltol=1e-6 trtol=1 abstol=1e-10 vntol=1e-9 chgtol=1e-14 method=trap numdgt=9"
+
+#: Steps of the coarsest grid in a time constant.
+_STEPS_PER_CONSTANT = 100
+_MOST_POINTS = 2_000_000
+#: Error of period and amplitude, relative, that `measured` asks for.
+ACCURACY = 1e-5
+_MOST_GRIDS = 8
+_MOST_PERIODS = 100
+#: Three grids may by chance agree better than they are right.
+_CAUTION = 2.0
+
+
+def netlist_text(network: Network, start: ArrayLike | None = None) -> str:
+    """The netlist without analysis: nodes x1.., v1.., y1.. and out, the drive output y_1 - y_2; 1 V stands for 1."""
+    state = checked_start(network, start)
+    n = network.size
+    number = _number
+    lines = [f"Matsuoka network of {n} neurons"]
+    for i in range(n):
+        k = i + 1
+        lines += [
+            f"Cx{k} x{k} 0 {number(network.rise_time)} ic={number(state[i])}",
+            f"Rx{k} x{k} 0 1",
+            f"Gv{k} x{k} 0 v{k} 0 {number(network.adaptation)}",
+            f"It{k} 0 x{k} {number(network.tonics[i])}",
+            f"Cv{k} v{k} 0 {number(network.adaptation_time)} ic={number(state[n + i])}",
+            f"Rv{k} v{k} 0 1",
+            f"Gy{k} 0 v{k} y{k} 0 1",
+            f"By{k} y{k} 0 V = max(0, v(x{k}))",
+        ]
+        lines += [
+            f"Gw{k}_{j + 1} x{k} 0 y{j + 1} 0 {number(network.matrix[i, j])}" for j in range(n) if network.matrix[i, j]
+        ]
+    plus, minus = (k + 1 for k in network.units[0])
+    lines += [f"Eout out 0 y{plus} y{minus} 1", "Rout out 0 1"]
+    return "\n".join(lines) + "\n"
+
+
+def deck(network: Network, duration: float, start: ArrayLike | None = None, samples: int = 2001) -> str:
+    """A deck that plain ``ngspice -b`` runs: the netlist, a transient over ``duration`` [s], a printed table."""
+    _require_duration(duration)
+    title, _, body = netlist_text(network, start).partition("\n")
+    step = duration / (samples - 1)
+    longest = min(step, min(network.rise_time, network.adaptation_time) / 200)
+    shown = " ".join(f"v(y{k + 1})" for k in range(network.size))
+    header = [
+        f"* written by ilg_circuit {__version__}; 1 V stands for 1",
+        "* nodes: x (state), v (fatigue), y = max(0, x) of each neuron; out, the drive output",
+        "* run with: ngspice -b FILE",
+    ]
+    analysis = [_DECK_OPTIONS, f".tran {_number(step)} {_number(duration)} 0 {_number(longest)} uic"]
+    return "\n".join([title, *header, body.rstrip(), *analysis, f".print tran {shown} v(out)", ".end", ""])
+
+
+def _number(value: float) -> str:
+    return repr(float(value))
+
+
+def _require_duration(duration: float) -> None:
+    if not (np.isfinite(duration) and duration > 0):
+        raise InputError(f"duration {duration:g} s must be more than zero")
+
+
+@dataclass(frozen=True)
+class Waves:
+    """Inner states x (n, points) of a network by ngspice at uniform ``time`` [s] (points,).
+
+    x, not y: it is smooth enough to interpolate, and max(0, x) then has its corners where they are.
+    """
+
+    time: Array
+    inner: Array
+
+
+def solve(network: Network, duration: float, points: int, start: ArrayLike | None = None) -> Waves:
+    """x by ngspice's trapezoidal rule on a uniform grid of ``points`` steps over ``duration`` [s].
+
+    Raises SolveError when ngspice fails.
+    """
+    from ..solve.ngspice import session
+
+    _require_duration(duration)
+    if points > _MOST_POINTS:
+        raise InputError(
+            f"{duration:g} s takes {points} steps of ngspice; at most {_MOST_POINTS} are possible: shorten the "
+            "duration or use the engine ode"
+        )
+    state = checked_start(network, start)
+    grid = np.linspace(0, float(duration), points + 1)
+    vectors = [f"x{k + 1}" for k in range(network.size)]
+    with session().loaded(netlist_text(network, state) + _TOLERANCES, float(duration), vectors) as run:
+        inner = run(grid, np.zeros(points + 1))
+    return Waves(grid, np.hstack([state[: network.size, None], inner]))
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Period [s] and amplitude (half the peak-to-peak of y_1 - y_2) read off ngspice's waves; ``error`` is twice
+    the largest difference, relative, between the last grid and the two before it."""
+
+    period: float
+    amplitude: float
+    error: float
+
+
+def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> Measured:
+    """Period and amplitude of the cycle that ``rhythm`` says there is, by ngspice from the same start.
+
+    The run goes on until the cycle's multiplier has left 1e-8 of the start, and four periods more; where that takes
+    more than a hundred periods, it starts on the cycle and takes a hundred at most. The trapezoidal error goes as the
+    square of the step, but where in a step a switch falls is chance, so nothing is extrapolated: the run is done on
+    three grids, each finer by about the root of two, and the finest stands, with twice the largest difference from it
+    as its error. Finer grids follow until that meets ``accuracy``; SolveError when it does not.
+    """
+    cycle = rhythm.cycle
+    if cycle is None:
+        raise InputError("there is no cycle to measure; only a network that repeats itself has a period")
+    network = rhythm.network
+    wait = 4 + np.log(1e-8) / np.log(np.clip(cycle.multiplier, 1e-8, 1 - 1e-6))
+    start, end = rhythm.start, float(rhythm.settled + wait * cycle.period)
+    if end > _MOST_PERIODS * cycle.period:
+        start, end = cycle.state, float(min(wait, _MOST_PERIODS) * cycle.period)
+    step = min(network.rise_time, network.adaptation_time, cycle.period / 4) / _STEPS_PER_CONSTANT
+    found: list[Array] = []
+    for k in range(_MOST_GRIDS):
+        waves = solve(network, end, int(np.ceil(end / step * 2 ** (k / 2))), start)
+        found.append(_read_off(waves, network, cycle.period))
+        if k >= 2:
+            period, amplitude, size = found[-1]
+            scale = np.array([period, amplitude if amplitude > 1e-6 * size else size])
+            error = _CAUTION * max(float((np.abs(f - found[-1])[:2] / scale).max()) for f in found[-3:-1])
+            if error <= accuracy:
+                return Measured(float(period), float(amplitude), error)
+    raise SolveError(f"ngspice left a relative error of {error:.1e} where {accuracy:g} was asked for")
+
+
+def _read_off(waves: Waves, network: Network, period: float) -> Array:
+    """(period, amplitude, half the swing of the x that moves most) of the last periods of waves that have settled."""
+    from scipy.interpolate import CubicSpline
+
+    last = waves.time > waves.time[-1] - 2.5 * period - 8 * waves.time[1]
+    time, inner = waves.time[last], waves.inner[:, last]
+    reference = inner[int(np.argmax(np.ptp(inner, axis=1)))]
+    wave = CubicSpline(time, reference - (reference.max() + reference.min()) / 2)
+    ups = [r for r in wave.roots(extrapolate=False) if wave(r, 1) > 0]
+    # a wave may pass its middle more than once a period: the passage a period before the last is the one meant
+    length = min((ups[-1] - r for r in ups[:-1]), key=lambda passed: abs(passed - period), default=np.inf)
+    if not abs(length - period) <= 0.05 * period:
+        raise SolveError(f"ngspice's waves do not repeat after {period:.6g} s")
+    extensor, flexor = network.units[0]
+    first, second = (CubicSpline(time, inner[k]) for k in (extensor, flexor))
+    difference = CubicSpline(time, inner[extensor] - inner[flexor])
+    # y_1 - y_2 is extreme at a corner of either, or where what is active of it has no slope
+    curves = (first, second, first.derivative(), second.derivative(), difference.derivative())
+    at = np.concatenate([time, *(c.roots(extrapolate=False) for c in curves)])
+    output = np.maximum(first(at), 0) - np.maximum(second(at), 0)
+    return np.array([length, np.ptp(output) / 2, np.ptp(reference) / 2])
+
+
+def sampled_by_ngspice(network: Network, times: Array, start: ArrayLike | None = None) -> tuple[Array, float]:
+    """x (times, n) at ``times`` [s] by ngspice, and the difference of two grids relative to the largest x."""
+    from scipy.interpolate import CubicSpline
+
+    end = float(times[-1])
+    step = min(network.rise_time, network.adaptation_time) / (4 * _STEPS_PER_CONSTANT)
+    points = max(100, int(np.ceil(end / step)))
+    coarse, fine = (solve(network, end, count, start) for count in (points, 2 * points))
+    largest = max(float(np.abs(fine.inner).max()), 1e-300)
+    error = float(np.abs(fine.inner[:, ::2] - coarse.inner).max() / largest)
+    return np.asarray(CubicSpline(fine.time, fine.inner.T)(times)), error

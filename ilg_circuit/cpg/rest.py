@@ -1,0 +1,238 @@
+"""States of rest and their stability, from the eigenvalues of the pieces.
+
+With the neurons S active a network rests where
+
+    y_S = ((1 + d) I + W_SS)^-1 e_S > 0      and      e - W y <= 0 for all others,
+
+and then x = e - d y - W y, v = y. Each eigenvalue mu of W_SS gives two of the piece:
+
+    Tr Ta s^2 + (Tr + Ta (1 + mu)) s + 1 + mu + d = 0
+
+and a silent neuron -1/Tr and -1/Ta. All sets S are tried, component by strongly connected component, so a chain of any
+length is decided as surely as one of its units. Where a component is too large for that, states are searched for
+instead, and the result says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from graphlib import TopologicalSorter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .network import Network
+
+Array = NDArray[np.float64]
+
+#: Neurons of a strongly connected component whose active sets are all tried.
+LARGEST_COMPONENT = 12
+#: Active sets tried altogether, and states of rest kept.
+_MOST_SETS = 40_000
+_MOST_STATES = 1000
+_SEARCHES = 200
+#: Relative to the input: nearer to the threshold a neuron rests on it; relative to 1/Tr + 1/Ta: no growth at all.
+_EDGE = 1e-12
+_MARGINAL = 1e-12
+#: From this condition number on a set of equations is taken to have no single solution.
+_SINGULAR = 1e13
+
+
+@dataclass(frozen=True)
+class RestState:
+    """A state of rest: ``x`` (n,), with v = y = max(0, x); ``growth`` [1/s] the largest real part of an eigenvalue.
+
+    ``edge`` tells that a neuron rests just on its threshold, between two pieces; ``growth`` is the larger of theirs.
+    """
+
+    x: Array
+    growth: float
+    marginal: bool
+    edge: bool
+
+    @property
+    def active(self) -> tuple[int, ...]:
+        """The active neurons, counted from 1."""
+        return tuple(int(k) + 1 for k in np.flatnonzero(self.x > 0))
+
+    @property
+    def stable(self) -> bool:
+        """Whether every small disturbance dies out; a state on an edge or without growth is not counted."""
+        return self.growth < 0 and not self.marginal and not self.edge
+
+    @property
+    def state(self) -> Array:
+        """(x, v), (2 n,)."""
+        return np.concatenate([self.x, np.maximum(self.x, 0)])
+
+
+@dataclass(frozen=True)
+class RestStates:
+    """States of rest of a network; ``complete`` tells whether these are all, ``how`` in words how they were found."""
+
+    states: tuple[RestState, ...]
+    complete: bool
+    how: str
+
+    @property
+    def stable(self) -> tuple[RestState, ...]:
+        """Those that hold."""
+        return tuple(s for s in self.states if s.stable)
+
+
+def growth(network: Network, active: NDArray[np.bool_]) -> float:
+    """Largest real part [1/s] of the eigenvalues of the piece in which just ``active`` (n,) neurons have x > 0."""
+    rise, fatigue = network.rise_time, network.adaptation_time
+    largest = -np.inf if active.all() else max(-1 / rise, -1 / fatigue)
+    if active.any():
+        mu = block_eigenvalues(network.matrix[np.ix_(active, active)])
+        # in units of 1/Tr and 1/Ta: s^2 + b s + c = 0, roots without cancellation
+        b = 1 / fatigue + (1 + mu) / rise
+        c = (1 + mu + network.adaptation) / (rise * fatigue)
+        root = np.sqrt(b**2 - 4 * c)
+        root = np.where((b.conjugate() * root).real < 0, -root, root)
+        far = -(b + root) / 2
+        near = np.divide(c, far, out=np.zeros_like(c), where=far != 0)
+        largest = max(largest, float(far.real.max()), float(near.real.max()))
+    return largest
+
+
+def rest_of_piece(network: Network, active: NDArray[np.bool_]) -> RestState | None:
+    """The state of rest with just ``active`` (n,) neurons above threshold; None without one, or with many."""
+    found = _solve(network.matrix, network.tonics, network.adaptation, active)
+    return None if found is None else _judged(network, found)
+
+
+def rest_states(network: Network) -> RestStates:
+    """All states of rest, or those found where there are too many active sets to try; see the module."""
+    components = strong_components(network.matrix)
+    if max(len(c) for c in components) <= LARGEST_COMPONENT:
+        found, tried, continuum = _enumerated(network, components)
+        if found is not None:
+            states = tuple(_judged(network, x) for x in found)
+            many = "; without those of sets that may have a line of them" if continuum else ""
+            return RestStates(states, not continuum, f"all active sets ({tried}) tried{many}")
+    found = _searched(network)
+    how = f"search from {_SEARCHES} starts: {network.size} neurons have too many active sets to try"
+    return RestStates(tuple(_judged(network, x) for x in found), False, how)
+
+
+def _judged(network: Network, x: Array) -> RestState:
+    tolerance = _EDGE * _scale(network)
+    on_edge = np.abs(x) <= tolerance
+    active = x > tolerance
+    rate = growth(network, active)
+    if on_edge.any():
+        rate = max(rate, growth(network, active | on_edge))
+    marginal = abs(rate) <= _MARGINAL * (1 / network.rise_time + 1 / network.adaptation_time)
+    return RestState(np.where(on_edge, 0.0, x), rate, marginal, bool(on_edge.any()))
+
+
+def _scale(network: Network) -> float:
+    return float(np.abs(network.tonics).max())
+
+
+def _continuum(w: Array, inputs: Array, adaptation: float, active: NDArray[np.bool_]) -> bool:
+    """Whether an active set for which `_solve` finds no single state may have many."""
+    if not active.any():
+        return False
+    matrix = (1 + adaptation) * np.eye(int(active.sum())) + w[np.ix_(active, active)]
+    if np.linalg.cond(matrix) <= _SINGULAR:
+        return False
+    y = np.linalg.lstsq(matrix, inputs[active], rcond=1e-12)[0]
+    return bool(np.abs(matrix @ y - inputs[active]).max() <= 1e-9 * np.abs(inputs).max())
+
+
+def _solve(w: Array, inputs: Array, adaptation: float, active: NDArray[np.bool_]) -> Array | None:
+    """x (n,) at rest on one active set under ``inputs`` e, None where it is not consistent or not determined."""
+    y = np.zeros(len(w))
+    tolerance = _EDGE * float(np.abs(inputs).max())
+    if active.any():
+        matrix = (1 + adaptation) * np.eye(int(active.sum())) + w[np.ix_(active, active)]
+        if np.linalg.cond(matrix) > _SINGULAR:
+            return None
+        y[active] = np.linalg.solve(matrix, inputs[active])
+        if not (y[active] > tolerance).all():
+            return None
+    x = inputs - w @ y
+    if not (x[~active] <= tolerance).all():
+        return None
+    return np.where(active, y, x)
+
+
+def block_eigenvalues(matrix: Array) -> NDArray[np.complex128]:
+    """Eigenvalues (n,) of a matrix, block by block where it is block triangular.
+
+    A chain's units all have the same ones; taken from the whole matrix they would come out wrong in the first digit.
+    """
+    blocks = [np.linalg.eigvals(matrix[np.ix_(c, c)]) for c in strong_components(matrix)]
+    return np.concatenate(blocks).astype(np.complex128)
+
+
+def strong_components(w: Array) -> list[list[int]]:
+    """Strongly connected components of the graph j -> i where w_ij is not 0, each after those that act on it."""
+    from scipy.sparse.csgraph import connected_components
+
+    count, labels = connected_components(w != 0, directed=True, connection="strong")
+    graph: dict[int, set[int]] = {k: set() for k in range(count)}
+    for i, j in np.argwhere(w != 0):
+        if labels[i] != labels[j]:
+            graph[int(labels[i])].add(int(labels[j]))
+    return [np.flatnonzero(labels == k).tolist() for k in TopologicalSorter(graph).static_order()]
+
+
+def _enumerated(network: Network, components: list[list[int]]) -> tuple[list[Array] | None, int, bool]:
+    """x of all states of rest (None: too many), how many sets were tried, whether one may have a line of states."""
+    partial = [np.zeros(network.size)]
+    tried, continuum = 0, False
+    for component in components:
+        inner = network.matrix[np.ix_(component, component)]
+        outer = network.matrix[component]
+        sets = _subsets(len(component))
+        extended: list[Array] = []
+        for x in partial:
+            y = np.maximum(x, 0)  # zero for components still to come
+            inputs = network.tonics[component] - outer @ y
+            tried += len(sets)
+            if tried > _MOST_SETS:
+                return None, tried, continuum
+            for active in sets:
+                found = _solve(inner, inputs, network.adaptation, active)
+                if found is None:
+                    continuum = continuum or _continuum(inner, inputs, network.adaptation, active)
+                    continue
+                longer = x.copy()
+                longer[component] = found
+                extended.append(longer)
+        partial = extended
+        if len(partial) > _MOST_STATES:
+            return None, tried, continuum
+    return partial, tried, continuum
+
+
+def _subsets(count: int) -> NDArray[np.bool_]:
+    return (np.arange(2**count)[:, None] >> np.arange(count)[None, :] & 1).astype(bool)
+
+
+def _searched(network: Network) -> list[Array]:
+    """States of rest by Newton's method on the active set, from many starts (always the same)."""
+    random = np.random.default_rng(20190901)
+    found: dict[bytes, Array] = {}
+    for _ in range(_SEARCHES):
+        active = random.random(network.size) < random.random()
+        for _ in range(50):
+            matrix = (1 + network.adaptation) * np.eye(network.size) + network.matrix * active
+            # inactive neurons: x = e - W y; active: x = y
+            matrix[:, ~active] = np.eye(network.size)[:, ~active]
+            try:
+                x = np.linalg.solve(matrix, network.tonics)
+            except np.linalg.LinAlgError:
+                break
+            following = x > 0
+            if (following == active).all():
+                solved = _solve(network.matrix, network.tonics, network.adaptation, active)
+                if solved is not None:
+                    found.setdefault(active.tobytes(), solved)
+                break
+            active = following
+    return list(found.values())

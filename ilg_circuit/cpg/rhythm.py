@@ -1,0 +1,472 @@
+"""What a network does in the end: a cycle, with period, amplitude and phases to rounding, or rest.
+
+Watching cannot tell: near the edge of a cycle's window a rest state is left, or gained, as slowly as one likes. So
+
+- rest is proven: the motion is in the piece of a stable state of rest, and the sum of the sizes of its decaying modes
+  keeps it there, so that the flow is linear for ever (for a piece whose eigenvectors are no basis: it is within an
+  ellipsoid z' P z, A'P + P A = -I, inside the piece). Where the sum holds only for a while, as for a state of rest that
+  is left slowly, that while is leapt over;
+- a cycle is a solution of flow(z, T) = z, found by Newton's method with the exact derivative of the flow, that the
+  motion has come close to and whose Floquet multipliers do not exceed one.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .flow import ORDER, Flow, Stretch, sign_changes
+from .network import Network, checked_start
+from .rest import RestState, RestStates, growth, rest_of_piece, rest_states, strong_components
+from .symmetry import Quotient, quotient
+
+Array = NDArray[np.float64]
+
+#: Steps of the flow after which a motion that neither rests nor repeats is called irregular; more where the time
+#: constants lie so far apart that these are fewer than so many of their sums.
+MOST_STEPS = 100_000
+_MOST_STIFF_STEPS = 600_000
+_TIME_CONSTANTS, _STEPS_PER_CONSTANT = 60, 8
+#: Leaps are taken from this many steps on.
+_LEAP = 2000
+#: Eigenvectors with a larger condition number are no basis to rely on.
+_BASIS = 1e7
+#: Newton's method may take this many steps, and this many times those of the motion itself.
+_NEWTON_STEPS, _NEWTON_SHARE = 10_000, 1
+#: Steps between two looks at the motion.
+_CHUNK = 16
+#: Longest cycle looked for, in returns of one neuron.
+_MOST_RETURNS = 24
+#: A motion that returns this near to itself, relative to its size, is near a cycle; and so near the cycle must be.
+_NEAR = 0.02
+_CONVERGED = 1e-12
+#: A motion as slow as this, relative to its size and in rise times, has stopped.
+_STOPPED = 1e-10
+#: A multiplier of a cycle may exceed one by this: rounding, or a cycle that is one of many.
+_MARGINAL = 1e-6
+
+_GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A periodic motion of ``network`` through ``state`` (2 n,), of ``period`` [s].
+
+    ``multiplier`` is the largest Floquet multiplier but the one of the motion itself, in magnitude: what is left of a
+    disturbance after a period; above 1 the cycle is unstable.
+    """
+
+    network: Network
+    state: Array
+    period: float
+    multiplier: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether disturbances die out (or, for a multiplier of one, at least do not grow)."""
+        return self.multiplier <= 1 + _MARGINAL
+
+    def stretches(self) -> list[Stretch]:
+        """One period."""
+        return list(Flow(self.network).stretches(self.state, self.period))
+
+    def amplitudes(self) -> Array:
+        """Half the peak-to-peak (units,) of the units' outputs y_extensor - y_flexor."""
+        low = np.full(len(self.network.units), np.inf)
+        high = -low
+        for stretch in self.stretches():
+            for k, polynomial in enumerate(stretch.outputs(self.network.readout)):
+                slope = np.append(polynomial[1:] * np.arange(1, ORDER + 1), 0.0)
+                at = np.array([0.0, stretch.length, *sign_changes(slope, stretch.length)])
+                values = np.vander(at, ORDER + 1, increasing=True) @ polynomial
+                low[k], high[k] = min(low[k], values.min()), max(high[k], values.max())
+        return np.asarray((high - low) / 2)
+
+    def fundamentals(self, readout: Array) -> NDArray[np.complex128]:
+        """(2/T) int f exp(-2 pi i t/T) dt of f = ``readout`` (rows, n) times y over one period: (rows,)."""
+        total = np.zeros(len(readout), dtype=complex)
+        for stretch in self.stretches():
+            s = stretch.length * (_GAUSS_NODES + 1) / 2
+            values = stretch.outputs(readout) @ np.vander(s, ORDER + 1, increasing=True).T
+            turned = np.exp(-2j * np.pi * (stretch.begin + s * stretch.step) / self.period)
+            total += values @ (_GAUSS_WEIGHTS * turned) * stretch.length * stretch.step / self.period
+        return total
+
+
+@dataclass(frozen=True)
+class Rhythm:
+    """What becomes of ``network`` from ``start`` (2 n,).
+
+    ``outcome`` is "cycle", "rest", "irregular" (bounded, neither at rest nor periodic as long as it was followed) or
+    "undecided" (the same, but there are states of rest or cycles without growth or decay). ``cycle`` and ``rest`` are
+    where it goes, None for the others; ``settled`` [s] is when it was found to be there. ``swing`` (units,) is half
+    the peak-to-peak of the units' outputs in the end.
+    """
+
+    network: Network
+    start: Array
+    outcome: str
+    reason: str
+    rest_states: RestStates
+    settled: float
+    swing: Array
+    cycle: Cycle | None = None
+    rest: Array | None = None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def oscillates(self) -> bool | None:
+        """None where it could not be decided."""
+        return None if self.outcome == "undecided" else self.outcome in ("cycle", "irregular")
+
+    @property
+    def period(self) -> float | None:
+        """[s]; None without a cycle."""
+        return self.cycle.period if self.cycle else None
+
+    @property
+    def amplitude(self) -> float:
+        """Half the peak-to-peak of the (first) output y_1 - y_2."""
+        return float(self.swing[0])
+
+    @property
+    def phase_lags(self) -> Array:
+        """Degrees (n,) from -180 to 180 by which each neuron's fundamental lags that of the first active one; NaN for
+        a neuron that is silent or does not vary, and without a cycle."""
+        return self._lags(np.eye(self.network.size))
+
+    @property
+    def unit_lags(self) -> Array:
+        """Degrees (units,) by which each unit's output lags the one before it, the first 0; NaN as `phase_lags`."""
+        lags = self._lags(self.network.readout)
+        return np.concatenate([[0.0 * lags[0]], _wrapped(np.diff(lags))])
+
+    def _lags(self, readout: Array) -> Array:
+        if self.cycle is None:
+            return np.full(len(readout), np.nan)
+        c = self.cycle.fundamentals(readout)
+        size = np.abs(c)
+        heard = size > 1e-9 * max(size.max(), 1e-300)
+        if not heard.any():
+            return np.full(len(readout), np.nan)
+        first = c[np.flatnonzero(heard)[0]]
+        return np.where(heard, _wrapped(-np.degrees(np.angle(c / first))), np.nan)
+
+
+def _wrapped(degrees: Array) -> Array:
+    """From -180 (not included, to a billionth) to 180."""
+    turned = (degrees + 180) % 360 - 180
+    return np.where(turned <= -180 + 1e-9, turned + 360, turned)
+
+
+def rhythm(network: Network, start: ArrayLike | None = None) -> Rhythm:
+    """Follow ``network`` from ``start`` (2 n,) = (x, v), by default the paper's, to where it goes.
+
+    Raises InputError for a start that is none, or a network whose outputs grow without bound.
+    """
+    state = checked_start(network, start)
+    alike = quotient(network, state)
+    small = _Follower(alike.network, alike.folded(state)).run()
+    if alike.trivial:
+        return small
+    full = _unfolded(small, network, state, alike)
+    return replace(full, warnings=(*full.warnings, *_told(full, alike)))
+
+
+def _unfolded(small: Rhythm, network: Network, start: Array, alike: Quotient) -> Rhythm:
+    """The result for the classes as one for the full network, its stability judged anew."""
+    cycle = small.cycle
+    if cycle is not None:
+        state = alike.unfolded(cycle.state)
+        multiplier = _multiplier(network, _monodromy(Flow(network), state, cycle.period)[0])
+        cycle = Cycle(network, state, cycle.period, multiplier)
+    rest, reason = None, small.reason
+    if small.rest is not None:
+        rest = alike.unfolded(small.rest)
+        reason = _rest_reason(rest[: network.size], reason.partition("(")[2].rstrip(")") or "silent")
+    return replace(
+        small, network=network, start=start, rest_states=rest_states(network), cycle=cycle, rest=rest, reason=reason
+    )
+
+
+def _rest_reason(x: Array, kind: str) -> str:
+    active = ", ".join(str(k + 1) for k in np.flatnonzero(x > 0)) or "none"
+    return f"comes to rest with active neurons: {active} ({kind})"
+
+
+def _told(full: Rhythm, alike: Quotient) -> tuple[str, ...]:
+    """A warning where the neurons stay alike only because nothing disturbs them."""
+    groups = [np.flatnonzero(alike.classes == c) + 1 for c in range(alike.network.size)]
+    names = ", ".join(" = ".join(str(k) for k in g) for g in groups if len(g) > 1)
+    unstable = ""
+    if full.cycle is not None and not full.cycle.stable:
+        unstable = f"this cycle is unstable (multiplier {full.cycle.multiplier:.3g})"
+    if full.rest is not None:
+        rate = growth(full.network, full.rest[: full.network.size] > 0)
+        if rate > 0:
+            unstable = f"this rest is unstable (growing by {rate:.3g} 1/s)"
+    if not unstable:
+        return ()
+    return (f"neurons {names} start alike and receive alike, so they stay alike, but {unstable}: start them unlike",)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """The rest of a piece and its linear flow: z = rest + sum_k c_k vectors[:, k] exp(rates[k] t).
+
+    Without a basis of eigenvectors ``inverse`` is None and ``form`` and ``radius`` describe the ellipsoid, if any.
+    """
+
+    rest: RestState
+    rates: NDArray[np.complex128]
+    vectors: NDArray[np.complex128]
+    inverse: NDArray[np.complex128] | None
+    form: Array | None
+    radius: float
+
+    def stays(self, away: Array, step: float) -> float:
+        """How long [s] a motion ``away`` (2 n,) from the rest surely stays in the piece, at least, to a factor of 2."""
+        if self.inverse is None:
+            inside = self.form is not None and away @ self.form @ away < self.radius
+            return np.inf if inside else 0.0
+        n = len(self.rest.x)
+        sizes = np.abs(self.vectors[:n] * (self.inverse @ away))
+        room = np.abs(self.rest.x) * (1 - 1e-9)
+        growth = self.rates.real
+
+        def within(time: float) -> bool:  # convex in time, so what holds at both ends holds between
+            with np.errstate(over="ignore", invalid="ignore"):
+                return bool((sizes @ np.exp(growth * time) < room).all())
+
+        if not within(0.0):
+            return 0.0
+        if self.rest.stable:
+            return np.inf
+        time = step
+        while within(2 * time) and time < 1e12 * step:
+            time *= 2
+        return time if within(time) else 0.0
+
+    def later(self, state: Array, time: float) -> Array:
+        """The state (2 n,) of the linear flow after ``time`` [s]."""
+        assert self.inverse is not None
+        c = self.inverse @ (state - self.rest.state)
+        return np.asarray(self.rest.state + (self.vectors @ (c * np.exp(self.rates * time))).real)
+
+
+class _Follower:
+    """One motion, followed until it is known where it goes."""
+
+    def __init__(self, network: Network, start: Array) -> None:
+        self.network, self.start = network, start
+        self.flow = Flow(network)
+        self.rests = rest_states(network)
+        self.returns: list[list[tuple[int, float, Array]]] = [[] for _ in range(network.size)]
+        self.recent: deque[Stretch] = deque(maxlen=20_000)
+        self.next_search = 0
+        self.newton_steps = 0
+        self.pieces: dict[bytes, _Piece | None] = {}
+
+    def run(self) -> Rhythm:
+        times = self.network.rise_time, self.network.adaptation_time
+        stiff = _TIME_CONSTANTS * _STEPS_PER_CONSTANT * sum(times) / min(times)
+        most = int(max(MOST_STEPS, min(stiff, _MOST_STIFF_STEPS)))
+        time, state, count = 0.0, self.start, 0
+        while count < most:
+            for stretch in self.flow.stretches(state, np.inf, time):
+                if count >= most:
+                    break
+                if count % _CHUNK == 0:
+                    if self._died_out(stretch.terms[0]):
+                        return self._silent(stretch.begin)
+                    piece = self._piece(stretch.active)
+                    stays = piece.stays(stretch.terms[0] - piece.rest.state, stretch.step) if piece else 0.0
+                    if piece and self._has_ended(piece, stretch.terms[0], stays):
+                        return self._at_rest(piece.rest, stretch.begin)
+                    if piece and self._hangs(piece, stretch, stays):
+                        return self._lost(stretch.begin, "on the edge of stability: no mode grows or dies out there")
+                    cycle = self._cycling(count)
+                    if cycle is not None:
+                        return self._in_cycle(cycle, stretch.begin)
+                    if piece and stays > _LEAP * stretch.step:
+                        time, state, count = stretch.begin + stays, piece.later(stretch.terms[0], stays), count + _CHUNK
+                        break
+                self.recent.append(stretch)
+                time, count = stretch.end, count + 1
+                if stretch.switched >= 0 and not stretch.active[stretch.switched]:
+                    self.returns[stretch.switched].append((count, time, stretch.states(stretch.length)[0]))
+        return self._lost(time)
+
+    # -- rest ----------------------------------------------------------------------------------------------------------
+
+    def _has_ended(self, piece: _Piece, state: Array, stays: float) -> bool:
+        """Whether the motion is bound to its rest for ever, or, where no mode says so, has come to a stop."""
+        if piece.rest.stable:
+            return bool(np.isinf(stays))
+        return piece.rest.growth <= 0 and self._stopped(piece, state)
+
+    def _hangs(self, piece: _Piece, stretch: Stretch, stays: float) -> bool:
+        """Whether no eigenvalue decides: a neutral mode for as long as can be told, or a stop between two pieces."""
+        neutral = piece.rest.marginal and stays > 1e9 * stretch.step
+        return neutral or (piece.rest.edge and self._stopped(piece, stretch.terms[0]))
+
+    def _stopped(self, piece: _Piece, state: Array) -> bool:
+        size = float(np.abs(piece.rest.state).max())
+        return bool(np.abs(self.flow.rate(state)).max() * self.network.rise_time <= _STOPPED * size)
+
+    def _died_out(self, state: Array) -> bool:
+        """Whether a network without input has lost what it started with."""
+        size = float(np.abs(self.start).max())
+        return not self.network.tonics.any() and bool(np.abs(state).max() <= _STOPPED * size)
+
+    def _silent(self, time: float) -> Rhythm:
+        nothing = np.zeros(2 * self.network.size)
+        still = np.zeros(len(self.network.units))
+        reason = "has no input, and what it started with has died out"
+        return Rhythm(self.network, self.start, "rest", reason, self.rests, time, still, rest=nothing)
+
+    def _piece(self, active: NDArray[np.bool_]) -> _Piece | None:
+        """The piece with just these neurons active, None if it has no rest of its own."""
+        key = active.tobytes()
+        if key not in self.pieces:
+            rest = rest_of_piece(self.network, active)
+            self.pieces[key] = None if rest is None else self._analysed(rest, active)
+        return self.pieces[key]
+
+    def _analysed(self, rest: RestState, active: NDArray[np.bool_]) -> _Piece:
+        a = self.flow.matrix(active)
+        rates, vectors = np.linalg.eig(a)
+        inverse, form, radius = None, None, 0.0
+        if np.linalg.cond(vectors) < _BASIS:
+            inverse = np.linalg.inv(vectors).astype(complex)
+        elif rest.stable:
+            from scipy.linalg import solve_continuous_lyapunov
+
+            form = solve_continuous_lyapunov(a.T / np.abs(a).max(), -np.eye(len(a)))
+            radius = float((rest.x**2 / np.diag(np.linalg.inv(form))[: len(rest.x)]).min())
+        return _Piece(rest, rates.astype(complex), vectors.astype(complex), inverse, form, radius)
+
+    def _at_rest(self, rest: RestState, time: float) -> Rhythm:
+        reason = _rest_reason(rest.x, f"decay {-rest.growth:.3g} 1/s" if rest.stable else "on the edge of its piece")
+        still = np.zeros(len(self.network.units))
+        return Rhythm(self.network, self.start, "rest", reason, self.rests, time, still, rest=rest.state)
+
+    # -- cycles --------------------------------------------------------------------------------------------------------
+
+    def _cycling(self, count: int) -> Cycle | None:
+        """The cycle that the motion has come near to, if it has."""
+        if count < self.next_search or self.newton_steps > _NEWTON_STEPS + _NEWTON_SHARE * count:
+            return None
+        late = []  # neurons that still switch, by how often they did in the latter half
+        for k, r in enumerate(self.returns):
+            if len(r) >= 3 and r[-1][0] >= count - max(count // 4, 4 * _CHUNK):
+                late.append((len(r) - bisect(r, count // 2, key=lambda entry: entry[0]), k))
+        late = [(number, k) for number, k in late if number >= 2]
+        if not late:
+            return None
+        self.next_search = int(count * 1.2)
+        returns = self.returns[min(late)[1]]
+        size = max(float(np.abs(s).max()) for _, _, s in returns[-_MOST_RETURNS:])
+        _, end, state = returns[-1]
+        for number, (_, before, earlier) in enumerate(returns[-2 : -2 - _MOST_RETURNS : -1], 1):
+            if np.abs(state - earlier).max() <= _NEAR * size:
+                cycle = self._closed(state, end - before, size, number)
+                if cycle is not None:
+                    return cycle
+        return None
+
+    def _closed(self, state: Array, period: float, size: float, returns: int) -> Cycle | None:
+        """Newton's method on flow(z, T) = z from a motion that nearly returns; None where it leads elsewhere."""
+        z, duration = state.copy(), period
+        m = len(z)
+        error = np.inf
+        for _ in range(12):
+            if not 0.8 * period < duration < 1.25 * period or np.abs(z - state).max() > 2 * _NEAR * size:
+                return None
+            monodromy, end, steps = _monodromy(self.flow, z, duration)
+            self.newton_steps += steps
+            before, error = error, float(np.abs(end - z).max())
+            if error <= _CONVERGED * size and error >= before / 2:
+                break
+            if error > 4 * before:
+                return None
+            matrix = np.zeros((m + 1, m + 1))
+            matrix[:m, :m] = monodromy - np.eye(m)
+            matrix[:m, m] = self.flow.rate(end) * duration
+            matrix[m, :m] = self.flow.rate(z) * duration  # the move is across the motion, not along it
+            move = np.linalg.lstsq(matrix, np.append(z - end, 0.0), rcond=1e-11)[0]
+            z, duration = z + move[:m], duration * (1 + move[m])
+        if error > 100 * _CONVERGED * size or np.abs(self.flow.rate(z)).max() * duration < 1e-9 * size:
+            return None
+        cycle = Cycle(self.network, z, duration, _multiplier(self.network, monodromy))
+        return self._shortest(cycle, size, returns) if cycle.stable else None
+
+    def _shortest(self, cycle: Cycle, size: float, returns: int) -> Cycle:
+        """The same cycle with its least period: Newton's method may have found a multiple of it."""
+        for parts in range(returns, 1, -1):
+            monodromy, end, _ = _monodromy(self.flow, cycle.state, cycle.period / parts)
+            if np.abs(end - cycle.state).max() <= 1e3 * _CONVERGED * size:
+                multiplier = _multiplier(self.network, monodromy)
+                return Cycle(self.network, cycle.state, cycle.period / parts, multiplier)
+        return cycle
+
+    def _in_cycle(self, cycle: Cycle, time: float) -> Rhythm:
+        reason = f"repeats itself; of a disturbance {cycle.multiplier:.3g} is left after a period"
+        warnings: tuple[str, ...] = ()
+        if abs(cycle.multiplier - 1) <= _MARGINAL:
+            warnings = ("the cycle is one of a family: a disturbance neither grows nor dies out",)
+        return Rhythm(
+            self.network, self.start, "cycle", reason, self.rests, time, cycle.amplitudes(), cycle, warnings=warnings
+        )
+
+    # -- neither -------------------------------------------------------------------------------------------------------
+
+    def _lost(self, time: float, why: str = "") -> Rhythm:
+        """Neither rest nor a cycle for as long as it was followed, or ``why`` it cannot be told."""
+        low = np.full(len(self.network.units), np.inf)
+        high = -low
+        for stretch in self.recent:
+            grid = np.linspace(0, stretch.length, 5)
+            values = stretch.outputs(self.network.readout) @ np.vander(grid, ORDER + 1, increasing=True).T
+            low, high = np.minimum(low, values.min(axis=1)), np.maximum(high, values.max(axis=1))
+        constants = time / (self.network.rise_time + self.network.adaptation_time)
+        if not why and constants < _TIME_CONSTANTS / 3:
+            why = f"could be followed for {time:.3g} s only: the time constants lie too far apart"
+        doubtful = any(s.marginal or s.edge or s.stable for s in self.rests.states)
+        outcome = "undecided" if doubtful or why else "irregular"
+        reason = why or f"neither at rest nor periodic within {time:.4g} s"
+        if outcome == "irregular":
+            reason += "; no stable state of rest" + ("" if self.rests.complete else " was found")
+        swing = np.asarray((high - low) / 2)
+        return Rhythm(self.network, self.start, outcome, reason, self.rests, time, swing)
+
+
+def _monodromy(flow: Flow, state: Array, duration: float) -> tuple[Array, Array, int]:
+    """Derivative (2 n, 2 n) of the state after ``duration`` by ``state``, that state (2 n,), and the steps taken."""
+    total = np.eye(len(state))
+    end, steps = state, 0
+    for stretch in flow.stretches(state, duration):
+        total = stretch.propagator() @ total
+        end = stretch.states(stretch.length)[0]
+        steps += 1
+    return total, end, steps
+
+
+def _multiplier(network: Network, monodromy: Array) -> float:
+    """Largest Floquet multiplier in magnitude, without one for the motion along the cycle itself.
+
+    Taken component by component, like the eigenvalues of a state of rest; of the components that move on their own one
+    multiplier is the trivial one.
+    """
+    n = network.size
+    values = []
+    for component in strong_components(network.matrix):
+        both = [*component, *(n + k for k in component)]
+        values.append(np.linalg.eigvals(monodromy[np.ix_(both, both)]))
+    multipliers = np.concatenate(values)
+    trivial = int(np.argmin(np.abs(multipliers - 1)))
+    return float(np.abs(np.delete(multipliers, trivial)).max(initial=0.0))

@@ -1,0 +1,179 @@
+"""Incompressible Ogden materials: energy, stress in the three standard tests, stability.
+
+The convention is that of *Motion Simulation of Ionic Liquid Gel Soft Actuators Based on CPG Control*, section 4:
+
+    W = sum mu_i/alpha_i (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3),    l1 l2 l3 = 1,    G = 1/2 sum mu_i alpha_i
+
+Other books and programs write W = sum 2 mu_i/alpha_i^2 (...), where G = sum mu_i; `Ogden.moduli` and
+`Ogden.from_moduli` convert. In every test one stretch l is imposed, and that of the traction-free direction is l^k:
+k = -1/2 uniaxial, -2 equibiaxial, -1 planar. Neo-Hookean is alpha = 2, Mooney-Rivlin alpha = (2, -2).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+
+Array = NDArray[np.float64]
+
+#: mode -> k, the free direction's stretch being l^k
+MODES: dict[str, float] = {"uniaxial": -0.5, "equibiaxial": -2.0, "planar": -1.0}
+
+CONVENTION = "W = sum mu_i/alpha_i (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3), G = 1/2 sum mu_i alpha_i"
+OTHER_CONVENTION = "W = sum 2 mu_i/alpha_i^2 (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3), G = sum mu_i"
+
+
+@dataclass(frozen=True)
+class Ogden:
+    """An incompressible Ogden material: ``mu`` [Pa] and ``alpha`` [1], one of each per term, paper's convention.
+
+    mu_i alpha_i > 0 for every term suffices for stability; it is not necessary, and not asked for here.
+    """
+
+    mu: tuple[float, ...]
+    alpha: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mu", tuple(float(m) for m in self.mu))
+        object.__setattr__(self, "alpha", tuple(float(a) for a in self.alpha))
+        if not self.mu or len(self.mu) != len(self.alpha):
+            raise InputError(f"{len(self.mu)} values of mu and {len(self.alpha)} of alpha; give one pair for each term")
+        if not all(math.isfinite(v) for v in (*self.mu, *self.alpha)):
+            raise InputError(f"mu {self.mu}, alpha {self.alpha}: give finite values")
+        if 0 in self.alpha:
+            raise InputError("alpha is 0: such a term has no finite mu in this convention; leave it out")
+
+    @classmethod
+    def from_moduli(cls, moduli: ArrayLike, alpha: ArrayLike) -> Ogden:
+        """The material whose mu_i are ``moduli`` [Pa] in the convention W = sum 2 mu_i/alpha_i^2 (...)."""
+        pairs = list(zip(np.atleast_1d(moduli).tolist(), np.atleast_1d(alpha).tolist(), strict=True))
+        if any(a == 0 for _, a in pairs):
+            raise InputError("alpha is 0: such a term has no finite mu in the paper's convention; leave it out")
+        return cls(tuple(2 * g / a for g, a in pairs), tuple(a for _, a in pairs))
+
+    @classmethod
+    def neo_hookean(cls, shear_modulus: float) -> Ogden:
+        """W = G/2 (I1 - 3); ``shear_modulus`` [Pa]."""
+        return cls((shear_modulus,), (2.0,))
+
+    @classmethod
+    def mooney_rivlin(cls, c10: float, c01: float) -> Ogden:
+        """W = C10 (I1 - 3) + C01 (I2 - 3); both in Pa."""
+        return cls((2 * c10, -2 * c01), (2.0, -2.0))
+
+    @property
+    def moduli(self) -> tuple[float, ...]:
+        """mu_i alpha_i/2 [Pa]: each term's part of G, and its mu_i in the convention W = sum 2 mu_i/alpha_i^2 (...)."""
+        return tuple(m * a / 2 for m, a in zip(self.mu, self.alpha, strict=True))
+
+    @property
+    def shear_modulus(self) -> float:
+        """G = 1/2 sum mu_i alpha_i [Pa], the initial one."""
+        return math.fsum(self.moduli)
+
+    @property
+    def youngs_modulus(self) -> float:
+        """E = 3 G [Pa], the initial one; 3 because the material is incompressible."""
+        return 3 * self.shear_modulus
+
+    @property
+    def stable_by_sign(self) -> bool:
+        """Whether mu_i alpha_i > 0 for every term: then the material is stable at every stretch."""
+        return all(g > 0 for g in self.moduli)
+
+    def nominal(self, mode: str, stretch: ArrayLike) -> Array:
+        """Nominal stress [Pa], force over undeformed area: P = sum mu_i (l^(alpha_i - 1) - l^(k alpha_i - 1))."""
+        stretches = _stretches(stretch)
+        parts = stress_basis(mode, stretches, self.alpha)
+        return np.asarray(parts @ np.array(self.moduli))
+
+    def cauchy(self, mode: str, stretch: ArrayLike) -> Array:
+        """Cauchy (true) stress [Pa], force over deformed area: l P."""
+        return np.asarray(_stretches(stretch) * self.nominal(mode, stretch))
+
+    def slope(self, mode: str, stretch: ArrayLike) -> Array:
+        """dP/dl [Pa] of the nominal stress; at l = 1 it is E uniaxial, 2 E equibiaxial, 4/3 E planar."""
+        l, k = _stretches(stretch)[..., None], _mode(mode)  # noqa: E741
+        mu, alpha = np.array(self.mu), np.array(self.alpha)
+        terms = (alpha - 1) * l ** (alpha - 2) - (k * alpha - 1) * l ** (k * alpha - 2)
+        return np.asarray((mu * terms).sum(axis=-1))
+
+    def energy(self, principal: ArrayLike) -> Array:
+        """Strain energy density W [J/m^3] of principal stretches (..., 3), whose product is 1 (incompressible)."""
+        stretches = _stretches(principal)
+        if stretches.shape[-1:] != (3,) or np.abs(np.prod(stretches, axis=-1) - 1).max(initial=0.0) > 1e-9:
+            raise InputError("give three principal stretches whose product is 1: the material is incompressible")
+        logs = np.log(stretches)[..., None]
+        parts = np.expm1(logs * np.array(self.alpha)).sum(axis=-2)
+        return np.asarray(parts @ (np.array(self.mu) / np.array(self.alpha)))
+
+    def hardening(self, mode: str, stretch: ArrayLike) -> Array:
+        """Smallest principal stiffness [Pa] against isochoric strain at the stretches of a test; <= 0 is unstable.
+
+        Drucker's condition: the Kirchhoff stress does positive work on every increment of logarithmic strain. For a
+        sum over principal stretches the stiffnesses are d_j = sum mu_i alpha_i l_j^alpha_i, restricted to strains
+        of zero sum; at l = 1 both eigenvalues are 2 G.
+        """
+        d1, d2, d3 = self._stiffnesses(mode, _stretches(stretch))
+        trace = 2 * (d1 + d2 + d3) / 3
+        determinant = (d1 * d2 + d2 * d3 + d3 * d1) / 3
+        root = np.sqrt(np.maximum(trace**2 / 4 - determinant, 0))
+        # the smaller root by the product of both, where their difference would cancel
+        return np.where(trace > 0, determinant / (trace / 2 + root), trace / 2 - root)
+
+    def _stiffnesses(self, mode: str, l: Array) -> tuple[Array, Array, Array]:  # noqa: E741
+        third = l ** _mode(mode)
+        second = {"uniaxial": third, "equibiaxial": l, "planar": np.ones_like(l)}[mode]
+        twice = 2 * np.array(self.moduli)
+        d1, d2, d3 = (np.asarray(s[..., None] ** np.array(self.alpha) @ twice) for s in (l, second, third))
+        return d1, d2, d3
+
+
+def stress_basis(mode: str, stretch: Array, alpha: ArrayLike) -> Array:
+    """Nominal stress of each term per unit of its modulus mu_i alpha_i/2, (..., terms): 2 (l^a - l^(k a))/(a l).
+
+    Written so that it is smooth through alpha = 0 and keeps its digits near l = 1.
+    """
+    k, logs, a = _mode(mode), np.log(stretch)[..., None], np.asarray(alpha, dtype=float)
+    return np.asarray(2 * (1 - k) * logs * np.exp((k * a - 1) * logs) * _relative(((1 - k) * a) * logs))
+
+
+def stress_basis_slope(mode: str, stretch: Array, alpha: ArrayLike) -> Array:
+    """Derivative of `stress_basis` by alpha, (..., terms)."""
+    k, logs, a = _mode(mode), np.log(stretch)[..., None], np.asarray(alpha, dtype=float)
+    z = (1 - k) * a * logs
+    bracket = k * _relative(z) + (1 - k) * _relative_slope(z)
+    return np.asarray(2 * (1 - k) * logs**2 * np.exp((k * a - 1) * logs) * bracket)
+
+
+def _relative(z: Array) -> Array:
+    """(e^z - 1)/z, 1 at z = 0."""
+    zero = z == 0
+    return np.where(zero, 1.0, np.expm1(z) / np.where(zero, 1.0, z))
+
+
+def _relative_slope(z: Array) -> Array:
+    """Derivative of `_relative`: by its series where the closed form cancels."""
+    small = np.abs(z) < 1e-2
+    safe = np.where(small, 1.0, z)
+    series = 1 / 2 + z * (1 / 3 + z * (1 / 8 + z * (1 / 30 + z / 144)))
+    return np.where(small, series, (safe * np.exp(safe) - np.expm1(safe)) / safe**2)
+
+
+def _mode(mode: str) -> float:
+    if mode not in MODES:
+        raise InputError(f"test is '{mode}'; choose one of {', '.join(MODES)}")
+    return MODES[mode]
+
+
+def _stretches(stretch: ArrayLike) -> Array:
+    values = np.asarray(stretch, dtype=float)
+    wrong = ~(np.isfinite(values) & (values > 0))
+    if wrong.any():
+        raise InputError(f"stretch {values[wrong].flat[0]:g}: a stretch is deformed over undeformed length, above zero")
+    return values

@@ -1,0 +1,78 @@
+"""Small-signal spectra of netlists about a bias: by ngspice's AC analysis, or from the state space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..circuit.netlist import GROUND, Element, Netlist, copies, floating_nodes
+from ..errors import InputError
+from .state_space import StateSpace, state_space
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+#: Time constant of the leak that gives a part without direct current an operating point, in periods of the lowest
+#: frequency: so long that the leak is an open circuit in the spectrum.
+_LEAK = 1e12
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Small-signal outputs per volt of the drive: ``values`` (outputs, f) at ``frequency`` [Hz] (f,)."""
+
+    frequency: Array
+    values: ComplexArray
+    names: tuple[str, ...]
+    engine: str
+
+    def output(self, name: str) -> ComplexArray:
+        """One output (f,), in its unit per volt."""
+        return np.asarray(self.values[self.names.index(name)])
+
+
+def spectrum(
+    netlist: Netlist, frequency: ArrayLike, *, bias: float = 0.0, inner_bias: float = 0.0, engine: str = "ngspice"
+) -> Spectrum:
+    """Outputs of ``netlist`` per volt of its drive at ``frequency`` [Hz] about ``bias`` [V] of the drive.
+
+    The exact engine linearises nonlinear elements at ``inner_bias`` [V] across them; ngspice finds its own operating
+    point. Raises InputError for frequencies that are not positive, SolveError when there is no operating point.
+    """
+    f = np.asarray(frequency, dtype=float)
+    if f.ndim != 1 or not len(f) or not (np.isfinite(f).all() and (f > 0).all()):
+        raise InputError("a spectrum needs at least one frequency, all positive and finite")
+    names = tuple(o.name for o in netlist.outputs)
+    if engine == "exact":
+        (values,) = transfer(state_space([netlist.linearised(inner_bias)]), f)
+        return Spectrum(f, values, names, engine)
+    if engine != "ngspice":
+        raise InputError(f"engine is '{engine}'; choose ngspice or exact")
+    from .ngspice import session
+
+    leak = _LEAK / float(f.min()) / min((e.value for e in netlist.elements if e.kind == "C"), default=1.0)
+    leaks = [Element(f"Rleak{k}", (node, GROUND), leak) for k, node in enumerate(floating_nodes(netlist.elements))]
+    grounded = replace(netlist, elements=(*netlist.elements, *leaks))
+    circuit, (vectors,) = copies([grounded])
+    source = next(e for e in netlist.elements if e.name == netlist.drive)
+    text = f"{circuit}\n{source.name} {' '.join(source.nodes)} dc {float(bias)!r} ac 1.0"
+    found = session().ac(text, f, list(vectors.values()))
+    row = {quantity: k for k, quantity in enumerate(vectors)}
+    values = np.zeros((len(names), len(f)), dtype=np.complex128)
+    for k, output in enumerate(netlist.outputs):
+        for quantity, coefficient in output.terms:
+            values[k] += coefficient * found[row[quantity]]
+    return Spectrum(f, values, names, engine)
+
+
+def transfer(system: StateSpace, frequency: Array) -> ComplexArray:
+    """C (s - A)^-1 B + D from the drive to the outputs; shape (n, outputs, f)."""
+    n, states, _ = system.a.shape
+    result = np.empty((n, system.c.shape[1], len(frequency)), dtype=np.complex128)
+    identity = np.eye(states)
+    for k, s in enumerate(2j * np.pi * frequency):
+        x = np.linalg.solve(s * identity - system.a, system.b[:, :, :1]) if states else np.zeros((n, 0, 1))
+        result[:, :, k] = (system.c @ x + system.d[:, :, :1])[..., 0]
+    return result
