@@ -96,7 +96,7 @@ def library(actuator: Actuator, name: str = "ilg_strip") -> str:
     body: list[str] = []
     for element in _at_the_pins(netlist.elements, netlist.drive, coupled=actuator.coupling is not None):
         body += _lines(element, values)
-    lines = [f"* {plain(line)}" for line in _header(actuator, lumped, name, pins, netlist.title)]
+    lines = [f"* {plain(line)}".rstrip() for line in _header(actuator, lumped, name, pins, netlist.title)]
     lines += [f".subckt {name} {pins}", "+ params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
     lines += [f".param {key}={{{value}}}" for key, value in derived_values(actuator).items()]
     return "\n".join([*lines, *folded(body), f".ends {name}", ""])
@@ -227,8 +227,9 @@ def _header(actuator: Actuator, lumped: Elements, name: str, pins: str, title: s
     m, coupled = actuator.material, actuator.coupling is not None
     lines = [
         *provenance(f"subcircuit {name}: {title}", actuator),
-        f"use: X1 {pins} {name}, or with a strip of another size: X1 {pins} {name} width=10e-3 thickness=0.4e-3",
-        "     (PSpice and Xyce want the word params: before the first of them)",
+        f"use: X1 {pins} {name}",
+        f"     X1 {pins} {name} width=10e-3 thickness=0.4e-3 for a strip of another size",
+        "     (PSpice and Xyce want the word params: before the first parameter)",
         "",
         "plus, minus: volt and ampere; nothing inside leans on ground there",
     ]
@@ -270,4 +271,5 @@ def _notes(material: Material, lumped: Elements, *, coupled: bool) -> list[str]:
         "the transient starts from rest: .tran ... uic",
         f"within 1e-6 of the maximum in ngspice: {TIGHT_OPTIONS.removeprefix('.options ')}",
         f"with .tran FIRST T 0 LONGEST uic, LONGEST = {LONGEST_STEP:g} T, FIRST = {FIRST_STEP:g} T (no error control)",
+        "gnucap: short=1e-7, since its sources hide 10 uohm, and method=gear; within 1e-3",
     ]

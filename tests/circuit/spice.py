@@ -96,13 +96,15 @@ def gnucap(folder: Path, file: str) -> Array:
     return np.array(found)
 
 
-def elements(library: str) -> dict[str, list[str]]:
-    """Element name -> the rest of its line, of a subcircuit with every expression worked out at the defaults."""
+def elements(library: str, **given: float) -> dict[str, list[str]]:
+    """Element name -> the rest of its line, with every expression worked out for the parameters ``given``, else the
+    defaults.
+    """
     known: dict[str, float] = {}
     found = {}
     for line in re.sub(r"\n\+ (?![a-z_0-9]+=)", " ", library).splitlines():
         if match := re.fullmatch(r"\+ (\w+)=(\S+)", line):
-            known[match[1]] = float(match[2])
+            known[match[1]] = given.get(match[1], float(match[2]))
         elif match := re.fullmatch(r"\.param (\w+)=\{(.*)\}", line):
             known[match[1]] = _worked_out(match[2], known)
         elif line[0] not in "*.+":
