@@ -50,7 +50,7 @@ def library_parameters(actuator: Actuator) -> tuple[LibraryParameter, ...]:
     coupled = actuator.coupling is not None
     used = {"length", "width", "thickness", "dc_resistivity", "dynamic_resistivity", "permittivity"}
     used |= {"diffusion_time", "emission_voltage", "capacitance_slope"}
-    if m.electrode_resistivity_1 * m.electrode_thickness_1 + m.electrode_resistivity_2 * m.electrode_thickness_2:
+    if _has_electrodes(m):
         used |= {f"electrode_{what}_{k}" for what in ("resistivity", "thickness") for k in (1, 2)}
     if coupled:
         used |= {"free_length", "load_position", "density", "beam_damping_ratio"}
@@ -77,6 +77,12 @@ def library_parameters(actuator: Actuator) -> tuple[LibraryParameter, ...]:
         meaning = "kT/q of your SPICE; the default is that of ngspice at 27 degrees Celsius"
         found.append(LibraryParameter("thermal_voltage", THERMAL_VOLTAGE, "V", meaning))
     return tuple(found)
+
+
+def _has_electrodes(m: Material) -> bool:
+    return bool(
+        m.electrode_resistivity_1 * m.electrode_thickness_1 + m.electrode_resistivity_2 * m.electrode_thickness_2
+    )
 
 
 def library(actuator: Actuator, name: str = "ilg_strip") -> str:
@@ -112,6 +118,9 @@ def derived_values(actuator: Actuator) -> dict[str, str]:
         derived[f"cion{k}"] = f"permittivity{suffix}*area/thickness"
     if m.diffusion_time is not None:
         derived["rdiffusion"] = "diffusion_time/cion1"
+    if _has_electrodes(m):
+        first, second = (f"electrode_resistivity_{k}*electrode_thickness_{k}" for k in (1, 2))
+        derived["electrodes"] = f"{first}+{second}"
     if m.emission_voltage is not None:
         derived["saturation"] = "emission_voltage/rdc"
     if coupling is None:
@@ -139,9 +148,7 @@ def element_values(actuator: Actuator, lumped: Elements) -> dict[str, str]:
     port = lumped.port
     values = {"Rdc": "rdc"}
     if port.electrode_resistance:
-        values["Re"] = (
-            "(electrode_resistivity_1*electrode_thickness_1+electrode_resistivity_2*electrode_thickness_2)/area"
-        )
+        values["Re"] = "electrodes/area"
     for suffix in ("", "x"):
         values |= _ion_values(lumped, suffix)
     if actuator.coupling is None:
@@ -261,15 +268,20 @@ def _notes(material: Material, lumped: Elements, *, coupled: bool) -> list[str]:
             f"ladder of {len(ladder.sections)} sections: within {ladder.error:.1e} from {low} to {high}; {scope}"
         )
     if material.emission_voltage is not None:
-        lines.append(
-            "sinh electron path: diodes at 27 degrees Celsius; leave TEMP and TNOM there, or set thermal_voltage"
-        )
+        lines += [
+            f"sinh electron path: two diodes of Is/2; a bias of {_BIAS} Vt, which cancels, keeps them from the cube",
+            "     by which SPICE replaces their exponential in reverse. Temperature: 27 degrees Celsius: leave TEMP",
+            "     and TNOM there, or set thermal_voltage",
+        ]
     if coupled and not material.beam_damping_ratio:
         lines.append("the beam rings for ever without damping: displacement within 1e-5 of the maximum only")
+    gnucap = "gnucap: short=1e-7, since its sources hide 10 uohm, and method=gear; within 1e-3"
+    if material.capacitance_slope:
+        gnucap = "the capacitance that grows is a behavioural source B, which ngspice and LTspice read"
     return [
         *lines,
         "the transient starts from rest: .tran ... uic",
         f"within 1e-6 of the maximum in ngspice: {TIGHT_OPTIONS.removeprefix('.options ')}",
         f"with .tran FIRST T 0 LONGEST uic, LONGEST = {LONGEST_STEP:g} T, FIRST = {FIRST_STEP:g} T (no error control)",
-        "gnucap: short=1e-7, since its sources hide 10 uohm, and method=gear; within 1e-3",
+        gnucap,
     ]
