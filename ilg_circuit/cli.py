@@ -162,8 +162,9 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, st
 def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_text: str | None, out: Path) -> None:
     """Write the strip as a SPICE netlist."""
     from .actuator_file import load_actuator
-    from .circuit.deck import deck, library
+    from .circuit.deck import deck
     from .circuit.drive import parse_drive
+    from .circuit.library import library
     from .circuit.strip import parse_load, strip_netlist
     from .files import write_text
     from .units import parse

@@ -10,8 +10,9 @@ import numpy as np
 from .actuator import PAPER
 from .actuator_file import save_actuator
 from .check import check, report, require_agreement
-from .circuit.deck import deck, library
+from .circuit.deck import deck
 from .circuit.drive import PiecewiseLinear
+from .circuit.library import library
 from .errors import InputError
 from .files import write_text
 from .identify import identify, read_measurement

@@ -7,7 +7,9 @@ from pathlib import Path
 
 from ilg_circuit.actuator import PAPER
 from ilg_circuit.circuit import PiecewiseLinear, Sine, strip_netlist
-from ilg_circuit.circuit.deck import deck, library
+from ilg_circuit.circuit.deck import deck
+from ilg_circuit.circuit.examples import EXAMPLES
+from ilg_circuit.circuit.library import library
 from ilg_circuit.files import write_text
 
 
@@ -21,6 +23,7 @@ def texts() -> dict[str, str]:
         "paper_step_clamped.cir": deck(clamped, PiecewiseLinear.step(4.0), 300.0, PAPER),
         "paper_square.cir": deck(free, PiecewiseLinear.square(0.0, 4.0, 30.0, 300.0), 300.0, PAPER),
         "paper_sine.cir": deck(free, Sine(2.0, 0.1), 60.0, PAPER),
+        **{f"{example.name}.cir": example.text("paper_strip.lib") for example in EXAMPLES},
     }
 
 

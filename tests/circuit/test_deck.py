@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from ilg_circuit import __version__
 from ilg_circuit.actuator import PAPER, Actuator
 from ilg_circuit.circuit import Load, parse_drive, strip_netlist
-from ilg_circuit.circuit.deck import deck, library
+from ilg_circuit.circuit.deck import deck
 from ilg_circuit.circuit.drive import PiecewiseLinear
+from ilg_circuit.circuit.library import library
 from ilg_circuit.response import simulate
 
 Array = NDArray[np.float64]

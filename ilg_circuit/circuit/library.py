@@ -1,0 +1,287 @@
+"""The strip as a parametrised subcircuit for any SPICE: geometry and material in, element values computed inside.
+
+The elements are those of `strip_netlist`; here every value is an expression of the strip's SI parameters, so that a
+circuit can hold strips of several sizes from one file. Only what every SPICE reads is used: R, L, C, V, E, F, G, two
+diodes for a sinh electron path, and one behavioural source for each capacitance that grows with voltage.
+
+    expressions    + - * / and sqrt, in braces: ngspice, LTspice and gnucap share no sign for a power
+    parameters     after ``params:``, which PSpice and Xyce want and the others take
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+from ..actuator import CANTILEVER_EIGENVALUE, Actuator, Material
+from ..elements import GRAVITY, Elements, lumped_elements
+from ..errors import InputError
+from ..units import format_quantity
+from .netlist import GROUND, Element, plain
+from .provenance import FIRST_STEP, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
+from .strip import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, VELOCITY_SCALE, Load, strip_netlist
+
+#: kT/q [V] at 27 degrees Celsius with the constants that ngspice has (CODATA 2014).
+THERMAL_VOLTAGE = 1.38064852e-23 * 300.15 / 1.6021766208e-19
+#: Bias of the diodes of a sinh electron path, in units of its Vt.
+_BIAS = 4
+#: What `plain` would turn into underscores in units and symbols.
+_UNSAFE = str.maketrans("", "", "'^")
+
+
+@dataclass(frozen=True)
+class LibraryParameter:
+    """One parameter of the subcircuit, with its default."""
+
+    name: str
+    value: float
+    unit: str
+    meaning: str
+
+
+def library_parameters(actuator: Actuator) -> tuple[LibraryParameter, ...]:
+    """What the subcircuit can be told: the names are those of an actuator's TOML file, and of a fit's report.
+
+    A field that the strip leaves out, or that has no influence on it, is no parameter.
+    """
+    g, m = actuator.geometry, actuator.material
+    coupled = actuator.coupling is not None
+    used = {"length", "width", "thickness", "dc_resistivity", "dynamic_resistivity", "permittivity"}
+    used |= {"diffusion_time", "emission_voltage", "capacitance_slope"}
+    if _has_electrodes(m):
+        used |= {f"electrode_{what}_{k}" for what in ("resistivity", "thickness") for k in (1, 2)}
+    if coupled:
+        used |= {"free_length", "load_position", "density", "beam_damping_ratio"}
+        used.add("youngs_modulus" if m.bending_stiffness is None else "bending_stiffness")
+    found = [
+        LibraryParameter(f.name, getattr(record, f.name), f.metadata["unit"], f.metadata["meaning"])
+        for record in (g, m)
+        for f in fields(record)
+        if f.name in used and getattr(record, f.name) is not None
+    ]
+    for k, branch in enumerate(m.further_branches, 2):
+        found += [
+            LibraryParameter(f"{f.name}_{k}", getattr(branch, f.name), f.metadata["unit"], f"that of ionic branch {k}")
+            for f in fields(branch)
+        ]
+    if actuator.coupling is not None:
+        found += [
+            LibraryParameter(
+                f"coupling_{f.name}", getattr(actuator.coupling, f.name), f.metadata["unit"], f.metadata["meaning"]
+            )
+            for f in fields(actuator.coupling)
+        ]
+    if m.emission_voltage is not None:
+        meaning = "kT/q of your SPICE; the default is that of ngspice at 27 degrees Celsius"
+        found.append(LibraryParameter("thermal_voltage", THERMAL_VOLTAGE, "V", meaning))
+    return tuple(found)
+
+
+def _has_electrodes(m: Material) -> bool:
+    return bool(
+        m.electrode_resistivity_1 * m.electrode_thickness_1 + m.electrode_resistivity_2 * m.electrode_thickness_2
+    )
+
+
+def library(actuator: Actuator, name: str = "ilg_strip") -> str:
+    """A subcircuit ``name plus minus tip``: electrical pins, and the tip's mechanical pin where there is a coupling.
+
+    Across ``tip`` and ground is the force, out of it flows the velocity: grounded it is free, open it is clamped, and
+    a load is an inductor (mass), resistor (dashpot) or capacitor (spring) from ``tip`` to ground. Nothing leans on
+    ground at the electrical pins. Raises InputError for a name that SPICE would not take.
+    """
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
+        raise InputError(f"subcircuit name '{plain(name[:40])}': use letters, digits and _, starting with a letter")
+    netlist = strip_netlist(actuator, load=Load())
+    lumped = lumped_elements(actuator)
+    pins = "plus minus tip" if actuator.coupling is not None else "plus minus"
+    parameters = library_parameters(actuator)
+    values = element_values(actuator, lumped)
+    body: list[str] = []
+    for element in _at_the_pins(netlist.elements, netlist.drive, coupled=actuator.coupling is not None):
+        body += _lines(element, values)
+    lines = [f"* {plain(line)}".rstrip() for line in _header(actuator, lumped, name, pins, netlist.title)]
+    lines += [f".subckt {name} {pins}", "+ params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
+    lines += [f".param {key}={{{value}}}" for key, value in derived_values(actuator).items()]
+    return "\n".join([*lines, *folded(body), f".ends {name}", ""])
+
+
+def derived_values(actuator: Actuator) -> dict[str, str]:
+    """Name -> expression, of parameters and earlier names, of the values that elements share. EC (10)-(16)."""
+    m, coupling = actuator.material, actuator.coupling
+    derived = {"area": "length*width", "rdc": "dc_resistivity*thickness/area"}
+    for k in range(1, len(m.branches) + 1):
+        suffix = f"_{k}" if k > 1 else ""
+        derived[f"rion{k}"] = f"dynamic_resistivity{suffix}*thickness/area"
+        derived[f"cion{k}"] = f"permittivity{suffix}*area/thickness"
+    if m.diffusion_time is not None:
+        derived["rdiffusion"] = "diffusion_time/cion1"
+    if _has_electrodes(m):
+        first, second = (f"electrode_resistivity_{k}*electrode_thickness_{k}" for k in (1, 2))
+        derived["electrodes"] = f"{first}+{second}"
+    if m.emission_voltage is not None:
+        derived["saturation"] = "emission_voltage/rdc"
+    if coupling is None:
+        return derived
+    at = "free_length" if actuator.geometry.load_position is None else "load_position"
+    cube = f"({at}*{at}*{at})"
+    if m.bending_stiffness is None:
+        derived["stiffness"] = f"youngs_modulus*width*thickness*thickness*thickness/(4*{cube})"
+    else:
+        derived["stiffness"] = f"3*bending_stiffness/{cube}"
+    fourth = "free_length*free_length*free_length*free_length"
+    derived["mass"] = f"{3 / CANTILEVER_EIGENVALUE**4!r}*{fourth}*density*width*thickness/{cube}"
+    derived["damping"] = "2*beam_damping_ratio*sqrt(stiffness*mass)"
+    derived["bending"] = f"3*{at}*{at}/(thickness*thickness)"
+    derived["lfilter"] = "1/(coupling_natural_frequency*coupling_natural_frequency)"
+    derived["rfilter"] = "2*coupling_damping_ratio/coupling_natural_frequency"
+    # of s d(s) v: from the filter's inductor voltage (d0 wn^2/Zd is Kd), and from its current
+    derived["rate_a"] = "bending*coupling_gain"
+    derived["rate_b"] = "bending*coupling_gain*coupling_zero*lfilter/rfilter"
+    return derived
+
+
+def element_values(actuator: Actuator, lumped: Elements) -> dict[str, str]:
+    """Element name of `strip_netlist` -> expression of its value."""
+    port = lumped.port
+    values = {"Rdc": "rdc"}
+    if port.electrode_resistance:
+        values["Re"] = "electrodes/area"
+    for suffix in ("", "x"):
+        values |= _ion_values(lumped, suffix)
+    if actuator.coupling is None:
+        return values
+    for name in "ds":
+        values |= {f"R{name}": "rfilter", f"L{name}": "lfilter"}
+    for source, scale in (("v1", 1 / VELOCITY_SCALE), ("u1", FORCE_SCALE)):
+        values |= {f"G{source}a": f"{scale!r}*rate_a", f"G{source}b": f"{scale!r}*rate_b"}
+    values["Cbeam"] = f"1/({IMPEDANCE_SCALE:.12g}*stiffness)"
+    values["Ltip"] = f"{IMPEDANCE_SCALE:.12g}*mass"
+    values["Rtip"] = f"{IMPEDANCE_SCALE:.12g}*damping"
+    if actuator.mounting.orientation == "hanging":
+        values["Cgravity"] = f"1/({3 / 8 * GRAVITY * IMPEDANCE_SCALE:.15g}*density*width*thickness)"
+    return values
+
+
+def _ion_values(lumped: Elements, suffix: str) -> dict[str, str]:
+    ladder = lumped.port.ladder
+    if ladder is None:
+        count = range(1, len(lumped.branches) + 1)
+        return {f"Rd{suffix}{k}": f"rion{k}" for k in count} | {f"C{suffix}{k}": f"cion{k}" for k in count}
+    # sections of a ladder keep their proportions: resistances go with Rw = tau/C or 1/Q, capacitances with C or Q
+    if ladder.law == "warburg":
+        impedance = "*rdiffusion"
+        ohm, farad = ladder.constants[0], ladder.constants[1] / ladder.constants[0]
+    else:
+        impedance = "/cion1"
+        ohm, farad = 1 / ladder.constants[0], ladder.constants[0]
+    values = {
+        f"Rion{suffix}": f"rion1+{ladder.resistance / ohm!r}{impedance}",
+        f"Cion{suffix}": f"{ladder.capacitance / farad!r}*cion1",
+    }
+    for k, (r, c) in enumerate(ladder.sections, 1):
+        values |= {f"Rd{suffix}{k}": f"{r / ohm!r}{impedance}", f"C{suffix}{k}": f"{c / farad!r}*cion1"}
+    return values
+
+
+def _at_the_pins(elements: tuple[Element, ...], drive: str, *, coupled: bool) -> Iterator[Element]:
+    """The strip's elements without its drive, between the pins plus and minus in place of drive and ground."""
+    kept = [e for e in elements if e.name != drive]
+    for element in kept:
+        nodes = ["plus" if n == "drive" else n for n in element.nodes]
+        # without a coupling the ion path ends at minus; a growing capacitance keeps its charge on a node of its own
+        ions = not coupled and element.name[:2] not in ("Cq", "Fq")
+        if nodes[1] == GROUND and (element.name in ("Rdc", "Bdc", "Eback") or ions):
+            nodes[1] = "minus"
+        if coupled and element is kept[-1]:
+            nodes[1] = "tip"  # the last of the tip's mesh
+        yield Element(element.name, tuple(nodes), element.value, element.control, element.law, element.scale)
+
+
+def _lines(element: Element, values: dict[str, str]) -> list[str]:
+    """An element as SPICE writes it, its value in braces."""
+    nodes = " ".join(element.nodes)
+    if element.law == "sinh":
+        return _diodes(*element.nodes)
+    if element.law == "charge":
+        ions = f"cion{element.name.removeprefix('Bq')}"
+        plus, minus, charge = element.nodes
+        root = f"sqrt(1+{{2*capacitance_slope/{ions}}}*abs(v({charge})))"
+        return [f"{element.name} {plus} {minus} v={{2/{ions}}}*v({charge})/(1+{root})"]
+    value = f"{{{values[element.name]}}}" if element.name in values else repr(element.value)
+    start = " ic=0" if element.kind in "CL" else ""
+    return [" ".join(filter(None, [element.name, nodes, element.control, value])) + start]
+
+
+def _diodes(plus: str, minus: str) -> list[str]:
+    """Is sinh(v/Vt) by two antiparallel diodes of Is/2, each behind a bias that the other's takes out again.
+
+    Below -3 N kT/q SPICE follows a cube in place of the exponential, up to 2e-3 Is beside it. The bias of 4 Vt keeps
+    that to 7e-8 of the current: Is/2 exp(-4) exp((v + 4 Vt)/Vt), and the constant terms of the two diodes cancel.
+    """
+    return [
+        f"Vforth forth {plus} {{{_BIAS}*emission_voltage}}",
+        f"Dforth forth {minus} electrons",
+        f"Vopposite opposite {minus} {{{_BIAS}*emission_voltage}}",
+        f"Dopposite opposite {plus} electrons",
+        f".model electrons D(is={{{math.exp(-_BIAS) / 2!r}*saturation}} n={{emission_voltage/thermal_voltage}})",
+    ]
+
+
+def _header(actuator: Actuator, lumped: Elements, name: str, pins: str, title: str) -> list[str]:
+    m, coupled = actuator.material, actuator.coupling is not None
+    lines = [
+        *provenance(f"subcircuit {name}: {title}", actuator),
+        f"use: X1 {pins} {name}",
+        f"     X1 {pins} {name} width=10e-3 thickness=0.4e-3 for a strip of another size",
+        "     (PSpice and Xyce want the word params: before the first parameter)",
+        "",
+        "plus, minus: volt and ampere; nothing inside leans on ground there",
+    ]
+    if coupled:
+        lines += [
+            f"tip: {SCALE_NOTE.removeprefix('mechanical side: ')}",
+            "     voltage to ground: force on the load; current out of the pin: its velocity (into 1 F: the way in mm)",
+            "     to ground by Vtip tip 0 0: free; open: clamped; a load is an element from tip to ground:",
+            "     mass m kg: L of 1000 m henry; dashpot c N s/m: R of 1000 c ohm; spring k N/m: C of 0.001/k farad",
+        ]
+    return [*lines, *_parameter_table(actuator), *_notes(m, lumped, coupled=coupled)]
+
+
+def _parameter_table(actuator: Actuator) -> list[str]:
+    rows = [
+        f"  {p.name:<28} {format_quantity(p.value, '', 6):>12} {p.unit or '1':<9} {p.meaning}".translate(_UNSAFE)
+        for p in library_parameters(actuator)
+    ]
+    return ["", "parameters, all in SI units, with the values of this strip as defaults", *rows]
+
+
+def _notes(material: Material, lumped: Elements, *, coupled: bool) -> list[str]:
+    ladder = lumped.port.ladder
+    lines = [""]
+    if ladder is not None:
+        low, high = (format_quantity(f, "Hz", 3) for f in ladder.band)
+        scope = "its exponent is fixed" if ladder.law == "cpe" else "another diffusion_time moves the band as 1/tau"
+        lines.append(
+            f"ladder of {len(ladder.sections)} sections: within {ladder.error:.1e} from {low} to {high}; {scope}"
+        )
+    if material.emission_voltage is not None:
+        lines += [
+            f"sinh electron path: two diodes of Is/2; a bias of {_BIAS} Vt, which cancels, keeps them from the cube",
+            "     by which SPICE replaces their exponential in reverse. Temperature: 27 degrees Celsius: leave TEMP",
+            "     and TNOM there, or set thermal_voltage",
+        ]
+    if coupled and not material.beam_damping_ratio:
+        lines.append("the beam rings for ever without damping: displacement within 1e-5 of the maximum only")
+    gnucap = "gnucap: short=1e-7, since its sources hide 10 uohm, and method=gear; within 1e-3"
+    if material.capacitance_slope:
+        gnucap = "the capacitance that grows is a behavioural source B, which ngspice and LTspice read"
+    return [
+        *lines,
+        "the transient starts from rest: .tran ... uic",
+        f"within 1e-6 of the maximum in ngspice: {TIGHT_OPTIONS.removeprefix('.options ')}",
+        f"with .tran FIRST T 0 LONGEST uic, LONGEST = {LONGEST_STEP:g} T, FIRST = {FIRST_STEP:g} T (no error control)",
+        gnucap,
+    ]

@@ -1,0 +1,117 @@
+"""What the tests of netlists share: strips of every electrical model, and ngspice, gnucap and a subcircuit's values."""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from ilg_circuit.actuator import PAPER, Actuator, IonBranch, Mounting
+
+Array = NDArray[np.float64]
+
+NGSPICE, GNUCAP = shutil.which("ngspice"), shutil.which("gnucap")
+with_ngspice = pytest.mark.skipif(NGSPICE is None, reason="the program ngspice is not installed")
+with_gnucap = pytest.mark.skipif(GNUCAP is None, reason="the program gnucap is not installed")
+
+
+def _strip(name: str, **changes: object) -> Actuator:
+    return replace(PAPER, name=name, material=replace(PAPER.material, **changes))
+
+
+_SECOND, _THIRD = IonBranch(60.0, 0.4), IonBranch(500.0, 0.4)
+_RESISTIVE = {"electrode_resistivity_1": 175.0, "electrode_thickness_1": 2e-6}
+#: The band is that of a transient of 60 s, and given, so that library and `simulate` take the same ladder.
+_BAND = {"ladder_lowest": 1e-3, "ladder_highest": 100.0}
+
+#: One strip of every electrical model, alone and with what goes with it.
+MODELS: dict[str, Actuator] = {
+    s.name: s
+    for s in (
+        _strip("rc"),
+        _strip("rc2", further_branches=(_SECOND,)),
+        _strip("rc3", further_branches=(_SECOND, _THIRD), **_RESISTIVE),
+        _strip("warburg", diffusion_time=20.0, **_BAND),
+        _strip("cpe", cpe_exponent=0.8, **_BAND),
+        _strip("rc sinh", emission_voltage=0.8),
+        _strip("rc growing", capacitance_slope=0.3),
+        _strip(
+            "rc2 growing sinh", further_branches=(_SECOND,), capacitance_slope=0.2, emission_voltage=1.0, **_RESISTIVE
+        ),
+        _strip("warburg sinh", diffusion_time=20.0, emission_voltage=0.6, **_RESISTIVE, **_BAND),
+        _strip("cpe sinh", cpe_exponent=0.6, emission_voltage=2.0, **_BAND),
+    )
+}
+LINEAR = [name for name in MODELS if not re.search("sinh|growing", name)]
+
+#: Strips whose mechanical side differs.
+MOUNTED: dict[str, Actuator] = {
+    "load inside": replace(PAPER, geometry=replace(PAPER.geometry, load_position=20e-3)),
+    "stiff": _strip("stiff", bending_stiffness=1e-8),
+    "hanging": replace(_strip("hanging", bending_stiffness=1e-6), mounting=Mounting("hanging")),
+    "undamped": _strip("undamped", beam_damping_ratio=0.0),
+}
+
+
+def ngspice(folder: Path, file: str, timeout: float = 60.0) -> str:
+    """What ``ngspice -b FILE`` prints; fails if ngspice does."""
+    done = subprocess.run(
+        [str(NGSPICE), "-n", "-b", file], cwd=folder, capture_output=True, text=True, timeout=timeout, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+def table(path: Path) -> dict[str, Array]:
+    """Columns of a file that ngspice's wrdata wrote with one scale and a line of names, in lower case."""
+    names = path.read_text(encoding="utf-8").partition("\n")[0].split()
+    values = np.loadtxt(path, skiprows=1)
+    time, first = np.unique(values[:, 0], return_index=True)
+    return {"time": time} | {n.lower(): values[first, k] for k, n in enumerate(names) if k}
+
+
+def gnucap(folder: Path, file: str) -> Array:
+    """The table that gnucap prints, one row a time."""
+    done = subprocess.run([str(GNUCAP), "-b", file], cwd=folder, capture_output=True, text=True, timeout=60, check=True)
+    number = r"\s*-?\d+\.?\d*(?:e[-+]?\d+)?([A-Za-z]*)"
+    rows = [line for line in done.stdout.splitlines() if re.match(r"\s*\d", line)]
+    powers = {"": 0, "f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "k": 3, "meg": 6, "g": 9, "t": 12}
+    found = []
+    for row in rows:
+        cells = []
+        for cell in row.split():
+            match = re.fullmatch(number, cell)
+            assert match, done.stdout
+            unit = match[1]
+            cells.append(float(cell.removesuffix(unit)) * 10.0 ** powers[unit.lower()])
+        found.append(cells)
+    assert found, done.stdout + done.stderr
+    return np.array(found)
+
+
+def elements(library: str, **given: float) -> dict[str, list[str]]:
+    """Element name -> the rest of its line, with every expression worked out for the parameters ``given``, else the
+    defaults.
+    """
+    known: dict[str, float] = {}
+    found = {}
+    for line in re.sub(r"\n\+ (?![a-z_0-9]+=)", " ", library).splitlines():
+        if match := re.fullmatch(r"\+ (\w+)=(\S+)", line):
+            known[match[1]] = given.get(match[1], float(match[2]))
+        elif match := re.fullmatch(r"\.param (\w+)=\{(.*)\}", line):
+            known[match[1]] = _worked_out(match[2], known)
+        elif line[0] not in "*.+":
+            name, *rest = re.sub(r"\{(.*?)\}", lambda m: repr(_worked_out(m[1], known)), line).split()
+            found[name] = rest
+    return found
+
+
+def _worked_out(expression: str, known: dict[str, float]) -> float:
+    return float(eval(expression, {"sqrt": math.sqrt, "__builtins__": {}}, known))
