@@ -71,7 +71,7 @@ def by_hand(strip: Actuator, tip: str, load: Load, s: Complex = S) -> dict[str, 
         "displacement": v / s,
         "force": zl * v if moves else n * i1 * z1,
         # what the displacement is a small difference of: the free one, and the filter's node voltages
-        "rounding": 1e-12 * np.abs(n * i1 / s)
+        "rounding": 1e-11 * np.abs(n * i1 / s)
         + 1e-14 * 3 * lf**2 / g.thickness**2 * k.static * (1 + k.natural_frequency / (2 * k.damping_ratio * k.zero)),
     }
 
