@@ -37,8 +37,10 @@ LOADS = {
 
 
 def tolerance(strip: Actuator) -> float:
-    """Relative; the conductances of a ladder lie many decades apart, and a double has sixteen digits."""
-    return 1e-9 if lumped_elements(strip).port.ladder is None and strip.name != "random" else 1e-8
+    """Relative. The conductances of a ladder, or of any strip with any load, lie decades apart: rounding shows."""
+    if strip.name == "random":
+        return 1e-7
+    return 1e-9 if lumped_elements(strip).port.ladder is None else 1e-8
 
 
 def assert_driven(strip: Actuator, tip: str, beam: str, load: Load | None = None) -> None:
@@ -51,7 +53,8 @@ def assert_driven(strip: Actuator, tip: str, beam: str, load: Load | None = None
             allowed = allowed + expected.get(
                 {"displacement": "rounding", "force": "rounding of force"}.get(name, ""), 0.0
             )
-            assert (np.abs(found.output(name) - expected[name]) <= allowed).all(), (engine, name)
+            excess = float((np.abs(found.output(name) - expected[name]) / np.maximum(allowed, 1e-300)).max())
+            assert excess <= 1, (engine, name, excess)
 
 
 def assert_moved(strip: Actuator, terminals: str) -> None:
@@ -253,7 +256,7 @@ def test_an_unknown_engine() -> None:
 
 
 def test_an_operating_point_that_there_is_not() -> None:
-    with pytest.raises(SolveError, match="ngspice did not run the small-signal analysis: .*out of range for sinh"):
+    with pytest.raises(SolveError, match=r"ngspice did not run the small-signal analysis: .*out of range for sinh"):
         spectrum(port_netlist(port_of("rc+sinh")), [1.0], bias=1e3)
     # and the next question is answered as if nothing had been
     test_an_open_part_keeps_open()
