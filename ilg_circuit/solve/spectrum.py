@@ -9,14 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..circuit.netlist import GROUND, Element, Netlist, copies, floating_nodes
 from ..errors import InputError
-from .state_space import StateSpace, state_space
+from .state_space import StateSpace, refined_solve, state_space
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-#: Time constant of the leak that gives a part without direct current an operating point, in periods of the lowest
-#: frequency: so long that the leak is an open circuit in the spectrum.
-_LEAK = 1e12
+#: What gives a part without direct current an operating point has so many times the impedance of a capacitor at the
+#: lowest frequency: an open circuit in the spectrum. A coil, because so large a resistor is lost in rounding beside the
+#: part's own; but a resistor for the charge of a growing capacitance, which is not zero at rest.
+_OPEN = 1e13
 
 
 @dataclass(frozen=True)
@@ -52,9 +53,7 @@ def spectrum(
         raise InputError(f"engine is '{engine}'; choose ngspice or exact")
     from .ngspice import session
 
-    leak = _LEAK / float(f.min()) / min((e.value for e in netlist.elements if e.kind == "C"), default=1.0)
-    leaks = [Element(f"Rleak{k}", (node, GROUND), leak) for k, node in enumerate(floating_nodes(netlist.elements))]
-    grounded = replace(netlist, elements=(*netlist.elements, *leaks))
+    grounded = replace(netlist, elements=(*netlist.elements, *_ties(netlist, float(f.min()))))
     circuit, (vectors,) = copies([grounded])
     source = next(e for e in netlist.elements if e.name == netlist.drive)
     text = f"{circuit}\n{source.name} {' '.join(source.nodes)} dc {float(bias)!r} ac 1.0"
@@ -67,12 +66,26 @@ def spectrum(
     return Spectrum(f, values, names, engine)
 
 
+def _ties(netlist: Netlist, lowest: float) -> list[Element]:
+    """To ground from every part without direct current, open circuits from ``lowest`` [Hz] on."""
+    omega = 2 * np.pi * lowest
+    smallest = min((e.value for e in netlist.elements if e.kind == "C"), default=1.0)
+    charges = {e.nodes[2] for e in netlist.elements if e.law == "charge"}
+    ties = []
+    for k, node in enumerate(floating_nodes(netlist.elements)):
+        if node in charges:
+            ties.append(Element(f"Ropen{k}", (node, GROUND), _OPEN / omega))  # beside 1 F
+        else:
+            ties.append(Element(f"Lopen{k}", (node, GROUND), _OPEN / (omega**2 * smallest)))
+    return ties
+
+
 def transfer(system: StateSpace, frequency: Array) -> ComplexArray:
     """C (s - A)^-1 B + D from the drive to the outputs; shape (n, outputs, f)."""
     n, states, _ = system.a.shape
     result = np.empty((n, system.c.shape[1], len(frequency)), dtype=np.complex128)
     identity = np.eye(states)
     for k, s in enumerate(2j * np.pi * frequency):
-        x = np.linalg.solve(s * identity - system.a, system.b[:, :, :1]) if states else np.zeros((n, 0, 1))
+        x = refined_solve(s * identity - system.a, system.b[:, :, :1]) if states else np.zeros((n, 0, 1))
         result[:, :, k] = (system.c @ x + system.d[:, :, :1])[..., 0]
     return result

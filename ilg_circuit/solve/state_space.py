@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +53,7 @@ def state_space(netlists: Sequence[Netlist]) -> StateSpace:
     values: Array = np.array([netlist.values for netlist in netlists], dtype=np.float64)
     matrix, right = stamp.fill(values)
     try:
-        solution: Array = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+        solution: Array = np.asarray(refined_solve(matrix, right), dtype=np.float64)
     except np.linalg.LinAlgError:
         solution = np.full_like(right, np.nan)
     if not np.isfinite(solution).all():
@@ -66,6 +67,14 @@ def state_space(netlists: Sequence[Netlist]) -> StateSpace:
     return StateSpace(
         rates[..., :s], rates[..., s:], outputs[..., :s], outputs[..., s:], tuple(o.name for o in first.outputs)
     )
+
+
+def refined_solve(matrix: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
+    """numpy's `solve`, refined twice: nanovolts beside kilovolts keep their own digits (Skeel 1980)."""
+    solution = np.linalg.solve(matrix, right)
+    for _ in range(2):
+        solution = solution - np.linalg.solve(matrix, matrix @ solution - right)
+    return np.asarray(solution)
 
 
 class _Stamp:

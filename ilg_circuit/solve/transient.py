@@ -184,6 +184,8 @@ def _solve_batch(
     theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
     between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes than the rule
     coarser: Array | None = None
+    previous: Array | None = None
+    earlier: Array | None = None
     judged = [not output.probe for output in nets[0].outputs]
     for _ in range(_MOST_REFINEMENTS if nets[0].linear else _MOST_REFINEMENTS_NONLINEAR):
         fineness = between_nodes if interpolate else theta
@@ -200,6 +202,7 @@ def _solve_batch(
             passed = (errors <= allowed).all()
         if passed:
             return values, errors
+        previous, earlier = earlier, values
         if interpolate and (doubt > allowed).any():
             # closer nodes (interpolation's error goes with the sixth power), unless every sample may as well be one
             closer = 1.2 * float(doubt.max() / accuracy) ** (1 / 6)
@@ -207,6 +210,8 @@ def _solve_batch(
             interpolate = closer * len(grid.nodes) < len(samples) / 2
         else:
             theta, between_nodes = theta / 2, between_nodes / 2
+    if not nets[0].linear and previous is not None:  # the kink counts here too, though no grid has passed
+        errors = np.maximum(errors, np.where(judged, _relative(values - previous, values), 0.0))
     if errors.max() <= acceptable:
         return values, errors
     raise SolveError(
