@@ -22,7 +22,7 @@ from .displacement import DisplacementFit, fit_displacement
 from .least_squares import Fit
 from .measurement import Measurement
 from .residuals import structured
-from .selection import Candidate, choose, single
+from .selection import Candidate, choose, scouting_engine, single
 
 Array = NDArray[np.float64]
 
@@ -128,8 +128,14 @@ def identify(
     def fit(measurement: Measurement, held: float, model: str) -> CurrentFit:
         return fit_current(measurement, held, model, engine, progress)
 
+    def scout(measurement: Measurement, held: float, model: str) -> CurrentFit:
+        return fit_current(measurement, held, model, scouting_engine(measurement, model, engine), progress)
+
     if model == "auto":
-        current, candidates = choose(measurement, held, fit, warnings)
+        current, candidates = choose(measurement, held, scout, warnings)
+        if scouting_engine(measurement, current.model, engine) != engine:
+            current = fit(measurement, held, current.model)
+            candidates = tuple(replace(c, fit=current) if c.chosen else c for c in candidates)
     else:
         current, candidates = single(measurement, held, model, fit)
     warnings += current.warnings

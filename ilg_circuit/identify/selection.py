@@ -17,6 +17,8 @@ Fitter = Callable[[Measurement, float, str], CurrentFit]
 
 #: Tried by ``auto`` in this order; the last two only where one pole leaves more than noise.
 CANDIDATES = ("rc", "rc2", "rc3", "warburg")
+#: ngspice needs a fine grid after every jump; the exact engine an exponential for every width of an interval.
+_MANY_JUMPS, _FEW_WIDTHS = 12, 40
 #: A model with more parameters must be better by this much BIC (very strong evidence).
 EVIDENCE = 10.0
 
@@ -41,6 +43,18 @@ class Candidate:
             "chosen": self.chosen,
             "verdict": self.verdict,
         }
+
+
+def scouting_engine(measurement: Measurement, model: str, engine: str) -> str:
+    """The engine that tries ``model``: the exact one for large circuits where many jumps make ngspice slow.
+
+    Its answer is ngspice's to eight digits; the model that is chosen is fitted again with the ``engine`` asked for.
+    """
+    if model in ("rc", "rc2") or len(measurement.drive.times) < _MANY_JUMPS:
+        return engine
+    grid = np.union1d(measurement.current.time[measurement.current.time >= 0], measurement.drive.times)
+    widths = np.unique(np.round(np.diff(grid) / np.diff(grid).max(), 9))
+    return "exact" if len(widths) <= _FEW_WIDTHS else engine
 
 
 def single(measurement: Measurement, held: float, model: str, fit: Fitter) -> tuple[CurrentFit, tuple[Candidate, ...]]:
