@@ -10,7 +10,6 @@ from every_model import MODELS, strip_of, strongly_coupled
 
 from ilg_circuit.actuator import PAPER, Actuator
 from ilg_circuit.circuit import Load, parse_drive
-from ilg_circuit.elements import lumped_elements
 from ilg_circuit.response import simulate
 
 T = np.linspace(0, 60, 31)
@@ -31,8 +30,7 @@ def test_both_sides_balance(model: str, drive: str) -> None:
 
 
 @pytest.mark.parametrize("drive", ["step:4V", "ramp:50mV/s", "square:-2V..3V,17s"])
-@pytest.mark.parametrize("load", [None, Load(mass=1e-4, stiffness=2e-4, damping=3e-5)])
-def test_a_strip_that_feels_its_motion(drive: str, load: Load | None) -> None:
+def test_a_strip_that_feels_its_motion(drive: str) -> None:
     """Here the converted energy is a share that a forgotten term would show."""
     k = PAPER.coupling
     assert k is not None
@@ -41,35 +39,15 @@ def test_a_strip_that_feels_its_motion(drive: str, load: Load | None) -> None:
         material=replace(strip_of("rc2", 5.0).material, youngs_modulus=1e5),
         coupling=replace(k, gain=3e3 * k.gain),
     )
+    load = Load(mass=1e-4, stiffness=2e-4, damping=3e-5)
     found = simulate(strip, parse_drive(drive, 60.0), T, load=load).account
     assert np.abs(found.converted).max() > 1e-4 * np.abs(found.source).max()
     assert found.electrical_imbalance < 1e-6
     assert found.mechanical_imbalance < 1e-6
     without = replace(found, converted=np.zeros_like(found.converted))
     assert without.electrical_imbalance > 1e-5
-    if load:
-        assert found.load[-1] == pytest.approx(found.stored["Cload"][-1] + found.dissipated["Rload"][-1])
-        assert found.load[-1] > 0
-
-
-def test_a_constant_coupling_passes_every_joule_on() -> None:
-    """N(s) = k d(s) (1 + Rd C s)/C with Zd and the poles so fast, and Rd C so short, that it is k d0/C."""
-    m, k = PAPER.material, PAPER.coupling
-    assert k is not None
-    static = 1e-3
-    fast = 1e7
-    strip = replace(
-        PAPER,
-        material=replace(m, dynamic_resistivity=1e-7 * m.dynamic_resistivity, youngs_modulus=1e3, electrode_resistivity_1=
-            500.0, electrode_thickness_1=1e-6),
-        coupling=replace(k, gain=static * fast**2 / (1e3 * fast), zero=1e3 * fast, damping_ratio=1.0, natural_frequency=fast),
-    )  # fmt: skip
-    lumped = lumped_elements(strip)
-    assert lumped.coupling_factor(1j) == pytest.approx(lumped.coupling_factor(0), rel=1e-6)
-    strip = replace(strip, coupling=replace(strip.coupling, gain=strip.coupling.gain * 1e-3))
-    found = simulate(strip, parse_drive("sine:1V,0.05Hz", 60.0), T, engine="exact").account
-    assert np.abs(found.mechanical).max() > 0
-    assert found.converted == pytest.approx(found.mechanical, abs=2e-6 * np.abs(found.mechanical).max())
+    assert found.load[-1] == pytest.approx(found.stored["Cload"][-1] + found.dissipated["Rload"][-1])
+    assert found.load[-1] > 0
 
 
 def test_a_step_s_half_is_lost() -> None:
