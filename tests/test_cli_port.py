@@ -15,7 +15,7 @@ from ilg_circuit.actuator_file import dumps
 __all__ = ["run"]
 
 
-def test_impedance_writes_the_contract(run: Run) -> None:  # noqa: F811
+def test_impedance_writes_the_contract(run: Run) -> None:
     done = run("impedance", "paper", "--from", "1mHz", "--to", "10Hz", "--points", "9", "--check", "--out", "z.csv")
     assert done.code == 0, done.err
     table = columns(Path("z.csv"))
@@ -28,7 +28,7 @@ def test_impedance_writes_the_contract(run: Run) -> None:  # noqa: F811
 
 
 @pytest.mark.parametrize("terminals", ["open", "short"])
-def test_sense_writes_its_columns(run: Run, terminals: str) -> None:  # noqa: F811
+def test_sense_writes_its_columns(run: Run, terminals: str) -> None:
     more = ("--terminals", terminals, "--samples", "7", "--out", "s.csv", "--plot", "s.png")
     done = run("sense", "paper", "--motion", "step:1mm", "--duration", "60s", *more)
     assert done.code == 0, done.err
@@ -40,7 +40,7 @@ def test_sense_writes_its_columns(run: Run, terminals: str) -> None:  # noqa: F8
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_simulate_every_model(run: Run, model: str) -> None:  # noqa: F811
+def test_simulate_every_model(run: Run, model: str) -> None:
     small = {"band": (1e-3, 10.0), "sections": 8} if model.startswith(("warburg", "cpe")) else {}
     Path("a.toml").write_text(dumps(strip_of(model, **small)))
     done = run("simulate", "a.toml", "--drive", "step:2V", "--duration", "30s", "--samples", "16", "--out", "r.csv")
@@ -57,7 +57,7 @@ def test_simulate_every_model(run: Run, model: str) -> None:  # noqa: F811
         ('diffusion_time = "-5 s"', "it must be more than zero"),
     ],
 )
-def test_files_that_are_refused(run: Run, line: str, hint: str) -> None:  # noqa: F811
+def test_files_that_are_refused(run: Run, line: str, hint: str) -> None:
     Path("bad.toml").write_text(dumps(PAPER).replace("[material]", f"[material]\n{line}"))
     assert_one_line(run("impedance", "bad.toml", "--out", "z.csv"), hint, "bad.toml")
     assert not Path("z.csv").exists()
@@ -78,9 +78,10 @@ def test_files_that_are_refused(run: Run, line: str, hint: str) -> None:  # noqa
         (("identify", "d.csv", "--model", "rc9"), "rc9"),
     ],
 )
-def test_refusals_are_one_line_and_leave_nothing(run: Run, arguments: tuple[str, ...], hint: str) -> None:  # noqa: F811
+def test_refusals_are_one_line_and_leave_nothing(run: Run, arguments: tuple[str, ...], hint: str) -> None:
     Path("narrow.toml").write_text(dumps(strip_of("warburg", band=(1e-2, 10.0))))
     Path("deaf.toml").write_text(dumps(strip_of("rc")).split("[coupling]")[0])
-    Path("d.csv").write_text("time_s,voltage_V,current_A\n0,1,1\n1,1,0.5\n")
+    rows = "".join(f"{t},1,{np.exp(-t) + 0.1}\n" for t in range(20))
+    Path("d.csv").write_text("time_s,voltage_V,current_A\n" + rows)
     assert_one_line(run(*arguments, "--out", "out.csv"), hint)
     assert not Path("out.csv").exists()

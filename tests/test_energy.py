@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from every_model import MODELS, strip_of, strongly_coupled
+from every_model import MODELS, strip_of
 
 from ilg_circuit.actuator import PAPER, Actuator
 from ilg_circuit.circuit import Load, parse_drive
