@@ -14,10 +14,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import InputError
+from .errors import InputError, SolveError
 from .ladder import ComplexArray, Ladder
 
 Array = NDArray[np.float64]
+
+
+def hyperbolic_cosine(x: float) -> float:
+    """cosh(x). Raises SolveError where it is beyond all measure, as it is to ngspice."""
+    try:
+        return math.cosh(x)
+    except OverflowError:
+        raise SolveError(
+            f"the electron path's sinh law has no finite current at {abs(x):.3g} times its emission voltage; lower the "
+            "voltage or raise the emission voltage"
+        ) from None
 
 
 @dataclass(frozen=True)
@@ -84,7 +95,7 @@ class Port:
         """The port that a small signal meets, at rest under ``inner_voltage`` [V] behind Re."""
         dc = self.dc_resistance
         if self.emission_voltage is not None:
-            dc /= math.cosh(inner_voltage / self.emission_voltage)
+            dc /= hyperbolic_cosine(inner_voltage / self.emission_voltage)
         growth = 1 + self.capacitance_slope * abs(inner_voltage)
         branches = tuple((r, c * growth) for r, c in self.branches)
         return replace(self, dc_resistance=dc, branches=branches, emission_voltage=None, capacitance_slope=0.0)

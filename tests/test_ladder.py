@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -91,7 +92,7 @@ def test_every_doubling_pays() -> None:
         [warburg_ladder(50.0, 20.0, (1e-4, 1e3), n).error for n in (5, 10, 20, 40, 80)],
         [cpe_ladder(0.2, 0.7, (1e-4, 1e3), n).error for n in (3, 6, 12, 24)],
     ):
-        assert all(b < 0.8 * a for a, b in zip(errors, errors[1:], strict=False)), errors
+        assert all(b < 0.8 * a for a, b in itertools.pairwise(errors)), errors
 
 
 # -- what a ladder is made of ------------------------------------------------------------------------------------------

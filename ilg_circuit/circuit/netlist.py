@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
+from ..port import hyperbolic_cosine
 
 if TYPE_CHECKING:
     from PySpice.Spice.Netlist import Circuit
@@ -76,9 +77,8 @@ class Element:
     def linearised(self, voltage: float) -> Element:
         """The linear element that a small signal meets with ``voltage`` [V] across this one; itself where linear."""
         if self.law == "sinh":
-            return replace(
-                self, name=f"R{self.name}", value=self.scale / self.value / math.cosh(voltage / self.scale), law=""
-            )
+            slope = self.value / self.scale * hyperbolic_cosine(voltage / self.scale)
+            return replace(self, name=f"R{self.name}", value=1 / slope, law="")
         if self.law == "charge":
             gain = 1 / (self.value * (1 + self.scale * abs(voltage)))
             return replace(self, name=f"E{self.name}", nodes=(*self.nodes, GROUND), value=gain, law="")

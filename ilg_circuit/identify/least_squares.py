@@ -208,9 +208,14 @@ class _Evaluation:
             except InputError:  # a value beyond all measure
                 raise SolveError(_RAN_AWAY) from None
             except SolveError:  # or one that is still a number, but no circuit that can be solved
-                if np.abs(logs - self._start).max() < _FAR:
+                if np.abs(logs - self._start).max() >= _FAR:
+                    raise SolveError(_RAN_AWAY) from None
+                if not self.count:
                     raise
-                raise SolveError(_RAN_AWAY) from None
+                # a step too far: so large a misfit that it is taken back
+                kept, slopes = self._result
+                self.count += 1
+                return kept + 1e3 * np.abs(kept).max(), slopes
             central = (waves[1 : self._n + 1] - waves[self._n + 1 :]) / (2 * _STEP)
             self.best_change = float(np.abs(logs - self._at).max()) if self.count else np.inf
             self._at, self._result = logs.copy(), (waves[0], central.T)

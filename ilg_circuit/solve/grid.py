@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 
 #: ngspice's first step is backward Euler; so short (in units of the fastest mode) its error is below 1e-9.
 _FIRST_STEP = 1e-5
+#: But no step is shorter than this part of the run: ngspice's time is a double.
+_LEAST_STEP = 1e-13
 #: A jump of the drive takes so long, in units of the fastest mode; shorter ones would only add rounding.
 _RISE = 3e-5
 #: In a nonlinear circuit the two halves of a jump do not cancel: it is shorter still.
@@ -83,12 +85,13 @@ def design_grid(
     ends = np.concatenate([breakpoints - half, [end]])
     valid = np.flatnonzero(ends > starts)
     profile = _profile(poles, drive.angular_frequency(), float((ends - starts).max(initial=0.0)), theta)
+    smallest = max(_FIRST_STEP / fastest, _LEAST_STEP * end)
     pieces: list[Array] = []
     for k in valid:
         a, b = float(starts[k]), float(ends[k])
         piece = np.concatenate([[a], _cut(profile, b - a) + a, [b]])
         if k == 0:
-            piece = np.concatenate([[a], _launch(float(piece[1] - a), _FIRST_STEP / fastest) + a, piece[1:]])
+            piece = np.concatenate([[a], _launch(float(piece[1] - a), smallest) + a, piece[1:]])
         elif half[k - 1] and len(piece) < _AFTER_JUMP:
             piece = np.linspace(a, b, _AFTER_JUMP)
         inside = samples[np.searchsorted(samples, a) : np.searchsorted(samples, b, side="right")]

@@ -206,7 +206,7 @@ def test_the_exact_engine_says_that_it_cannot() -> None:
 
 
 def test_an_error_that_is_not_acceptable_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With three grids only there is an error left: it is a failure, or a result with its error where that was asked."""
+    """With three grids an error is left: a failure, or a result with its error where that was asked."""
     monkeypatch.setattr(sys.modules[transient.__module__], "_MOST_REFINEMENTS_NONLINEAR", 3)
     net, drive, t = port_netlist(port_of("rc+growing")), parse_drive("sine:2V,0.2Hz", 20.0), np.linspace(0, 20, 11)
     with pytest.raises(SolveError, match=r"ngspice reached an error of .* not the 1.0e-10 asked for"):
@@ -236,7 +236,7 @@ def test_check_compares_with_the_equations(model: str) -> None:
     }
     require_agreement(differences)
     wrong = check(replace(response, charge=1.001 * response.charge), tip="free", beam="dynamic")
-    with pytest.raises(SolveError, match="check failed: charge differs from the port's equations by 1.0e-03"):
+    with pytest.raises(SolveError, match=r"check failed: charge differs from the port's equations by 1.0e-03"):
         require_agreement(wrong)
     assert "port's equations" in report(differences)
 
