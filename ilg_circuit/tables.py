@@ -66,7 +66,7 @@ def read_table(
     quantities: Quantities = QUANTITIES,
     example: str = EXAMPLES,
 ) -> Table:
-    """Read a CSV file: comma, semicolon (then with decimal commas allowed), tab or spaces; # starts a comment line.
+    """Read a CSV file: comma, or semicolon, tab, spaces (then decimal commas are allowed); # starts a comment line.
 
     ``quantities`` are those that columns may hold, ``example`` a header to show in errors. Raises InputError naming
     file, line and column for what cannot be read: a missing column or unit, text in a number, times that repeat or
@@ -79,6 +79,18 @@ def read_table(
         raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
     except UnicodeDecodeError:
         raise InputError(f"{name}: not a text file; export the measurement as CSV") from None
+    return parse_table(text, name, required, quantities=quantities, example=example)
+
+
+def parse_table(
+    text: str,
+    name: str,
+    required: tuple[str, ...] = ("time",),
+    *,
+    quantities: Quantities = QUANTITIES,
+    example: str = EXAMPLES,
+) -> Table:
+    """The table that a file's ``text`` holds; ``name`` stands for the file in errors. As `read_table`."""
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:
         raise InputError(f"{name}: the file is empty; it needs a header row such as {example}")
@@ -214,7 +226,7 @@ def _numbers(
             if not cell or cell.lower() == "nan":
                 continue
             try:
-                value = float(cell.replace(",", ".") if delimiter == ";" else cell)
+                value = float(cell if delimiter == "," else cell.replace(",", "."))
             except ValueError:
                 value = math.inf
             if not math.isfinite(value) or "_" in cell:
