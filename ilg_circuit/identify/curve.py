@@ -112,7 +112,7 @@ def fit_curve(
             f"the best of {len(found.runs)} fits was not reached a second time: it may not be the least; give a "
             "better start"
         )
-    return _finished(problem, found, tuple(names), absolute_sigma)
+    return _finished(problem, found, _nearest(found, problem.start), tuple(names), absolute_sigma)
 
 
 class _Problem:
@@ -274,8 +274,17 @@ def _scattered(problem: _Problem, linear: list[int], free: list[int], random: np
     return [p for _, p in chosen]
 
 
-def _finished(problem: _Problem, found: Search, names: tuple[str, ...], absolute: bool) -> CurveFit:
-    p = found.best.parameters
+def _nearest(found: Search, start: Array) -> Array:
+    """Of equal minima (terms of a sum that changed places, a sign) the one nearest to the start."""
+
+    def distance(run: Run) -> float:
+        size = np.abs(run.parameters) + np.abs(start)
+        return float((np.abs(run.parameters - start) / np.where(size > 0, size, 1.0)).sum())
+
+    return min(found.runs[: found.agreeing], key=distance).parameters
+
+
+def _finished(problem: _Problem, found: Search, p: Array, names: tuple[str, ...], absolute: bool) -> CurveFit:
     if names and len(names) != len(p):
         raise InputError(f"{len(names)} names for {len(p)} parameters")
     j = problem.jacobian(p)

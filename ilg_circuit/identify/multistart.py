@@ -52,7 +52,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Search:
-    """All runs, best first; ``agreeing`` of them ended at the best minimum."""
+    """All runs, best first; ``agreeing`` of them, the first ones, ended at the best minimum."""
 
     runs: tuple[Run, ...]
     agreeing: int
