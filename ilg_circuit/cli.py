@@ -185,15 +185,18 @@ def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_
 @click.option("--json", "json_path", type=_OUT, help="JSON file for the result.")
 @click.option("--plot", type=_OUT, help="Picture of data, fit and residuals (.png, .pdf, .svg).")
 def identify(data: Path, actuator: str | None, electrode_resistance: str | None, **options: Any) -> None:
-    """Fit a strip to a measured step or waveform.
+    """Fit a strip to a measured step, waveform or impedance spectrum.
 
-    DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm.
+    DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm; or a
+    spectrum: frequency_Hz, re_ohm, im_ohm, or what EC-Lab (text), Gamry (.DTA) and ZPlot (.z) export.
     """
     from .actuator_file import load_actuator
+    from .cli_spectrum import identify_file
     from .files import require_writable
     from .identify import identify as fit
     from .identify import read_measurement
     from .identify.report import plot_identification, table, write_actuator, write_json
+    from .identify.spectrum_files import is_spectrum
     from .plots import require_picture
     from .units import parse
 
@@ -207,6 +210,10 @@ def identify(data: Path, actuator: str | None, electrode_resistance: str | None,
         require_picture(options["plot"])
     base = load_actuator(actuator) if actuator else None
     held = parse(electrode_resistance, "ohm", "--electrode-resistance") if electrode_resistance else None
+    if is_spectrum(data):
+        written = {k: options[k] for k in ("out", "json_path", "plot")}
+        identify_file(data, base, held, options["model"], **written)
+        return
     measurement = read_measurement(data)
     with _counter() as advance:
         result = fit(

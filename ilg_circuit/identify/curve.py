@@ -35,7 +35,8 @@ _HUGE = 1e100
 class CurveFit:
     """A fit that converged. ``errors`` are standard errors; ``residuals`` = y - model(x), of y's shape and kind.
 
-    ``squares`` is the weighted sum of squares over ``freedom`` degrees of freedom; ``agreeing`` of ``starts`` ended here.
+    ``squares`` is the weighted sum of squares, with ``freedom`` degrees of freedom; ``agreeing`` of ``starts`` ended
+    here.
     """
 
     names: tuple[str, ...]
@@ -94,9 +95,11 @@ def fit_curve(
 ) -> CurveFit:
     """Fit ``y`` (m,), real or complex, by ``model(x, *parameters)`` (m,); ``x`` is handed over as it is.
 
-    ``start`` (n,) need not be near, but its signs and rough sizes help. ``sigma`` are standard deviations of y, relative
-    ones unless ``absolute_sigma``. The same ``seed`` gives the same answer. Raises InputError for data that cannot be
-    fitted, SolveError where no minimum was found twice, or a parameter is not determined.
+    ``start`` (n,) need not be near, but its signs and rough sizes help. ``sigma`` are standard deviations of y,
+    relative ones unless ``absolute_sigma``. The same ``seed`` gives the same answer.
+
+    Raises InputError for data that cannot be fitted, SolveError where no minimum was found twice, or a parameter is not
+    determined.
     """
     problem = _Problem(model, x, y, sigma, np.atleast_1d(np.asarray(start, dtype=float)))
     found = _searched(problem, np.random.default_rng(seed))

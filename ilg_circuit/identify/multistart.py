@@ -1,9 +1,9 @@
 """Least squares from many starts: no answer may depend on the luck of one.
 
-Levenberg-Marquardt (MINPACK) runs from every start; Gauss-Newton steps end each run at rounding. A run counts only where
-it stands at a minimum: Bates and Watts' relative offset (Technometrics 23, 179, 1981), the part of the residuals that
-the tangent plane still explains, is negligible, and every parameter is felt. How many runs end at the best minimum says
-how far it can be trusted.
+Levenberg-Marquardt (MINPACK) runs from every start; Gauss-Newton steps end each run at rounding. A run counts only
+where it stands at a minimum: Bates and Watts' relative offset (Technometrics 23, 179, 1981), the part of the residuals
+that the tangent plane still explains, is negligible, and every parameter is felt. How many runs end at the best minimum
+says how far it can be trusted.
 """
 
 from __future__ import annotations

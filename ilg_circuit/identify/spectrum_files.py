@@ -274,7 +274,7 @@ def _picked(rows: list[tuple[int, list[str]]], places: list[int], name: str) -> 
 
 
 def _headerless(lines: list[str], name: str) -> tuple[Array, ComplexArray]:
-    rows = []
+    rows: list[tuple[float, float, float]] = []
     for k, line in enumerate(lines, 1):
         if not line.strip() or line.startswith("#"):
             continue

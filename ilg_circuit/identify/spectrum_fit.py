@@ -1,9 +1,9 @@
 """The fit of one electrical model to an impedance spectrum.
 
 The closed form of the port (no ladder, no engine) is fitted to real and imaginary parts together, each weighted by
-1/abs(Z) unless told otherwise. Logarithms of the parameters are fitted (see `least_squares`), from many starts that the
-data suggest; lmfit finishes the best and gives the covariance. What the data do not feel is held and named, above all an
-electron path that is practically open.
+1/abs(Z) unless told otherwise. Logarithms of the parameters are fitted (see `least_squares`), from many starts that
+the data suggest; lmfit finishes the best and gives the covariance. What the data do not feel is held and named, above
+all an electron path that is practically open.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ Weighting = Literal["modulus", "unit", "proportional"]
 
 #: An open electron path: beyond any measured impedance by this factor in the strip that is handed on.
 _OPEN = 1e6
+_UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
 _OPEN_PATH = "no electron path is seen: practically an open circuit"
 #: So many ohms are infinitely many, without the trouble of infinity.
 _INFINITE = 1e200
@@ -111,7 +112,7 @@ class SpectrumFit:
         """Whether neighbouring residuals are alike beyond chance."""
         n = 2 * len(self.spectrum.frequency)
         correlation = (n - self.independent) / (n + self.independent)
-        return correlation > max(0.3, 3 / np.sqrt(n))
+        return bool(correlation > max(0.3, 3 / np.sqrt(n)))
 
 
 def fit_spectrum(
@@ -210,17 +211,15 @@ class _Problem:
             raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
         least = float(np.median(np.sort(z.real)[: max(len(z) // 20, 1)]))
         if held and held >= least:
-            raise InputError(
-                f"electrode resistance {held:g} ohm is too large: the real part falls to {least:.4g} ohm"
-            )
+            raise InputError(f"electrode resistance {held:g} ohm is too large: the real part falls to {least:.4g} ohm")
         self.kind, self.spectrum, self.held, self.weighting = kind, spectrum, held, weighting
-        self.s = 2j * np.pi * spectrum.frequency
+        self.s: ComplexArray = np.asarray(2j * np.pi * spectrum.frequency, dtype=complex)
         self.weights = _weights(z, weighting)
         self.data = self._flat(z)
         self.scales = Scales(np.array([p.below for p in kind.parameters]))
 
     def _flat(self, z: ComplexArray) -> Array:
-        return np.concatenate([z.real, z.imag], axis=-1) * self.weights
+        return np.asarray(np.concatenate([z.real, z.imag], axis=-1) * self.weights)
 
     def modelled(self, values: Array) -> Array:
         """Weighted model (m, 2 f) of values (m, n)."""
@@ -257,7 +256,8 @@ def _weights(z: ComplexArray, weighting: Weighting) -> Array:
     if weighting == "modulus":
         return np.concatenate([1 / size, 1 / size])
     # a part that crosses zero would count for everything
-    return 1 / np.maximum(np.concatenate([np.abs(z.real), np.abs(z.imag)]), 1e-2 * np.concatenate([size, size]))
+    parts = np.abs(np.concatenate([z.real, z.imag]))
+    return np.asarray(1 / np.maximum(parts, 1e-2 * np.concatenate([size, size])))
 
 
 def _searched(
@@ -343,7 +343,8 @@ def _open_text(problem: _Problem, x: Array, free: NDArray[np.bool_]) -> str:
     best = max(float(direction @ rest) / size, 0.0)
     deviation = np.sqrt(float(rest @ rest) / freedom / size) + np.finfo(float).tiny
     limit = best + float(student.ppf(0.95, freedom) * deviation)
-    return f"{_OPEN_PATH}, more than {format_quantity(1 / limit, 'ohm', 3)} (95 %)"
+    told = _OPEN_PATH if limit * float(problem.spectrum.modulus.max()) < 1 else _UNSEEN_PATH
+    return f"{told}, more than {format_quantity(1 / limit, 'ohm', 3)} (95 %)"
 
 
 def _result(

@@ -254,9 +254,11 @@ def _chosen(candidates: Sequence[Candidate], source: str) -> SpectrumFit:
 def _warnings(fit: SpectrumFit, check: KramersKronig, candidates: Sequence[Candidate]) -> list[str]:
     found = []
     if fit.open_circuit:
-        found.append(f"dc_resistance: {fit.held['dc_resistance']}; the strip is given {fit.values['dc_resistance']:.3g} ohm")
+        given = fit.values["dc_resistance"]
+        found.append(f"dc_resistance: {fit.held['dc_resistance']}; the strip is given {given:.3g} ohm")
     if fit.undetermined:
-        found.append(f"not determined by this spectrum (unfelt, or standard error over 50%): {', '.join(fit.undetermined)}")
+        loose = ", ".join(fit.undetermined)
+        found.append(f"not determined by this spectrum (not felt, or standard error over 50%): {loose}")
     if fit.agreeing < 2:
         found.append(f"the best of {fit.starts} fits was not reached a second time: it may not be the least")
     if fit.relative_rms > max(_MISFIT * check.rms, _NEGLIGIBLE):

@@ -19,7 +19,9 @@ _SETS = 40
 _LITTLE = 1e-3
 
 
-def starts(model: ElectricalModel, spectrum: Spectrum, electrode_resistance: float, random: np.random.Generator) -> Array:
+def starts(
+    model: ElectricalModel, spectrum: Spectrum, electrode_resistance: float, random: np.random.Generator
+) -> Array:
     """Parameter sets (m, n), SI, in the order of ``model``'s parameters, Re held [ohm]."""
     z = spectrum.impedance - electrode_resistance
     omega = 2 * np.pi * spectrum.frequency
