@@ -41,7 +41,7 @@ _FELT = 3.0
 #: Logarithms of SI values stay within this: beyond lies no number worth having.
 _RANGE = 100.0
 _STEP = 1e-4
-_FITS, _MORE_FITS = 6, 12
+_FITS, _MORE_FITS = 8, 12
 _EVALUATIONS = 150
 
 
@@ -282,8 +282,9 @@ def _searched(
         x[:, ~free] = base[~free]
         rest = problem.modelled(problem.scales.values(x)) - problem.data
         finite = np.isfinite(rest).all(axis=1)
-        squares = (rest[finite] ** 2).sum(axis=1)
-        return list(x[finite][np.argsort(squares)[:count]][:, free])
+        squares = np.where(finite, (np.where(np.isfinite(rest), rest, 0.0) ** 2).sum(axis=1), np.inf)
+        best = [part[np.argmin(squares[part])] for part in np.array_split(np.arange(len(x)), count)]
+        return [x[k][free] for k in best if finite[k]]
 
     def fits(first: list[Array]) -> Search:
         return search(residuals, jacobian, first, tolerance=1e-11, most=_EVALUATIONS, rounding=1e-26)

@@ -1,7 +1,8 @@
 """Where fits of a spectrum start: parameter sets that its size and its frequencies suggest.
 
-Time constants are scattered over the band and beyond; what is linear once they are given (branches add in the
-admittance, resistances and a diffusion in the impedance) is solved for by non-negative least squares.
+Time constants are scattered over the band and beyond (diffusion: in ascending order, so that a search can start in
+every part of the band); what is linear once they are given (branches add in the admittance, resistances and a diffusion
+in the impedance) is solved for by non-negative least squares.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from .spectrum_files import Spectrum
 
 Array = NDArray[np.float64]
 
-_SETS = 40
+_SETS = 60
 #: A branch or resistance that non-negative least squares leaves out enters by this part of the data's size.
 _LITTLE = 1e-3
 
@@ -26,7 +27,8 @@ def starts(
     z = spectrum.impedance - electrode_resistance
     omega = 2 * np.pi * spectrum.frequency
     if model.name in ("warburg", "cpe"):
-        return np.array([_diffusion(model.name, z, omega, random) for _ in range(_SETS)])
+        places = (np.arange(_SETS) + random.uniform(0, 1, _SETS)) / _SETS
+        return np.array([_diffusion(model.name, float(place), z, omega, random) for place in places])
     count = (len(model.parameters) - 1) // 2
     return np.array([_branches(count, z, omega, random) for _ in range(_SETS)])
 
@@ -42,19 +44,19 @@ def _branches(count: int, z: NDArray[np.complex128], omega: Array, random: np.ra
     return np.array([1 / amounts[0], *(value for pair in pairs for value in pair)])
 
 
-def _diffusion(law: str, z: NDArray[np.complex128], omega: Array, random: np.random.Generator) -> Array:
-    """Z = Rs + amount times a shape, Rdc beside it at random: often it is hardly seen."""
+def _diffusion(law: str, place: float, z: NDArray[np.complex128], omega: Array, random: np.random.Generator) -> Array:
+    """Z = Rs + amount times a shape, by its ``place`` (0 to 1); Rdc beside it at random: often it is hardly seen."""
     from ..ladder import cpe_impedance, warburg_impedance
 
     s = 1j * omega
     size = np.abs(z)
-    dc = float(size.max()) * 10 ** random.uniform(-0.1, 3)
+    dc = float(size.max()) * 10 ** random.choice([random.uniform(0, 0.3), random.uniform(0, 3)])
     ions = 1 / (1 / z - 1 / dc)
     if law == "warburg":
-        tau = float(np.exp(random.uniform(np.log(0.3 / omega[-1]), np.log(30 / omega[0]))))
+        tau = float((0.3 / omega[-1]) ** (1 - place) * (30 / omega[0]) ** place)
         shape = warburg_impedance(s, 1.0, tau)
     else:
-        exponent = random.uniform(0.3, 0.98)
+        exponent = 0.3 + 0.68 * place
         shape = cpe_impedance(s, 1.0, exponent)
     series, amount = _solved(np.column_stack([np.ones_like(s), shape]), ions)
     if law == "warburg":
