@@ -30,8 +30,8 @@ SPECTRUM_QUANTITIES: Quantities = {
 }
 EXAMPLE = "frequency_Hz, re_ohm, im_ohm"
 
-_MOST_BYTES = 20_000_000
-_MOST_POINTS = 20_000
+_MOST_BYTES = 5_000_000
+_MOST_POINTS, _MOST_LINES = 20_000, 100_000
 _FEWEST_POINTS = 6
 #: The header of a table is looked for in so many lines.
 _PREAMBLE = 400
@@ -180,6 +180,8 @@ def _text(path: Path) -> str:
 def _numbers(text: str, name: str) -> tuple[Array, ComplexArray]:
     """Frequency [Hz] and impedance [ohm] of the file, in its order, NaN for blanks."""
     lines = text.splitlines()
+    if len(lines) > _MOST_LINES:
+        raise InputError(f"{name}: {len(lines)} lines; that is no spectrum")
     if not any(line.strip() for line in lines):
         raise InputError(f"{name}: the file is empty; a spectrum has columns such as {EXAMPLE}")
     if _is_gamry(lines):
@@ -209,6 +211,8 @@ def _header(lines: list[str]) -> int | None:
 
 
 def _table(lines: list[str], start: int, name: str) -> tuple[Array, ComplexArray]:
+    if len(lines) - start > 2 * _MOST_POINTS:
+        raise InputError(f"{name}: {len(lines) - start} rows; a spectrum has {_MOST_POINTS} at most")
     header = _OHM.sub("ohm", lines[start])
     # blank lines in place of the preamble: errors then count the file's own lines
     text = "\n".join([""] * start + [header] + lines[start + 1 :])
@@ -219,7 +223,7 @@ def _table(lines: list[str], start: int, name: str) -> tuple[Array, ComplexArray
     if plus is not None and minus is not None:
         raise InputError(f"{name}: columns for both Im Z and -Im Z; leave one out")
     im = plus if plus is not None else -minus if minus is not None else np.empty(0)
-    return table.columns["frequency"], table.columns["re"] + 1j * im
+    return table.columns["frequency"], _complex(table.columns["re"], im)
 
 
 def _gamry(lines: list[str], name: str) -> tuple[Array, ComplexArray]:
@@ -270,7 +274,7 @@ def _picked(rows: list[tuple[int, list[str]]], places: list[int], name: str) -> 
             cell = cells[place].strip() if place < len(cells) else ""
             if cell:
                 values[k, j] = _number(cell, name, number)
-    return values[:, 0], values[:, 1] + 1j * values[:, 2]
+    return values[:, 0], _complex(values[:, 1], values[:, 2])
 
 
 def _headerless(lines: list[str], name: str) -> tuple[Array, ComplexArray]:
@@ -289,7 +293,7 @@ def _headerless(lines: list[str], name: str) -> tuple[Array, ComplexArray]:
     if not rows:
         raise InputError(f"{name}: no rows of numbers; a spectrum has columns such as {EXAMPLE}")
     values = np.array(rows)
-    return values[:, 0], values[:, 1] + 1j * values[:, 2]
+    return values[:, 0], _complex(values[:, 1], values[:, 2])
 
 
 def _bare(line: str) -> tuple[float, float, float] | None:
@@ -305,6 +309,13 @@ def _bare(line: str) -> tuple[float, float, float] | None:
     except ValueError:
         return None
     return a, b, c
+
+
+def _complex(real: Array, imaginary: Array) -> ComplexArray:
+    """re + i im, infinite parts included."""
+    z = np.empty(len(real), dtype=complex)
+    z.real, z.imag = real, imaginary
+    return z
 
 
 def _number(cell: str, name: str, line: int) -> float:
