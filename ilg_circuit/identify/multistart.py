@@ -27,7 +27,6 @@ OFFSET = 1e-6
 CONDITION = 1e11
 #: Minima are the same whose sums of squares differ by no more, relatively.
 SAME = 1e-7
-_POLISHES = 60
 _HUGE = 1e100
 
 
@@ -70,13 +69,15 @@ def search(
     rounding: float = 0.0,
     tolerance: float = 1e-15,
     most: int = 2000,
+    polishes: int = 60,
 ) -> Search:
     """Runs from every start (n,). ``rounding`` is the sum of squares that rounding alone leaves.
 
-    ``tolerance`` ends Levenberg-Marquardt (relative change of squares and parameters) after ``most`` evaluations.
+    ``tolerance`` (relative change of squares and parameters) ends Levenberg-Marquardt, or ``most`` evaluations do;
+    ``polishes`` are the most Gauss-Newton steps thereafter.
     """
     guarded = _Guarded(residuals, jacobian)
-    runs = [_run(guarded, start, rounding, tolerance, most) for start in starts]
+    runs = [_run(guarded, start, rounding, tolerance, most, polishes) for start in starts]
     return gather(runs, rounding)
 
 
@@ -117,7 +118,7 @@ class _Guarded:
         return np.where(np.isfinite(j) & (np.abs(j) < _HUGE), j, 0.0)
 
 
-def _run(problem: _Guarded, start: Array, rounding: float, tolerance: float, most: int) -> Run:
+def _run(problem: _Guarded, start: Array, rounding: float, tolerance: float, most: int, polishes: int) -> Run:
     from scipy.optimize import leastsq
 
     r = problem.residuals(start)
@@ -134,15 +135,15 @@ def _run(problem: _Guarded, start: Array, rounding: float, tolerance: float, mos
             maxfev=most,
             full_output=True,
         )
-    return _polished(problem, np.asarray(found[0], dtype=float), rounding)
+    return _polished(problem, np.asarray(found[0], dtype=float), rounding, polishes)
 
 
-def _polished(problem: _Guarded, p: Array, rounding: float) -> Run:
+def _polished(problem: _Guarded, p: Array, rounding: float, polishes: int) -> Run:
     """Gauss-Newton steps, halved where they overshoot, until they no longer help; then the measures of the end."""
     r = problem.residuals(p)
     squares = float(r @ r)
     offset = condition = np.inf
-    for k in range(_POLISHES):
+    for k in range(polishes):
         step, offset, condition = _gauss_newton(problem.jacobian(p), r, rounding)
         if condition >= CONDITION or not np.isfinite(step).all():
             break

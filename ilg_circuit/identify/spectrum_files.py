@@ -125,10 +125,10 @@ def prepare_spectrum(frequency: ArrayLike, impedance: ArrayLike, source: str = "
     again[1:] = np.diff(f) <= _SAME * f[1:]
     drop(again, "at a frequency that was there before (the first reading is kept)")
     inductive = _inductive(z)
-    if inductive.sum() > 0.8 * len(f) > 0:
+    if inductive.sum() > 0.8 * len(f) > 0 or _turned(z[~inductive]):
         raise InputError(
-            f"{source}: Im Z is positive at nearly every frequency; a capacitor's is negative: if the column holds "
-            "-Im Z, call it minus_im_ohm"
+            f"{source}: Im Z is positive over most of the band; a capacitor's is negative: if the column holds -Im Z, "
+            "call it minus_im_ohm"
         )
     if inductive.any():
         least = format_quantity(float(f[inductive][0]), "Hz", 4)
@@ -149,6 +149,13 @@ def _inductive(z: ComplexArray) -> NDArray[np.bool_]:
     positive = part > max(_INDUCTIVE, 4 * noise_level(part))
     run = len(z) - int(np.argmin(positive[::-1])) if not positive.all() else 0
     return np.arange(len(z)) >= run
+
+
+def _turned(z: ComplexArray) -> bool:
+    """Whether Im Z, apart from noise about zero, is positive rather than negative."""
+    part = z.imag / np.abs(z)
+    above, below = float(part[part > 0].sum()), -float(part[part < 0].sum())
+    return above > max(2 * below, 0.01 * len(z))
 
 
 def _counted(count: int) -> str:

@@ -40,6 +40,8 @@ _INFINITE = 1e200
 _FELT = 3.0
 #: Logarithms of SI values stay within this: beyond lies no number worth having.
 _RANGE = 100.0
+#: The same of the logarithm p/(1 - p) of a limited one.
+_LIMITED_RANGE = 20.0
 _STEP = 1e-4
 _FITS, _MORE_FITS = 8, 12
 _EVALUATIONS = 150
@@ -137,7 +139,7 @@ def fit_spectrum(
     random = np.random.default_rng(seed)
     free = np.ones(unknowns, dtype=bool)
     found = _searched(problem, free, np.zeros(unknowns), random)
-    x = np.clip(found.best.parameters, -_RANGE, _RANGE)
+    x = problem.within(found.best.parameters, free)
     held: dict[str, str] = {}
     closed = free.copy()
     closed[0] = False
@@ -152,7 +154,7 @@ def fit_spectrum(
     if gain < np.log(independent) or doubtful:
         free, found = closed, without
         x = opened
-        x[closed] = np.clip(without.best.parameters, -_RANGE, _RANGE)
+        x[closed] = problem.within(without.best.parameters, closed)
         held["dc_resistance"] = _open_text(problem, x, closed)
     x = problem.sorted(x)
     alone = problem.lonely_error(x, found.best.squares)
@@ -172,6 +174,16 @@ def _independent(residuals: Array) -> float:
     shared = sum(float(p[1:] @ p[:-1]) for p in parts)
     correlation = min(max(shared / power, 0.0), 0.999) if power else 0.0
     return float(max(len(residuals) * (1 - correlation) / (1 + correlation), 5.0))
+
+
+def require_electrode_resistance(spectrum: Spectrum, held: float) -> None:
+    """Raise InputError where Re [ohm] is no resistance, or more than the spectrum shows."""
+    if not (np.isfinite(held) and held >= 0):
+        raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
+    real = np.sort(spectrum.impedance.real)
+    least = float(np.median(real[: max(len(real) // 20, 1)]))
+    if held and held >= least:
+        raise InputError(f"electrode resistance {held:g} ohm is too large: the real part falls to {least:.4g} ohm")
 
 
 def impedance_of(kind: ElectricalModel, values: Array, s: ComplexArray, electrode_resistance: float) -> ComplexArray:
@@ -206,12 +218,8 @@ class _Problem:
     def __init__(self, kind: ElectricalModel, spectrum: Spectrum, held: float, weighting: Weighting) -> None:
         if weighting not in get_args(Weighting):
             raise InputError(f"weighting is '{weighting}'; choose one of {', '.join(get_args(Weighting))}")
+        require_electrode_resistance(spectrum, held)
         z = spectrum.impedance
-        if not (np.isfinite(held) and held >= 0):
-            raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
-        least = float(np.median(np.sort(z.real)[: max(len(z) // 20, 1)]))
-        if held and held >= least:
-            raise InputError(f"electrode resistance {held:g} ohm is too large: the real part falls to {least:.4g} ohm")
         self.kind, self.spectrum, self.held, self.weighting = kind, spectrum, held, weighting
         self.s: ComplexArray = np.asarray(2j * np.pi * spectrum.frequency, dtype=complex)
         self.weights = _weights(z, weighting)
@@ -220,6 +228,11 @@ class _Problem:
 
     def _flat(self, z: ComplexArray) -> Array:
         return np.asarray(np.concatenate([z.real, z.imag], axis=-1) * self.weights)
+
+    def within(self, part: Array, free: NDArray[np.bool_]) -> Array:
+        """Coordinates (free,) kept within what numbers can tell apart."""
+        limits = np.where(np.isinf(self.scales.below), _RANGE, _LIMITED_RANGE)[free]
+        return np.asarray(np.clip(part, -limits, limits))
 
     def modelled(self, values: Array) -> Array:
         """Weighted model (m, 2 f) of values (m, n)."""
@@ -267,7 +280,7 @@ def _searched(
 
     def full(part: Array) -> Array:
         x = base.copy()
-        x[free] = np.clip(part, -_RANGE, _RANGE)
+        x[free] = problem.within(part, free)
         return x
 
     def residuals(part: Array) -> Array:
@@ -287,7 +300,7 @@ def _searched(
         return [x[k][free] for k in best if finite[k]]
 
     def fits(first: list[Array]) -> Search:
-        return search(residuals, jacobian, first, tolerance=1e-11, most=_EVALUATIONS, rounding=1e-26)
+        return search(residuals, jacobian, first, tolerance=1e-11, most=_EVALUATIONS, rounding=1e-26, polishes=4)
 
     chosen = ([near] if near is not None else []) + suggested(_FITS)
     if not chosen:

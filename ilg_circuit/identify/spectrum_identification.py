@@ -17,7 +17,7 @@ from .identification import Parameter
 from .kramers_kronig import KramersKronig, kramers_kronig
 from .residuals import information_criterion
 from .spectrum_files import Spectrum, read_spectrum
-from .spectrum_fit import SpectrumFit, Weighting, fit_spectrum
+from .spectrum_fit import SpectrumFit, Weighting, fit_spectrum, require_electrode_resistance
 
 #: What --model auto chooses from, simple ones first.
 AUTO_MODELS = ("rc", "rc2", "rc3", "warburg", "cpe")
@@ -131,13 +131,14 @@ def identify_spectrum(
         electrical_model(model)
     check = kramers_kronig(spectrum)
     sound = spectrum.without(check.bad)
+    require_electrode_resistance(sound, held)
     names = AUTO_MODELS if model == "auto" else (model,)
     outcomes: list[tuple[str, SpectrumFit | None, str]] = []
     for name in names:
         try:
             fit = fit_spectrum(sound, name, held, weighting=weighting, seed=seed, progress=progress)
             outcomes.append((name, fit, fit.unreliable))
-        except SolveError as error:
+        except IlgError as error:
             if model != "auto":
                 raise
             outcomes.append((name, None, str(error)))

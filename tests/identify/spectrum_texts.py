@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ilg_circuit.models import electrical_model
 
 F: NDArray[np.float64] = np.geomspace(1e5, 1e-2, 36)  # as instruments sweep: downwards
-Z: NDArray[np.complex128] = electrical_model("rc2").port((400.0, 20.0, 0.01, 100.0, 0.02), 2.0).impedance(
-    2j * np.pi * F, ideal=True
+Z: NDArray[np.complex128] = (
+    electrical_model("rc2").port((400.0, 20.0, 0.01, 100.0, 0.02), 2.0).impedance(2j * np.pi * F, ideal=True)
 )
 
 
@@ -29,7 +29,11 @@ def ec_lab(comma: bool = False, preamble: bool = False) -> str:
     text = "\n".join([head, *rows]) + "\n"
     if comma:
         text = text.replace(".", ",")
-    before = "EC-Lab ASCII FILE\nNb header lines : 6\n\nElectrode surface area : 1 cm\u00b2\nff\t10.000\n" if preamble else ""
+    before = (
+        "EC-Lab ASCII FILE\nNb header lines : 6\n\nElectrode surface area : 1 cm\u00b2\nff\t10.000\n"
+        if preamble
+        else ""
+    )
     return before + text
 
 
@@ -113,7 +117,7 @@ _SCRAPS = (
 
 
 def damaged(seed: int) -> bytes:
-    """A good file of some format with one to five things wrong: bytes, lines, columns lost, doubled, replaced, mixed."""
+    """A good file with one to five things wrong: bytes, lines, columns lost, doubled, replaced, mixed."""
     random = np.random.default_rng(seed)
     names = tuple(FORMATS)
     data = FORMATS[names[int(random.integers(len(names)))]]().encode("latin-1" if random.random() < 0.3 else "utf-8")
