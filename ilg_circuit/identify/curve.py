@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, SolveError
 from .multistart import Run, Search, gather, search
+from .residuals import structured
 
 Array = NDArray[np.float64]
 
@@ -24,7 +25,7 @@ Array = NDArray[np.float64]
 _STEP = 6e-6
 #: Starts tried (scattered, their sums of squares compared) for each nonlinear parameter, and fits run from the best.
 _SCATTERED, _FITS = 60, 8
-_ROUNDS = 4
+_ROUNDS = 5
 #: Scattered starts lie within so many decades of the given one, in turn.
 _DECADES = (0.1, 0.5, 1.0, 2.0, 4.0)
 #: A curve or residuals beyond this are no values.
@@ -102,7 +103,7 @@ def fit_curve(
     determined.
     """
     problem = _Problem(model, x, y, sigma, np.atleast_1d(np.asarray(start, dtype=float)))
-    found = _searched(problem, np.random.default_rng(seed))
+    found, own = _searched(problem, np.random.default_rng(seed))
     best = found.best
     if best.degenerate:
         raise SolveError(
@@ -115,7 +116,7 @@ def fit_curve(
             f"the best of {len(found.runs)} fits was not reached a second time: it may not be the least; give a "
             "better start"
         )
-    return _finished(problem, found, _nearest(found, problem.start), tuple(names), absolute_sigma)
+    return _finished(problem, found, _nearest(found, own, problem.start), tuple(names), absolute_sigma)
 
 
 class _Problem:
@@ -160,6 +161,13 @@ class _Problem:
 
     def residuals(self, p: Array) -> Array:
         return self.curve(p) - self.data
+
+    def structured(self, p: Array) -> bool:
+        """Whether residuals of neighbours along x are alike; in the order given where x is no row of numbers."""
+        x = np.asarray(self._x)
+        order = np.argsort(x, kind="stable") if x.shape == self.y.shape else np.arange(len(self.y))
+        parts = self.residuals(p).reshape(-1, len(self.y))
+        return any(structured(part[order]) for part in parts)
 
     def jacobian(self, p: Array) -> Array:
         """Central differences; each step fits the length over which the curve changes by its own size."""
@@ -227,40 +235,46 @@ class _Problem:
         return base
 
 
-def _searched(problem: _Problem, random: np.random.Generator) -> Search:
-    """Fits from the start and from ever wider scattered ones, until the best was reached twice in two rounds."""
+def _searched(problem: _Problem, random: np.random.Generator) -> tuple[Search, Run]:
+    """Fits from the start (whose own run is the second answer) and from ever more scattered ones.
+
+    They end when two rounds had the same best, reached twice; where its residuals have a structure, as those of a
+    merely local minimum do, not before all rounds.
+    """
     linear = problem.linear(random)
     free = [k for k in range(len(problem.start)) if k not in linear]
-    runs: list[Run] = []
-    found: Search | None = None
+    first = search(problem.residuals, problem.jacobian, [problem.start], rounding=problem.rounding)
+    runs = list(first.runs)
+    found = first
     trusted = 0
     for turn in range(_ROUNDS):
-        starts = _scattered(problem, linear, free, random)
-        if not turn:
-            starts = [problem.start, problem.projected(problem.start, linear), *starts]
-        if found is not None and np.isfinite(found.best.squares):
-            near = found.best.parameters * random.uniform(0.8, 1.25, len(problem.start))
-            starts.append(problem.projected(near, linear))
-        before = found.best.squares if found else np.inf
+        starts = [] if turn else [problem.projected(problem.start, linear)]
+        starts += _scattered(problem, problem.start, linear, free, random, _FITS)
+        if np.isfinite(found.best.squares):
+            starts += _scattered(problem, found.best.parameters, linear, free, random, _FITS if turn else 1)
+        if not starts:
+            raise SolveError("the curve has no finite value at or around the start; give a better one")
+        before = found.best.squares
         runs += search(problem.residuals, problem.jacobian, starts, rounding=problem.rounding).runs
         found = gather(runs, problem.rounding)
         trusted += found.agreeing >= 2 and found.best.squares >= before * (1 - 1e-9) - problem.rounding
-        if trusted and (turn or not free):
+        if trusted and (not free or (turn and not problem.structured(found.best.parameters))):
             break
-        if not free and found.agreeing >= 2:
-            break
-    assert found is not None
-    return found
+    return found, first.best
 
 
-def _scattered(problem: _Problem, linear: list[int], free: list[int], random: np.random.Generator) -> list[Array]:
-    """The best of many starts around the given one, no two of them alike."""
+def _scattered(
+    problem: _Problem, centre: Array, linear: list[int], free: list[int], random: np.random.Generator, count: int
+) -> list[Array]:
+    """The best ``count`` of many starts around ``centre``, no two of them alike."""
     candidates: list[tuple[float, Array]] = []
     for k in range(_SCATTERED * max(len(free), 1)):
         decades = _DECADES[k % len(_DECADES)]
-        p = problem.start.copy()
+        p = centre.copy()
         p[p == 0] = 10.0 ** random.uniform(-3, 1, int((p == 0).sum()))
-        p *= 10.0 ** random.uniform(-decades, decades, len(p))
+        # all parameters, or only a few of them
+        moved = random.random(len(p)) < (1.0 if k % 2 else 0.4)
+        p[moved] *= 10.0 ** random.uniform(-decades, decades, int(moved.sum()))
         if k % 4 == 3:
             p *= random.choice([-1.0, 1.0], len(p))
         p = problem.projected(p, linear)
@@ -272,19 +286,22 @@ def _scattered(problem: _Problem, linear: list[int], free: list[int], random: np
     for squares, p in candidates:
         if all(squares > other * (1 + 1e-6) or np.abs(p - q).max() > 0 for other, q in chosen):
             chosen.append((squares, p))
-        if len(chosen) == _FITS:
+        if len(chosen) == count:
             break
     return [p for _, p in chosen]
 
 
-def _nearest(found: Search, start: Array) -> Array:
-    """Of equal minima (terms of a sum that changed places, a sign) the one nearest to the start."""
+def _nearest(found: Search, own: Run, start: Array) -> Array:
+    """Of equal minima (terms of a sum that changed places, a sign) the start's ``own``, else the one nearest to it."""
+    equal = found.runs[: found.agreeing]
+    if any(run is own for run in equal):
+        return own.parameters
 
     def distance(run: Run) -> float:
         size = np.abs(run.parameters) + np.abs(start)
-        return float((np.abs(run.parameters - start) / np.where(size > 0, size, 1.0)).sum())
+        return float((((run.parameters - start) / np.where(size > 0, size, 1.0)) ** 2).sum())
 
-    return min(found.runs[: found.agreeing], key=distance).parameters
+    return min(equal, key=distance).parameters
 
 
 def _finished(problem: _Problem, found: Search, p: Array, names: tuple[str, ...], absolute: bool) -> CurveFit:
