@@ -42,6 +42,8 @@ _SAME = 1e-6
 _LARGEST, _SMALLEST = 1e15, 1e-15
 _OHM = re.compile(r"ohms?\b|[\u03a9\u2126]", re.IGNORECASE)
 _FREQUENCY = re.compile(r"\s*\"?\s*(?:frequency|freq|f)\s*(?:_|\[|\(|/)\s*[kmMG]?Hz", re.IGNORECASE)
+_RECORD = re.compile(r"voltage|potential|(^|[,;\t])\s*t(ime)?\s*[_/\[(]", re.IGNORECASE)
+_REAL_PART = re.compile(r"(^|[^a-z])(z_?)?re(al)?([^a-z]|$)|z'", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -81,8 +83,11 @@ def is_spectrum(path: str | Path) -> bool:
     except InputError:
         return False
     lines = text.splitlines()[:_PREAMBLE]
-    if _is_gamry(lines) or _is_zplot(lines) or _header(lines) is not None:
+    if _is_gamry(lines) or _is_zplot(lines):
         return True
+    start = _header(lines)
+    if start is not None:  # a record over time may have a column of the drive's frequency
+        return not _RECORD.search(lines[start]) or bool(_REAL_PART.search(lines[start]))
     rows = [row for row in (_bare(line) for line in lines if line.strip()) if row is not None]
     if len(rows) < _FEWEST_POINTS or len(rows) < 0.9 * sum(bool(line.strip()) for line in lines):
         return False

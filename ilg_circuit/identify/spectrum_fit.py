@@ -294,7 +294,7 @@ def _searched(
         x = np.array([problem.scales.coordinates(v) for v in sets])
         x[:, ~free] = base[~free]
         rest = problem.modelled(problem.scales.values(x)) - problem.data
-        finite = np.isfinite(rest).all(axis=1)
+        finite: NDArray[np.bool_] = np.asarray(np.isfinite(rest).all(axis=1))
         squares = np.where(finite, (np.where(np.isfinite(rest), rest, 0.0) ** 2).sum(axis=1), np.inf)
         best = [part[np.argmin(squares[part])] for part in np.array_split(np.arange(len(x)), count)]
         return [x[k][free] for k in best if finite[k]]

@@ -26,6 +26,18 @@ def test_every_format_gives_the_same_points(name: str, tmp_path: Path) -> None:
     assert found.notes == ()
 
 
+def test_all_columns_that_ec_lab_writes(tmp_path: Path) -> None:
+    header = (
+        "freq/Hz\tRe(Z)/Ohm\t-Im(Z)/Ohm\t|Z|/Ohm\tPhase(Z)/deg\ttime/s\t<Ewe>/V\t<I>/mA\tCs/\u00b5F\tCp/\u00b5F\t"
+        "cycle number\tI Range\t|Ewe|/V\t|I|/A\tRe(Y)/Ohm-1\tIm(Y)/Ohm-1\t|Y|/Ohm-1\tPhase(Y)/deg\t"
+    )
+    rows = [f"{f:.7E}\t{z.real:.7E}\t{-z.imag:.7E}" + "\t1.0E+000" * 15 for f, z in zip(F, Z, strict=True)]
+    path = tmp_path / "s.mpt"
+    path.write_text("\n".join(["EC-Lab ASCII FILE", "Nb header lines : 3", "", header, *rows]), encoding="latin-1")
+    assert is_spectrum(path)
+    assert read_spectrum(path).impedance == pytest.approx(Z[::-1], rel=1e-6, abs=1e-6)
+
+
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
 def test_encodings(encoding: str, tmp_path: Path) -> None:
     path = tmp_path / "s.txt"
@@ -134,6 +146,8 @@ def test_records_over_time_are_no_spectra(tmp_path: Path) -> None:
     path.write_text("time_s,voltage_V,current_A\n" + "\n".join(f"{x},1,0.1" for x in t))
     assert not is_spectrum(path)
     path.write_text("\n".join(f"{x + 0.1},1,0.1" for x in t))
+    assert not is_spectrum(path)
+    path.write_text("time_s,frequency_Hz,voltage_V,current_A\n" + "\n".join(f"{x},1,1,0.1" for x in t))
     assert not is_spectrum(path)
     path.write_text(bare())
     assert is_spectrum(path)
