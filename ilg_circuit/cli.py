@@ -195,17 +195,20 @@ def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_
 @click.option("--plot", type=_OUT, help="Picture of data, fit and residuals (.png, .pdf, .svg).")
 @click.option("--report", type=_OUT, help="One HTML file with all of it.")
 def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance: str | None, **options: Any) -> None:
-    """Fit a strip to a measured step or waveform.
+    """Fit a strip to a measured step, waveform or impedance spectrum.
 
-    DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm. Several
-    files of one strip are fitted together (currents only), and each is predicted from the others.
+    DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm; or a
+    spectrum: frequency_Hz, re_ohm, im_ohm, or what EC-Lab (text), Gamry (.DTA) and ZPlot (.z) export. Several records of
+    one strip are fitted together (currents only), and each is predicted from the others.
     """
     from .actuator_file import load_actuator
     from .cli_joint import identify_together
+    from .cli_spectrum import identify_file
     from .files import require_writable
     from .identify import identify as fit
     from .identify import read_measurement
     from .identify.report import plot_identification, table, write_actuator, write_json
+    from .identify.spectrum_files import is_spectrum
     from .plots import require_picture
     from .units import parse
 
@@ -219,6 +222,12 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
         require_picture(options["plot"])
     base = load_actuator(actuator) if actuator else None
     held = parse(electrode_resistance, "ohm", "--electrode-resistance") if electrode_resistance else None
+    spectra = [path for path in data if is_spectrum(path)]
+    if spectra and (len(data) > 1 or options["report"]):
+        raise InputError(f"'{spectra[0]}' is a spectrum: give it alone, and without --report")
+    if spectra:
+        identify_file(data[0], base, held, options["model"], **{k: options[k] for k in ("out", "json_path", "plot")})
+        return
     if len(data) > 1:
         identify_together(data, base, held, options)
         return

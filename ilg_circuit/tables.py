@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -66,7 +67,7 @@ def read_table(
     quantities: Quantities = QUANTITIES,
     example: str = EXAMPLES,
 ) -> Table:
-    """Read a CSV file: comma, semicolon (then with decimal commas allowed), tab or spaces; # starts a comment line.
+    """Read a CSV file: comma, or semicolon, tab, spaces (then decimal commas are allowed); # starts a comment line.
 
     ``quantities`` are those that columns may hold, ``example`` a header to show in errors. Raises InputError naming
     file, line and column for what cannot be read: a missing column or unit, text in a number, times that repeat or
@@ -79,6 +80,18 @@ def read_table(
         raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
     except UnicodeDecodeError:
         raise InputError(f"{name}: not a text file; export the measurement as CSV") from None
+    return parse_table(text, name, required, quantities=quantities, example=example)
+
+
+def parse_table(
+    text: str,
+    name: str,
+    required: tuple[str, ...] = ("time",),
+    *,
+    quantities: Quantities = QUANTITIES,
+    example: str = EXAMPLES,
+) -> Table:
+    """The table that a file's ``text`` holds; ``name`` stands for the file in errors. As `read_table`."""
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:
         raise InputError(f"{name}: the file is empty; it needs a header row such as {example}")
@@ -92,7 +105,7 @@ def read_table(
     used, factors, ignored = _understand(header, name, quantities)
     for quantity in required:
         if quantity not in used:
-            others = f"; not understood: {', '.join(repr(c) for c in ignored)}" if ignored else ""
+            others = f"; not understood: {', '.join(repr(c[:40]) for c in ignored[:20])}" if ignored else ""
             if all(_is_number(cell) for cell in header):
                 others = ": the first row holds numbers, not names; put a row of names above it, one for each column"
             raise InputError(f"{name}: no column for {quantity}{others}; columns are written like {example}")
@@ -159,7 +172,7 @@ def _understand(
         if quantity is None:
             if bare:
                 si = quantities[bare][0]
-                raise InputError(f"{name}: column '{title}' has no unit; write it like '{title}_{si}'")
+                raise InputError(f"{name}: column '{title[:80]}' has no unit; write it like '{title}_{si}'")
             ignored.append(title)
             continue
         factor = _factor(unit, quantities[quantity][0], title, name)
@@ -183,7 +196,7 @@ def _factor(unit: str, si_unit: str, title: str, name: str) -> float:
         return float(scale(unit.replace("µ", "u").replace("μ", "u"), si_unit))
     except InputError as error:
         said = str(error) if si_unit else f"unit '{unit}' does not measure a pure number; leave it out"
-        raise InputError(f"{name}: column '{title}': {said}") from None
+        raise InputError(f"{name}: column '{title[:80]}': {said}") from None
 
 
 def _split(title: str) -> tuple[str, str]:
@@ -206,7 +219,7 @@ def _numbers(
     """The used columns as numbers (rows, columns), NaN for blanks."""
     result = np.full((len(body), len(used)), np.nan)
     wanted = list(used.values())
-    for k, row in enumerate(csv.reader((line for _, line in body), delimiter=delimiter)):
+    for k, row in enumerate(_rows(body, delimiter, name)):
         if len(row) > width and any(cell.strip() for cell in row[width:]):
             raise InputError(f"{name}: line {body[k][0]} has {len(row)} cells, the header {width}; one comma too many?")
         for j, column in enumerate(wanted):
@@ -214,7 +227,7 @@ def _numbers(
             if not cell or cell.lower() == "nan":
                 continue
             try:
-                value = float(cell.replace(",", ".") if delimiter == ";" else cell)
+                value = float(cell if delimiter == "," else cell.replace(",", "."))
             except ValueError:
                 value = math.inf
             if not math.isfinite(value) or "_" in cell:
@@ -224,6 +237,13 @@ def _numbers(
                 )
             result[k, j] = value
     return result
+
+
+def _rows(body: list[tuple[int, str]], delimiter: str, name: str) -> Iterator[list[str]]:
+    try:
+        yield from csv.reader((line for _, line in body), delimiter=delimiter)
+    except csv.Error:
+        raise InputError(f"{name}: a cell without end; is a quotation mark not closed?") from None
 
 
 def _check_times(time: Array, lines: list[int], name: str) -> None:

@@ -1,6 +1,22 @@
-"""Measurements -> Actuator: the step found, circuit and coupling fitted with an ngspice transient in the loop."""
+"""Measurements -> Actuator: steps and waveforms with ngspice in the loop, impedance spectra by their closed form."""
 
+from .curve import CurveFit, fit_curve
 from .identification import Identification, identify
 from .measurement import Measurement, read_measurement
+from .spectrum_files import Spectrum, prepare_spectrum, read_spectrum
+from .spectrum_identification import SpectrumIdentification, identify_spectra, identify_spectrum
 
-__all__ = ["Identification", "Measurement", "identify", "read_measurement"]
+__all__ = [
+    "CurveFit",
+    "Identification",
+    "Measurement",
+    "Spectrum",
+    "SpectrumIdentification",
+    "fit_curve",
+    "identify",
+    "identify_spectra",
+    "identify_spectrum",
+    "prepare_spectrum",
+    "read_measurement",
+    "read_spectrum",
+]

@@ -33,7 +33,7 @@ _SAME_VOLTAGE = 0.2
 #: Residuals below this part of the peak are of no interest, whatever their structure.
 _NEGLIGIBLE = 1e-4
 #: A parameter whose standard error exceeds this part of it is not determined by the data.
-_DETERMINED = 0.5
+DETERMINED = 0.5
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class CurrentFit:
         """Whether the data determine every parameter, the branches being distinct."""
         constants = [r * c for r, c in self.branches]
         distinct = all(b > 1.5 * a for a, b in pairwise(constants))
-        return distinct and bool((self.fit.errors <= _DETERMINED * self.fit.values).all())
+        return distinct and bool((self.fit.errors <= DETERMINED * self.fit.values).all())
 
     def effective_bic(self, simplest: CurrentFit) -> float:
         """BIC on as many samples as are independent, by the better model's residuals; see `residuals`."""
@@ -206,9 +206,9 @@ def _warnings(model: str, fit: Fit, data: Array) -> tuple[str, ...]:
             "residuals of neighbouring samples are alike: standard errors that take them as independent are too small, "
             "those of a block bootstrap are given"
         )
-    loose = [n for n, v, e in zip(fit.names, fit.values, fit.errors, strict=True) if e > _DETERMINED * v]
+    loose = [n for n, v, e in zip(fit.names, fit.values, fit.errors, strict=True) if e > DETERMINED * v]
     if loose:
-        found.append(f"not determined by these data (standard error over {_DETERMINED:.0%}): {', '.join(loose)}")
+        found.append(f"not determined by these data (standard error over {DETERMINED:.0%}): {', '.join(loose)}")
     return tuple(found)
 
 

@@ -87,7 +87,7 @@ def fit_circuit(
     scale = float(np.abs(data).max()) or 1.0
     columns = np.abs(linear).max(axis=0)
     weights = linear / columns if k else linear
-    scales = _Scales(np.full(n, np.inf) if below is None else below)
+    scales = Scales(np.full(n, np.inf) if below is None else below)
     evaluate = _Evaluation(lambda x: model(scales.values(x)), n, progress)
 
     parameters = lmfit.Parameters()
@@ -129,7 +129,7 @@ def fit_circuit(
 def _finish(
     names: Sequence[str],
     logs: Array,
-    scales: _Scales,
+    scales: Scales,
     amounts: Array,
     residuals: Array,
     slope: Array,
@@ -170,7 +170,7 @@ def _finish(
 
 
 @dataclass(frozen=True)
-class _Scales:
+class Scales:
     """Coordinates without limits for positive parameters, some of them ``below`` a limit (infinite: none)."""
 
     below: Array

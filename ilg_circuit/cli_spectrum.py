@@ -1,0 +1,46 @@
+"""What ``identify`` does with a file that holds an impedance spectrum."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from .actuator import Actuator
+
+
+def identify_file(
+    data: Path,
+    base: Actuator | None,
+    held: float | None,
+    model: str,
+    *,
+    out: Path | None,
+    json_path: Path | None,
+    plot: Path | None,
+    progress: bool = True,
+) -> None:
+    """Fit the spectrum in ``data``, write what was asked for, print the table; Re ``held`` [ohm]."""
+    from tqdm import tqdm
+
+    from .identify.spectrum_files import read_spectrum
+    from .identify.spectrum_identification import identify_spectrum
+    from .identify.spectrum_report import plot_spectrum, spectrum_table, write_spectrum_actuator, write_spectrum_json
+
+    spectrum = read_spectrum(data)
+    silent = None if progress else True  # None: only in a terminal
+    with tqdm(delay=1.0, disable=silent, leave=False, unit="evaluation", desc="fitting") as bar:
+
+        def advance() -> None:
+            bar.update()
+
+        result = identify_spectrum(spectrum, base=base, model=model, electrode_resistance=held, progress=advance)
+    if out:
+        write_spectrum_actuator(result, out)
+    if json_path:
+        write_spectrum_json(result, json_path)
+    if plot:
+        plot_spectrum(result, plot)
+    click.echo(spectrum_table(result))
+    for line in result.warnings:
+        click.echo(f"warning: {line}", err=True)

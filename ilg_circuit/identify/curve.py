@@ -1,0 +1,328 @@
+"""Least squares for any curve: y = model(x, *parameters), with standard errors, or an error rather than a guess.
+
+The parameters that enter linearly are found by trial and eliminated wherever a start is sought (variable projection,
+Golub and Pereyra 1973); fits then run from the given start and from the best of many others scattered around it, over
+decades if need be. What is returned was reached from at least two starts and is a minimum by its gradient; a curve
+that has none, or hides it, raises SolveError.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError, SolveError
+from .multistart import Run, Search, gather, search
+from .residuals import structured
+
+Array = NDArray[np.float64]
+
+#: Relative step of central differences: rounding and truncation then cost about as much.
+_STEP = 6e-6
+#: Starts tried (scattered, their sums of squares compared) for each nonlinear parameter, and fits run from the best.
+_SCATTERED, _FITS = 60, 8
+_ROUNDS = 5
+#: Scattered starts lie within so many decades of the given one, in turn.
+_DECADES = (0.1, 0.5, 1.0, 2.0, 4.0)
+#: A curve or residuals beyond this are no values.
+_HUGE = 1e100
+
+
+@dataclass(frozen=True)
+class CurveFit:
+    """A fit that converged. ``errors`` are standard errors; ``residuals`` = y - model(x), of y's shape and kind.
+
+    ``squares`` is the weighted sum of squares, with ``freedom`` degrees of freedom; ``agreeing`` of ``starts`` ended
+    here.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    errors: Array
+    covariance: Array
+    residuals: NDArray[Any]
+    squares: float
+    freedom: int
+    starts: int
+    agreeing: int
+
+    @property
+    def residual_deviation(self) -> float:
+        """Standard deviation of the (weighted) residuals."""
+        return float(np.sqrt(self.squares / self.freedom))
+
+    @property
+    def correlations(self) -> Array:
+        """Correlation matrix (n, n)."""
+        return np.asarray(self.covariance / np.outer(self.errors, self.errors))
+
+    @property
+    def intervals(self) -> Array:
+        """95 % intervals (n, 2), by Student's t."""
+        from scipy.stats import t as student
+
+        half = float(student.ppf(0.975, self.freedom)) * self.errors
+        return np.column_stack([self.values - half, self.values + half])
+
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion, n log(squares/n) + 2 k."""
+        return self._likelihood() + 2 * len(self.values)
+
+    @property
+    def bic(self) -> float:
+        """Schwarz's criterion, n log(squares/n) + k log n."""
+        return self._likelihood() + float(np.log(self.freedom + len(self.values))) * len(self.values)
+
+    def _likelihood(self) -> float:
+        n = self.freedom + len(self.values)
+        return float(n * np.log(max(self.squares, np.finfo(float).tiny) / n))
+
+
+def fit_curve(
+    model: Callable[..., Any],
+    x: Any,
+    y: ArrayLike,
+    start: ArrayLike,
+    *,
+    sigma: ArrayLike | None = None,
+    absolute_sigma: bool = False,
+    names: Sequence[str] = (),
+    seed: int = 0,
+) -> CurveFit:
+    """Fit ``y`` (m,), real or complex, by ``model(x, *parameters)`` (m,); ``x`` is handed over as it is.
+
+    ``start`` (n,) need not be near, but its signs and rough sizes help. ``sigma`` are standard deviations of y,
+    relative ones unless ``absolute_sigma``. The same ``seed`` gives the same answer.
+
+    Raises InputError for data that cannot be fitted, SolveError where no minimum was found twice, or a parameter is not
+    determined.
+    """
+    problem = _Problem(model, x, y, sigma, np.atleast_1d(np.asarray(start, dtype=float)))
+    found, own = _searched(problem, np.random.default_rng(seed))
+    best = found.best
+    if best.degenerate:
+        raise SolveError(
+            "the fit ran away or two parameters act alike: the data do not determine every parameter of this curve"
+        )
+    if not best.converged:
+        raise SolveError(f"the fit did not converge from {len(found.runs)} starts; give a better one")
+    if found.agreeing < 2:
+        raise SolveError(
+            f"the best of {len(found.runs)} fits was not reached a second time: it may not be the least; give a "
+            "better start"
+        )
+    return _finished(problem, found, _nearest(found, own, problem.start), tuple(names), absolute_sigma)
+
+
+class _Problem:
+    """Weighted residuals of a curve as real numbers (m,), their Jacobian, and the parameters that enter linearly."""
+
+    def __init__(self, model: Callable[..., Any], x: Any, y: ArrayLike, sigma: ArrayLike | None, start: Array) -> None:
+        self.y = np.asarray(y)
+        if self.y.ndim != 1 or not np.issubdtype(self.y.dtype, np.number) or not np.isfinite(self.y).all():
+            raise InputError("a fit needs a row of finite numbers y")
+        if start.ndim != 1 or not len(start) or not np.isfinite(start).all():
+            raise InputError("a fit needs a finite start for every parameter")
+        deviation = np.ones(len(self.y)) if sigma is None else np.broadcast_to(np.asarray(sigma, float), self.y.shape)
+        if not (np.isfinite(deviation).all() and (deviation > 0).all()):
+            raise InputError("standard deviations of y must be positive and finite")
+        self._model, self._x, self._weight, self.start = model, x, 1 / deviation, start
+        self.data = self._flat(self.y * self._weight)
+        if len(self.data) <= len(start):
+            raise InputError(f"{len(self.data)} numbers do not determine {len(start)} parameters; more are needed")
+        # what rounding of y and of the model leaves
+        self.rounding = float(len(self.data) * (2 * np.finfo(float).eps * np.abs(self.data).max(initial=0.0)) ** 2)
+        self.curve(start, check=True)
+
+    def curve(self, p: Array, check: bool = False) -> Array:
+        """The weighted model (m,), NaN where it has no value."""
+        try:
+            with np.errstate(all="ignore"):
+                value = np.asarray(self._model(self._x, *p.tolist()))
+        except (ArithmeticError, ValueError):
+            if check:
+                raise
+            return np.full(len(self.data), np.nan)
+        if check and value.shape != self.y.shape:
+            raise InputError(f"the model gives an answer of shape {value.shape} for y of shape {self.y.shape}")
+        if np.iscomplexobj(value) and not np.iscomplexobj(self.y):
+            return np.full(len(self.data), np.nan)
+        return self._flat(value * self._weight)
+
+    def _flat(self, values: NDArray[Any]) -> Array:
+        if np.iscomplexobj(self.y):
+            return np.concatenate([values.real, values.imag]).astype(float)
+        return np.asarray(values, dtype=float)
+
+    def residuals(self, p: Array) -> Array:
+        return self.curve(p) - self.data
+
+    def structured(self, p: Array) -> bool:
+        """Whether residuals of neighbours along x are alike; in the order given where x is no row of numbers."""
+        x = np.asarray(self._x)
+        order = np.argsort(x, kind="stable") if x.shape == self.y.shape else np.arange(len(self.y))
+        parts = self.residuals(p).reshape(-1, len(self.y))
+        return any(structured(part[order]) for part in parts)
+
+    def jacobian(self, p: Array) -> Array:
+        """Central differences; each step fits the length over which the curve changes by its own size."""
+        columns = []
+        here = self.curve(p)
+        size = float(np.linalg.norm(here)) if (np.abs(here) < _HUGE).all() else 1.0
+        for k in range(len(p)):
+            usual = _STEP * (abs(self.start[k]) or 1.0)
+            step = _STEP * abs(p[k]) or usual
+            column, slope = self._slope(p, k, step)
+            while not slope and step < usual:  # too short to be felt
+                step = min(1e3 * step, usual)
+                column, slope = self._slope(p, k, step)
+            if slope > 0:
+                fitting = _STEP * size / slope
+                if not 0.1 * step < fitting < 1e3 * step:
+                    column, _ = self._slope(p, k, min(max(fitting, 1e-4 * step), 1e3 * step))
+            columns.append(column)
+        return np.column_stack(columns)
+
+    def _slope(self, p: Array, k: int, step: float) -> tuple[Array, float]:
+        """Derivative by parameter k, and its size (zero where it has none)."""
+        ahead, behind = p.copy(), p.copy()
+        ahead[k] += step
+        behind[k] -= step
+        with np.errstate(all="ignore"):
+            column = np.asarray((self.curve(ahead) - self.curve(behind)) / (ahead[k] - behind[k]))
+        return column, float(np.linalg.norm(column)) if (np.abs(column) < _HUGE).all() else 0.0
+
+    def linear(self, random: np.random.Generator) -> list[int]:
+        """Parameters in which the curve is affine, together: by second and mixed differences at a few points."""
+        chosen: list[int] = []
+        for k in range(len(self.start)):
+            if all(self._affine(k, j, random) for j in [*chosen, k] for _ in range(2)):
+                chosen.append(k)
+        return chosen
+
+    def _affine(self, k: int, j: int, random: np.random.Generator) -> bool:
+        p = self.start * random.uniform(0.8, 1.2, len(self.start))
+        a, b = np.zeros(len(p)), np.zeros(len(p))
+        a[k], b[j] = 0.5 * (p[k] or 1.0), 0.7 * (p[j] or 1.0)
+        values = [self.curve(v) for v in (p + a + b, p + a, p + b, p)]
+        bend = values[0] - values[1] - values[2] + values[3]
+        size = max(float(np.abs(v).max()) for v in values)
+        return bool(np.isfinite(size) and np.abs(bend).max() <= 1e-12 * size)
+
+    def projected(self, p: Array, linear: Sequence[int]) -> Array:
+        """``p`` with its linear parameters solved for."""
+        if not linear:
+            return p
+        base = p.copy()
+        base[list(linear)] = 0.0
+        rest = self.curve(base)
+        columns = []
+        for k in linear:
+            unit = base.copy()
+            unit[k] = 1.0
+            columns.append(self.curve(unit) - rest)
+        matrix = np.column_stack(columns)
+        if not (np.abs(matrix) < _HUGE).all() or not (np.abs(rest) < _HUGE).all():
+            return p
+        size = np.linalg.norm(matrix, axis=0)
+        size[size == 0] = 1.0
+        base[list(linear)] = np.linalg.lstsq(matrix / size, self.data - rest, rcond=1e-13)[0] / size
+        return base
+
+
+def _searched(problem: _Problem, random: np.random.Generator) -> tuple[Search, Run]:
+    """Fits from the start (whose own run is the second answer) and from ever more scattered ones.
+
+    They end when two rounds had the same best, reached twice; where its residuals have a structure, as those of a
+    merely local minimum do, not before all rounds.
+    """
+    linear = problem.linear(random)
+    free = [k for k in range(len(problem.start)) if k not in linear]
+    first = search(problem.residuals, problem.jacobian, [problem.start], rounding=problem.rounding)
+    runs = list(first.runs)
+    found = first
+    trusted = 0
+    for turn in range(_ROUNDS):
+        starts = [] if turn else [problem.projected(problem.start, linear)]
+        starts += _scattered(problem, problem.start, linear, free, random, _FITS)
+        if np.isfinite(found.best.squares):
+            starts += _scattered(problem, found.best.parameters, linear, free, random, _FITS if turn else 1)
+        if not starts:
+            raise SolveError("the curve has no finite value at or around the start; give a better one")
+        before = found.best.squares
+        runs += search(problem.residuals, problem.jacobian, starts, rounding=problem.rounding).runs
+        found = gather(runs, problem.rounding)
+        trusted += found.agreeing >= 2 and found.best.squares >= before * (1 - 1e-9) - problem.rounding
+        if trusted and (not free or (turn and not problem.structured(found.best.parameters))):
+            break
+    return found, first.best
+
+
+def _scattered(
+    problem: _Problem, centre: Array, linear: list[int], free: list[int], random: np.random.Generator, count: int
+) -> list[Array]:
+    """The best ``count`` of many starts around ``centre``, no two of them alike."""
+    candidates: list[tuple[float, Array]] = []
+    for k in range(_SCATTERED * max(len(free), 1)):
+        decades = _DECADES[k % len(_DECADES)]
+        p = centre.copy()
+        p[p == 0] = 10.0 ** random.uniform(-3, 1, int((p == 0).sum()))
+        # all parameters, or only a few of them
+        moved = random.random(len(p)) < (1.0 if k % 2 else 0.4)
+        p[moved] *= 10.0 ** random.uniform(-decades, decades, int(moved.sum()))
+        if k % 4 == 3:
+            p *= random.choice([-1.0, 1.0], len(p))
+        p = problem.projected(p, linear)
+        r = problem.residuals(p)
+        if (np.abs(r) < _HUGE).all():
+            candidates.append((float(r @ r), p))
+    candidates.sort(key=lambda pair: pair[0])
+    chosen: list[tuple[float, Array]] = []
+    for squares, p in candidates:
+        if all(squares > other * (1 + 1e-6) or np.abs(p - q).max() > 0 for other, q in chosen):
+            chosen.append((squares, p))
+        if len(chosen) == count:
+            break
+    return [p for _, p in chosen]
+
+
+def _nearest(found: Search, own: Run, start: Array) -> Array:
+    """Of equal minima (terms of a sum that changed places, a sign) the start's ``own``, else the one nearest to it."""
+    equal = found.runs[: found.agreeing]
+    if any(run is own for run in equal):
+        return own.parameters
+
+    def distance(run: Run) -> float:
+        size = np.abs(run.parameters) + np.abs(start)
+        return float((((run.parameters - start) / np.where(size > 0, size, 1.0)) ** 2).sum())
+
+    return min(equal, key=distance).parameters
+
+
+def _finished(problem: _Problem, found: Search, p: Array, names: tuple[str, ...], absolute: bool) -> CurveFit:
+    if names and len(names) != len(p):
+        raise InputError(f"{len(names)} names for {len(p)} parameters")
+    j = problem.jacobian(p)
+    size = np.linalg.norm(j, axis=0)
+    inverse = np.linalg.inv(np.linalg.qr(j / size, mode="r")) / size[:, None]
+    freedom = len(problem.data) - len(p)
+    covariance = inverse @ inverse.T * (1.0 if absolute else found.best.squares / freedom)
+    flat = problem.data - problem.curve(p)
+    half = len(flat) // 2
+    weighted = flat[:half] + 1j * flat[half:] if np.iscomplexobj(problem.y) else flat
+    return CurveFit(
+        names=names or tuple(f"b{k}" for k in range(1, len(p) + 1)),
+        values=p,
+        errors=np.sqrt(np.diag(covariance)),
+        covariance=covariance,
+        residuals=weighted / problem._weight,
+        squares=found.best.squares,
+        freedom=freedom,
+        starts=len(found.runs),
+        agreeing=found.agreeing,
+    )

@@ -1,0 +1,63 @@
+"""Spectra of a carbon supercapacitor, third-party data that lie beside the project: ions that diffuse."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from ilg_circuit.identify import SpectrumIdentification, identify_spectrum, read_spectrum
+from ilg_circuit.identify.spectrum_fit import SpectrumFit
+
+DATA = Path(__file__).parents[2].parent / "shared" / "data" / "eis_supercap"
+FILES = ("eis_0V5_fresh.txt", "eis_ocv_fresh.txt")
+
+pytestmark = pytest.mark.skipif(
+    not all((DATA / name).is_file() for name in FILES), reason="the shared measurements are not beside the project"
+)
+
+
+@pytest.fixture(scope="module", params=FILES)
+def found(request: pytest.FixtureRequest) -> SpectrumIdentification:
+    return identify_spectrum(read_spectrum(DATA / request.param))
+
+
+def fits(found: SpectrumIdentification) -> dict[str, SpectrumFit]:
+    return {c.model: c.fit for c in found.candidates if c.fit}
+
+
+def test_file(found: SpectrumIdentification) -> None:
+    f = found.spectrum.frequency
+    assert len(f) == 43
+    assert found.spectrum.impedance.imag.max() < 0  # the column holds -Im Z
+    assert "1 point from 200 kHz on, where Im Z is positive" in found.spectrum.notes[0]
+
+
+def test_it_is_linear_and_steady(found: SpectrumIdentification) -> None:
+    assert found.check.consistent
+    assert found.check.rms < 0.003
+
+
+def test_a_finite_warburg_element_beats_one_pole(found: SpectrumIdentification) -> None:
+    made = fits(found)
+    assert made["rc"].relative_rms == pytest.approx(0.165, abs=0.005)
+    assert made["rc2"].relative_rms == pytest.approx(0.093, abs=0.005)
+    assert made["warburg"].relative_rms == pytest.approx(0.070, abs=0.005)
+    assert found.model == "warburg"
+    assert found.parameters["diffusion_time"].value == pytest.approx(0.39, abs=0.02)
+    assert found.derived["diffusion_capacitance"].value == pytest.approx(0.104, abs=0.004)
+
+
+def test_no_electron_path_is_claimed(found: SpectrumIdentification) -> None:
+    for fit in fits(found).values():
+        assert fit.open_circuit
+    held = found.parameters["dc_resistance"]
+    assert held.stderr is None
+    assert "practically an open circuit, more than 7" in held.held
+    assert any("dc_resistance: no electron path is seen" in line for line in found.warnings)
+
+
+def test_what_the_model_leaves_is_said(found: SpectrumIdentification) -> None:
+    told = "\n".join(found.warnings)
+    assert "the model is not all that is there" in told
+    assert "the standard errors, which take them as independent, are too small" in told
