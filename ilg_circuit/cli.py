@@ -198,8 +198,8 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     """Fit a strip to a measured step, waveform or impedance spectrum.
 
     DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm; or a
-    spectrum: frequency_Hz, re_ohm, im_ohm, or what EC-Lab (text), Gamry (.DTA) and ZPlot (.z) export. Several records of
-    one strip are fitted together (currents only), and each is predicted from the others.
+    spectrum: frequency_Hz, re_ohm, im_ohm, or what EC-Lab (text), Gamry (.DTA) and ZPlot (.z) export. Several records
+    of one strip are fitted together (currents only), and each is predicted from the others.
     """
     from .actuator_file import load_actuator
     from .cli_joint import identify_together
