@@ -98,7 +98,7 @@ def plot_sensed(found: Sensed, path: str | Path) -> None:
         panel.plot(found.time, factor * values, color=ORANGE if name == "displacement" else BLUE, linewidth=1.4)
         panel.set_ylabel(f"{name} [{label}]")
         if np.ptp(values) < 1e-3 * np.abs(values).max():  # all but constant: shown against zero
-            panel.set_ylim(sorted((0.0, 1.08 * factor * float(values[np.argmax(np.abs(values))]))))
+            panel.set_ylim(*sorted((0.0, 1.08 * factor * float(values[np.argmax(np.abs(values))]))))
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
     figure.suptitle(f"{found.actuator.name}, {found.terminals} terminals: {found.motion.text}", fontsize=10)
