@@ -12,7 +12,7 @@ from .actuator import Actuator
 from .circuit.drive import Drive, drive_times
 from .circuit.strip import sensor_netlist
 from .files import write_text
-from .response import SIMULATION_ACCURACY, transient_band
+from .response import ACCEPTABLE, SIMULATION_ACCURACY, transient_band
 from .solve.transient import Progress, require_times, transient
 from .units import format_quantity
 
@@ -91,6 +91,7 @@ def sense(
         samples,
         engine=engine,
         accuracy=SIMULATION_ACCURACY if accuracy is None else accuracy,
+        acceptable=ACCEPTABLE if accuracy is None else accuracy,
         interpolate=False,
         progress=progress,
     )
