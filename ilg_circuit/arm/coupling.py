@@ -23,6 +23,7 @@ from ..circuit.strip import strip_netlist
 from ..cpg.network import Network
 from ..cpg.report import Run
 from ..cpg.report import run as run_network
+from ..cpg.rhythm import rhythm as rhythm_of
 from ..elements import lumped_elements
 from ..errors import InputError
 from ..solve.spectrum import spectrum
@@ -154,8 +155,9 @@ def couple(
     if actuator.coupling is None:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]: it cannot move an arm")
     network = replace(network, rise_time=slower * network.rise_time, adaptation_time=slower * network.adaptation_time)
-    rhythm = run_network(network, [0.0, duration], start)
-    times = _times(rhythm, duration)
+    if not (np.isfinite(duration) and duration > 0):
+        raise InputError(f"duration {duration:g} s must be more than zero")
+    times = _times(network, rhythm_of(network, start).period, duration)
     rhythm = run_network(network, times, start)
     of_segment = unit_of_segment(len(network.units), segments, units)
     outputs = rhythm.unit_outputs[:, of_segment]
@@ -212,9 +214,9 @@ def segment_strip(actuator: Actuator, segments: int, length: float | None = None
     return replace(actuator, geometry=geometry, name=f"segment of {actuator.name}")
 
 
-def _times(rhythm: Run, duration: float) -> Array:
+def _times(network: Network, period: float | None, duration: float) -> Array:
     """Even times [s] to ``duration``, `_SAMPLES` in a period (or in the longer time constant, where there is none)."""
-    period = rhythm.period or max(rhythm.network.rise_time, rhythm.network.adaptation_time)
+    period = period or max(network.rise_time, network.adaptation_time)
     count = int(np.ceil(_SAMPLES * duration / period))
     if count > _MOST_SAMPLES:
         raise InputError(
@@ -230,8 +232,9 @@ def unit_of_segment(count: int, segments: int, units: ArrayLike | None = None) -
     given = np.asarray(units)
     if given.shape != (segments,) or not np.issubdtype(given.dtype, np.integer):
         raise InputError(f"units: give {segments} whole numbers, one a segment")
-    if given.min() < 0 or given.max() >= count:
-        raise InputError(f"units name {int(given.max())}; the network has {count}, counted from 0")
+    wrong = given[(given < 0) | (given >= count)]
+    if len(wrong):
+        raise InputError(f"units name {int(wrong[0])}; the network has {count}, counted from 0")
     return given.astype(np.intp)
 
 

@@ -78,7 +78,7 @@ def plot_reach(found: Reached, path: str | Path) -> None:
     from matplotlib.patches import Circle
 
     motion = found.motion
-    whole, close = Figure(figsize=(10.0, 4.8), dpi=150, layout="constrained"), found.target
+    whole = Figure(figsize=(10.0, 4.8), dpi=150, layout="constrained")
     scale, unit = engineering(np.array([motion.arm.length]), "m")
     left: Any = whole.add_subplot(1, 2, 1)
     right: Any = whole.add_subplot(1, 2, 2)
@@ -87,8 +87,10 @@ def plot_reach(found: Reached, path: str | Path) -> None:
         panel.plot(*(scale * found.visited).T, ".", color=GREY, markersize=1.0, alpha=0.5, rasterized=True)
         panel.plot([], [], ".", color=GREY, label=f"visited by {len(found.sample)} motions")
         panel.plot(*(scale * motion.tip).T, color=ORANGE, linewidth=1.0, label="tip's path, best motion")
-        panel.add_patch(Circle(tuple(scale * close), scale * found.tolerance, fill=False, edgecolor="black"))
-        panel.plot(*(scale * close), "x", color="black", markersize=7, label="target, and what counts as reached")
+        panel.add_patch(Circle(tuple(scale * found.target), scale * found.tolerance, fill=False, edgecolor="black"))
+        panel.plot(
+            *(scale * found.target), "x", color="black", markersize=7, label="target, and what counts as reached"
+        )
         panel.plot(*(scale * found.nearest), "o", color=ORANGE, markersize=5, label=f"nearest, {found.time:.3g} s")
         panel.set_xlabel(f"x [{unit}]")
         panel.set_ylabel(f"y [{unit}]")
@@ -98,7 +100,7 @@ def plot_reach(found: Reached, path: str | Path) -> None:
     left.add_patch(Circle((0.0, 0.0), length, fill=False, edgecolor=GREY, linestyle=":", label="the arm's length"))
     left.plot(*(scale * motion.positions[0, 0]).T, color="black", linewidth=3, solid_capstyle="butt")
     left.set_aspect("equal", adjustable="datalim")
-    points = scale * np.concatenate([found.visited, motion.tip, close[None]])
+    points = scale * np.concatenate([found.visited, motion.tip])
     low, high = points.min(axis=0), points.max(axis=0)
     edge = 0.06 * np.maximum(high - low, 0.02 * length)
     right.set_xlim(low[0] - edge[0], high[0] + edge[0])

@@ -39,8 +39,8 @@ _ONE_WAY_INHIBITION = (2.25, 3.9)
 #: A tip that comes this near to the target, in arm lengths, has reached it.
 TOLERANCE = 0.01
 #: Motions of the sample, and of each local search from the best of them.
-SAMPLE = 96
-_STARTS, _LOCAL = 3, 40
+SAMPLE = 64
+_STARTS, _LOCAL = 3, 30
 #: While searching: samples of the rhythm and of the motion in a period, and the error of a step.
 _SIGNAL, _PATH, _STEP_ERROR = 100, 40, 1e-3
 _PATHS = (100, 800)
@@ -84,7 +84,7 @@ class Reached:
 
         length = self.motion.arm.length
         low, high = self.visited.min(axis=0) - self.tolerance, self.visited.max(axis=0) + self.tolerance
-        side = max(self.tolerance / 8, float((high - low).max()) / _SQUARES)
+        side = max(self.tolerance / 20, float((high - low).max()) / _SQUARES)
         x, y = np.meshgrid(*(np.arange(a + side / 2, b, side) for a, b in zip(low, high, strict=True)))
         inside = np.hypot(x, y) <= length
         places = np.stack([x[inside], y[inside]], axis=1)
@@ -98,7 +98,9 @@ class Reached:
             f"target {_place(self.target)}: {there} within {_length(self.tolerance)}; the tip passes at "
             f"{_place(self.nearest)}, {_length(self.distance)} away, at {self.time:.4g} s"
         ]
-        lines += [f"  {n:<12}{self.parameters[n]:>9.4g}   from {b[0]:.4g} to {b[1]:.4g}" for n, b in self.bounds.items()]
+        lines += [
+            f"  {n:<12}{self.parameters[n]:>9.4g}   from {b[0]:.4g} to {b[1]:.4g}" for n, b in self.bounds.items()
+        ]
         low, high = self.visited.min(axis=0), self.visited.max(axis=0)
         lines.append(
             f"tips of {len(self.sample)} motions, {self.motion.time[-1]:g} s each: x from {_length(low[0])} to "
@@ -158,14 +160,14 @@ def reach_target(
     times: ArrayLike | None = None,
     tolerance: float | None = None,
     start: tuple[Array, Array] | None = None,
-    sample: int = SAMPLE,
+    sample: int | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Reached:
     """Look for the parameters of a network with which the tip comes nearest to ``target`` [m] (x, y) in ``duration``.
 
     ``rhythm_of`` is one of `RHYTHMS`; parameters lie within `BOUNDS`, and a period within the duration. A Latin
-    hypercube of ``sample`` motions, then Nelder and Mead's search from the best of them; the best motion is computed
+    hypercube of ``sample`` motions (default: `SAMPLE`), then Nelder and Mead's search from the best of them; the best motion is computed
     again at ``times`` [s] (default: 601) to full accuracy. ``tolerance`` [m]: within it the target is reached (default:
     `TOLERANCE` of the arm's length). ``start`` as in `simulate`. Also in ``ideal`` mode the voltage is bounded, and
     with it the strain. Raises InputError for values out of range.
@@ -175,6 +177,7 @@ def reach_target(
         raise InputError(f"tolerance {tolerance:g} m must be more than zero and finite")
     if not (np.isfinite(duration) and duration > 0):
         raise InputError(f"duration {duration:g} s must be more than zero")
+    sample = SAMPLE if sample is None else sample
     if sample < 2:
         raise InputError(f"a sample of {sample} motions is too small; give 2 or more")
     search = _Search(arm, rhythm_of, mode, actuator, voltage, duration, start)
@@ -342,7 +345,7 @@ def _refined(distance: Callable[[Array], float], points: Array, distances: Array
         )
         if found.fun < least:
             best, least = np.asarray(found.x), float(found.fun)
-    return best
+    return np.asarray(best)
 
 
 def _simplex(point: Array) -> Array:
@@ -358,7 +361,7 @@ def _passing(tips: Array, target: Array) -> tuple[float, int, float]:
         return float(np.hypot(*(tips[0] - target))), 0, 0.0
     along = np.diff(tips, axis=0)
     square = (along**2).sum(axis=1)
-    share = ((target - tips[:-1]) * along).sum(axis=1) / np.where(square > 0, square, 1.0)
+    share: Array = ((target - tips[:-1]) * along).sum(axis=1) / np.where(square > 0, square, 1.0)
     share = np.clip(share, 0.0, 1.0)
     away = np.hypot(*(tips[:-1] + share[:, None] * along - target).T)
     at = int(away.argmin())
