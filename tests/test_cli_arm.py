@@ -67,8 +67,8 @@ def test_through_the_circuit(run: Run, tmp_path: Path, extra: tuple[str, ...]) -
     code, out, err = run(*options, *extra, "--duration", "3s", "--samples", "31", "--out", "motion.nc")
     assert code == 0
     assert "coupling circuit: what is left of the ideal strain of 0.00166" in out
-    assert "2.071 s       0.90%     -92 deg" in out
-    assert "the circuit keeps 0.90% of the ideal amplitude at the rhythm's 2.071 s (below 70%)" in err
+    assert "2.071 s       0.88%     -92 deg" in out
+    assert "the circuit keeps 0.88% of the ideal amplitude at the rhythm's 2.071 s (below 70%)" in err
     motion = read_motion(tmp_path / "motion.nc")
     assert np.abs(motion.signals["voltages"]).max() <= 3.0
     assert np.abs(motion.signals["charges"][-1]).min() > 0
@@ -84,7 +84,7 @@ def test_rhythms(run: Run, tmp_path: Path, rhythm: str) -> None:
     network = {"unit": unit(3.0, tonic=2.0), "ring": ring(3, 3.0, tonic=2.0)}.get(
         rhythm, ring(3, 3.0, one_way=True, tonic=2.0)
     )
-    assert outputs[:, 1] == pytest.approx(run_network(network, np.linspace(0, 1, 11)).unit_outputs[:, 0], abs=1e-5)
+    assert outputs[:, 1] == pytest.approx(run_network(network, np.linspace(0, 1, 11)).unit_outputs[:, 0], abs=1e-4)
 
 
 def test_a_search_for_a_place(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

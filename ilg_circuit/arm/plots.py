@@ -88,9 +88,7 @@ def plot_reach(found: Reached, path: str | Path) -> None:
         panel.plot([], [], ".", color=GREY, label=f"visited by {len(found.sample)} motions")
         panel.plot(*(scale * motion.tip).T, color=ORANGE, linewidth=1.0, label="tip's path, best motion")
         panel.add_patch(Circle(tuple(scale * found.target), scale * found.tolerance, fill=False, edgecolor="black"))
-        panel.plot(
-            *(scale * found.target), "x", color="black", markersize=7, label="target, and what counts as reached"
-        )
+        panel.plot(*(scale * found.target), "x", color="black", markersize=7, label="target and tolerance")
         panel.plot(*(scale * found.nearest), "o", color=ORANGE, markersize=5, label=f"nearest, {found.time:.3g} s")
         panel.set_xlabel(f"x [{unit}]")
         panel.set_ylabel(f"y [{unit}]")
@@ -105,6 +103,7 @@ def plot_reach(found: Reached, path: str | Path) -> None:
     edge = 0.06 * np.maximum(high - low, 0.02 * length)
     right.set_xlim(low[0] - edge[0], high[0] + edge[0])
     right.set_ylim(low[1] - edge[1], high[1] + edge[1])
+    right.locator_params(axis="x", nbins=5)
     right.set_title("the places visited; scales of x and y differ", fontsize=9)
     whole.legend(*left.get_legend_handles_labels(), loc="outside lower center", fontsize=8, ncols=3, frameon=False)
     away, there = format_quantity(found.distance, "m", 3), "reached" if found.reached else "not reached"

@@ -98,9 +98,8 @@ class Reached:
             f"target {_place(self.target)}: {there} within {_length(self.tolerance)}; the tip passes at "
             f"{_place(self.nearest)}, {_length(self.distance)} away, at {self.time:.4g} s"
         ]
-        lines += [
-            f"  {n:<12}{self.parameters[n]:>9.4g}   from {b[0]:.4g} to {b[1]:.4g}" for n, b in self.bounds.items()
-        ]
+        for name, (least, most) in self.bounds.items():
+            lines.append(f"  {name:<12}{self.parameters[name]:>9.4g}   from {least:.4g} to {most:.4g}")
         low, high = self.visited.min(axis=0), self.visited.max(axis=0)
         lines.append(
             f"tips of {len(self.sample)} motions, {self.motion.time[-1]:g} s each: x from {_length(low[0])} to "
@@ -167,10 +166,10 @@ def reach_target(
     """Look for the parameters of a network with which the tip comes nearest to ``target`` [m] (x, y) in ``duration``.
 
     ``rhythm_of`` is one of `RHYTHMS`; parameters lie within `BOUNDS`, and a period within the duration. A Latin
-    hypercube of ``sample`` motions (default: `SAMPLE`), then Nelder and Mead's search from the best of them; the best motion is computed
-    again at ``times`` [s] (default: 601) to full accuracy. ``tolerance`` [m]: within it the target is reached (default:
-    `TOLERANCE` of the arm's length). ``start`` as in `simulate`. Also in ``ideal`` mode the voltage is bounded, and
-    with it the strain. Raises InputError for values out of range.
+    hypercube of ``sample`` motions (default: `SAMPLE`), then Nelder and Mead's search from the best of them; the best
+    motion is computed again at ``times`` [s] (default: 601) to full accuracy. ``tolerance`` [m]: within it the target
+    is reached (default: `TOLERANCE` of the arm's length). ``start`` as in `simulate`. Also in ``ideal`` mode the
+    voltage is bounded, and with it the strain. Raises InputError for values out of range.
     """
     wanted = _checked(target)
     if tolerance is not None and not (np.isfinite(tolerance) and tolerance > 0):
