@@ -28,6 +28,8 @@ _OUT = click.Path(path_type=Path)
 _AMPLITUDES = {"beam": 2.21e-3, "yekutieli": 0.02}
 #: Period of the two-neuron oscillator at the paper's values.
 _PERIOD = "1.035463s"
+#: As in `ilg_circuit.arm.dynamics`, which is slow to import.
+_STEP_TOLERANCE = 1e-6
 
 
 @click.command()
@@ -53,7 +55,9 @@ _PERIOD = "1.035463s"
 @click.option("--settled", is_flag=True, help="Begin in equilibrium under the weight, not in the rest shape.")
 @click.option("--rest-ratio", type=float, help="Pre-tension of yekutieli: rest over initial length.  [default: 0.5]")
 @click.option("--method", type=click.Choice(["auto", "explicit", "implicit"]), default="auto", show_default=True)
-@click.option("--tolerance", type=float, default=1e-6, show_default=True, help="Error of a step, of the thickness.")
+@click.option(
+    "--tolerance", type=float, default=_STEP_TOLERANCE, show_default=True, help="Error of a step, of the thickness."
+)
 @click.option("--duration", required=True, help="How long, such as 3s.")
 @click.option("--samples", type=int, help="Number of samples.  [default: 601]")
 @click.option("--step", help="Time between samples, such as 10ms; instead of --samples.")
@@ -125,6 +129,8 @@ def _require_consistent(options: dict[str, Any]) -> None:
         raise InputError("--amplitude is that of a sine; --reach looks for a rhythm")
     elif given:
         raise InputError(f"--reach finds the rhythm's parameters itself; leave out --{given[0].replace('_', '-')}")
+    elif options["method"] != "auto" or options["tolerance"] != _STEP_TOLERANCE:
+        raise InputError("--reach chooses method and tolerance itself; leave out --method and --tolerance")
     if options["kind"] != "cpg" and given:
         raise InputError(f"--{given[0].replace('_', '-')} belongs to --activation cpg")
 

@@ -48,7 +48,7 @@ def test_a_strip_moves(run: Run, tmp_path: Path) -> None:
 
 
 def test_a_rhythm_drives_the_arm_unless_told_otherwise(run: Run, tmp_path: Path) -> None:
-    code, out, err = run("--segments", "3", "--duration", "4.2s", "--out", "motion.nc", "--animate", "arm.gif")
+    code, out, err = run("--segments", "3", "--duration", "4.2s", "--out", "motion.nc")
     assert (code, err) == (0, "")
     assert "beam, 3 segments, 30 mm long: ideal coupling to 1 unit(s), 4.2 s" in out
     assert "100.00%       0 deg" in out
@@ -57,6 +57,11 @@ def test_a_rhythm_drives_the_arm_unless_told_otherwise(run: Run, tmp_path: Path)
     last, before = (np.interp(t, motion.time, motion.signals["outputs"][:, 0]) for t in period)
     assert last == pytest.approx(before, abs=2e-3)
     assert np.abs(motion.signals["voltages"]).max() == 4.0
+
+
+def test_an_animation_shows_the_rhythm(run: Run, tmp_path: Path) -> None:
+    options = ("--segments", "2", "--duration", "0.3s", "--samples", "7", "--out", "motion.nc")
+    assert run(*options, "--animate", "arm.gif")[0] == 0
     with Image.open(tmp_path / "arm.gif") as image:
         assert image.size == (840, 420)  # with the phase portrait beside the arm
 
@@ -160,6 +165,8 @@ def test_a_hanging_strip_may_begin_in_equilibrium(run: Run, tmp_path: Path) -> N
         (("--reach", "20mm,8mm", "--neurons-in-circuit"), "leave out --neurons-in-circuit"),
         (("--reach", "20mm,8mm", "--amplitude", "0.1"), "--amplitude is that of a sine"),
         (("--reach", "20mm,8mm", "--activation", "sine"), "it does not go with --activation sine"),
+        (("--reach", "20mm,8mm", "--method", "explicit"), "leave out --method and --tolerance"),
+        (("--reach", "20mm,8mm", "--seed", "-1"), "seed -1 must be zero or more"),
         (("--within", "1mm"), "--within goes with --reach"),
         (("--animate", "arm.avi"), "end its name in .gif or .mp4"),
         (("--plot", "arm.gif"), "end its name in .png, .pdf or .svg"),

@@ -179,6 +179,8 @@ def reach_target(
     sample = SAMPLE if sample is None else sample
     if sample < 2:
         raise InputError(f"a sample of {sample} motions is too small; give 2 or more")
+    if seed < 0:
+        raise InputError(f"seed {seed} must be zero or more")
     search = _Search(arm, rhythm_of, mode, actuator, voltage, duration, start)
     rng = np.random.default_rng(seed)
     points = _hypercube(rng, sample, len(search.bounds))

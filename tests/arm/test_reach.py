@@ -186,6 +186,7 @@ def test_a_picture(beyond: Reached, tmp_path: Path, target: tuple[float, float])
         ({"target": "here"}, "give two finite numbers"),
         ({"duration": float("nan")}, "duration nan s must be more than zero"),
         ({"tolerance": 0.0}, "tolerance 0 m must be more than zero"),
+        ({"seed": -1}, "seed -1 must be zero or more"),
         ({"sample": 1}, "a sample of 1 motions is too small"),
         ({"rhythm_of": "waltz"}, "choose one of unit, ring, one-way-ring, chain"),
         ({"mode": "magic"}, "choose one of ideal, circuit, charge"),
