@@ -91,7 +91,7 @@ class Coupled:
             return f"coupling {self.mode}: no period to compare with"
         lines = [f"coupling {self.mode}: what is left of the ideal strain of {self.largest_strain:.3g}"]
         lines.append(f"  {'period':>12}{'amplitude':>12}{'phase':>12}")
-        lines += [f"  {s.period:>10.4g} s{s.kept:>12.2%}{s.phase:>8.0f} deg" for s in self.scales]
+        lines += [f"  {s.period:>10.4g} s{s.kept:>12.2%}{round(s.phase):>8} deg" for s in self.scales]
         return "\n".join(lines)
 
     def signals(self, times: ArrayLike) -> dict[str, Array]:

@@ -74,6 +74,8 @@ def test_the_printed_table() -> None:
         lines = found.table().splitlines()
         assert lines[0] == f"coupling {mode}: what is left of the ideal strain of 0.00221"
         assert len(lines) == 5
+    slow = replace(found, scales=(replace(found.scales[0], phase=-0.2),))
+    assert slow.table().endswith(" 0 deg")  # not -0
     assert found.table().splitlines()[-1].split() == ["103.5", "s", "92.43%", "-22", "deg"]
 
 
