@@ -16,8 +16,11 @@ import click
 from .errors import InputError, MissingLibraryError
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from .arm import Activation, Arm, Motion
     from .arm.coupling import Coupled
+    from .arm.reach import Reached
 
 _OUT = click.Path(path_type=Path)
 
@@ -25,6 +28,8 @@ _OUT = click.Path(path_type=Path)
 _AMPLITUDES = {"beam": 2.21e-3, "yekutieli": 0.02}
 #: Period of the two-neuron oscillator at the paper's values.
 _PERIOD = "1.035463s"
+#: As in `ilg_circuit.arm.dynamics`, which is slow to import.
+_STEP_TOLERANCE = 1e-6
 
 
 @click.command()
@@ -39,14 +44,20 @@ _PERIOD = "1.035463s"
 @click.option("--inhibition", type=float, help="a of the rhythm.  [default: 2.5]")
 @click.option("--tonic", type=float, help="e of the rhythm.  [default: 1]")
 @click.option("--slower", type=float, default=1.0, show_default=True, help="Stretches the rhythm's time constants.")
+@click.option("--neurons-in-circuit", is_flag=True, help="The neurons, too, in the netlist of the strips.")
 @click.option("--voltage", default="4V", show_default=True, help="Largest voltage on a segment's strip.")
+@click.option("--reach", "target", help="Find a rhythm that brings the tip to x,y, such as 29mm,4mm; the base is 0,0.")
+@click.option("--within", help="How near counts as reached.  [default: a hundredth of the arm's length]")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the search for --reach.")
 @click.option("--amplitude", type=float, help="Of a sine: strain or activation.  [default: 0.00221; yekutieli: 0.02]")
 @click.option("--period", default=_PERIOD, show_default=True, help="Period of a sine.")
 @click.option("--mounting", type=click.Choice(["weightless", "hanging", "horizontal"]), help="[default: the strip's]")
 @click.option("--settled", is_flag=True, help="Begin in equilibrium under the weight, not in the rest shape.")
 @click.option("--rest-ratio", type=float, help="Pre-tension of yekutieli: rest over initial length.  [default: 0.5]")
 @click.option("--method", type=click.Choice(["auto", "explicit", "implicit"]), default="auto", show_default=True)
-@click.option("--tolerance", type=float, default=1e-6, show_default=True, help="Error of a step, of the thickness.")
+@click.option(
+    "--tolerance", type=float, default=_STEP_TOLERANCE, show_default=True, help="Error of a step, of the thickness."
+)
 @click.option("--duration", required=True, help="How long, such as 3s.")
 @click.option("--samples", type=int, help="Number of samples.  [default: 601]")
 @click.option("--step", help="Time between samples, such as 10ms; instead of --samples.")
@@ -58,11 +69,11 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
 
     beam: the free part of a strip whose faces change length (eigenstrain). yekutieli: an octopus-sized arm of
     pre-tensioned muscles in sea water. A rhythm of neurons drives the segments, directly (ideal) or through the
-    circuits of their strips; or a sine, or the octopus' wave of stiffness (yekutieli).
+    circuits of their strips; or a sine, or the octopus' wave of stiffness (yekutieli). With --reach the rhythm is
+    looked for, and --plot shows the places that the tip can come to.
     """
     _require_extra()
-    from .arm import simulate
-    from .arm.plots import animate, plot_motion, require_animation
+    from .arm.plots import animate, plot_motion, plot_reach, require_animation
     from .files import require_writable
     from .plots import require_picture
     from .response import sample_times
@@ -78,18 +89,19 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
         require_animation(animation)
     if plot:
         require_picture(plot)
+    _require_consistent(options)
     body = _arm(options)
-    coupled = _coupled(body, options, seconds) if options["kind"] == "cpg" else None
-    drive = coupled.activation(body) if coupled else _prescribed(body, options, seconds)
-    if sys.stderr.isatty() and not any(Path(__file__).parent.glob("arm/__pycache__/*plicit-*.nbi")):
-        click.echo("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
-    how = {name: options[name] for name in ("method", "tolerance")}
-    with _progress() as advance:
-        motion = simulate(body, drive, times, start=_start(body, drive, options), progress=advance, **how)
-    if coupled:
-        motion = replace(motion, signals=coupled.signals(motion.time))
+    found: Reached | None = None
+    coupled: Coupled | None = None
+    if options["target"] is not None:
+        found = _reached(body, options, seconds, times)
+        motion, coupled = found.motion, found.coupled
+    else:
+        motion, coupled = _moved(body, options, seconds, times)
     motion.write(out)
-    if plot:
+    if plot and found:
+        plot_reach(found, plot)
+    elif plot:
         plot_motion(motion, plot)
     if animation:
         animate(motion, animation, portrait=coupled.portrait(motion.time) if coupled else None)
@@ -97,8 +109,79 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
         click.echo(line)
     if coupled:
         click.echo(coupled.table())
+    if found:
+        click.echo(found.text())
     for line in [*(coupled.warnings if coupled else ()), *motion.warnings]:
         click.echo(f"warning: {line}", err=True)
+
+
+def _require_consistent(options: dict[str, Any]) -> None:
+    """Refuse options that say nothing together."""
+    given = [k for k in ("inhibition", "tonic") if options[k] is not None]
+    given += ["slower"] if options["slower"] != 1.0 else []
+    given += ["neurons_in_circuit"] if options["neurons_in_circuit"] else []
+    if options["target"] is None:
+        if options["within"] is not None:
+            raise InputError("--within goes with --reach")
+    elif options["kind"] != "cpg":
+        raise InputError(f"--reach looks for a rhythm; it does not go with --activation {options['kind']}")
+    elif options["amplitude"] is not None:
+        raise InputError("--amplitude is that of a sine; --reach looks for a rhythm")
+    elif given:
+        raise InputError(f"--reach finds the rhythm's parameters itself; leave out --{given[0].replace('_', '-')}")
+    elif options["method"] != "auto" or options["tolerance"] != _STEP_TOLERANCE:
+        raise InputError("--reach chooses method and tolerance itself; leave out --method and --tolerance")
+    if options["kind"] != "cpg" and given:
+        raise InputError(f"--{given[0].replace('_', '-')} belongs to --activation cpg")
+
+
+def _moved(body: Arm, options: dict[str, Any], seconds: float, times: NDArray[Any]) -> tuple[Motion, Coupled | None]:
+    """The motion that the options prescribe, and its rhythm."""
+    from .arm import simulate
+
+    coupled = _coupled(body, options, seconds) if options["kind"] == "cpg" else None
+    drive = coupled.activation(body) if coupled else _prescribed(body, options, seconds)
+    _tell_of_compiling()
+    how = {name: options[name] for name in ("method", "tolerance")}
+    with _progress("moving") as advance:
+        motion = simulate(body, drive, times, start=_start(body, drive, options), progress=advance, **how)
+    return (replace(motion, signals=coupled.signals(motion.time)) if coupled else motion), coupled
+
+
+def _reached(body: Arm, options: dict[str, Any], seconds: float, times: NDArray[Any]) -> Reached:
+    """The motion that comes nearest to a target."""
+    from .actuator_file import load_actuator
+    from .arm import passive
+    from .arm.reach import reach_target
+    from .units import parse
+
+    cells = options["target"].split(",")
+    if len(cells) != 2:
+        raise InputError(f"--reach '{options['target'][:40]}' is no place; write x,y with units, such as 29mm,4mm")
+    target = [parse(cell, "m", f"--reach {axis}") for cell, axis in zip(cells, "xy", strict=True)]
+    within = parse(options["within"], "m", "--within") if options["within"] is not None else None
+    strip = load_actuator(options["actuator"])
+    _tell_of_compiling()
+    with _progress("searching") as advance:
+        return reach_target(
+            body,
+            target,
+            seconds,
+            rhythm_of=options["rhythm"],
+            mode=options["coupling"],
+            actuator=strip,
+            voltage=parse(options["voltage"], "V", "--voltage"),
+            times=times,
+            tolerance=within,
+            start=_start(body, passive(body), options),
+            seed=options["seed"],
+            progress=advance,
+        )
+
+
+def _tell_of_compiling() -> None:
+    if sys.stderr.isatty() and not any(Path(__file__).parent.glob("arm/__pycache__/*plicit-*.nbi")):
+        click.echo("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
 
 
 def _require_extra() -> None:
@@ -159,6 +242,7 @@ def _coupled(body: Arm, options: dict[str, Any], seconds: float) -> Coupled:
         segment_length=length,
         voltage=parse(options["voltage"], "V", "--voltage"),
         slower=options["slower"],
+        neurons_in_circuit=options["neurons_in_circuit"],
     )
 
 
@@ -174,7 +258,7 @@ def _start(body: Arm, drive: Activation, options: dict[str, Any]) -> tuple[Any, 
 
 def _prescribed(body: Arm, options: dict[str, Any], seconds: float) -> Activation:
     """Activation without a rhythm and without a circuit."""
-    from .arm import reach, sine
+    from .arm import sine, stiffening_wave
     from .units import parse
 
     if options["coupling"] != "ideal":
@@ -182,7 +266,7 @@ def _prescribed(body: Arm, options: dict[str, Any], seconds: float) -> Activatio
     if options["kind"] == "wave":
         if options["amplitude"] is not None:
             raise InputError("--amplitude is that of the sine; the wave has its own levels")
-        return reach(body, seconds)
+        return stiffening_wave(body, seconds)
     amplitude = _AMPLITUDES[body.formulation] if options["amplitude"] is None else options["amplitude"]
     return sine(body, amplitude, parse(options["period"], "s", "--period"), seconds)
 
@@ -210,9 +294,9 @@ def _summary(motion: Motion) -> list[str]:
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[[int, int], None]]:
+def _progress(what: str) -> Iterator[Callable[[int, int], None]]:
     """A bar on stderr that shows up when the work takes more than a second, and only in a terminal."""
     from tqdm import tqdm
 
-    with tqdm(total=1000, delay=1.0, disable=None, leave=False, desc="moving", bar_format="{l_bar}{bar}") as bar:
-        yield lambda done, total: bar.update(done - bar.n)
+    with tqdm(total=1, delay=1.0, disable=None, leave=False, desc=what, bar_format="{l_bar}{bar}") as bar:
+        yield lambda done, total: bar.update(done / total - bar.n)

@@ -1,6 +1,6 @@
 """The soft arm: a plane lattice of masses and springs with cells of constant area, driven segment by segment."""
 
-from .activation import Activation, activation, passive, reach, sampled, sine
+from .activation import Activation, activation, passive, sampled, sine, stiffening_wave
 from .dynamics import TOLERANCE, Stiffness, choose, simulate, stiffness
 from .lattice import OCTOPUS, Arm, Fluid, Muscle, Plane, strip_arm
 from .motion import Event, Motion, read_motion
@@ -19,11 +19,11 @@ __all__ = [
     "activation",
     "choose",
     "passive",
-    "reach",
     "read_motion",
     "sampled",
     "simulate",
     "sine",
+    "stiffening_wave",
     "stiffness",
     "strip_arm",
 ]

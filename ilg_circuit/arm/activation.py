@@ -108,12 +108,12 @@ def sine(arm: Arm, amplitude: float, period: float, duration: float) -> Activati
     if count > 5_000_000:
         raise InputError(f"period {period:g} s is too short for {duration:g} s; at most 25000 periods are possible")
     times = np.append(np.arange(count) * (period / 200), duration)
-    wave = amplitude * np.sin(2 * np.pi * times / period)
+    values = amplitude * np.sin(2 * np.pi * times / period)
     text = f"{amplitude:.3g} sin(2 pi t/{period:.6g} s)"
-    return activation(arm, times, np.repeat(wave[:, None], arm.segments, axis=1), text)
+    return activation(arm, times, np.repeat(values[:, None], arm.segments, axis=1), text)
 
 
-def reach(
+def stiffening_wave(
     arm: Arm, duration: float, *, bend: float = 0.6, pull: float = 0.04, speed: float = 0.3, front: float = 0.06
 ) -> Activation:
     """The octopus' reach in the ``yekutieli`` formulation: a bend at the base, then a stiffening wave to the tip.
@@ -123,16 +123,16 @@ def reach(
     ``speed`` [m/s] and rises over ``front`` [m]. The defaults are chosen for `OCTOPUS` (assumed).
     """
     if arm.formulation != "yekutieli":
-        raise InputError("the reach is a wave of stiffness: choose the formulation yekutieli")
+        raise InputError("the octopus' reach is a wave of stiffness: choose the formulation yekutieli")
     for name, value in (("bend", bend), ("speed", speed), ("front", front), ("duration", duration)):
         if not (np.isfinite(value) and value > 0):
-            raise InputError(f"reach: {name} is {value:g}; it must be more than zero")
+            raise InputError(f"wave: {name} is {value:g}; it must be more than zero")
     times = np.linspace(0.0, duration, max(2, int(np.ceil(200 * duration)) + 1))
     x = (np.arange(arm.segments) + 0.5) * arm.segment_length
     behind = _rise((speed * np.maximum(times - bend, 0.0)[:, None] - x) / front)
     bending = pull * _rise(times / bend)[:, None] * (x <= 0.28 * arm.length)
     values = np.stack([behind + bending * (1 - behind), behind, behind], axis=-1)
-    return activation(arm, times, np.clip(values, 0.0, 1.0), "reach")
+    return activation(arm, times, np.clip(values, 0.0, 1.0), "wave of stiffness")
 
 
 def _rise(x: Array) -> Array:

@@ -6,7 +6,8 @@
 Three modes: ``ideal`` takes the circuit out, eps = eps_max out/A_ref; ``charge`` keeps its R-C lag alone, eps = eps_max
 q/(C Vmax); ``circuit`` is the whole chain, with the coupling d(s). eps_max = 3 d0 Vmax/b is the free strain that Vmax
 gives in the end. A segment's strip is as long as the segment; its time constants are the strip's. A unit of the network
-drives the segments nearest to its place along the arm: one unit drives them all.
+drives the segments nearest to its place along the arm: one unit drives them all. A_ref is the oscillator's free
+amplitude, or a given one.
 """
 
 from __future__ import annotations
@@ -18,16 +19,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..actuator import PAPER, Actuator
-from ..circuit.netlist import Netlist, copies
 from ..circuit.strip import strip_netlist
 from ..cpg.network import Network
 from ..cpg.report import Run
 from ..cpg.report import run as run_network
+from ..cpg.rhythm import rhythm as rhythm_of
 from ..elements import lumped_elements
-from ..errors import InputError, SolveError
-from ..response import transient_band
+from ..errors import InputError
 from ..solve.spectrum import spectrum
 from .activation import Activation, activation
+from .circuits import through_circuits, with_neurons
 from .lattice import Arm
 
 Array = NDArray[np.float64]
@@ -40,10 +41,6 @@ PASSED = 0.7
 #: Samples of a rhythm in a period: straight lines between them are right to 5e-6.
 _SAMPLES = 1000
 _MOST_SAMPLES = 2_000_000
-#: Error of the strains, relative to their largest value, that a solve must reach.
-_ACCURACY = 1e-6
-#: The first step, of first order, is so short in units of the first interval.
-_LAUNCH = 1e-4
 
 
 @dataclass(frozen=True)
@@ -94,7 +91,7 @@ class Coupled:
             return f"coupling {self.mode}: no period to compare with"
         lines = [f"coupling {self.mode}: what is left of the ideal strain of {self.largest_strain:.3g}"]
         lines.append(f"  {'period':>12}{'amplitude':>12}{'phase':>12}")
-        lines += [f"  {s.period:>10.4g} s{s.kept:>12.2%}{s.phase:>8.0f} deg" for s in self.scales]
+        lines += [f"  {s.period:>10.4g} s{s.kept:>12.2%}{round(s.phase):>8} deg" for s in self.scales]
         return "\n".join(lines)
 
     def signals(self, times: ArrayLike) -> dict[str, Array]:
@@ -132,12 +129,16 @@ def couple(
     start: ArrayLike | None = None,
     units: ArrayLike | None = None,
     slower: float = 1.0,
+    reference: float | None = None,
+    neurons_in_circuit: bool = False,
 ) -> Coupled:
     """Run ``network`` over ``duration`` [s] and carry its outputs through ``mode`` to ``segments`` strains.
 
     ``actuator`` is the strip that segments are cut from, each ``segment_length`` [m] (default: its free length over
     their number); ``voltage`` Vmax [V]; ``units`` (segments,) is the unit that drives each segment. ``slower``
-    stretches the network's time constants. Raises InputError for values out of range, SolveError as ngspice does.
+    stretches the network's time constants. ``reference`` is A_ref, the output that gives Vmax (default: the amplitude
+    of the rhythm itself). ``neurons_in_circuit`` puts the network into the strips' netlist, too: one transient of the
+    whole chain. Raises InputError for values out of range, SolveError as ngspice does.
     """
     if mode not in MODES:
         raise InputError(f"coupling is '{mode}'; choose one of {', '.join(MODES)}")
@@ -147,23 +148,33 @@ def couple(
         raise InputError(f"voltage {voltage:g} V must be more than zero and finite")
     if not (np.isfinite(slower) and slower > 0):
         raise InputError(f"the rhythm cannot be {slower:g} times slower; give a number above zero")
+    if reference is not None and not (np.isfinite(reference) and reference > 0):
+        raise InputError(f"reference {reference:g} must be more than zero and finite: the output that gives Vmax")
+    if neurons_in_circuit and mode == "ideal":
+        raise InputError("ideal coupling has no circuit to put the neurons in; choose circuit or charge")
     if actuator.coupling is None:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]: it cannot move an arm")
     network = replace(network, rise_time=slower * network.rise_time, adaptation_time=slower * network.adaptation_time)
-    rhythm = run_network(network, [0.0, duration], start)
-    times = _times(rhythm, duration)
+    if not (np.isfinite(duration) and duration > 0):
+        raise InputError(f"duration {duration:g} s must be more than zero")
+    times = _times(network, rhythm_of(network, start).period, duration)
     rhythm = run_network(network, times, start)
-    of_segment = _units(units, len(network.units), segments)
+    of_segment = unit_of_segment(len(network.units), segments, units)
     outputs = rhythm.unit_outputs[:, of_segment]
     largest = lumped_strain(actuator, voltage)
-    reference = rhythm.amplitude or float(np.abs(outputs).max()) or 1.0
+    reference = reference or rhythm.amplitude or float(np.abs(outputs).max()) or 1.0
     shares = np.clip(outputs / reference, -1.0, 1.0)
     voltages = voltage * shares
     strip = segment_strip(actuator, segments, segment_length)
     if mode == "ideal":
         charges, strains, error = np.zeros_like(shares), largest * outputs / reference, 0.0
     else:
-        charges, moved, error = _through_circuits(strip, times, voltages)
+        if neurons_in_circuit:
+            found = with_neurons(strip, times, network, rhythm.states[0], of_segment, voltage, reference)
+            outputs, voltages = found.outputs, found.voltages
+        else:
+            found = through_circuits(strip, times, voltages)
+        charges, moved, error = found.charges, found.strains, found.error
         rest = strip_charge(strip) * voltage
         strains = moved if mode == "circuit" else largest * charges / rest
     return Coupled(
@@ -203,9 +214,9 @@ def segment_strip(actuator: Actuator, segments: int, length: float | None = None
     return replace(actuator, geometry=geometry, name=f"segment of {actuator.name}")
 
 
-def _times(rhythm: Run, duration: float) -> Array:
+def _times(network: Network, period: float | None, duration: float) -> Array:
     """Even times [s] to ``duration``, `_SAMPLES` in a period (or in the longer time constant, where there is none)."""
-    period = rhythm.period or max(rhythm.network.rise_time, rhythm.network.adaptation_time)
+    period = period or max(network.rise_time, network.adaptation_time)
     count = int(np.ceil(_SAMPLES * duration / period))
     if count > _MOST_SAMPLES:
         raise InputError(
@@ -214,67 +225,17 @@ def _times(rhythm: Run, duration: float) -> Array:
     return np.linspace(0.0, duration, max(count, 20) + 1)
 
 
-def _units(units: ArrayLike | None, count: int, segments: int) -> NDArray[np.intp]:
-    """The unit that drives each segment: the one nearest to its place along the arm, if not told."""
+def unit_of_segment(count: int, segments: int, units: ArrayLike | None = None) -> NDArray[np.intp]:
+    """Which of ``count`` units drives each segment (segments,): the nearest to its place along the arm, if not told."""
     if units is None:
         return np.minimum((np.arange(segments) + 0.5) * count / segments, count - 1).astype(np.intp)
     given = np.asarray(units)
     if given.shape != (segments,) or not np.issubdtype(given.dtype, np.integer):
         raise InputError(f"units: give {segments} whole numbers, one a segment")
-    if given.min() < 0 or given.max() >= count:
-        raise InputError(f"units name {int(given.max())}; the network has {count}, counted from 0")
+    wrong = given[(given < 0) | (given >= count)]
+    if len(wrong):
+        raise InputError(f"units name {int(wrong[0])}; the network has {count}, counted from 0")
     return given.astype(np.intp)
-
-
-def _through_circuits(strip: Actuator, times: Array, voltages: Array) -> tuple[Array, Array, float]:
-    """Charges [C] and free strains (t, n) of the strips of all segments, in one transient; and the strains' error.
-
-    ngspice's trapezoidal rule on the rhythm's own times, then with every step halved; Richardson's extrapolation of the
-    two is the result, its difference from the finer one bounds the error.
-    """
-    from ..solve.ngspice import session
-
-    segments = voltages.shape[1]
-    netlist = strip_netlist(strip, beam="static", band=transient_band(times))
-    text, vectors = _bank(netlist, segments)
-    names = list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
-    first = times[1]
-    nodes = np.concatenate([[0.0], first * 2.0 ** np.arange(np.floor(np.log2(_LAUNCH)), 0), times[1:]])
-    at = np.searchsorted(nodes, times[1:]) - 1
-    row = {name: k for k, name in enumerate(names)}
-    found: list[dict[str, Array]] = []
-    with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
-        for parts in (1, 2):
-            grid = np.append((nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(parts) / parts).ravel(), nodes[-1])
-            waves = np.array([np.interp(grid, times, voltage) for voltage in voltages.T])
-            raw = run(grid, waves)[:, parts - 1 :: parts][:, at]
-            found.append({name: _combine(netlist, name, vectors, row, raw) for name in ("charge", "displacement")})
-    g = strip.geometry
-    coarse, fine = (np.vstack([np.zeros(segments), f["displacement"].T]) * g.thickness / g.length**2 for f in found)
-    charge = [np.vstack([np.zeros(segments), f["charge"].T]) for f in found]
-    largest = float(np.abs(fine).max())
-    error = float(np.abs(fine - coarse).max() / 3 / largest) if largest else 0.0
-    if error > 1e-3:
-        raise SolveError(f"ngspice's strains are uncertain by {error:.1e} of the largest; shorten the run")
-    return charge[1] + (charge[1] - charge[0]) / 3, fine + (fine - coarse) / 3, error
-
-
-def _bank(netlist: Netlist, count: int) -> tuple[str, list[dict[str, str]]]:
-    """``count`` copies of a netlist, each on an external source of its own."""
-    text, vectors = copies([netlist] * count)
-    source = next(e for e in netlist.elements if e.name == netlist.drive)
-    plus, minus = source.nodes
-    lines = []
-    for line in text.splitlines():
-        name, *rest = line.split()
-        drive = name.startswith(f"{source.name}_") and len(rest) == 3 and rest[1] == plus
-        lines.append(f"{name} {rest[0]} {minus} external" if drive else line)
-    return "\n".join(lines), vectors
-
-
-def _combine(netlist: Netlist, name: str, vectors: list[dict[str, str]], row: dict[str, int], raw: Array) -> Array:
-    output = next(o for o in netlist.outputs if o.name == name)
-    return np.array([sum(c * raw[row[of_copy[q]]] for q, c in output.terms) for of_copy in vectors])
 
 
 def _scales(strip: Actuator, mode: str, period: float | None) -> tuple[TimeScale, ...]:

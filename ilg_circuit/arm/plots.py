@@ -12,11 +12,14 @@ from numpy.typing import ArrayLike
 from ..errors import InputError
 from ..files import replacing, require_writable
 from ..plots import BLUE, GREY, ORANGE, engineering, save
+from ..units import format_quantity
 from .compiled import Array
 from .motion import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from .reach import Reached
 
 #: Times of the snapshots in CPG Fig. 10(c) [s].
 SNAPSHOT_TIMES = (0.5, 0.7, 1.0, 1.5)
@@ -67,6 +70,45 @@ def plot_motion(motion: Motion, path: str | Path, *, snapshots: ArrayLike = SNAP
         panel.spines[["top", "right"]].set_visible(False)
     figure.suptitle(f"{_title(motion)}: {motion.text}", fontsize=10)
     save(figure, path)
+
+
+def plot_reach(found: Reached, path: str | Path) -> None:
+    """The places that tips visit, the target with its tolerance, and the best motion: the tip's path, the arm."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle
+
+    motion = found.motion
+    whole = Figure(figsize=(10.0, 4.8), dpi=150, layout="constrained")
+    scale, unit = engineering(np.array([motion.arm.length]), "m")
+    left: Any = whole.add_subplot(1, 2, 1)
+    right: Any = whole.add_subplot(1, 2, 2)
+    at = int(np.abs(motion.time - found.time).argmin())
+    for panel in (left, right):
+        panel.plot(*(scale * found.visited).T, ".", color=GREY, markersize=1.0, alpha=0.5, rasterized=True)
+        panel.plot([], [], ".", color=GREY, label=f"visited by {len(found.sample)} motions")
+        panel.plot(*(scale * motion.tip).T, color=ORANGE, linewidth=1.0, label="tip's path, best motion")
+        panel.add_patch(Circle(tuple(scale * found.target), scale * found.tolerance, fill=False, edgecolor="black"))
+        panel.plot(*(scale * found.target), "x", color="black", markersize=7, label="target and tolerance")
+        panel.plot(*(scale * found.nearest), "o", color=ORANGE, markersize=5, label=f"nearest, {found.time:.3g} s")
+        panel.set_xlabel(f"x [{unit}]")
+        panel.set_ylabel(f"y [{unit}]")
+        panel.grid(alpha=0.25, linewidth=0.6)
+    _draw_arm(left, scale * motion.positions[at], BLUE, "arm at that time")
+    length = scale * motion.arm.length
+    left.add_patch(Circle((0.0, 0.0), length, fill=False, edgecolor=GREY, linestyle=":", label="the arm's length"))
+    left.plot(*(scale * motion.positions[0, 0]).T, color="black", linewidth=3, solid_capstyle="butt")
+    left.set_aspect("equal", adjustable="datalim")
+    points = scale * np.concatenate([found.visited, motion.tip])
+    low, high = points.min(axis=0), points.max(axis=0)
+    edge = 0.06 * np.maximum(high - low, 0.02 * length)
+    right.set_xlim(low[0] - edge[0], high[0] + edge[0])
+    right.set_ylim(low[1] - edge[1], high[1] + edge[1])
+    right.locator_params(axis="x", nbins=5)
+    right.set_title("the places visited; scales of x and y differ", fontsize=9)
+    whole.legend(*left.get_legend_handles_labels(), loc="outside lower center", fontsize=8, ncols=3, frameon=False)
+    away, there = format_quantity(found.distance, "m", 3), "reached" if found.reached else "not reached"
+    whole.suptitle(f"{_title(motion)}, {found.coupled.mode} coupling: target {there}, {away} left", fontsize=10)
+    save(whole, path)
 
 
 def require_animation(path: Path) -> None:

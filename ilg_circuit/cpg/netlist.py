@@ -24,7 +24,7 @@ from .rhythm import Rhythm
 Array = NDArray[np.float64]
 
 #: Newton's method must be done to rounding, or it and not the grid decides; a later line overrides an earlier one.
-_TOLERANCES = ".options reltol=1e-9 abstol=1e-12 vntol=1e-12"
+TOLERANCES = ".options reltol=1e-9 abstol=1e-12 vntol=1e-12"
 _DECK_OPTIONS = ".options reltol=1e-6 trtol=1 abstol=1e-10 vntol=1e-9 chgtol=1e-14 method=trap numdgt=9"
 
 #: Steps of the coarsest grid in a time constant.
@@ -116,7 +116,7 @@ def solve(network: Network, duration: float, points: int, start: ArrayLike | Non
     state = checked_start(network, start)
     grid = np.linspace(0, float(duration), points + 1)
     vectors = [f"x{k + 1}" for k in range(network.size)]
-    with session().loaded(netlist_text(network, state) + _TOLERANCES, float(duration), vectors) as run:
+    with session().loaded(netlist_text(network, state) + TOLERANCES, float(duration), vectors) as run:
         inner = run(grid, np.zeros(points + 1))
     return Waves(grid, np.hstack([state[: network.size, None], inner]))
 

@@ -16,10 +16,10 @@ from ilg_circuit.arm import (
     activation,
     choose,
     passive,
-    reach,
     sampled,
     simulate,
     sine,
+    stiffening_wave,
     strip_arm,
 )
 from ilg_circuit.arm.activation import corners
@@ -141,7 +141,7 @@ def test_muscles_across_lengthen_the_arm() -> None:
 
 
 def test_the_reach_straightens_the_arm() -> None:
-    motion = simulate(OCTOPUS, reach(OCTOPUS, 1.8), np.linspace(0, 1.8, 181))
+    motion = simulate(OCTOPUS, stiffening_wave(OCTOPUS, 1.8), np.linspace(0, 1.8, 181))
     steps = np.diff(motion.centreline, axis=1)
     heading = np.degrees(np.unwrap(np.arctan2(steps[..., 1], steps[..., 0]), axis=1))
     at = {t: heading[round(100 * t)] for t in (0.6, 1.0, 1.8)}
@@ -266,6 +266,6 @@ def test_activation_of_muscles() -> None:
     with pytest.raises(InputError, match=r"segment 1 at 0 s is -0\.1; give 0 to 1"):
         activation(OCTOPUS, [0.0], np.full((1, 15, 3), -0.1))
     with pytest.raises(InputError, match="choose the formulation yekutieli"):
-        reach(strip_arm(), 1.0)
+        stiffening_wave(strip_arm(), 1.0)
     with pytest.raises(InputError, match="the activation is for 15 segments, the arm has 30"):
         simulate(replace(OCTOPUS, segments=30), drive, [1.0])

@@ -1,0 +1,185 @@
+"""The circuits of an arm's strips in one ngspice transient, driven from outside or by the neurons themselves.
+
+With the neurons the whole chain of CPG §6 is one netlist: `ilg_circuit.cpg.netlist`'s neurons, for each unit a
+behavioural source u = Vmax max(-1, min(1, out/A_ref)), for each segment a copy of its strip on the source of its unit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..actuator import Actuator
+from ..circuit.netlist import Netlist, copies
+from ..circuit.strip import strip_netlist
+from ..cpg.netlist import TOLERANCES, netlist_text
+from ..cpg.network import Network
+from ..errors import SolveError
+from ..response import transient_band
+
+Array = NDArray[np.float64]
+
+#: Error of the strains, relative to their largest value, beyond which a solve has failed.
+_LARGEST_ERROR = 1e-3
+#: The first step, of first order, is so short in units of the first interval.
+_LAUNCH = 1e-4
+#: With the neurons steps are halved until the strains move by less than this part of their largest, but not more often.
+_NEURONS_ACCURACY = 2e-5
+_MOST_HALVINGS = 4
+
+
+@dataclass(frozen=True)
+class Transient:
+    """What ngspice found at the times asked for, each (t, n) for n segments.
+
+    ``charges`` [C] on each segment's ion path, ``strains`` of the face towards the cathode, free; ``error`` is that of
+    the strains, relative to their largest. ``outputs`` of the network and ``voltages`` [V], where the neurons are in
+    the netlist (else empty).
+    """
+
+    charges: Array
+    strains: Array
+    error: float
+    outputs: Array
+    voltages: Array
+
+
+def through_circuits(strip: Actuator, times: Array, voltages: Array) -> Transient:
+    """Strips of all segments under ``voltages`` [V] (t, n), straight between even ``times`` [s] (t,) from 0.
+
+    ngspice's trapezoidal rule on these times, then with every step halved; Richardson's extrapolation of the two is
+    the result, a third of their difference its error. Raises SolveError when ngspice fails or is uncertain by 1e-3.
+    """
+    from ..solve.ngspice import session
+
+    netlist = _netlist(strip, times)
+    text, vectors = _bank(netlist, [f"{_plus(netlist)} external"] * voltages.shape[1])
+    names = _names(vectors)
+    nodes, at = _nodes(times)
+    found = []
+    with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
+        for parts in (1, 2):
+            grid = _divided(nodes, parts)
+            waves = np.array([np.interp(grid, times, voltage) for voltage in voltages.T])
+            raw = run(grid, waves)[:, parts - 1 :: parts][:, at]
+            found.append(_read(strip, netlist, vectors, dict(zip(names, raw, strict=True))))
+    (charge_1, strain_1), (charge_2, strain_2) = found
+    error = _certain(_change(strain_1, strain_2))
+    empty = np.empty((0, 0))
+    return Transient(charge_2 + (charge_2 - charge_1) / 3, strain_2 + (strain_2 - strain_1) / 3, error, empty, empty)
+
+
+def with_neurons(
+    strip: Actuator,
+    times: Array,
+    network: Network,
+    start: Array,
+    of_segment: NDArray[np.intp],
+    voltage: float,
+    reference: float,
+) -> Transient:
+    """The network from ``start`` (2 n,) and its strips as one netlist, at even ``times`` [s] (t,) from 0.
+
+    ``of_segment`` (segments,) is the unit of each segment; ``voltage`` Vmax [V], ``reference`` A_ref. Where in a step
+    a neuron switches is chance, so nothing is extrapolated: steps are halved until the strains stand, and a third of
+    the last change is the error.
+    """
+    from ..solve.ngspice import session
+
+    netlist = _netlist(strip, times)
+    units = np.unique(of_segment)
+    drive = f"u{{unit}} 0 V = {voltage!r}*max(-1, min(1, (v(y{{one}})-v(y{{two}}))/{reference!r}))"
+    sources = []
+    for unit in units.tolist():
+        one, two = (k + 1 for k in network.units[unit])
+        sources.append(f"Bu{unit} " + drive.format(unit=unit, one=one, two=two))
+    bank, vectors = _bank(netlist, [f"u{unit} 0.0" for unit in of_segment.tolist()])
+    _, _, strips = bank.partition("\n")
+    text = "\n".join([netlist_text(network, start).rstrip(), *sources, strips, TOLERANCES])
+    rows = sorted({k + 1 for unit in units.tolist() for k in network.units[unit]})
+    names = [*(f"y{k}" for k in rows), *(f"u{unit}" for unit in units.tolist()), *_names(vectors)]
+    nodes, at = _nodes(times)
+    begun = np.maximum(start[: network.size], 0.0)
+    before, error = np.empty(0), np.inf
+    with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
+        for halving in range(_MOST_HALVINGS + 1):
+            parts = 2**halving
+            grid = _divided(nodes, parts)
+            raw = run(grid, np.zeros(len(grid)))[:, parts - 1 :: parts][:, at]
+            waves = dict(zip(names, raw, strict=True))
+            charges, strains = _read(strip, netlist, vectors, waves)
+            if halving:
+                error = _change(before, strains)
+                if error <= _NEURONS_ACCURACY:
+                    break
+            before = strains
+    y = np.zeros((network.size, len(times)))
+    for k in rows:
+        y[k - 1] = np.append(begun[k - 1], waves[f"y{k}"])
+    outputs = (network.readout @ y).T
+    driven = voltage * np.clip(outputs[0] / reference, -1.0, 1.0)  # the sources at 0, which ngspice does not return
+    voltages = np.stack([np.append(driven[unit], waves[f"u{unit}"]) for unit in of_segment.tolist()], axis=1)
+    return Transient(charges, strains, _certain(error), outputs[:, of_segment], voltages)
+
+
+def _netlist(strip: Actuator, times: Array) -> Netlist:
+    return strip_netlist(strip, beam="static", band=transient_band(times))
+
+
+def _plus(netlist: Netlist) -> str:
+    """The drive's second node."""
+    return next(e for e in netlist.elements if e.name == netlist.drive).nodes[1]
+
+
+def _bank(netlist: Netlist, drives: list[str]) -> tuple[str, list[dict[str, str]]]:
+    """Copies of a netlist, one for each of ``drives``: second node and value of the copy's own source."""
+    text, vectors = copies([netlist] * len(drives))
+    own = {f"{netlist.drive}_{k}": drive for k, drive in enumerate(drives)}
+    lines = []
+    for line in text.splitlines():
+        name, _, rest = line.partition(" ")
+        lines.append(f"{name} {rest.split()[0]} {own[name]}" if name in own else line)
+    return "\n".join(lines), vectors
+
+
+def _names(vectors: list[dict[str, str]]) -> list[str]:
+    return list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
+
+
+def _nodes(times: Array) -> tuple[Array, NDArray[np.intp]]:
+    """The times with a start of short steps, and where, after 0, the times are among them."""
+    launch = times[1] * 2.0 ** np.arange(np.floor(np.log2(_LAUNCH)), 0)
+    nodes = np.concatenate([[0.0], launch, times[1:]])
+    return nodes, np.asarray(np.searchsorted(nodes, times[1:]) - 1, dtype=np.intp)
+
+
+def _divided(nodes: Array, parts: int) -> Array:
+    inner = nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(parts) / parts
+    return np.append(inner.ravel(), nodes[-1])
+
+
+def _read(
+    strip: Actuator, netlist: Netlist, vectors: list[dict[str, str]], waves: dict[str, Array]
+) -> tuple[Array, Array]:
+    """Charges [C] and free strains (t, n), the start included."""
+    found = []
+    for name in ("charge", "displacement"):
+        terms = next(o for o in netlist.outputs if o.name == name).terms
+        values = np.array([sum(c * waves[of_copy[q]] for q, c in terms) for of_copy in vectors])
+        found.append(np.vstack([np.zeros(len(vectors)), values.T]))
+    g = strip.geometry
+    return found[0], found[1] * g.thickness / g.length**2
+
+
+def _change(before: Array, after: Array) -> float:
+    """A third of the largest change, relative to the largest value: the error of a rule of second order."""
+    largest = float(np.abs(after).max())
+    return float(np.abs(after - before).max() / 3 / largest) if largest else 0.0
+
+
+def _certain(error: float) -> float:
+    if error > _LARGEST_ERROR:
+        raise SolveError(f"ngspice's strains are uncertain by {error:.1e} of the largest; shorten the run")
+    return error
