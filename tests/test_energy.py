@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from every_model import MODELS, strip_of
 
-from ilg_circuit.actuator import PAPER, Actuator
+from ilg_circuit.actuator import PAPER, Actuator, Coupling
 from ilg_circuit.circuit import Load, parse_drive
+from ilg_circuit.elements import lumped_elements
 from ilg_circuit.response import simulate
 
 T = np.linspace(0, 60, 31)
@@ -77,3 +78,21 @@ def test_nothing_moves_nothing_is_given() -> None:
     assert not found.mechanical.any()
     assert found.efficiency == 0.0
     assert found.mechanical_imbalance == 0.0
+
+
+@pytest.mark.parametrize("engine", ["ngspice", "exact"])
+@pytest.mark.parametrize("text", ["step:4V", "sine:2V,0.02Hz"])
+def test_where_n_is_constant_the_transformer_loses_nothing(engine: str, text: str) -> None:
+    """d(s) with one pole at -Zd, cancelled, and the other at -1/(Rd C): then N(s) = k Kd Rd, and u1 i1 is F1 v1."""
+    lumped = lumped_elements(PAPER)
+    zero, rate = 0.3, 1 / (lumped.dynamic_resistance * lumped.capacitance)
+    natural = float(np.sqrt(zero * rate))
+    coupling = Coupling(1.2e-7, zero, (zero + rate) / (2 * natural), natural)
+    # stiff, so that what is reflected stands out of rounding
+    strip = replace(PAPER, coupling=coupling, material=replace(PAPER.material, youngs_modulus=3e8))
+    factors = [lumped_elements(strip).coupling_factor(s) for s in (1e-3j, 1j, 100j)]
+    assert factors == pytest.approx([factors[0].real] * 3, rel=1e-12)
+    times = np.linspace(0.0, 60.0, 121)
+    found = simulate(strip, parse_drive(text, 60.0), times, engine=engine, load=Load(damping=1e-3)).account
+    assert found.converted == pytest.approx(found.mechanical, abs=1e-6 * float(np.abs(found.mechanical).max()))
+    assert float(np.abs(found.mechanical).max()) > 1e-8 * float(found.source[-1])
