@@ -73,7 +73,7 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
     looked for, and --plot shows the places that the tip can come to.
     """
     _require_extra()
-    from .arm.plots import animate, plot_motion, plot_reach, require_animation
+    from .arm.plots import SNAPSHOT_TIMES, animate, plot_motion, plot_reach, require_animation
     from .files import require_writable
     from .plots import require_picture
     from .response import sample_times
@@ -102,7 +102,7 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
     if plot and found:
         plot_reach(found, plot)
     elif plot:
-        plot_motion(motion, plot)
+        plot_motion(motion, plot, snapshots=[options["slower"] * time for time in SNAPSHOT_TIMES])
     if animation:
         animate(motion, animation, portrait=coupled.portrait(motion.time) if coupled else None)
     for line in _summary(motion):

@@ -92,6 +92,17 @@ def test_rhythms(run: Run, tmp_path: Path, rhythm: str) -> None:
     assert outputs[:, 1] == pytest.approx(run_network(network, np.linspace(0, 1, 11)).unit_outputs[:, 0], abs=1e-4)
 
 
+def test_snapshots_keep_pace_with_the_rhythm(run: Run, tmp_path: Path) -> None:
+    import matplotlib
+
+    options = ("--segments", "2", "--slower", "4", "--duration", "4.2s", "--samples", "43", "--out", "motion.nc")
+    with matplotlib.rc_context({"svg.fonttype": "none"}):
+        assert run(*options, "--plot", "arm.svg")[0] == 0
+    text = (tmp_path / "arm.svg").read_text(encoding="utf-8")
+    assert all(f">{label} s<" in text for label in ("2", "2.8", "4"))
+    assert ">0.5 s<" not in text
+
+
 def test_a_search_for_a_place(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in (("SAMPLE", 8), ("_STARTS", 1), ("_LOCAL", 8)):
         monkeypatch.setattr(reach, name, value)

@@ -104,7 +104,7 @@ class Reached:
         lines.append(
             f"tips of {len(self.sample)} motions, {self.motion.time[-1]:g} s each: x from {_length(low[0])} to "
             f"{_length(high[0])}, y from {_length(low[1])} to {_length(high[1])}; within {_length(self.tolerance)} of "
-            f"them lies {self.share:.2%} of the disc of the arm's length (a larger sample finds a little more)"
+            f"them lies {self.share:.2%} of the disc of the arm's length (of this sample; a larger one finds more)"
         )
         if self.failed:
             lines.append(f"{self.failed} motions of the search could not be computed and are left out")
