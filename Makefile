@@ -24,13 +24,14 @@ anew := FORCE
 endif
 endif
 
-.PHONY: help setup demo test lint bench clean FORCE
+.PHONY: help setup demo test lint peers bench clean FORCE
 
 help:
 	@echo 'make setup   installs the package and ngspice into .venv (ngspice only where the system has none)'
 	@echo 'make demo    runs the whole flow once, results in demo/'
 	@echo 'make test    runs the tests'
 	@echo 'make lint    checks style and types'
+	@echo 'make peers   installs other programs that the tests compare with'
 	@echo 'make bench   measures the speed figures again'
 	@echo 'make clean   removes .venv and everything generated'
 	@echo 'PYTHON=python3.12 after any of them chooses the Python.'
@@ -47,6 +48,10 @@ lint: .venv/.stamp-dev
 	$(bin)/python -m ruff check .
 	$(bin)/python -m ruff format --check .
 	$(bin)/python -m mypy
+
+# Other programs that answers are compared with; some of them do not install everywhere.
+peers: .venv/.stamp-dev
+	@$(pip) install -e '.[peers]' || echo 'not all peers could be installed: their tests are skipped'
 
 bench: setup
 	$(bin)/python benchmarks/run.py
