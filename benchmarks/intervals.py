@@ -1,6 +1,6 @@
 """Do the 95 % intervals of spectrum fits hold the truth 95 times in a hundred? Noisy spectra of known strips tell.
 
-python benchmarks/coverage.py [spectra a model, default 500]
+python benchmarks/intervals.py [spectra a model, default 500]
 """
 
 from __future__ import annotations
