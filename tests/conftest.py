@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from command import Outcome, Run
 from hypothesis import settings
 
 from ilg_circuit.actuator import PAPER, Actuator, IonBranch
@@ -51,3 +52,20 @@ def strips() -> dict[str, Actuator]:
         "undamped": replace(PAPER, name="undamped", material=replace(m, beam_damping_ratio=0.0)),
         "no coupling": replace(PAPER, name="no coupling", coupling=None),
     }
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """The program's entry point in this process, in an empty working directory."""
+    from ilg_circuit.cli import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str) -> Outcome:
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as caught:
+            main(list(arguments))
+        streams = capsys.readouterr()
+        return Outcome(int(caught.value.code or 0), streams.out, streams.err)
+
+    return call

@@ -8,43 +8,15 @@ import shutil
 import stat
 import subprocess
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pytest
+from command import Run, assert_one_line, columns
 
 from ilg_circuit import __version__, files
 from ilg_circuit.actuator import PAPER
 from ilg_circuit.actuator_file import dumps
-from ilg_circuit.cli import main
 from ilg_circuit.solve.library import VARIABLE
-
-
-@dataclass(frozen=True)
-class Outcome:
-    code: int
-    out: str
-    err: str
-
-
-Run = Callable[..., Outcome]
-
-
-@pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """The entry point in this process, in an empty working directory."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str) -> Outcome:
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as caught:
-            main(list(arguments))
-        streams = capsys.readouterr()
-        return Outcome(int(caught.value.code or 0), streams.out, streams.err)
-
-    return call
 
 
 def program(*arguments: str, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -59,27 +31,6 @@ def program(*arguments: str, cwd: Path, **environment: str) -> subprocess.Comple
         encoding="utf-8",
         timeout=60,
     )
-
-
-def assert_one_line(outcome: Outcome | subprocess.CompletedProcess[str], *hints: str, code: int = 2) -> None:
-    """The way every refusal looks: exit code, one line on stderr, nothing on stdout, no traceback."""
-    returned, out, err = (
-        (outcome.code, outcome.out, outcome.err)
-        if isinstance(outcome, Outcome)
-        else (outcome.returncode, outcome.stdout, outcome.stderr)
-    )
-    assert returned == code, err
-    assert out == ""
-    assert len(err.splitlines()) == 1, err
-    assert err.startswith("ilg-circuit: ")
-    for hint in hints:
-        assert hint in err
-
-
-def columns(path: Path) -> dict[str, np.ndarray]:
-    header, *rows = path.read_text().splitlines()
-    values = np.array([[float(cell) if cell else np.nan for cell in row.split(",")] for row in rows])
-    return dict(zip(header.split(","), values.T, strict=True))
 
 
 SIMULATE = ("simulate", "paper", "--drive", "step:4V", "--duration", "100s")

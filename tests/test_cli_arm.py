@@ -7,33 +7,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import Run
 from PIL import Image
 
 from ilg_circuit import cli_arm
 from ilg_circuit.arm import reach, read_motion
-from ilg_circuit.cli import main
 from ilg_circuit.cpg.network import ring, unit
 from ilg_circuit.cpg.report import run as run_network
 
-Run = Callable[..., tuple[int, str, str]]
+Arm = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """The command in this process, in an empty working directory."""
-    monkeypatch.chdir(tmp_path)
+def run(run: Run) -> Arm:
+    """The command ``arm``: exit code, stdout, stderr."""
 
     def call(*arguments: str) -> tuple[int, str, str]:
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as caught:
-            main(["arm", *arguments])
-        streams = capsys.readouterr()
-        return int(caught.value.code or 0), streams.out, streams.err
+        done = run("arm", *arguments)
+        return done.code, done.out, done.err
 
     return call
 
 
-def test_a_strip_moves(run: Run, tmp_path: Path) -> None:
+def test_a_strip_moves(run: Arm, tmp_path: Path) -> None:
     options = ("--activation", "sine", "--duration", "0.2s", "--samples", "5")
     code, out, err = run(*options, "--out", "motion.nc", "--plot", "arm.png")
     assert (code, err) == (0, "")
@@ -47,7 +43,7 @@ def test_a_strip_moves(run: Run, tmp_path: Path) -> None:
     assert {p.name for p in tmp_path.iterdir()} == {"motion.nc", "arm.png"}
 
 
-def test_a_rhythm_drives_the_arm_unless_told_otherwise(run: Run, tmp_path: Path) -> None:
+def test_a_rhythm_drives_the_arm_unless_told_otherwise(run: Arm, tmp_path: Path) -> None:
     code, out, err = run("--segments", "3", "--duration", "4.2s", "--out", "motion.nc")
     assert (code, err) == (0, "")
     assert "beam, 3 segments, 30 mm long: ideal coupling to 1 unit(s), 4.2 s" in out
@@ -59,7 +55,7 @@ def test_a_rhythm_drives_the_arm_unless_told_otherwise(run: Run, tmp_path: Path)
     assert np.abs(motion.signals["voltages"]).max() == 4.0
 
 
-def test_an_animation_shows_the_rhythm(run: Run, tmp_path: Path) -> None:
+def test_an_animation_shows_the_rhythm(run: Arm, tmp_path: Path) -> None:
     options = ("--segments", "2", "--duration", "0.3s", "--samples", "7", "--out", "motion.nc")
     assert run(*options, "--animate", "arm.gif")[0] == 0
     with Image.open(tmp_path / "arm.gif") as image:
@@ -67,7 +63,7 @@ def test_an_animation_shows_the_rhythm(run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("extra", [(), ("--neurons-in-circuit",)])
-def test_through_the_circuit(run: Run, tmp_path: Path, extra: tuple[str, ...]) -> None:
+def test_through_the_circuit(run: Arm, tmp_path: Path, extra: tuple[str, ...]) -> None:
     options = ("--segments", "3", "--rhythm", "chain", "--coupling", "circuit", "--voltage", "3V", "--slower", "2")
     code, out, err = run(*options, *extra, "--duration", "3s", "--samples", "31", "--out", "motion.nc")
     assert code == 0
@@ -82,7 +78,7 @@ def test_through_the_circuit(run: Run, tmp_path: Path, extra: tuple[str, ...]) -
 
 
 @pytest.mark.parametrize("rhythm", ["unit", "ring", "one-way-ring"])
-def test_rhythms(run: Run, tmp_path: Path, rhythm: str) -> None:
+def test_rhythms(run: Arm, tmp_path: Path, rhythm: str) -> None:
     options = ("--rhythm", rhythm, "--inhibition", "3", "--tonic", "2", "--segments", "2")
     assert run(*options, "--duration", "1s", "--samples", "11", "--out", "motion.nc")[0] == 0
     outputs = read_motion(tmp_path / "motion.nc").signals["outputs"]
@@ -92,7 +88,7 @@ def test_rhythms(run: Run, tmp_path: Path, rhythm: str) -> None:
     assert outputs[:, 1] == pytest.approx(run_network(network, np.linspace(0, 1, 11)).unit_outputs[:, 0], abs=1e-4)
 
 
-def test_snapshots_keep_pace_with_the_rhythm(run: Run, tmp_path: Path) -> None:
+def test_snapshots_keep_pace_with_the_rhythm(run: Arm, tmp_path: Path) -> None:
     import matplotlib
 
     options = ("--segments", "2", "--slower", "4", "--duration", "4.2s", "--samples", "43", "--out", "motion.nc")
@@ -103,7 +99,7 @@ def test_snapshots_keep_pace_with_the_rhythm(run: Run, tmp_path: Path) -> None:
     assert ">0.5 s<" not in text
 
 
-def test_a_search_for_a_place(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_search_for_a_place(run: Arm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in (("SAMPLE", 8), ("_STARTS", 1), ("_LOCAL", 8)):
         monkeypatch.setattr(reach, name, value)
     options = ("--segments", "4", "--duration", "3s", "--samples", "31", "--out", "motion.nc", "--plot", "reach.png")
@@ -120,7 +116,7 @@ def test_a_search_for_a_place(run: Run, tmp_path: Path, monkeypatch: pytest.Monk
     assert "target (29.99 mm, 100 um): reached within 300 um" in out
 
 
-def test_an_octopus_arm(run: Run, tmp_path: Path) -> None:
+def test_an_octopus_arm(run: Arm, tmp_path: Path) -> None:
     options = ("--formulation", "yekutieli", "--segments", "6", "--mounting", "hanging", "--rest-ratio", "0.7")
     code, _, _ = run(*options, "--duration", "0.1s", "--step", "50ms", "--out", "motion.nc", "--animate", "arm.gif")
     assert code == 0
@@ -130,7 +126,7 @@ def test_an_octopus_arm(run: Run, tmp_path: Path) -> None:
     assert (tmp_path / "arm.gif").read_bytes().startswith(b"GIF8")
 
 
-def test_a_hanging_strip_may_begin_in_equilibrium(run: Run, tmp_path: Path) -> None:
+def test_a_hanging_strip_may_begin_in_equilibrium(run: Arm, tmp_path: Path) -> None:
     code, _, _ = run("--mounting", "hanging", "--settled", "--duration", "0.1s", "--samples", "3", "--out", "motion.nc")
     assert code == 0
     motion = read_motion(tmp_path / "motion.nc")
@@ -186,7 +182,7 @@ def test_a_hanging_strip_may_begin_in_equilibrium(run: Run, tmp_path: Path) -> N
         (("--actuator", "none.toml"), "none.toml"),
     ],
 )
-def test_refusals_are_one_line(run: Run, tmp_path: Path, options: tuple[str, ...], hint: str) -> None:
+def test_refusals_are_one_line(run: Arm, tmp_path: Path, options: tuple[str, ...], hint: str) -> None:
     code, out, err = run("--duration", "0.1s", "--out", "motion.nc", *options)
     assert (code, out) == (2, "")
     assert len(err.splitlines()) == 1
@@ -194,7 +190,7 @@ def test_refusals_are_one_line(run: Run, tmp_path: Path, options: tuple[str, ...
     assert not list(tmp_path.iterdir())
 
 
-def test_what_is_missing_is_named(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_missing_is_named(run: Arm, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cli_arm, "find_spec", lambda name: None if name in ("numba", "PIL") else name)
     code, _, err = run("--duration", "0.1s", "--out", "motion.nc")
     assert code == 2

@@ -5,38 +5,17 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pytest
-
-from ilg_circuit.cli import main
-
-
-@dataclass(frozen=True)
-class Outcome:
-    code: int
-    out: str
-    err: str
-
-
-Run = Callable[..., Outcome]
+from command import Run
 
 
 @pytest.fixture
-def cpg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """The command in this process, in an empty working directory."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str) -> Outcome:
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as caught:
-            main(["cpg", *arguments])
-        streams = capsys.readouterr()
-        return Outcome(int(caught.value.code or 0), streams.out, streams.err)
-
-    return call
+def cpg(run: Run) -> Run:
+    """The command ``cpg``."""
+    return partial(run, "cpg")
 
 
 def test_the_contract(cpg: Run) -> None:

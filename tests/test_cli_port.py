@@ -6,13 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import Run, assert_one_line, columns
 from every_model import MODELS, strip_of
-from test_cli import Run, assert_one_line, columns, run
 
 from ilg_circuit.actuator import PAPER
 from ilg_circuit.actuator_file import dumps
-
-__all__ = ["run"]
 
 
 def test_impedance_writes_the_contract(run: Run) -> None:

@@ -107,7 +107,8 @@ class Coupled:
         """Outputs of the first unit's two neurons at ``times`` [s] (k,): the rhythm's phase portrait."""
         one, two = self.run.network.units[0]
         wanted = np.asarray(times, dtype=np.float64)
-        return tuple(np.interp(wanted, self.time, self.run.outputs[:, k]) for k in (one, two))  # type: ignore[return-value]
+        first, second = (np.interp(wanted, self.time, self.run.outputs[:, k]) for k in (one, two))
+        return first, second
 
     def activation(self, arm: Arm) -> Activation:
         """For an ``arm`` of as many segments: strains for a beam, strains over the largest for yekutieli's muscles."""

@@ -226,7 +226,7 @@ def model(arm: Arm) -> Model:
     first does not see rods that tilt by turns, so that a coarse lattice buckles under tension, the second does not
     see a saw-tooth of the axis, so that a fine one buckles under compression.
     """
-    n, l = arm.segments, arm.segment_length  # noqa: E741
+    n, length = arm.segments, arm.segment_length
     q = arm.rest_positions()
     edge_length = np.linalg.norm(np.diff(q, axis=0), axis=2)
     rod_length = np.linalg.norm(q[:, 0] - q[:, 1], axis=1)
@@ -238,16 +238,16 @@ def model(arm: Arm) -> Model:
     if arm.formulation == "beam":
         e = arm.youngs_modulus
         edge = (e * b_cell * h_cell / 6)[:, None] / edge_length
-        rod = ends * (2 / 3) * e * b * l / h
+        rod = ends * (2 / 3) * e * b * length / h
         section = np.concatenate([b_cell * h_cell, b * h])[: len(lengths)]
-        shear = SHEAR_CORRECTION * SHEAR_RATIO * e * section * lengths * l
+        shear = SHEAR_CORRECTION * SHEAR_RATIO * e * section * lengths * length
         edge_active, rod_active = no_edges, no_rods
         edge_damping, rod_damping, shear_damping = (arm.damping * k for k in (edge, rod, shear))
         ratio = 1.0
     else:
         muscle = arm.muscle
         z_edge = (b_cell * h_cell / 2)[:, None] / edge_length
-        z_rod = ends * b * l / h
+        z_rod = ends * b * length / h
         edge, rod = muscle.passive * z_edge, muscle.passive * z_rod
         edge_active, rod_active = muscle.active * z_edge, muscle.active * z_rod
         edge_damping, rod_damping = muscle.damping * z_edge, muscle.damping * z_rod
@@ -287,8 +287,8 @@ def model(arm: Arm) -> Model:
         sheared=bool(shear.any()),
         area=area,
         beta=arm.stabilisation,
-        drag_across=pressure * (fluid.drag_across if fluid else 0.0) * l * b_cell,
-        drag_along=pressure * (fluid.drag_along if fluid else 0.0) * 2 * l * (h_cell + b_cell),
+        drag_across=pressure * (fluid.drag_across if fluid else 0.0) * length * b_cell,
+        drag_along=pressure * (fluid.drag_along if fluid else 0.0) * 2 * length * (h_cell + b_cell),
         dragged=fluid is not None,
         plane=np.array([*plane.point, *plane.normal]) if plane else np.zeros(4),
         plane_stiffness=plane.stiffness if plane else 0.0,

@@ -195,10 +195,11 @@ def _predictions(fit: HyperelasticFit, at: ArrayLike) -> tuple[Prediction, ...]:
     result = []
     for mode in MODES:
         start, end = covered.get(mode, (1.0, 1.0))
-        for l in stretches.tolist():  # noqa: E741
-            nominal = float(fit.material.nominal(mode, l))
-            error = fit.nominal_error(mode, l)
-            result.append(Prediction(mode, l, nominal, l * nominal, error, mode in covered and start <= l <= end))
+        for stretch in stretches.tolist():
+            nominal = float(fit.material.nominal(mode, stretch))
+            error = fit.nominal_error(mode, stretch)
+            inside = mode in covered and start <= stretch <= end
+            result.append(Prediction(mode, stretch, nominal, stretch * nominal, error, inside))
     return tuple(result)
 
 
@@ -243,7 +244,7 @@ def _on_modes(fit: HyperelasticFit) -> list[str]:
     """What a fit says of the kinds of load that were not tested: the figure itself, so that everyone can judge it."""
     modes = [t.mode for t in fit.tests]
     low, high = whole_range(fit.tests)
-    l = _farthest(low, high)  # noqa: E741
+    farthest = _farthest(low, high)
     wild = absurd_from(fit.material, high) if "equibiaxial" not in modes else None
     if len(modes) > 1 and wild is None:
         return []
@@ -253,8 +254,8 @@ def _on_modes(fit: HyperelasticFit) -> list[str]:
         if len(modes) == 1
         else "no equibiaxial test was given: "
     )
-    value, there = (_pascal(float(fit.material.nominal(mode, l))) for mode in (shown, modes[0]))
-    text += f"at stretch {l:.3g} it predicts {value} {shown} ({modes[0]}: {there})"
+    value, there = (_pascal(float(fit.material.nominal(mode, farthest))) for mode in (shown, modes[0]))
+    text += f"at stretch {farthest:.3g} it predicts {value} {shown} ({modes[0]}: {there})"
     if wild is not None:
         text += (
             f"; that is absurd, from stretch {wild:.3g} on the equibiaxial stress is over {_ABSURD:.0f} times the "
@@ -265,7 +266,8 @@ def _on_modes(fit: HyperelasticFit) -> list[str]:
         mirrored = Ogden(tuple(-m for m in fit.material.mu), tuple(-a for a in fit.material.alpha))
         lines.append(
             "a planar test cannot tell alpha from -alpha: with all signs turned the fit is the same, but the "
-            f"equibiaxial stress at stretch {l:.3g} is {_pascal(float(mirrored.nominal('equibiaxial', l)))}"
+            f"equibiaxial stress at stretch {farthest:.3g} is "
+            f"{_pascal(float(mirrored.nominal('equibiaxial', farthest)))}"
         )
     return lines
 

@@ -98,9 +98,9 @@ class Ogden:
 
     def slope(self, mode: str, stretch: ArrayLike) -> Array:
         """dP/dl [Pa] of the nominal stress; at l = 1 it is E uniaxial, 2 E equibiaxial, 4/3 E planar."""
-        l, k = _stretches(stretch)[..., None], _mode(mode)  # noqa: E741
+        given, k = _stretches(stretch)[..., None], _mode(mode)
         mu, alpha = np.array(self.mu), np.array(self.alpha)
-        terms = (alpha - 1) * l ** (alpha - 2) - (k * alpha - 1) * l ** (k * alpha - 2)
+        terms = (alpha - 1) * given ** (alpha - 2) - (k * alpha - 1) * given ** (k * alpha - 2)
         return np.asarray((mu * terms).sum(axis=-1))
 
     def energy(self, principal: ArrayLike) -> Array:
@@ -126,11 +126,11 @@ class Ogden:
         # the smaller root by the product of both, where their difference would cancel
         return np.where(trace > 0, determinant / (trace / 2 + root), trace / 2 - root)
 
-    def _stiffnesses(self, mode: str, l: Array) -> tuple[Array, Array, Array]:  # noqa: E741
-        third = l ** _mode(mode)
-        second = {"uniaxial": third, "equibiaxial": l, "planar": np.ones_like(l)}[mode]
+    def _stiffnesses(self, mode: str, stretch: Array) -> tuple[Array, Array, Array]:
+        third = stretch ** _mode(mode)
+        second = {"uniaxial": third, "equibiaxial": stretch, "planar": np.ones_like(stretch)}[mode]
         twice = 2 * np.array(self.moduli)
-        d1, d2, d3 = (np.asarray(s[..., None] ** np.array(self.alpha) @ twice) for s in (l, second, third))
+        d1, d2, d3 = (np.asarray(s[..., None] ** np.array(self.alpha) @ twice) for s in (stretch, second, third))
         return d1, d2, d3
 
 

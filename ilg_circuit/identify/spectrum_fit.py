@@ -193,9 +193,11 @@ def impedance_of(kind: ElectricalModel, values: Array, s: ComplexArray, electrod
     """
     columns: Any = values.T[:, :, None]
     dc, rest = columns[0], columns[1:]
+    # arrays in place of floats: the closed forms take either, and no ladder is made
     port: Any = Port
+    ladder: Any = Ladder
     if kind.name in ("warburg", "cpe"):
-        bare = Ladder(kind.name, (rest[1], rest[2]), 0.0, np.inf, (), (0.0, 0.0), np.inf)  # type: ignore[arg-type]
+        bare = ladder(kind.name, (rest[1], rest[2]), 0.0, np.inf, (), (0.0, 0.0), np.inf)
         made = port(dc, electrode_resistance=electrode_resistance, ladder=bare, series_resistance=rest[0])
     else:
         pairs = tuple(zip(rest[0::2], rest[1::2], strict=True))
