@@ -42,7 +42,7 @@ demo: setup
 	$(bin)/ilg-circuit demo --out demo
 
 test: setup .venv/.stamp-dev
-	$(bin)/python -m pytest
+	$(bin)/python -m pytest --numprocesses 2 --dist loadfile
 
 lint: .venv/.stamp-dev
 	$(bin)/python -m ruff check .

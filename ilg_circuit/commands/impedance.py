@@ -25,13 +25,13 @@ _OUT = click.Path(path_type=Path)
 @click.option("--plot", type=_OUT, help="Bode and Nyquist plot to write (.png, .pdf, .svg).")
 def impedance(actuator: str, low: str, high: str, load_text: str | None, **options: Any) -> None:
     """The small-signal spectrum at the strip's terminals, by AC analysis about a bias voltage."""
-    from .actuator_file import load_actuator
-    from .circuit.strip import parse_load
-    from .files import require_writable
-    from .impedance import frequencies
-    from .impedance import impedance as solve
-    from .plots import plot_impedance, require_picture
-    from .units import parse
+    from ..actuator_file import load_actuator
+    from ..circuit.strip import parse_load
+    from ..files import require_writable
+    from ..impedance import frequencies
+    from ..impedance import impedance as solve
+    from ..plots import plot_impedance, require_picture
+    from ..units import parse
 
     strip = load_actuator(actuator)
     f = frequencies(parse(low, "Hz", "--from"), parse(high, "Hz", "--to"), options["points"])
@@ -55,7 +55,7 @@ def impedance(actuator: str, low: str, high: str, load_text: str | None, **optio
     for line in found.warnings():
         click.echo(f"warning: {line}", err=True)
     if options["check"]:
-        from .check import check_impedance, report, require_agreement
+        from ..check import check_impedance, report, require_agreement
 
         differences = check_impedance(found, **how)
         click.echo(report(differences))

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .errors import InputError
+from ..errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .cpg.network import Network
+    from ..cpg.network import Network
 
 _OUT = click.Path(path_type=Path)
 _TOPOLOGIES = ("mutual", "ring", "one-way-ring", "chain")
@@ -46,8 +46,8 @@ _SWEPT = {"inhibition": "", "adaptation": "", "tonic": "", "rise-time": "s", "ad
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def cpg(**options: Any) -> None:
     """A central pattern generator: whether it oscillates, period, amplitude, phases, outputs over time."""
-    from .files import require_writable
-    from .plots import require_picture
+    from ..files import require_writable
+    from ..plots import require_picture
 
     _require_apart(options)
     for key in ("out", "deck_path"):
@@ -76,9 +76,9 @@ def _require_apart(options: dict[str, Any]) -> None:
 
 
 def _run(options: dict[str, Any]) -> None:
-    from .cpg.report import default_times, describe, run, tabulate
-    from .response import sample_times
-    from .units import parse
+    from ..cpg.report import default_times, describe, run, tabulate
+    from ..response import sample_times
+    from ..units import parse
 
     if options["duration"] is None:
         raise InputError("--duration is missing; say how long, such as --duration 10s")
@@ -95,12 +95,12 @@ def _run(options: dict[str, Any]) -> None:
     if options["out"]:
         result.write_csv(options["out"])
     if options["plot"]:
-        from .cpg.plots import plot_run
+        from ..cpg.plots import plot_run
 
         plot_run(result, options["plot"])
     if options["deck_path"]:
-        from .cpg.netlist import deck
-        from .files import write_text
+        from ..cpg.netlist import deck
+        from ..files import write_text
 
         write_text(options["deck_path"], deck(network, seconds, start))
     click.echo(json.dumps(describe(result), indent=2) if options["as_json"] else tabulate(result))
@@ -109,8 +109,8 @@ def _run(options: dict[str, Any]) -> None:
 
 
 def _sweep(options: dict[str, Any]) -> None:
-    from .cpg.plots import plot_sweep
-    from .cpg.sweep import sweep
+    from ..cpg.plots import plot_sweep
+    from ..cpg.sweep import sweep
 
     if options["engine"] != "ode" or options["deck_path"]:
         raise InputError("a sweep is solved by --engine ode and writes no netlist; leave out --engine and --netlist")
@@ -150,8 +150,8 @@ def _sweep(options: dict[str, Any]) -> None:
 
 def _network(options: dict[str, Any], **changed: float) -> Network:
     """The network of the options, with some constants (SI) in place of theirs."""
-    from .cpg import network as wirings
-    from .units import parse
+    from ..cpg import network as wirings
+    from ..units import parse
 
     times = {
         key: changed[key] if key in changed else parse(options[key], "s", f"--{key.replace('_', '-')}")
@@ -189,8 +189,8 @@ def _swept_values(text: str) -> tuple[str, NDArray[Any]]:
     """Parameter and its values in SI from ``name=from:to:count``."""
     import numpy as np
 
-    from .cpg.sweep import MOST_VALUES
-    from .units import parse
+    from ..cpg.sweep import MOST_VALUES
+    from ..units import parse
 
     name, _, rest = text.partition("=")
     parts = rest.split(":")

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from .actuator import Actuator
+from ..actuator import Actuator
+from .progress import evaluation_counter
 
 
 def identify_file(
@@ -18,22 +19,14 @@ def identify_file(
     out: Path | None,
     json_path: Path | None,
     plot: Path | None,
-    progress: bool = True,
 ) -> None:
     """Fit the spectrum in ``data``, write what was asked for, print the table; Re ``held`` [ohm]."""
-    from tqdm import tqdm
-
-    from .identify.spectrum_files import read_spectrum
-    from .identify.spectrum_identification import identify_spectrum
-    from .identify.spectrum_report import plot_spectrum, spectrum_table, write_spectrum_actuator, write_spectrum_json
+    from ..identify.spectrum_files import read_spectrum
+    from ..identify.spectrum_identification import identify_spectrum
+    from ..identify.spectrum_report import plot_spectrum, spectrum_table, write_spectrum_actuator, write_spectrum_json
 
     spectrum = read_spectrum(data)
-    silent = None if progress else True  # None: only in a terminal
-    with tqdm(delay=1.0, disable=silent, leave=False, unit="evaluation", desc="fitting") as bar:
-
-        def advance() -> None:
-            bar.update()
-
+    with evaluation_counter() as advance:
         result = identify_spectrum(spectrum, base=base, model=model, electrode_resistance=held, progress=advance)
     if out:
         write_spectrum_actuator(result, out)

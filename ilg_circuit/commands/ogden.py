@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from .errors import InputError
+from ..errors import InputError
 
 _PATH = click.Path(path_type=Path)
 
@@ -58,11 +58,11 @@ def ogden(
         missing, there = ("--actuator", "--out") if actuator is None else ("--out", "--actuator")
         raise InputError(f"{there} without {missing}: give the strip to start from and the file to write, or neither")
 
-    from .actuator_file import load_actuator
-    from .files import require_writable
-    from .hyperelastic import characterise, read_load_test
-    from .hyperelastic.report import plot_characterisation, table, to_json, write_actuator
-    from .plots import require_picture
+    from ..actuator_file import load_actuator
+    from ..files import require_writable
+    from ..hyperelastic import characterise, read_load_test
+    from ..hyperelastic.report import plot_characterisation, table, to_json, write_actuator
+    from ..plots import require_picture
 
     named = [*files.values(), *(path for path in (plot, out) if path)]
     if len({path.resolve() for path in named}) < len(named):

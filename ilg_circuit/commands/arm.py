@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .errors import InputError, MissingLibraryError
+from ..errors import InputError, MissingLibraryError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .arm import Activation, Arm, Motion
-    from .arm.coupling import Coupled
-    from .arm.reach import Reached
+    from ..arm import Activation, Arm, Motion
+    from ..arm.coupling import Coupled
+    from ..arm.reach import Reached
 
 _OUT = click.Path(path_type=Path)
 
@@ -73,11 +73,11 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
     looked for, and --plot shows the places that the tip can come to.
     """
     _require_extra()
-    from .arm.plots import SNAPSHOT_TIMES, animate, plot_motion, plot_reach, require_animation
-    from .files import require_writable
-    from .plots import require_picture
-    from .response import sample_times
-    from .units import parse
+    from ..arm.plots import SNAPSHOT_TIMES, animate, plot_motion, plot_reach, require_animation
+    from ..files import require_writable
+    from ..plots import require_picture
+    from ..response import sample_times
+    from ..units import parse
 
     seconds = parse(duration, "s", "--duration")
     times = sample_times(seconds, samples=options["samples"], step=parse(step, "s", "--step") if step else None)
@@ -137,7 +137,7 @@ def _require_consistent(options: dict[str, Any]) -> None:
 
 def _moved(body: Arm, options: dict[str, Any], seconds: float, times: NDArray[Any]) -> tuple[Motion, Coupled | None]:
     """The motion that the options prescribe, and its rhythm."""
-    from .arm import simulate
+    from ..arm import simulate
 
     coupled = _coupled(body, options, seconds) if options["kind"] == "cpg" else None
     drive = coupled.activation(body) if coupled else _prescribed(body, options, seconds)
@@ -150,10 +150,10 @@ def _moved(body: Arm, options: dict[str, Any], seconds: float, times: NDArray[An
 
 def _reached(body: Arm, options: dict[str, Any], seconds: float, times: NDArray[Any]) -> Reached:
     """The motion that comes nearest to a target."""
-    from .actuator_file import load_actuator
-    from .arm import passive
-    from .arm.reach import reach_target
-    from .units import parse
+    from ..actuator_file import load_actuator
+    from ..arm import passive
+    from ..arm.reach import reach_target
+    from ..units import parse
 
     cells = options["target"].split(",")
     if len(cells) != 2:
@@ -193,9 +193,9 @@ def _require_extra() -> None:
 
 def _arm(options: dict[str, Any]) -> Arm:
     """The arm that the options describe."""
-    from .actuator_file import load_actuator
-    from .arm import OCTOPUS, strip_arm
-    from .arm.lattice import GRAVITY
+    from ..actuator_file import load_actuator
+    from ..arm import OCTOPUS, strip_arm
+    from ..arm.lattice import GRAVITY
 
     segments, mounting = options["segments"], options["mounting"]
     if options["formulation"] == "beam":
@@ -216,10 +216,10 @@ def _arm(options: dict[str, Any]) -> Arm:
 
 def _coupled(body: Arm, options: dict[str, Any], seconds: float) -> Coupled:
     """A rhythm and what the coupling makes of it."""
-    from .actuator_file import load_actuator
-    from .arm.coupling import couple
-    from .cpg.network import INHIBITION, TONIC, chain, ring, unit
-    from .units import parse
+    from ..actuator_file import load_actuator
+    from ..arm.coupling import couple
+    from ..cpg.network import INHIBITION, TONIC, chain, ring, unit
+    from ..units import parse
 
     if options["amplitude"] is not None:
         raise InputError("--amplitude is that of a sine; a rhythm's is set by --voltage")
@@ -248,7 +248,7 @@ def _coupled(body: Arm, options: dict[str, Any], seconds: float) -> Coupled:
 
 def _start(body: Arm, drive: Activation, options: dict[str, Any]) -> tuple[Any, Any] | None:
     """Positions and velocities to begin with, None for the rest shape."""
-    from .arm.statics import equilibrium
+    from ..arm.statics import equilibrium
 
     if not options["settled"]:
         return None
@@ -258,8 +258,8 @@ def _start(body: Arm, drive: Activation, options: dict[str, Any]) -> tuple[Any, 
 
 def _prescribed(body: Arm, options: dict[str, Any], seconds: float) -> Activation:
     """Activation without a rhythm and without a circuit."""
-    from .arm import sine, stiffening_wave
-    from .units import parse
+    from ..arm import sine, stiffening_wave
+    from ..units import parse
 
     if options["coupling"] != "ideal":
         raise InputError(f"--coupling {options['coupling']} goes with --activation cpg; a {options['kind']} is ideal")
@@ -275,7 +275,7 @@ def _summary(motion: Motion) -> list[str]:
     """What the user sees of the motion."""
     import numpy as np
 
-    from .units import format_quantity
+    from ..units import format_quantity
 
     body = motion.arm
     moved = np.linalg.norm(motion.tip - motion.tip[0], axis=1)

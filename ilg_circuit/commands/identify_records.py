@@ -8,21 +8,20 @@ from typing import Any
 
 import click
 
-from .actuator import Actuator
-from .errors import InputError
+from ..actuator import Actuator
+from ..errors import InputError
+from .progress import evaluation_counter
 
 
 def identify_together(
     paths: tuple[Path, ...], base: Actuator | None, electrode_resistance: float | None, options: dict[str, Any]
 ) -> None:
     """Fit the records at ``paths`` jointly; ``options`` are those of the command."""
-    from tqdm import tqdm
-
-    from .actuator_file import save_actuator
-    from .files import write_text
-    from .identify import read_measurement
-    from .identify.joint import fit_jointly
-    from .plots import plot_joint
+    from ..actuator_file import save_actuator
+    from ..files import write_text
+    from ..identify import read_measurement
+    from ..identify.joint import fit_jointly
+    from ..plots import plot_joint
 
     if options["model"] == "auto":
         raise InputError(
@@ -31,14 +30,14 @@ def identify_together(
     if options["report"]:
         raise InputError("--report is for one file; several together have --json and --plot")
     measurements = [read_measurement(path) for path in paths]
-    with tqdm(delay=1.0, disable=None, leave=False, unit="evaluation", desc="fitting") as bar:
+    with evaluation_counter() as advance:
         result = fit_jointly(
             measurements,
             model=options["model"],
             base=base,
             electrode_resistance=electrode_resistance,
             engine=options["engine"],
-            progress=lambda: _advance(bar),
+            progress=advance,
         )
     if options["out"]:
         comment = f"fitted to {', '.join(r.source for r in result.records)}, model {result.model}"
@@ -52,7 +51,3 @@ def identify_together(
     click.echo(result.table())
     for line in result.warnings:
         click.echo(f"warning: {line}", err=True)
-
-
-def _advance(bar: Any) -> None:
-    bar.update()

@@ -1,0 +1,21 @@
+"""The commands of `ilg-circuit`, one a module, each of which imports what it needs when it is called."""
+
+from __future__ import annotations
+
+from . import arm, cpg, demo, doctor, identify, impedance, netlist, ogden, sense, show, simulate
+
+COMMANDS = (
+    show.show,
+    simulate.simulate,
+    netlist.netlist,
+    identify.identify,
+    impedance.impedance,
+    sense.sense,
+    ogden.ogden,
+    cpg.cpg,
+    arm.arm,
+    demo.demo,
+    doctor.doctor,
+)
+
+__all__ = ["COMMANDS"]

@@ -1,0 +1,87 @@
+"""The command ``identify``."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..errors import InputError
+from .progress import evaluation_counter
+
+_OUT = click.Path(path_type=Path)
+
+
+@click.command()
+@click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
+@click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
+@click.option("--model", default="auto", show_default=True, help="rc, rc2, rc3, warburg, cpe; +sinh, +growing; auto.")
+@click.option("--electrode-resistance", help="Held in the fit, such as 2ohm.  [default: the actuator's]")
+@click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
+@click.option("--out", type=_OUT, help="TOML file for the fitted actuator.")
+@click.option("--json", "json_path", type=_OUT, help="JSON file for the result.")
+@click.option("--plot", type=_OUT, help="Picture of data, fit and residuals (.png, .pdf, .svg).")
+@click.option("--report", type=_OUT, help="One HTML file with all of it.")
+def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance: str | None, **options: Any) -> None:
+    """Fit a strip to a measured step, waveform or impedance spectrum.
+
+    DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm; or a
+    spectrum: frequency_Hz, re_ohm, im_ohm, or what EC-Lab (text), Gamry (.DTA) and ZPlot (.z) export. Several records
+    of one strip are fitted together (currents only), and each is predicted from the others.
+    """
+    from ..actuator_file import load_actuator
+    from ..files import require_writable
+    from ..identify import identify as fit
+    from ..identify import read_measurement
+    from ..identify.report import plot_identification, table, write_actuator, write_json
+    from ..identify.spectrum_files import is_spectrum
+    from ..plots import require_picture
+    from ..units import parse
+    from .identify_records import identify_together
+    from .identify_spectrum import identify_file
+
+    outputs = [options[k] for k in ("out", "json_path", "plot", "report") if options[k]]
+    if len({p.resolve() for p in (*data, *outputs)}) < len(data) + len(outputs):
+        raise InputError("two of DATA, --out, --json, --plot and --report name the same file; give each its own")
+    for path in (options["out"], options["json_path"], options["report"]):
+        if path:
+            require_writable(path)
+    if options["plot"]:
+        require_picture(options["plot"])
+    base = load_actuator(actuator) if actuator else None
+    held = parse(electrode_resistance, "ohm", "--electrode-resistance") if electrode_resistance else None
+    spectra = [path for path in data if is_spectrum(path)]
+    if spectra and (len(data) > 1 or options["report"]):
+        raise InputError(f"'{spectra[0]}' is a spectrum: give it alone, and without --report")
+    if spectra:
+        identify_file(data[0], base, held, options["model"], **{k: options[k] for k in ("out", "json_path", "plot")})
+        return
+    if len(data) > 1:
+        identify_together(data, base, held, options)
+        return
+    measurement = read_measurement(data[0])
+    with evaluation_counter() as advance:
+        result = fit(
+            measurement,
+            base=base,
+            model=options["model"],
+            electrode_resistance=held,
+            engine=options["engine"],
+            progress=advance,
+        )
+    if options["out"]:
+        write_actuator(result, options["out"])
+    if options["json_path"]:
+        write_json(result, options["json_path"])
+    if options["plot"]:
+        plot_identification(result, options["plot"])
+    if options["report"]:
+        from ..identify.html_report import write_report
+
+        write_report(result, options["report"], shlex.join(["ilg-circuit", *sys.argv[1:]]))
+    click.echo(table(result))
+    for line in result.warnings:
+        click.echo(f"warning: {line}", err=True)

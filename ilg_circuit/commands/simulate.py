@@ -1,0 +1,77 @@
+"""The command ``simulate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .progress import progress_bar
+
+_OUT = click.Path(path_type=Path)
+
+
+@click.command()
+@click.argument("actuator")
+@click.option("--drive", required=True, help="step:4V, square:4V,30s[,duty], sine:2V,0.1Hz, ramp:1V/s, file:drive.csv")
+@click.option("--duration", required=True, help="How long, such as 300s.")
+@click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
+@click.option("--beam", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True)
+@click.option("--load", "load_text", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip.")
+@click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
+@click.option(
+    "--accuracy",
+    type=float,
+    help="Error allowed, relative to each maximum.  [default: 1e-09; with nonlinear elements 1e-06]",
+)
+@click.option("--samples", type=int, help="Number of samples.  [default: 601]")
+@click.option("--step", help="Time between samples, such as 0.1s; instead of --samples.")
+@click.option("--check", is_flag=True, help="Compare with the exact solver and the closed forms.")
+@click.option("--out", type=_OUT, help="CSV file to write.")
+@click.option("--band", is_flag=True, help="Standard errors from the fit that the actuator comes from.")
+@click.option("--with-energy", is_flag=True, help="Add a column energy_J to the CSV.")
+@click.option("--plot", type=_OUT, help="Picture to write (.png, .pdf, .svg).")
+def simulate(actuator: str, drive: str, duration: str, load_text: str | None, step: str | None, **options: Any) -> None:
+    """Drive a strip and write its current, displacement, force and charge over time."""
+    from ..actuator_file import load_actuator
+    from ..check import check, report, require_agreement
+    from ..circuit.drive import parse_drive
+    from ..circuit.strip import parse_load
+    from ..files import require_writable
+    from ..plots import plot_response, require_picture
+    from ..response import sample_times
+    from ..response import simulate as solve
+    from ..units import parse
+
+    strip = load_actuator(actuator)
+    seconds = parse(duration, "s", "--duration")
+    times = sample_times(seconds, samples=options["samples"], step=parse(step, "s", "--step") if step else None)
+    source = parse_drive(drive, seconds)
+    how = {"tip": options["tip"], "beam": options["beam"], "load": parse_load(load_text)}
+    if options["out"]:
+        require_writable(options["out"])
+    if options["plot"]:
+        require_picture(options["plot"])
+    how_solved = {"engine": options["engine"], "accuracy": options["accuracy"], "progress": progress_bar()}
+    response = solve(strip, source, times, **how_solved, **how)
+    stderr = None
+    if options["band"]:
+        from ..prediction import prediction_band
+
+        stderr = prediction_band(strip, source, response.time, engine=options["engine"], **how).stderr
+    if options["out"]:
+        response.write_csv(options["out"], energy=options["with_energy"], stderr=stderr)
+    if options["plot"]:
+        plot_response(response, options["plot"], stderr)
+    click.echo(f"{response.netlist.title}: {source.text}, {seconds:g} s, {len(times)} samples")
+    click.echo(response.summary())
+    click.echo(response.account.summary())
+    if response.engine == "ngspice":
+        click.echo(f"solved by ngspice, estimated error {response.error:.1e} of each maximum")
+    for line in response.warnings:
+        click.echo(f"warning: {line}", err=True)
+    if options["check"]:
+        differences = check(response, **how)
+        click.echo(report(differences))
+        require_agreement(differences)
