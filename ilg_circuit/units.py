@@ -43,7 +43,7 @@ _PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "N", "s", "C", "J", "W
 def _registry() -> UnitRegistry[Any]:
     from pint import UnitRegistry
 
-    return UnitRegistry()
+    return UnitRegistry(non_int_type=Decimal)  # with floats a g/cm^3 would be 999.9999999999999 kg/m^3
 
 
 @lru_cache(maxsize=512)
@@ -64,7 +64,7 @@ def scale(unit: str, si_unit: str) -> Fraction:
         return Fraction(1, 100)
     try:
         given, wanted = registry.parse_units(unit), registry.parse_units(si_unit)
-        factor = registry.Quantity(1.0, given).to(wanted).magnitude if given != wanted else 1.0
+        factor = Fraction(registry.Quantity(Decimal(1), given).to(wanted).magnitude)
     except pint.DimensionalityError:
         raise InputError(f"unit '{unit}' does not measure this quantity; use '{si_unit}' or a multiple of it") from None
     except Exception:  # pint's parser leaks many exception types (tokenizer, attribute, value errors)
@@ -74,7 +74,7 @@ def scale(unit: str, si_unit: str) -> Fraction:
         raise InputError(f"unit '{unit}' is ambiguous by 2 pi here; use '{si_unit}'")
     if any(word in str(given) for word in _COUNTS) or not si_unit:
         raise InputError(f"unit '{unit}' counts turns, degrees or ratios; use '{si_unit or 'a plain number'}'")
-    return Fraction(repr(float(factor)))
+    return factor
 
 
 def parse(text: str, si_unit: str, what: str = "quantity") -> float:

@@ -19,7 +19,17 @@ Array = NDArray[np.float64]
 
 NGSPICE, GNUCAP = shutil.which("ngspice"), shutil.which("gnucap")
 with_ngspice = pytest.mark.skipif(NGSPICE is None, reason="the program ngspice is not installed")
-with_gnucap = pytest.mark.skipif(GNUCAP is None, reason="the program gnucap is not installed")
+
+
+def _gnucap_runs() -> bool:
+    """Whether gnucap is there with its plugins, a package of their own, without which it knows no resistor."""
+    if GNUCAP is None:
+        return False
+    done = subprocess.run([GNUCAP, "-v"], capture_output=True, text=True, timeout=60, check=False, input="")
+    return "plugin not found" not in done.stdout + done.stderr
+
+
+with_gnucap = pytest.mark.skipif(not _gnucap_runs(), reason="the program gnucap, with its plugins, is not installed")
 
 
 def _strip(name: str, **changes: object) -> Actuator:
