@@ -117,4 +117,6 @@ def format_quantity(value: float, si_unit: str, digits: int | None = None) -> st
     text = repr(float(scaled)) if Decimal(repr(float(scaled))) == scaled else format(scaled, "g")
     if digits is not None:
         text = f"{float(scaled):.{digits}g}"
+        if "e" in text and 1 <= abs(scaled) < 1e5:
+            text = f"{float(text):.0f}"  # 110 reads better than 1.1e+02
     return f"{text.removesuffix('.0')} {_PREFIXES.get(exponent, '')}{si_unit}".strip()

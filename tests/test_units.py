@@ -171,6 +171,8 @@ def test_formatted_for_people() -> None:
     assert format_quantity(0.0005, "m") == "500 um"
     assert format_quantity(4.398e-5, "N/m") == "4.398e-05 N/m"
     assert format_quantity(2 / 3, "V", 3) == "667 mV"
+    assert format_quantity(1.1e-4, "F", 2) == "110 uF"
+    assert format_quantity(1234.0, "kg/m^3", 2) == "1200 kg/m^3"
     assert format_quantity(0.0, "A") == "0 A"
     assert format_quantity(-0.25, "V") == "-250 mV"
     assert format_quantity(0.3, "") == "0.3"
