@@ -24,6 +24,14 @@ _JUMP_OVER_NOISE = 12.0
 _NOISE_OF_LEVEL = 0.1
 #: No instrument reads less than this, in SI units.
 _LEAST_READING = 1e-30
+#: What is left out of a measured voltage: this part of its largest value.
+_NEGLIGIBLE = 1e-5
+#: Samples of a smooth curve bend alike: neighbouring second differences differ by less than this part.
+_SMOOTH = 0.5
+#: Parts into which the time between two samples of a smooth curve is divided.
+_PARTS = 8
+#: So many samples at rest and fewer tell nothing about its noise.
+_FEW = 10
 #: Below this part of the largest voltage the record counts as at rest.
 _REST = 0.05
 #: So many equal samples at the largest current are an instrument's limit, not a peak.
@@ -141,14 +149,16 @@ def _onset(u: Array, name: str) -> int:
     # a rest level that is not zero (an instrument's offset) is still rest; one that equals the drive is no step
     if np.ptp(u) <= _REST * largest and first == 0:
         return 0
-    if len(rest) > 10 and not _is_jump(u, first):
-        # a slow waveform left its rest before it reached 5 %: go back to where it left the noise
-        level, spread = float(np.median(rest[:5])), noise_level(rest)
-        quiet = np.abs(rest - level) <= max(4 * spread, 1e-6 * largest)
-        if quiet[: len(rest) // 3].mean() < 0.8:
-            return 0  # it moves from its first sample on: there is no rest in the record
-        first = int(np.flatnonzero(quiet)[-1]) + 1
-    return first
+    if _is_jump(u, first):
+        return first
+    if len(rest) <= _FEW:
+        return 0  # a slow waveform: an onset too early costs nothing, one too late cuts off its beginning
+    # it left its rest before it reached 5 %: go back to where it left the noise
+    level, spread = float(np.median(rest[:5])), noise_level(rest)
+    quiet = np.abs(rest - level) <= max(4 * spread, 1e-6 * largest)
+    if quiet[: len(rest) // 3].mean() < 0.8:
+        return 0  # it moves from its first sample on: there is no rest in the record
+    return int(np.flatnonzero(quiet)[-1]) + 1
 
 
 def _is_jump(u: Array, k: int) -> bool:
@@ -184,13 +194,41 @@ def _drive(t: Array, u: Array) -> tuple[PiecewiseLinear, float]:
             times.append(t[[start]])
             values.append(np.array([level.mean()]))
         else:
-            kept = start + simplified(t[start:stop], level, max(3 * noise_level(level), 1.5 * _resolution(level)))
-            times.append(t[kept])
-            values.append(u[kept])
+            tolerance = max(3 * noise_level(level), 1.5 * _resolution(level), _NEGLIGIBLE * float(np.abs(u).max()))
+            fine_times, fine = between_samples(t[start:stop], level, tolerance)
+            kept = simplified(fine_times, fine, tolerance)
+            times.append(fine_times[kept])
+            values.append(fine[kept])
         if stop < len(u):  # hold until the jump
             times.append(t[[stop]])
             values.append(values[-1][-1:])
     return PiecewiseLinear(np.concatenate(times), np.concatenate(values), "measured voltage"), noise
+
+
+def between_samples(t: Array, u: Array, tolerance: float) -> tuple[Array, Array]:
+    """Samples and, where the voltage is a smooth curve that sags beyond ``tolerance`` below its chords, points between.
+
+    Straight lines through the samples of a sine make a smaller sine, which a fit would take for a smaller conductance.
+    A curve is smooth where four samples bend alike twice; the points lie on the cubic through them.
+    """
+    if len(u) < 4:
+        return t, u
+    bend = np.diff(np.diff(u) / np.diff(t)) / (t[2:] - t[:-2])  # half the second derivative
+    left, right = bend[:-1], bend[1:]
+    alike = np.abs(left - right) <= _SMOOTH * np.maximum(np.abs(left), np.abs(right))
+    width = np.diff(t)[1:-1]
+    curved = 1 + np.flatnonzero(alike & (np.abs(left + right) * width**2 / 8 > tolerance))
+    share = np.arange(1, _PARTS) / _PARTS
+    a, b = t[curved, None], t[curved + 1, None]
+    at = a + (b - a) * share
+    # Newton's form of the cubic through four samples, left to right
+    third = ((bend[curved] - bend[curved - 1]) / (t[curved + 2] - t[curved - 1]))[:, None]
+    slope = (u[curved, None] - u[curved - 1, None]) / (a - t[curved - 1, None])
+    first = at - t[curved - 1, None]
+    cubic = u[curved - 1, None] + first * (slope + (at - a) * (bend[curved - 1, None] + (at - b) * third))
+    times = np.concatenate([t, at.ravel()])
+    order = np.argsort(times, kind="stable")
+    return times[order], np.concatenate([u, cubic.ravel()])[order]
 
 
 def _resolution(u: Array) -> float:

@@ -7,14 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from synthetic import Record, record, step
 
 from ilg_circuit.actuator import PAPER
 from ilg_circuit.circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.elements import lumped_elements
 from ilg_circuit.errors import InputError
-from ilg_circuit.identify import read_measurement
-from ilg_circuit.identify.measurement import noise_level, prepare, simplified
+from ilg_circuit.identify import identify, read_measurement
+from ilg_circuit.identify.measurement import between_samples, noise_level, prepare, simplified
+from ilg_circuit.response import simulate
 from ilg_circuit.tables import Table
 
 Reader = Callable[[str], None]
@@ -289,6 +292,52 @@ def test_simplified_stays_within_its_tolerance() -> None:
         assert kept[-1] == len(t) - 1
         assert np.abs(np.interp(t, t[kept], u[kept]) - u).max() <= tolerance
     assert len(simplified(t, 2 * t, 1e-9)) == 2
+
+
+# -- between samples ---------------------------------------------------------------------------------------------------
+
+
+@given(
+    st.lists(st.floats(-2, 2), min_size=4, max_size=4),
+    st.lists(st.floats(0.5, 1.5), min_size=6, max_size=20),
+    st.floats(1e-3, 1e3),
+)
+def test_a_cubic_is_followed_exactly(coefficients: list[float], steps: list[float], unit: float) -> None:
+    t = np.cumsum([0.0, *steps])
+    cubic = np.polynomial.Polynomial(coefficients)
+    fine_times, fine = between_samples(t * unit, cubic(t), 0.0)
+    assert (np.diff(fine_times) > 0).all()
+    assert set(t * unit) <= set(fine_times)
+    size = np.abs(cubic(t)).max() + np.abs(coefficients).max()
+    assert fine == pytest.approx(cubic(fine_times / unit), abs=1e-10 * size * len(t) ** 3)
+
+
+def test_corners_and_noise_are_left_as_they_are() -> None:
+    t = np.linspace(0, 12, 49)
+    triangle = 1 - np.abs(t % 6 - 3)
+    noisy = triangle + np.random.default_rng(3).normal(0, 1e-3, len(t))
+    for u, tolerance in ((triangle, 1e-12), (noisy, 3e-3)):
+        fine_times, fine = between_samples(t, u, tolerance)
+        assert fine_times.tolist() == t.tolist()
+        assert fine.tolist() == u.tolist()
+
+
+@pytest.mark.parametrize(("frequency", "interval"), [(0.01, 0.1), (0.01, 1.0), (0.02, 0.5)])
+def test_a_coarsely_sampled_sine_gives_the_true_elements(frequency: float, interval: float) -> None:
+    """Straight lines between these samples would move Rdc by up to seven of its standard errors."""
+    t = np.arange(0, 300, interval)
+    response = simulate(PAPER, Sine(2.0, frequency), t, engine="exact")
+    noise = np.random.default_rng(20).normal(0, 1e-5, len(t))
+    m = prepare(
+        Table({"time": t, "voltage": response.voltage, "current": response.current + noise}, "sine.csv"),
+    )
+    assert m.onset == 0.0
+    found = identify(m, model="rc", engine="exact")
+    truth = lumped_elements(PAPER)
+    for name in ("dc_resistance", "dynamic_resistance", "capacitance"):
+        p = found.parameters[name]
+        assert p.stderr is not None
+        assert abs(p.value - getattr(truth, name)) < 3.5 * p.stderr, name
 
 
 def test_the_paper_strip_is_what_the_records_are_made_of() -> None:
