@@ -9,18 +9,16 @@ from __future__ import annotations
 
 import math
 import os
-import platform
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from statistics import median
 from time import perf_counter
 
 import numpy as np
+from machine import conditions
 from numpy.typing import NDArray
 
 from ilg_circuit.arm import Activation, Arm, activation, simulate
@@ -202,15 +200,12 @@ def compile_times() -> tuple[float, float]:
 
 def markdown(rows: list[Row], compiled: tuple[float, float], took: float) -> str:
     """The page: conditions, table, notes."""
-    versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
-    load = f", load average {os.getloadavg()[0]:.1f} at the end" if hasattr(os, "getloadavg") else ""
     lines = [
         "# The arm beside PyElastica",
         "",
         "Written by `python benchmarks/arm.py` (`pip install '.[bench]'`).",
         "",
-        f"{datetime.now(UTC):%Y-%m-%d}; {platform.system()} {platform.machine()}, {os.cpu_count()} cores{load}.",
-        f"Python {platform.python_version()}, {versions}.",
+        *conditions(PACKAGES),
         "",
         "| elements | PyElastica, s/s | steps/s | error | ilg_circuit, s/s | steps/s | error | ratio | tips apart |",
         "|---|---|---|---|---|---|---|---|---|",

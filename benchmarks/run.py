@@ -7,14 +7,10 @@ turns, so that a busy moment of the machine meets both.
 from __future__ import annotations
 
 import multiprocessing
-import os
-import platform
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from statistics import median
 from time import perf_counter
@@ -25,6 +21,7 @@ import numpy as np
 import ours
 import plain
 from cases import BATCH, NOISE, SPREAD
+from machine import conditions, load
 
 RESULTS = Path(__file__).with_name("RESULTS.md")
 PACKAGES = ("ilg-circuit", "PySpice", "numpy", "scipy", "lmfit")
@@ -165,21 +162,11 @@ def measure_cold_start(report: Report) -> None:
     report.rows.append(Row(command, "", "", f"{cold_start.time_simulate():.2f} s"))
 
 
-def conditions() -> list[str]:
+def heading() -> list[str]:
     """Versions, machine and date."""
     with two_ways() as (_, mine):
         ngspice = mine(ngspice_version)
-    versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
-    machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
-    return [
-        f"{datetime.now(UTC):%Y-%m-%d}; {machine}{_load('load average {} at the start')}.",
-        f"Python {platform.python_version()}, {versions}, ngspice {ngspice}.",
-    ]
-
-
-def _load(text: str) -> str:
-    """How busy the machine is, where it can tell: times of a busy one are no good."""
-    return ", " + text.format(f"{os.getloadavg()[0]:.1f}") if hasattr(os, "getloadavg") else ""
+    return conditions(PACKAGES, f"ngspice {ngspice}")
 
 
 def ngspice_version() -> str:
@@ -205,7 +192,7 @@ def markdown(report: Report, heading: list[str]) -> str:
 def main() -> None:
     """Measure everything, print and write the table."""
     start = perf_counter()
-    heading = conditions()
+    conditions_now = heading()
     report = Report(
         [],
         [
@@ -228,8 +215,8 @@ def main() -> None:
     compare_fits(report, choices["rc"])
     compare_memory(report, choices["rc"][1].options)
     measure_cold_start(report)
-    report.notes.append(f"Whole run: {perf_counter() - start:.0f} s{_load('load average {} at the end')}.")
-    page = markdown(report, heading)
+    report.notes.append(f"Whole run: {perf_counter() - start:.0f} s{load('at the end')}.")
+    page = markdown(report, conditions_now)
     RESULTS.write_text(page, encoding="utf-8")
     print(page)
 
