@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import json
-import platform
-from importlib.metadata import version
-from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +13,7 @@ from numpy.typing import NDArray
 from ..actuator_file import dumps
 from ..circuit.strip import strip_netlist
 from ..files import write_text
+from ..html import png, render
 from ..plots import BLUE, GREY, new_figure
 from ..units import format_quantity
 from .identification import Identification, Parameter
@@ -28,8 +24,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_PACKAGES = ("ilg-circuit", "PySpice", "numpy", "scipy", "lmfit")
-
 
 def write_report(result: Identification, path: str | Path, command: str = "") -> None:
     """Write the report, whole or not at all. ``command`` is the line that makes it again."""
@@ -38,11 +32,7 @@ def write_report(result: Identification, path: str | Path, command: str = "") ->
 
 def html(result: Identification, command: str = "") -> str:
     """The report's text: pictures are in it, nothing is loaded from elsewhere."""
-    from jinja2 import Environment
-
-    template = (files(__package__) / "report.html.j2").read_text(encoding="utf-8")
-    environment = Environment(autoescape=True, trim_blocks=False, keep_trailing_newline=True)
-    return environment.from_string(template).render(_content(result, command))
+    return render(Path(__file__).with_name("report.html.j2"), _content(result, command))
 
 
 def residual_windows(result: Identification) -> list[tuple[float, float, int, float]]:
@@ -78,7 +68,7 @@ def _content(result: Identification, command: str) -> dict[str, Any]:
         "model": result.model,
         "headline": headline(result),
         "warnings": result.warnings,
-        "fit_picture": _png(identification_figure(result)),
+        "fit_picture": png(identification_figure(result)),
         "parameters": [_parameter(name, p) for name, p in result.parameters.items()],
         "derived": [{"name": n, "value": format_quantity(p.value, p.unit, 5)} for n, p in result.derived.items()],
         "candidates": [
@@ -101,16 +91,13 @@ def _content(result: Identification, command: str) -> dict[str, Any]:
             }
             for low, high, count, rms in residual_windows(result)
         ],
-        "correlation_picture": _png(_correlation_figure(result)),
+        "correlation_picture": png(_correlation_figure(result)),
         "names": names,
         "matrix": _matrix(result, names),
         "statistics": json.dumps(result.statistics, indent=2),
         "actuator": dumps(result.actuator),
         "netlist": str(strip_netlist(result.actuator, beam="static").to_pyspice()),
         "command": command or "ilg-circuit identify " + result.measurement.source,
-        "versions": ", ".join(
-            [f"Python {platform.python_version()}", *(f"{name} {version(name)}" for name in _PACKAGES)]
-        ),
     }
 
 
@@ -150,9 +137,3 @@ def _correlation_figure(result: Identification) -> Figure:
         panel.set_ylim(min(-0.3, float(values.min()) - 0.05), 1.05)
     axes[-1].set_xlabel("lag [samples]; grey: 95 % of white noise")
     return figure
-
-
-def _png(figure: Figure) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=110)
-    return base64.b64encode(buffer.getvalue()).decode("ascii")
