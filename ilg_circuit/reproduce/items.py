@@ -1,0 +1,215 @@
+"""What a remade table or figure consists of: numbers beside the paper's, checks, the paper's claims, a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..published import Published, half_a_digit, published
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .runs import Runs
+
+#: What the lights mean, best first.
+LIGHTS = {
+    "agrees": "our run agrees, and nothing here contradicts the paper",
+    "differs": "our run agrees with what the paper's equations recompute to; what it prints or claims differs",
+    "fails": "our run disagrees, or could not be made",
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A number of the paper and ours, both in the unit of ``paper``. ``allowed`` is half its last digit, if not given."""
+
+    paper: Published
+    ours: float
+    allowed: float | None = None
+    note: str = ""
+
+    @property
+    def difference(self) -> float | None:
+        """Ours less the recomputed number, relative to that (absolute where it is zero); None where there is none."""
+        if not self.paper.recomputed:
+            return None
+        reference = float(self.paper.recomputed)
+        return (self.ours - reference) / (reference or 1.0)
+
+    @property
+    def agrees(self) -> bool:
+        """Ours is the recomputed number to the digits given there."""
+        if not self.paper.recomputed:
+            return True
+        allowed = self.paper.rounding if self.allowed is None else self.allowed
+        return abs(self.ours - float(self.paper.recomputed)) <= allowed * 1.000001
+
+    @property
+    def contradicts(self) -> bool:
+        """What is printed is not what it recomputes to, beyond rounding."""
+        printed, recomputed = self.paper.printed, self.paper.recomputed
+        if not (printed and recomputed):
+            return False
+        return abs(float(printed) - float(recomputed)) > (half_a_digit(printed) + self.paper.rounding) / 2 * 1.000001
+
+    @property
+    def reason(self) -> str:
+        return "; ".join(text for text in (self.paper.reason, self.note) if text)
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "quantity": self.paper.item,
+            "where": self.paper.where,
+            "unit": self.paper.unit,
+            "printed": float(self.paper.printed) if self.paper.printed else None,
+            "recomputed": float(self.paper.recomputed) if self.paper.recomputed else None,
+            "ours": self.ours,
+            "difference": self.difference,
+            "agrees": self.agrees,
+            "reason": self.reason,
+        }
+
+
+@dataclass(frozen=True)
+class Check:
+    """``what`` of ours compared with ``reference``: the largest difference relative to the largest value."""
+
+    what: str
+    reference: str
+    value: float
+    limit: float
+
+    @property
+    def agrees(self) -> bool:
+        return self.value <= self.limit
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "what": self.what,
+            "reference": self.reference,
+            "difference": self.value,
+            "limit": self.limit,
+            "agrees": self.agrees,
+        }
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What the paper says in words, whether it ``holds`` in our run (None: cannot be known), and what was found."""
+
+    text: str
+    holds: bool | None
+    found: str
+
+    @property
+    def verdict(self) -> str:
+        return {True: "holds", False: "does not hold", None: "cannot be known"}[self.holds]
+
+    def to_json(self) -> dict[str, Any]:
+        return {"claim": self.text, "verdict": self.verdict, "found": self.found}
+
+
+@dataclass(frozen=True)
+class Made:
+    """An item remade. ``unknown``: what the paper does not say, and what was taken instead; ``files``: name -> text."""
+
+    rows: tuple[Row, ...] = ()
+    checks: tuple[Check, ...] = ()
+    claims: tuple[Claim, ...] = ()
+    unknown: tuple[str, ...] = ()
+    figure: Figure | None = None
+    files: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def agrees(self) -> bool:
+        return all(part.agrees for part in (*self.rows, *self.checks))
+
+    @property
+    def contradicted(self) -> bool:
+        return any(row.contradicts for row in self.rows) or any(claim.holds is False for claim in self.claims)
+
+
+@dataclass(frozen=True)
+class Item:
+    """One table, figure or equation of a paper and how it is remade.
+
+    ``equation`` is HTML, written in this package. ``commands`` are what a user can run to get the same.
+    """
+
+    id: str
+    title: str
+    caption: str
+    equation: str
+    commands: tuple[str, ...]
+    make: Callable[[Runs], Made]
+    needs_arm: bool = False
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """An item after the attempt: ``made``, or ``failure`` says why not. ``seconds`` it took."""
+
+    item: Item
+    made: Made | None
+    failure: str = ""
+    seconds: float = 0.0
+
+    @property
+    def light(self) -> str:
+        """One of `LIGHTS`."""
+        if self.made is None or not self.made.agrees:
+            return "fails"
+        return "differs" if self.made.contradicted else "agrees"
+
+    @property
+    def agreement(self) -> str:
+        """The worst number of each kind, in a few words."""
+        if self.made is None:
+            return f"not made: {self.failure}"
+        words = []
+        compared = [row for row in self.made.rows if row.paper.recomputed]
+        if compared:
+            words.append(f"{sum(row.agrees for row in compared)} of {len(compared)} numbers to the digits given")
+        if self.made.checks:
+            worst = max(self.made.checks, key=lambda c: c.value / c.limit)
+            words.append(f"{worst.what}: {worst.value:.1e} from {worst.reference}")
+        denied = sum(claim.holds is False for claim in self.made.claims)
+        if denied:
+            words.append(f"{denied} of {len(self.made.claims)} claims do not hold")
+        return "; ".join(words)
+
+    def to_json(self) -> dict[str, Any]:
+        made = self.made or Made()
+        return {
+            "id": self.item.id,
+            "title": self.item.title,
+            "light": self.light,
+            "agreement": self.agreement,
+            "failure": self.failure,
+            "seconds": round(self.seconds, 3),
+            "commands": list(self.item.commands),
+            "rows": [row.to_json() for row in made.rows],
+            "checks": [check.to_json() for check in made.checks],
+            "claims": [claim.to_json() for claim in made.claims],
+            "unknown": list(made.unknown),
+        }
+
+
+def rows(table: str, ours: Mapping[str, float], **notes: str) -> tuple[Row, ...]:
+    """Rows of a published ``table`` from our values [SI] by item; ``notes`` are added to the reasons."""
+    return tuple(_row(published(table, item), value, notes.get(item, "")) for item, value in ours.items())
+
+
+def _row(paper: Published, value: float, note: str) -> Row:
+    return Row(paper, float(value) / paper.si_factor, note=note)
+
+
+def largest_difference(values: ArrayLike, reference: ArrayLike) -> float:
+    """Largest difference over the reference's largest value."""
+    known = np.asarray(reference, dtype=float)
+    return float(np.abs(np.asarray(values, dtype=float) - known).max() / np.abs(known).max())

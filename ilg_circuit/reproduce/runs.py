@@ -1,0 +1,115 @@
+"""The runs that several items are made from, each made once, when it is first asked for."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..actuator import PAPER, Coupling
+from ..circuit.drive import PiecewiseLinear
+from ..published import published
+from ..response import Response, simulate
+
+if TYPE_CHECKING:
+    from ..cpg.network import Network
+    from ..identify import Identification
+
+Array = NDArray[np.float64]
+
+#: The paper's step [V], and how long its current took to become steady [s].
+VOLTAGE, DURATION = 4.0, 300.0
+#: At rest [s] before the step, in a record made from the fitted curves.
+_BEFORE = 5.0
+
+
+def coefficient(item: str) -> float:
+    """A coefficient of EC (30), (35)-(39) as it is printed, in its own unit."""
+    return float(published("ec_curves", item).printed)
+
+
+def printed_current(t: Array) -> Array:
+    """EC (30) [A] at t >= 0, as printed."""
+    a0, a1, rate = (coefficient(f"step_current_{name}") for name in ("steady", "decaying", "rate"))
+    return a0 + a1 * np.exp(-rate * t)
+
+
+def printed_displacement(t: Array) -> Array:
+    """EC (35) [m] at t >= 0, as printed (in mm)."""
+    steady, cosine, sine, decay, frequency = (
+        coefficient(f"displacement_{name}") for name in ("steady", "cosine", "sine", "decay", "frequency")
+    )
+    swing = cosine * np.cos(frequency * t) + sine * np.sin(frequency * t)
+    return np.asarray(1e-3 * (steady - np.exp(-decay * t) * swing))
+
+
+class Runs:
+    """Solves of the paper's strip under its 4 V step, identifications, and the paper's rhythm."""
+
+    @cached_property
+    def coupling(self) -> Coupling:
+        assert PAPER.coupling is not None
+        return PAPER.coupling
+
+    @cached_property
+    def free(self) -> Response:
+        """EC (30), (34) by ngspice: the massless strip with a free tip, fine enough to find the peak."""
+        return simulate(PAPER, PiecewiseLinear.step(VOLTAGE), np.linspace(0.0, DURATION, 6001), beam="static")
+
+    @cached_property
+    def clamped(self) -> Response:
+        """EC (38) by ngspice: the same with its tip held."""
+        return simulate(
+            PAPER, PiecewiseLinear.step(VOLTAGE), np.linspace(0.0, DURATION, 601), beam="static", tip="clamped"
+        )
+
+    @cached_property
+    def curves(self) -> str:
+        """EC (30) and (35) as a record that `identify` reads: no measurement, the paper's fitted curves sampled."""
+        t = np.concatenate([np.arange(-_BEFORE, 0.0), np.arange(0.0, 401.0)])
+        after = np.maximum(t, 0.0)
+        on = t >= 0
+        columns = (on * VOLTAGE, on * printed_current(after), on * printed_displacement(after))
+        lines = ["time_s,voltage_V,current_A,displacement_m"]
+        lines += [",".join(map(repr, line)) for line in np.column_stack([t + _BEFORE, *columns]).tolist()]
+        return "\n".join(lines) + "\n"
+
+    @cached_property
+    def from_curves(self) -> Identification:
+        """The strip identified from the paper's fitted curves, ngspice in the loop."""
+        table = np.array([line.split(",") for line in self.curves.splitlines()[1:]], dtype=float)
+        return _identified(*table.T, source="EC (30) and (35)")
+
+    @cached_property
+    def from_run(self) -> Identification:
+        """The strip identified from our own run: does `identify` give back what went in?"""
+        t = np.concatenate([np.arange(-_BEFORE, 0.0), self.free.time[::20]])
+        before = np.zeros(int(_BEFORE))
+        waves = [np.concatenate([before, w[::20]]) for w in (self.free.voltage, self.free.current)]
+        moved = np.concatenate([before, self.free.displacement[::20]])
+        return _identified(t + _BEFORE, *waves, moved, source="our run")
+
+    @cached_property
+    def fitted_coupling(self) -> Coupling:
+        """d(s) read off our own displacement curve."""
+        coupling = self.from_run.actuator.coupling
+        assert coupling is not None
+        return coupling
+
+    def network(self, neurons: int = 3, inhibition: float | None = None, **constants: float) -> Network:
+        """CPG §6.3: three neurons in a ring, or the unit of two; a = 2.5 is assumed."""
+        from ..cpg.network import INHIBITION, ring, unit
+
+        a = INHIBITION if inhibition is None else inhibition
+        return unit(a, **constants) if neurons == 2 else ring(neurons, a, **constants)
+
+
+def _identified(time: Array, voltage: Array, current: Array, displacement: Array, source: str) -> Identification:
+    from ..identify import identify
+    from ..identify.measurement import prepare
+    from ..tables import Table
+
+    columns = {"time": time, "voltage": voltage, "current": current, "displacement": displacement}
+    return identify(prepare(Table(columns, source)), base=PAPER, model="rc")
