@@ -18,6 +18,7 @@ from .motion import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from .reach import Reached
 
@@ -73,6 +74,11 @@ def plot_motion(motion: Motion, path: str | Path, *, snapshots: ArrayLike = SNAP
 
 
 def plot_reach(found: Reached, path: str | Path) -> None:
+    """Write `reach_figure`."""
+    save(reach_figure(found), path)
+
+
+def reach_figure(found: Reached) -> Figure:
     """The places that tips visit, the target with its tolerance, and the best motion: the tip's path, the arm."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle
@@ -108,7 +114,7 @@ def plot_reach(found: Reached, path: str | Path) -> None:
     whole.legend(*left.get_legend_handles_labels(), loc="outside lower center", fontsize=8, ncols=3, frameon=False)
     away, there = format_quantity(found.distance, "m", 3), "reached" if found.reached else "not reached"
     whole.suptitle(f"{_title(motion)}, {found.coupled.mode} coupling: target {there}, {away} left", fontsize=10)
-    save(whole, path)
+    return whole
 
 
 def require_animation(path: Path) -> None:

@@ -43,6 +43,9 @@ _STEP_TOLERANCE = 1e-6
 )
 @click.option("--inhibition", type=float, help="a of the rhythm.  [default: 2.5]")
 @click.option("--tonic", type=float, help="e of the rhythm.  [default: 1]")
+@click.option("--adaptation", type=float, help="d of the rhythm.  [default: 3]")
+@click.option("--rise-time", help="Tr of the rhythm.  [default: 0.12s]")
+@click.option("--reference", type=float, help="Output that gives --voltage.  [default: the rhythm's amplitude]")
 @click.option("--slower", type=float, default=1.0, show_default=True, help="Stretches the rhythm's time constants.")
 @click.option("--neurons-in-circuit", is_flag=True, help="The neurons, too, in the netlist of the strips.")
 @click.option("--voltage", default="4V", show_default=True, help="Largest voltage on a segment's strip.")
@@ -117,7 +120,8 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
 
 def _require_consistent(options: dict[str, Any]) -> None:
     """Refuse options that say nothing together."""
-    given = [k for k in ("inhibition", "tonic") if options[k] is not None]
+    rhythm = ("inhibition", "tonic", "adaptation", "rise_time", "reference")
+    given = [k for k in rhythm if options[k] is not None]
     given += ["slower"] if options["slower"] != 1.0 else []
     given += ["neurons_in_circuit"] if options["neurons_in_circuit"] else []
     if options["target"] is None:
@@ -218,13 +222,15 @@ def _coupled(body: Arm, options: dict[str, Any], seconds: float) -> Coupled:
     """A rhythm and what the coupling makes of it."""
     from ..actuator_file import load_actuator
     from ..arm.coupling import couple
-    from ..cpg.network import INHIBITION, TONIC, chain, ring, unit
+    from ..cpg.network import INHIBITION, chain, ring, unit
     from ..units import parse
 
     if options["amplitude"] is not None:
         raise InputError("--amplitude is that of a sine; a rhythm's is set by --voltage")
     inhibition = INHIBITION if options["inhibition"] is None else options["inhibition"]
-    constants: dict[str, Any] = {"tonic": TONIC if options["tonic"] is None else options["tonic"]}
+    constants: dict[str, Any] = {k: options[k] for k in ("tonic", "adaptation") if options[k] is not None}
+    if options["rise_time"] is not None:
+        constants["rise_time"] = parse(options["rise_time"], "s", "--rise-time")
     networks = {
         "unit": lambda: unit(inhibition, **constants),
         "ring": lambda: ring(3, inhibition, **constants),
@@ -242,6 +248,7 @@ def _coupled(body: Arm, options: dict[str, Any], seconds: float) -> Coupled:
         segment_length=length,
         voltage=parse(options["voltage"], "V", "--voltage"),
         slower=options["slower"],
+        reference=options["reference"],
         neurons_in_circuit=options["neurons_in_circuit"],
     )
 

@@ -99,10 +99,12 @@ def figure_9(runs: Runs) -> Made:
 def _figure_9(runs: Runs) -> Figure:
     figure, (panel,) = new_figure(1, [3.2])
     t, y = runs.free.time, runs.free.displacement
-    panel.plot(t, 1e3 * y, color=BLUE, linewidth=1.8, label="ngspice, free tip")
+    panel.plot(t, 1e3 * y, color=BLUE, linewidth=2.6, label="ngspice, free tip")
     panel.plot(t, 1e3 * printed_displacement(t), color=ORANGE, linestyle="--", linewidth=1.2, label="(35) as printed")
     peak, at = _point("displacement_maximum"), _point("displacement_maximum_time")
-    panel.errorbar(at, peak, 1e3 * _READING, fmt="o", color="black", markersize=4, capsize=3, label="stated: the maximum")
+    panel.errorbar(
+        at, peak, 1e3 * _READING, fmt="o", color="black", markersize=4, capsize=3, label="stated: the maximum"
+    )
     steady, start = _point("displacement_steady"), _point("displacement_steady_from")
     low, high = steady - 1e3 * _READING, steady + 1e3 * _READING
     panel.fill_between(
@@ -119,10 +121,14 @@ def figure_10(runs: Runs) -> Made:
     t, i = runs.free.time, runs.free.current
     steady = settled_from(t, i, 0.01 * coefficient("step_current_steady"))
     figure, (panel,) = new_figure(1, [3.0])
-    panel.plot(t, 1e3 * i, color=BLUE, linewidth=1.8, label="ngspice")
+    panel.plot(t, 1e3 * i, color=BLUE, linewidth=2.6, label="ngspice")
     panel.axvline(steady, color=ORANGE, linestyle="--", linewidth=1.2, label=f"within 1 % of its end: {steady:.1f} s")
     panel.axvline(
-        _point("current_steady_from"), color="black", linestyle=":", linewidth=1.6, label="stated: steady at about 300 s"
+        _point("current_steady_from"),
+        color="black",
+        linestyle=":",
+        linewidth=1.6,
+        label="stated: steady at about 300 s",
     )
     panel.set_ylabel("current [mA]")
     panel.set_xlabel("time [s]")
@@ -151,13 +157,13 @@ def figure_11(runs: Runs) -> Made:
         "step_current_rate": fitted["rate"].value,
     }
     figure, (panel, below) = new_figure(2, [2.6, 1.3])
-    panel.semilogy(t, 1e3 * i, color=BLUE, linewidth=1.8, label="ngspice")
+    panel.semilogy(t, 1e3 * i, color=BLUE, linewidth=2.6, label="ngspice")
     panel.semilogy(t, 1e3 * printed_current(t), color=ORANGE, linestyle="--", linewidth=1.2, label="(30) as printed")
     panel.axvspan(50, 150, color=GREY, alpha=0.2, linewidth=0, label="stated: measured and fitted curve part here")
     panel.set_ylabel("current [mA]")
     panel.legend(frameon=False)
-    below.plot(t, 1e9 * (i - printed_current(t)), color=BLUE, linewidth=1.2)
-    below.set_ylabel("ngspice − (30) [nA]")
+    below.plot(t, 1e12 * (i - printed_current(t)), color=BLUE, linewidth=1.2)
+    below.set_ylabel("ngspice − (30) [pA]")
     below.set_xlabel("time [s]")
     figure.align_ylabels([panel, below])
     return Made(
@@ -217,10 +223,10 @@ def equation_36(runs: Runs) -> Made:
     k = runs.fitted_coupling
     rest, sine = _bracket(runs, t)
     factor = VOLTAGE * g.load_distance**2 / g.thickness**2 * 3 * k.gain
-    # the bracket closed before the sine: the product is in mm, as the printed constants are, and the sine is added to it
+    # the bracket closed before the sine: the product is in mm, as the printed constants are, and the sine comes on top
     literal = 1e3 * factor * rest + sine
     figure, (panel,) = new_figure(1, [3.0])
-    panel.plot(t, 1e3 * y, color=BLUE, linewidth=1.8, label="ngspice")
+    panel.plot(t, 1e3 * y, color=BLUE, linewidth=2.6, label="ngspice")
     panel.plot(t, 1e3 * factor * (rest + sine), color=ORANGE, linestyle="--", linewidth=1.2, label="(36), sine inside")
     panel.plot(t, literal, color=GREY, linewidth=1.2, label="(36) as printed, the minus in front left out")
     panel.set_ylabel("displacement [mm]")
@@ -236,7 +242,9 @@ def equation_36(runs: Runs) -> Made:
             },
         ),
         checks=(
-            Check("displacement by ngspice", "(36), sine inside", largest_difference(y, factor * (rest + sine)), _EXACT),
+            Check(
+                "displacement by ngspice", "(36), sine inside", largest_difference(y, factor * (rest + sine)), _EXACT
+            ),
         ),
         claims=(
             Claim(
@@ -268,7 +276,7 @@ def equation_38(runs: Runs) -> Made:
     closed = closed_displacement(runs, t) * lumped_elements(PAPER).stiffness
     printed = 1e-3 * coefficient("force_prefactor") * size * bracket
     figure, (panel,) = new_figure(1, [3.0])
-    panel.plot(t, 1e6 * force, color=BLUE, linewidth=1.8, label="ngspice, clamped tip")
+    panel.plot(t, 1e6 * force, color=BLUE, linewidth=2.6, label="ngspice, clamped tip")
     panel.plot(t, 1e6 * closed, color=ORANGE, linestyle="--", linewidth=1.2, label="(38) with ¾ E K$_d$, sine inside")
     panel.plot(t, 1e6 * printed, color=GREY, linewidth=1.2, label="(38) with the printed constant, in mm")
     panel.set_ylabel("force on the clamp [µN]")
@@ -310,7 +318,9 @@ _STEP_34 = (
 _STEP_30 = "i(t) = a₀ + a₁ e<sup>−λt</sup> = 0.006 + 0.2058 e<sup>−0.147 t</sup> &nbsp; [(4), (30)]"
 
 ITEMS = (
-    Item("EC-F9", "Figure 9: displacement under 4 V", "Step response of the soft actuator.", _STEP_34, (_FREE,), figure_9),
+    Item(
+        "EC-F9", "Figure 9: displacement under 4 V", "Step response of the soft actuator.", _STEP_34, (_FREE,), figure_9
+    ),
     Item(
         "EC-F10",
         "Figure 10: current under 4 V",
@@ -331,7 +341,8 @@ ITEMS = (
         "EC-E35",
         "Equation (35): the fitted displacement",
         "",
-        "y(t) = 3.9805 − 3.9805 e<sup>−0.0461 t</sup> cos 0.0581 t − 1.3392 e<sup>−0.0461 t</sup> sin 0.0581 t &nbsp; [mm]",
+        "y(t) = 3.9805 − 3.9805 e<sup>−0.0461 t</sup> cos 0.0581 t − 1.3392 e<sup>−0.0461 t</sup> sin 0.0581 t "
+        "&nbsp; [mm]",
         (_FREE,),
         equation_35,
     ),

@@ -122,7 +122,7 @@ def table_3(runs: Runs) -> Made:
     from_curve = []
     for (item, name), allowed in zip(_COUPLING.items(), open_by, strict=True):
         paper = published("ec_table3", item)
-        allowed = allowed / paper.si_factor + paper.rounding
+        allowed = float(allowed) / paper.si_factor + paper.rounding
         note = f"identified from (35), whose digits leave ±{allowed:.2g} open"
         from_curve.append(Row(paper, getattr(curve, name) / paper.si_factor, allowed, note))
     read_off = [getattr(curve, name) for name in _COUPLING.values()]
@@ -133,7 +133,9 @@ def table_3(runs: Runs) -> Made:
             **dict.fromkeys(_COUPLING, "identified from our own run with the table's values"),
         )
         + tuple(from_curve),
-        checks=(Check("K_d, Z_d, ζ′, ω′ identified from (35)", "(34) inverted", largest_ratio(read_off, inverse), 1e-6),),
+        checks=(
+            Check("K_d, Z_d, ζ′, ω′ identified from (35)", "(34) inverted", largest_ratio(read_off, inverse), 1e-6),
+        ),
         files={_CURVES: runs.curves},
     )
 
@@ -153,7 +155,9 @@ def equation_5(runs: Runs) -> Made:
     printed = VOLTAGE * (r1 * r2 + r1 * electrode + r2 * r2) / (d * (r1 + electrode))
     off = printed / float(response.current[-1]) - 1
     return Made(
-        checks=(Check("current, R_e = 5 Ω", "(4) with (5) corrected", largest_difference(response.current, curve), 1e-6),),
+        checks=(
+            Check("current, R_e = 5 Ω", "(4) with (5) corrected", largest_difference(response.current, curve), 1e-6),
+        ),
         claims=(
             Claim(
                 "(5): a₀ has R₁R₂ + R₁Rₑ + R₂R₂ in its numerator",
@@ -233,8 +237,8 @@ ITEMS = (
         "EC-E5",
         "Equation (5): the step current's constants",
         "",
-        "a₀ = U/(R₁ + R<sub>e</sub>), &nbsp; a₁ = U R₁²/(D (R₁ + R<sub>e</sub>)), &nbsp; λ = (R₁ + R<sub>e</sub>)/(D C), "
-        "&nbsp; D = R₁R₂ + R<sub>e</sub>(R₁ + R₂)",
+        "a₀ = U/(R₁ + R<sub>e</sub>), &nbsp; a₁ = U R₁²/(D (R₁ + R<sub>e</sub>)), &nbsp; "
+        "λ = (R₁ + R<sub>e</sub>)/(D C), &nbsp; D = R₁R₂ + R<sub>e</sub>(R₁ + R₂)",
         ("ilg-circuit simulate EC-E5-strip.toml --drive step:4V --duration 300s --beam static --check --out run.csv",),
         equation_5,
     ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ LIGHTS = {
 
 @dataclass(frozen=True)
 class Row:
-    """A number of the paper and ours, both in the unit of ``paper``. ``allowed`` is half its last digit, if not given."""
+    """A number of the ``paper`` and ours, in the paper's unit. ``allowed`` is half its last digit, if not given."""
 
     paper: Published
     ours: float
@@ -68,7 +69,7 @@ class Row:
             "unit": self.paper.unit,
             "printed": float(self.paper.printed) if self.paper.printed else None,
             "recomputed": float(self.paper.recomputed) if self.paper.recomputed else None,
-            "ours": self.ours,
+            "ours": self.ours if math.isfinite(self.ours) else None,
             "difference": self.difference,
             "agrees": self.agrees,
             "reason": self.reason,
@@ -127,7 +128,7 @@ class Made:
 
     @property
     def agrees(self) -> bool:
-        return all(part.agrees for part in (*self.rows, *self.checks))
+        return all(row.agrees for row in self.rows) and all(check.agrees for check in self.checks)
 
     @property
     def contradicted(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,16 +80,16 @@ class Runs:
     def from_curves(self) -> Identification:
         """The strip identified from the paper's fitted curves, ngspice in the loop."""
         table = np.array([line.split(",") for line in self.curves.splitlines()[1:]], dtype=float)
-        return _identified(*table.T, source="EC (30) and (35)")
+        return _identified("EC (30) and (35)", table)
 
     @cached_property
     def from_run(self) -> Identification:
         """The strip identified from our own run: does `identify` give back what went in?"""
-        t = np.concatenate([np.arange(-_BEFORE, 0.0), self.free.time[::20]])
-        before = np.zeros(int(_BEFORE))
-        waves = [np.concatenate([before, w[::20]]) for w in (self.free.voltage, self.free.current)]
-        moved = np.concatenate([before, self.free.displacement[::20]])
-        return _identified(t + _BEFORE, *waves, moved, source="our run")
+        r = self.free
+        step = np.column_stack([r.time + _BEFORE, r.voltage, r.current, r.displacement])[::20]
+        rest = np.zeros((int(_BEFORE), 4))
+        rest[:, 0] = np.arange(len(rest))
+        return _identified("our run", np.concatenate([rest, step]))
 
     @cached_property
     def fitted_coupling(self) -> Coupling:
@@ -98,7 +98,16 @@ class Runs:
         assert coupling is not None
         return coupling
 
-    def network(self, neurons: int = 3, inhibition: float | None = None, **constants: float) -> Network:
+    @cached_property
+    def two_period(self) -> float:
+        """Period [s] of the unit of two neurons."""
+        from ..cpg.rhythm import rhythm
+
+        period = rhythm(self.network(2)).period
+        assert period is not None
+        return period
+
+    def network(self, neurons: int = 3, inhibition: float | None = None, **constants: Any) -> Network:
         """CPG §6.3: three neurons in a ring, or the unit of two; a = 2.5 is assumed."""
         from ..cpg.network import INHIBITION, ring, unit
 
@@ -106,10 +115,11 @@ class Runs:
         return unit(a, **constants) if neurons == 2 else ring(neurons, a, **constants)
 
 
-def _identified(time: Array, voltage: Array, current: Array, displacement: Array, source: str) -> Identification:
+def _identified(source: str, record: Array) -> Identification:
+    """From a ``record`` of time, voltage, current, displacement (t, 4) [SI]."""
     from ..identify import identify
     from ..identify.measurement import prepare
     from ..tables import Table
 
-    columns = {"time": time, "voltage": voltage, "current": current, "displacement": displacement}
+    columns = dict(zip(("time", "voltage", "current", "displacement"), record.T, strict=True))
     return identify(prepare(Table(columns, source)), base=PAPER, model="rc")

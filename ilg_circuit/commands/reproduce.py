@@ -1,0 +1,41 @@
+"""The command ``reproduce``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..errors import InputError
+from .progress import progress_bar
+
+
+@click.command()
+@click.argument("outdir", type=click.Path(path_type=Path), required=False)
+@click.option("--only", help="Items to make, such as EC-T1,EC-F9.  [default: all]")
+@click.option("--list", "listed", is_flag=True, help="List the items and make nothing.")
+def reproduce(outdir: Path | None, only: str | None, listed: bool) -> int:
+    """Remake every table and figure of both papers, and compare.
+
+    OUTDIR, made if absent, gets index.html (one page that opens offline), a picture for each figure, and reproduce.json
+    with every number. Exit code 1 where an item could not be made or does not agree; the page says why.
+    """
+    from ..reproduce import chosen, make, prepared, write
+
+    items = chosen(only)
+    if listed:
+        for item in items:
+            click.echo(f"{item.id:<10}{item.title}")
+        return 0
+    if outdir is None:
+        raise InputError("OUTDIR is missing; name a folder for the results, or --list the items")
+    prepared(outdir)
+    outcomes = make(items, progress_bar("item"))
+    written = write(outcomes, outdir)
+    for outcome in outcomes:
+        click.echo(f"{outcome.item.id:<10}{outcome.light:<10}{outcome.agreement}")
+    click.echo(f"{len(written)} files in '{outdir}'; open {written[-1]}")
+    failed = [outcome.item.id for outcome in outcomes if outcome.light == "fails"]
+    if failed:
+        click.echo(f"warning: {len(failed)} of {len(outcomes)} items fail: {', '.join(failed)}", err=True)
+    return 1 if failed else 0
