@@ -86,8 +86,8 @@ def by_ngspice(network: Network) -> tuple[Check, Check]:
     assert found.period is not None
     what = f"of {network.size} neurons by ngspice"
     return (
-        Check(f"period {what}", "the exact flow", abs(found.period / period - 1), _AGREE),
-        Check(f"amplitude {what}", "the exact flow", abs(found.amplitude / found.rhythm.amplitude - 1), _AGREE),
+        Check(f"period {what}", "the exact flow", float(abs(found.period / period - 1)), _AGREE),
+        Check(f"amplitude {what}", "the exact flow", float(abs(found.amplitude / found.rhythm.amplitude - 1)), _AGREE),
     )
 
 
@@ -113,7 +113,7 @@ def rhythms(runs: Runs) -> Made:
         checks=(
             *by_ngspice(two),
             *by_ngspice(three),
-            Check("period of two neurons", "describing function", abs(guess / pair.period - 1), 0.02),
+            Check("period of two neurons", "describing function", float(abs(guess / pair.period - 1)), 0.02),
         ),
         claims=(
             Claim(

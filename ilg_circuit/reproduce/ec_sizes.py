@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .. import formulas
 from ..actuator import PAPER, Actuator
+from ..actuator_file import dumps
 from ..circuit.drive import PiecewiseLinear
 from ..circuit.strip import strip_netlist
 from ..solve.transient import transient
@@ -41,6 +42,10 @@ def sized(*, free_length: float = 30e-3, width: float = 5e-3, thickness: float =
         PAPER.geometry, length=free_length + _CLAMPED, free_length=free_length, width=width, thickness=thickness
     )
     return replace(PAPER, geometry=geometry)
+
+
+#: One design of the grids as a file, to be simulated alone, and to be changed.
+_DESIGN = {"EC-F12-strip.toml": dumps(replace(sized(free_length=40e-3, thickness=0.3e-3), name="another size"))}
 
 
 def at_rest(strips: Iterable[Actuator], *, tip: str = "free") -> Array:
@@ -93,6 +98,7 @@ def figure_12(runs: Runs) -> Made:
         ),
         unknown=(_RANGES, "K_d was fitted to one strip: no measurement of another size is in the paper."),
         figure=figure,
+        files=_DESIGN,
     )
 
 
@@ -151,6 +157,7 @@ def figure_13(runs: Runs) -> Made:
         ),
         unknown=(_RANGES,),
         figure=figure,
+        files=_DESIGN,
     )
 
 
@@ -202,7 +209,7 @@ ITEMS = (
         "Figure 12: displacement over length and thickness",
         "Relationships between the end displacement of the robot and the length and thickness of the actuator.",
         "y(∞) = 3 d(0) U L₀²/b² &nbsp; [(37)], U = 4 V",
-        ("ilg-circuit simulate strip.toml --drive step:4V --duration 400s --beam static --check --out run.csv",),
+        ("ilg-circuit simulate EC-F12-strip.toml --drive step:4V --duration 400s --beam static --check --out run.csv",),
         figure_12,
     ),
     Item(
@@ -212,8 +219,8 @@ ITEMS = (
         "free end of the actuator. (a) Actuator L₀ = 30 mm. (b) Actuator w = 5 mm. (c) Actuator thickness b = 0.5 mm.",
         "F(∞) = ¾ E d(0) U b w/L₀ &nbsp; [(39), constant corrected], U = 4 V",
         (
-            "ilg-circuit simulate strip.toml --drive step:4V --duration 400s --tip clamped --beam static --check "
-            "--out run.csv",
+            "ilg-circuit simulate EC-F12-strip.toml --drive step:4V --duration 400s --tip clamped --beam static "
+            "--check --out run.csv",
         ),
         figure_13,
     ),

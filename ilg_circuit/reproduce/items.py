@@ -181,7 +181,7 @@ class Outcome:
             words.append(f"{worst.what}: {worst.value:.1e} from {worst.reference}")
         denied = sum(claim.holds is False for claim in self.made.claims)
         if denied:
-            words.append(f"{denied} of {len(self.made.claims)} claims do not hold")
+            words.append(f"{denied} of {len(self.made.claims)} claims not borne out")
         return "; ".join(words)
 
     def to_json(self) -> dict[str, Any]:

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import IlgError, InputError
-from ..files import write_text
+from ..files import require_writable, write_text
 from ..plots import save
-from .items import LIGHTS, Item, Outcome
+from .items import LIGHTS, Item, Made, Outcome
 from .runs import Runs
 
 #: What items with an arm need beyond the package's own requirements.
 _ARM_NEEDS = ("numba", "xarray", "h5netcdf", "h5py")
+_NUMBERS, _PAGE = "reproduce.json", "index.html"
 
 Progress = Callable[[int, int], None]
 
@@ -48,16 +49,21 @@ def _attempt(item: Item, runs: Runs) -> Outcome:
 
 
 def prepared(folder: Path) -> Path:
-    """The folder for the results, made if absent. Raises InputError where it cannot be made."""
+    """The folder for the results, made if absent. Raises InputError where it cannot be made or written."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot make the folder '{folder}': {error.strerror or error}") from None
+    for name in (_NUMBERS, _PAGE):
+        require_writable(folder / name)
     return folder
 
 
 def write(outcomes: Sequence[Outcome], folder: Path) -> list[Path]:
-    """Write pictures, items' files, reproduce.json and the page into ``folder``, each whole; the page last."""
+    """Write pictures, items' files, reproduce.json and the page into ``folder``, each whole; the page last.
+
+    Of an item that has no picture now, one that an earlier run left is removed. Returns the paths, the page last.
+    """
     from .page import page
 
     written: list[Path] = []
@@ -67,17 +73,16 @@ def write(outcomes: Sequence[Outcome], folder: Path) -> list[Path]:
         return folder / name
 
     for outcome in outcomes:
-        if outcome.made is None:
-            continue
-        if outcome.made.figure is not None:
-            save(outcome.made.figure, target(f"{outcome.item.id}.png"))
-        for name, text in outcome.made.files.items():
+        made, picture = outcome.made or Made(), f"{outcome.item.id}.png"
+        if made.figure is not None:
+            save(made.figure, target(picture))
+        else:
+            (folder / picture).unlink(missing_ok=True)
+        for name, text in made.files.items():
             if folder / name not in written:
                 write_text(target(name), text)
-    write_text(
-        target("reproduce.json"), json.dumps(to_json(outcomes), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    )
-    write_text(target("index.html"), page(outcomes))
+    write_text(target(_NUMBERS), json.dumps(to_json(outcomes), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    write_text(target(_PAGE), page(outcomes))
     return written
 
 

@@ -77,7 +77,7 @@ def _row(row: Row) -> dict[str, Any]:
         "where": row.paper.where,
         "printed": row.paper.printed or "–",
         "recomputed": row.paper.recomputed or "–",
-        "ours": f"{row.ours:.7g}",
+        "ours": f"{row.ours:.6e}" if "e" in row.paper.recomputed else f"{row.ours:#.7g}",
         "difference": "–" if row.difference is None else f"{row.difference:+.1e}",
         "ok": row.agrees,
         "contradicts": row.contradicts,
