@@ -56,7 +56,8 @@ class Row:
         printed, recomputed = self.paper.printed, self.paper.recomputed
         if not (printed and recomputed):
             return False
-        return abs(float(printed) - float(recomputed)) > (half_a_digit(printed) + self.paper.rounding) / 2 * 1.000001
+        rounding = max(half_a_digit(printed), self.paper.rounding)
+        return abs(float(printed) - float(recomputed)) > rounding * 1.000001
 
     @property
     def reason(self) -> str:

@@ -5,11 +5,8 @@ What EC prints and cannot be right stays in the files with its reason; these tes
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable
-from decimal import Decimal
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,30 +15,13 @@ from ilg_circuit import formulas
 from ilg_circuit.actuator import PAPER, Coupling
 from ilg_circuit.circuit import parse_drive
 from ilg_circuit.elements import lumped_elements
+from ilg_circuit.published import Published, folder, half_a_digit, published, table
 from ilg_circuit.response import Response, simulate
-from ilg_circuit.units import parse, scale
+from ilg_circuit.units import parse
 
-DATA = Path(__file__).parents[2] / "data"
-COLUMNS = ["item", "symbol", "equation_or_table", "unit", "printed", "recomputed", "reason"]
-
-
-def rows_of(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        assert reader.fieldnames == COLUMNS, path.name
-        return [dict(row) for row in reader]
-
-
-FILES = sorted(DATA.glob("ec_*.csv"))
-ROWS = [(path.stem, row) for path in FILES for row in rows_of(path)]
-BOTH = [pytest.param(row, id=f"{stem}-{row['item']}") for stem, row in ROWS if row["printed"] and row["recomputed"]]
-
-
-def half_a_digit(text: str) -> float:
-    """Half a unit in the last digit given."""
-    exponent = Decimal(text).as_tuple().exponent
-    assert isinstance(exponent, int)
-    return 0.5 * 10.0**exponent
+TABLES = ("ec_curves", "ec_points", "ec_table1", "ec_table2", "ec_table3")
+ROWS = [row for name in TABLES for row in table(name)]
+BOTH = [pytest.param(row, id=f"{row.table}-{row.item}") for row in ROWS if row.printed and row.recomputed]
 
 
 @cache
@@ -133,63 +113,51 @@ def bracket_sine() -> float:
     return (k.zero * k.damping_ratio - k.natural_frequency) / (k.natural_frequency * damped_frequency())
 
 
-SI = {"mm": "m", "cm": "m", "kPa": "Pa", "uN": "N", "mm/V": "m/V", "mm/(V s)": "m/(V s)", "mN/(m V s)": "N/(m V s)"}
-
-
-def si(row: dict[str, str], text: str) -> float:
+def si(row: Published, text: str) -> float:
     """A number of a row in SI units."""
-    unit = row["unit"]
-    return float(text) * float(scale(unit, SI.get(unit, unit))) if unit and unit != "%" else float(text)
+    return float(text) * row.si_factor
 
 
 # -- the files themselves ----------------------------------------------------------------------------------------------
 
 
 def test_all_files_are_there() -> None:
-    assert [path.name for path in FILES] == [
-        "ec_curves.csv",
-        "ec_points.csv",
-        "ec_table1.csv",
-        "ec_table2.csv",
-        "ec_table3.csv",
-    ]
+    assert sorted(path.stem for path in folder().glob("ec_*.csv")) == list(TABLES)
 
 
 def test_every_recomputed_number_is_remade() -> None:
-    assert {(stem, row["item"]) for stem, row in ROWS if row["recomputed"]} == set(MADE)
-    assert len(ROWS) == len({(stem, row["item"]) for stem, row in ROWS})
+    assert {(row.table, row.item) for row in ROWS if row.recomputed} == set(MADE)
+    assert len(ROWS) == len({(row.table, row.item) for row in ROWS})
 
 
-@pytest.mark.parametrize(("stem", "row"), [pytest.param(s, r, id=f"{s}-{r['item']}") for s, r in ROWS])
-def test_rows_are_whole(stem: str, row: dict[str, str]) -> None:
-    assert row["item"]
-    assert row["equation_or_table"]
-    assert row["printed"] or row["recomputed"]
-    for column in ("printed", "recomputed"):
-        assert row[column] == "" or np.isfinite(float(row[column]))
-    if row["unit"] and row["unit"] != "%":
-        parse(f"1 {row['unit']}", row["unit"])  # a unit that the package reads
+@pytest.mark.parametrize("row", [pytest.param(r, id=f"{r.table}-{r.item}") for r in ROWS])
+def test_rows_are_whole(row: Published) -> None:
+    assert row.item
+    assert row.where
+    assert row.printed or row.recomputed
+    for text in (row.printed, row.recomputed):
+        assert text == "" or np.isfinite(float(text))
+    if row.unit and row.unit != "%":
+        parse(f"1 {row.unit}", row.unit)  # a unit that the package reads
 
 
 @pytest.mark.parametrize("row", BOTH)
-def test_what_differs_has_a_reason(row: dict[str, str]) -> None:
-    printed, recomputed = float(row["printed"]), float(row["recomputed"])
-    rounding = half_a_digit(row["printed"]) + half_a_digit(row["recomputed"])
+def test_what_differs_has_a_reason(row: Published) -> None:
+    printed, recomputed = float(row.printed), float(row.recomputed)
+    rounding = half_a_digit(row.printed) + half_a_digit(row.recomputed)
     if abs(printed - recomputed) > rounding * 0.5000001:
-        assert row["reason"], f"{row['item']}: {printed} against {recomputed}"
+        assert row.reason, f"{row.item}: {printed} against {recomputed}"
 
 
 # -- the numbers -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("stem", "row"), [pytest.param(s, r, id=f"{s}-{r['item']}") for s, r in ROWS if r["recomputed"]]
-)
-def test_recomputed(stem: str, row: dict[str, str]) -> None:
-    made = MADE[stem, row["item"]]()
-    margin = abs(si(row, repr(half_a_digit(row["recomputed"]))))
+@pytest.mark.parametrize("row", [pytest.param(r, id=f"{r.table}-{r.item}") for r in ROWS if r.recomputed])
+def test_recomputed(row: Published) -> None:
+    made = MADE[row.table, row.item]()
+    margin = abs(si(row, repr(half_a_digit(row.recomputed))))
     # the solver's own error is far below any digit given
-    assert made == pytest.approx(si(row, row["recomputed"]), abs=margin * 1.000001, rel=0)
+    assert made == pytest.approx(si(row, row.recomputed), abs=margin * 1.000001, rel=0)
 
 
 @pytest.mark.parametrize(
@@ -211,7 +179,7 @@ def test_the_preset_uses_the_recomputed_numbers(stem: str, item: str, value: Cal
 
 
 def printed(stem: str, item: str) -> float:
-    return next(float(row["printed"]) for s, row in ROWS if (s, row["item"]) == (stem, item))
+    return float(published(stem, item).printed)
 
 
 def test_table_2_took_the_thickness_for_5_mm() -> None:
