@@ -15,17 +15,18 @@ REPEATS = 5
 
 def time_help() -> float:
     """Seconds of ``ilg-circuit --help``."""
-    return _median([_command(), "--help"])
+    return _median([command(), "--help"])
 
 
 def time_simulate() -> float:
     """Seconds of a whole simulation of the paper's strip, its CSV file written."""
     with tempfile.TemporaryDirectory() as folder:
         out = str(Path(folder) / "run.csv")
-        return _median([_command(), "simulate", "paper", "--drive", "step:4V", "--duration", "300s", "--out", out])
+        return _median([command(), "simulate", "paper", "--drive", "step:4V", "--duration", "300s", "--out", out])
 
 
-def _command() -> str:
+def command() -> str:
+    """The program beside this Python."""
     beside = shutil.which("ilg-circuit", path=str(Path(sys.executable).parent))
     if not beside:
         raise SystemExit("ilg-circuit is not installed beside this Python; run `make setup` first")

@@ -77,6 +77,17 @@ def test_through_the_circuit(run: Arm, tmp_path: Path, extra: tuple[str, ...]) -
     assert np.ptp(motion.signals["voltages"], axis=1).max() > 0.5  # a unit for each segment
 
 
+def test_a_reference_keeps_the_strength_of_another_rhythm(run: Arm, tmp_path: Path) -> None:
+    """By its own amplitude any rhythm strains alike; by a given one a weaker, slower rhythm strains less."""
+    options = ("--segments", "2", "--duration", "3s", "--samples", "61", "--rise-time", "0.4s", "--adaptation", "4")
+    largest = []
+    for extra in ((), ("--reference", "0.462008")):
+        assert run(*options, *extra, "--out", "motion.nc")[0] == 0
+        largest.append(np.abs(read_motion(tmp_path / "motion.nc").activations).max())
+    amplitude = run_network(unit(rise_time=0.4, adaptation=4.0), [1.0]).amplitude
+    assert largest[1] / largest[0] == pytest.approx(amplitude / 0.462008, rel=1e-6)
+
+
 @pytest.mark.parametrize("rhythm", ["unit", "ring", "one-way-ring"])
 def test_rhythms(run: Arm, tmp_path: Path, rhythm: str) -> None:
     options = ("--rhythm", rhythm, "--inhibition", "3", "--tonic", "2", "--segments", "2")
@@ -152,6 +163,10 @@ def test_a_hanging_strip_may_begin_in_equilibrium(run: Arm, tmp_path: Path) -> N
         (("--amplitude", "0.1"), "--amplitude is that of a sine"),
         (("--activation", "sine", "--coupling", "circuit"), "--coupling circuit goes with --activation cpg"),
         (("--activation", "sine", "--tonic", "2"), "--tonic belongs to --activation cpg"),
+        (("--activation", "sine", "--rise-time", "0.1s"), "--rise-time belongs to --activation cpg"),
+        (("--rise-time", "0.1"), "'0.1' has no unit"),
+        (("--reference", "0"), "reference 0 must be more than zero"),
+        (("--reach", "29mm,1mm", "--reference", "1"), "leave out --reference"),
         (("--activation", "wave", "--neurons-in-circuit"), "--neurons-in-circuit belongs to --activation cpg"),
         (("--neurons-in-circuit",), "no circuit to put the neurons in"),
         (("--voltage", "4"), "'4' has no unit"),
