@@ -1,4 +1,7 @@
-"""All items in the papers' order. Those that need the arm import it when they are made, so that all can be listed."""
+"""All items: tables, figures and equations of EC, then CPG.
+
+Those that need the arm import it when they are made, so that all can be listed.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +9,14 @@ from collections.abc import Callable
 from importlib import import_module
 
 from ..errors import InputError
-from . import cpg_rhythm, ec_curves, ec_sizes, ec_tables
+from . import cpg_rhythm, ec_curves, ec_equations, ec_sizes, ec_tables
 from .items import Item, Made
 from .runs import Runs
 
 _ARM = "ilg-circuit arm --rhythm ring --duration 1.5s"
 _OUT = "--out motion.nc --plot motion.png"
-#: The rhythm at e = 1, Tr = 0.12 s has this amplitude; every motion is measured by it.
-_REFERENCE = "--reference 0.50032"
+#: The amplitude of the rhythm at e = 1, Tr = 0.12 s, by which every motion is measured; a test holds it to that.
+REFERENCE = "--reference 0.50032"
 _MOTION = (
     "M q″ = f<sub>springs</sub> + Gᵀp, &nbsp; cells of constant area; eigenstrain ε = 3 d(0) U/b · out/A<sub>ref</sub>"
 )
@@ -50,7 +53,7 @@ _ARM_ITEMS = (
         "Output (a), phase curves (b) and motions (c) for e = (0, 4).",
         f"{_MOTION}; &nbsp; e → c e scales x, v, y by c and leaves the period",
         (
-            f"{_ARM} --tonic 4 {_REFERENCE} {_OUT}",
+            f"{_ARM} --tonic 4 {REFERENCE} {_OUT}",
             "ilg-circuit cpg --topology ring --sweep tonic=1:50:50 --out sweep.csv --plot sweep.png",
         ),
         _later("cpg_motion", "figure_11"),
@@ -61,7 +64,7 @@ _ARM_ITEMS = (
         "Figure 12: various T_r",
         "Output (a), phase curves (b) and motions (c) for e = 1 and various T_r.",
         _MOTION,
-        (f"{_ARM} --rise-time 0.3s {_REFERENCE} {_OUT}",),
+        (f"{_ARM} --rise-time 0.3s {REFERENCE} {_OUT}",),
         _later("cpg_motion", "figure_12"),
         needs_arm=True,
     ),
@@ -71,8 +74,8 @@ _ARM_ITEMS = (
         "Output (a), phase curves (b) and motions (c) for e = 1, T_r = 0.1 s and various values of the parameter.",
         _MOTION,
         (
-            f"{_ARM} --rise-time 0.1s --inhibition 3 {_REFERENCE} {_OUT}",
-            f"{_ARM} --rise-time 0.1s --adaptation 50 {_REFERENCE} {_OUT}",
+            f"{_ARM} --rise-time 0.1s --inhibition 3 {REFERENCE} {_OUT}",
+            f"{_ARM} --rise-time 0.1s --adaptation 50 {REFERENCE} {_OUT}",
         ),
         _later("cpg_motion", "figure_13"),
         needs_arm=True,
@@ -110,18 +113,18 @@ _ARM_ITEMS = (
     ),
 )
 
-#: All items, first those of EC, then those of CPG.
 ITEMS: tuple[Item, ...] = (
     *ec_tables.ITEMS,
     *ec_curves.ITEMS,
     *ec_sizes.ITEMS,
+    *ec_equations.ITEMS,
     *cpg_rhythm.ITEMS,
     *_ARM_ITEMS,
 )
 
 
 def chosen(only: str | None) -> tuple[Item, ...]:
-    """The items of a list of ids such as ``EC-T1,EC-F9``, in the papers' order; all where there is no list.
+    """The items of a list of ids such as ``EC-T1,EC-F9``, in the page's order; all where there is no list.
 
     Raises InputError naming what is no item.
     """

@@ -1,8 +1,7 @@
-"""EC Figures 9-11 and equations (35)-(39): the strip under its 4 V step by ngspice, beside the paper's curves."""
+"""EC Figures 9-11: the strip under its 4 V step by ngspice, beside the paper's curves."""
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,10 +23,10 @@ Array = NDArray[np.float64]
 
 #: Reading error of the coordinate paper [m].
 _READING = 0.1e-3
-_FREE = "ilg-circuit simulate paper --drive step:4V --duration 300s --beam static --check --out run.csv --plot run.png"
-_CLAMPED = _FREE.replace("--check", "--tip clamped --check")
+#: The run that most items of EC are made from.
+FREE = "ilg-circuit simulate paper --drive step:4V --duration 300s --beam static --check --out run.csv --plot run.png"
 #: Limit of agreement between ngspice and a closed form.
-_EXACT = 1e-6
+EXACT = 1e-6
 
 
 def settled_from(time: Array, values: Array, margin: float) -> float:
@@ -59,10 +58,10 @@ def table_3_allows(t: Array) -> float:
     return float(off.max() / printed_displacement(t).max())
 
 
-def _displacement_checks(runs: Runs) -> tuple[Check, Check]:
+def displacement_checks(runs: Runs) -> tuple[Check, Check]:
     t, y = runs.free.time, runs.free.displacement
     return (
-        Check("displacement by ngspice", "(34)", largest_difference(y, closed_displacement(runs, t)), _EXACT),
+        Check("displacement by ngspice", "(34)", largest_difference(y, closed_displacement(runs, t)), EXACT),
         Check(
             "displacement by ngspice",
             "(35) as printed (limit: the digits of Table 3)",
@@ -83,7 +82,7 @@ def figure_9(runs: Runs) -> Made:
     }
     return Made(
         rows=rows("ec_points", values),
-        checks=_displacement_checks(runs),
+        checks=displacement_checks(runs),
         claims=(
             Claim(
                 "the displacement is basically stable after 80 s",
@@ -187,129 +186,6 @@ def figure_11(runs: Runs) -> Made:
     )
 
 
-def equation_35(runs: Runs) -> Made:
-    k, ratio = runs.fitted_coupling, VOLTAGE * lumped_elements(PAPER).bending_ratio
-    values = {
-        "displacement_steady": float(runs.free.displacement[-1]),
-        "displacement_cosine": ratio * k.static,
-        "displacement_sine": ratio * k.gain * _bracket_sine(runs),
-        "displacement_decay": k.damping_ratio * k.natural_frequency,
-        "displacement_frequency": _damped_frequency(runs),
-    }
-    return Made(rows=rows("ec_curves", values), checks=_displacement_checks(runs))
-
-
-def _damped_frequency(runs: Runs) -> float:
-    k = runs.fitted_coupling
-    return k.natural_frequency * math.sqrt(1 - k.damping_ratio**2)
-
-
-def _bracket_sine(runs: Runs) -> float:
-    """Coefficient of the sine in the bracket of (36), (38) [s]."""
-    k = runs.fitted_coupling
-    return (k.zero * k.damping_ratio - k.natural_frequency) / (k.natural_frequency * _damped_frequency(runs))
-
-
-def _bracket(runs: Runs, t: Array) -> tuple[Array, Array]:
-    """The bracket of (36), (38) without its sine, and the sine [s], from our own displacement."""
-    k = runs.fitted_coupling
-    decay, frequency = np.exp(-k.damping_ratio * k.natural_frequency * t), _damped_frequency(runs)
-    steady = k.zero / k.natural_frequency**2
-    return steady - steady * decay * np.cos(frequency * t), -_bracket_sine(runs) * decay * np.sin(frequency * t)
-
-
-def equation_36(runs: Runs) -> Made:
-    t, y, g = runs.free.time, runs.free.displacement, PAPER.geometry
-    k = runs.fitted_coupling
-    rest, sine = _bracket(runs, t)
-    factor = VOLTAGE * g.load_distance**2 / g.thickness**2 * 3 * k.gain
-    # the bracket closed before the sine: the product is in mm, as the printed constants are, and the sine comes on top
-    literal = 1e3 * factor * rest + sine
-    figure, (panel,) = new_figure(1, [3.0])
-    panel.plot(t, 1e3 * y, color=BLUE, linewidth=2.6, label="ngspice")
-    panel.plot(t, 1e3 * factor * (rest + sine), color=ORANGE, linestyle="--", linewidth=1.2, label="(36), sine inside")
-    panel.plot(t, literal, color=GREY, linewidth=1.2, label="(36) as printed, the minus in front left out")
-    panel.set_ylabel("displacement [mm]")
-    panel.set_xlabel("time [s]")
-    panel.legend(frameon=False)
-    return Made(
-        rows=rows(
-            "ec_curves",
-            {
-                "displacement_prefactor": 3 * k.gain,
-                "bracket_steady": k.zero / k.natural_frequency**2,
-                "bracket_sine": _bracket_sine(runs),
-            },
-        ),
-        checks=(
-            Check(
-                "displacement by ngspice", "(36), sine inside", largest_difference(y, factor * (rest + sine)), _EXACT
-            ),
-        ),
-        claims=(
-            Claim(
-                "(36) as printed: the bracket closes before the sine",
-                False,
-                f"read like that the displacement swings from {literal.min():.1f} to {literal.max():.1f} mm",
-            ),
-        ),
-        figure=figure,
-    )
-
-
-def equation_37(runs: Runs) -> Made:
-    g, y = PAPER.geometry, float(runs.free.displacement[-1])
-    factor = y * g.thickness**2 / (VOLTAGE * g.load_distance**2)
-    closed = formulas.steady_displacement(VOLTAGE, runs.coupling.static, g.load_distance, g.thickness)
-    return Made(
-        rows=rows("ec_curves", {"displacement_steady_factor": factor}),
-        checks=(Check("displacement after 300 s", "(37) from Table 3", abs(y / closed - 1), 1e-5),),
-    )
-
-
-def equation_38(runs: Runs) -> Made:
-    t, force, g = runs.clamped.time, runs.clamped.force, PAPER.geometry
-    rest, sine = _bracket(runs, t)
-    size = VOLTAGE * g.thickness * g.width / g.load_distance
-    bracket = rest + sine
-    prefactor = float(force @ bracket / (bracket @ bracket)) / size
-    closed = closed_displacement(runs, t) * lumped_elements(PAPER).stiffness
-    printed = 1e-3 * coefficient("force_prefactor") * size * bracket
-    figure, (panel,) = new_figure(1, [3.0])
-    panel.plot(t, 1e6 * force, color=BLUE, linewidth=2.6, label="ngspice, clamped tip")
-    panel.plot(t, 1e6 * closed, color=ORANGE, linestyle="--", linewidth=1.2, label="(38) with ¾ E K$_d$, sine inside")
-    panel.plot(t, 1e6 * printed, color=GREY, linewidth=1.2, label="(38) with the printed constant, in mm")
-    panel.set_ylabel("force on the clamp [µN]")
-    panel.set_xlabel("time [s]")
-    panel.set_ylim(bottom=0)
-    panel.legend(frameon=False, loc="lower right")
-    swing = float(np.abs(sine).max())
-    return Made(
-        rows=rows("ec_curves", {"force_prefactor": prefactor}),
-        checks=(Check("clamped force by ngspice", "(26), (34)", largest_difference(force, closed), _EXACT),),
-        claims=(
-            Claim(
-                "(38) as printed: the bracket closes before the sine",
-                False,
-                f"read like that the sine alone makes a force of {swing:.1f} N",
-            ),
-        ),
-        figure=figure,
-    )
-
-
-def equation_39(runs: Runs) -> Made:
-    g, force = PAPER.geometry, float(runs.clamped.force[-1])
-    factor = force * g.load_distance / (VOLTAGE * g.thickness * g.width)
-    closed = formulas.steady_force(
-        VOLTAGE, runs.coupling.static, PAPER.material.youngs_modulus, g.width, g.thickness, g.load_distance
-    )
-    return Made(
-        rows=rows("ec_curves", {"force_steady_factor": factor, "force_steady": force}),
-        checks=(Check("force after 300 s", "¾ E d(0) U b w/L₀", abs(force / closed - 1), 1e-5),),
-    )
-
-
 _STEP_34 = (
     "y(t) = (3 U L<sub>F</sub>² K<sub>d</sub>/b²) (Z<sub>d</sub>/ω′²) [1 − e<sup>−σt</sup> (cos ω<sub>d</sub>t + "
     "((Z<sub>d</sub>ζ′ − ω′)/(Z<sub>d</sub>√(1 − ζ′²))) sin ω<sub>d</sub>t)], &nbsp; σ = ζ′ω′, "
@@ -319,14 +195,14 @@ _STEP_30 = "i(t) = a₀ + a₁ e<sup>−λt</sup> = 0.006 + 0.2058 e<sup>−0.14
 
 ITEMS = (
     Item(
-        "EC-F9", "Figure 9: displacement under 4 V", "Step response of the soft actuator.", _STEP_34, (_FREE,), figure_9
+        "EC-F9", "Figure 9: displacement under 4 V", "Step response of the soft actuator.", _STEP_34, (FREE,), figure_9
     ),
     Item(
         "EC-F10",
         "Figure 10: current under 4 V",
         "Step response curve for the soft actuator.",
         _STEP_30,
-        (_FREE,),
+        (FREE,),
         figure_10,
     ),
     Item(
@@ -334,49 +210,7 @@ ITEMS = (
         "Figure 11: the fitted current",
         "Comparison of soft actuator current response curves.",
         _STEP_30,
-        (_FREE, "ilg-circuit identify run.csv --actuator paper --model rc --json fit.json"),
+        (FREE, "ilg-circuit identify run.csv --actuator paper --model rc --json fit.json"),
         figure_11,
-    ),
-    Item(
-        "EC-E35",
-        "Equation (35): the fitted displacement",
-        "",
-        "y(t) = 3.9805 − 3.9805 e<sup>−0.0461 t</sup> cos 0.0581 t − 1.3392 e<sup>−0.0461 t</sup> sin 0.0581 t "
-        "&nbsp; [mm]",
-        (_FREE,),
-        equation_35,
-    ),
-    Item(
-        "EC-E36",
-        "Equation (36): displacement for any size",
-        "",
-        "y(t) = (U L₀²/b²) · 3K<sub>d</sub> · [Z<sub>d</sub>/ω′² (1 − e<sup>−σt</sup> cos ω<sub>d</sub>t) − "
-        "((Z<sub>d</sub>ζ′ − ω′)/(ω′² √(1 − ζ′²))) e<sup>−σt</sup> sin ω<sub>d</sub>t]",
-        (_FREE,),
-        equation_36,
-    ),
-    Item(
-        "EC-E37",
-        "Equation (37): displacement at rest",
-        "",
-        "y(∞) = 3 d(0) U L₀²/b², &nbsp; d(0) = K<sub>d</sub>Z<sub>d</sub>/ω′²",
-        (_FREE,),
-        equation_37,
-    ),
-    Item(
-        "EC-E38",
-        "Equation (38): clamped force for any size",
-        "",
-        "F(t) = (U b w/L₀) · ¾ E K<sub>d</sub> · [the bracket of (36)] &nbsp; [(26)]",
-        (_CLAMPED,),
-        equation_38,
-    ),
-    Item(
-        "EC-E39",
-        "Equation (39): clamped force at rest",
-        "",
-        "F(∞) = ¾ E d(0) U b w/L₀",
-        (_CLAMPED,),
-        equation_39,
     ),
 )

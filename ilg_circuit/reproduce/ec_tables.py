@@ -1,28 +1,20 @@
-"""EC Tables 1-3, identified again from the paper's own fitted curves, and the equations (5), (28) put to the test."""
+"""EC Tables 1-3, identified again from the paper's own fitted curves."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from .. import formulas
 from ..actuator import PAPER
-from ..actuator_file import dumps
-from ..circuit.drive import PiecewiseLinear
-from ..circuit.strip import strip_netlist
 from ..elements import lumped_elements
 from ..published import half_a_digit, published
-from ..response import simulate
-from ..solve.spectrum import spectrum
-from .items import Check, Claim, Item, Made, Row, largest_difference, rows
+from .items import Check, Item, Made, Row, rows
 from .runs import VOLTAGE, Runs, coefficient
 
-#: Electrode resistance [ohm] with which (5) is tried: any but zero shows the misprint's unit.
-_ELECTRODES = 5.0
 _IDENTIFY = "ilg-circuit identify EC-curves.csv --actuator paper --model rc --json fit.json --plot fit.png"
 _CURVES = "EC-curves.csv"
 
@@ -140,66 +132,6 @@ def table_3(runs: Runs) -> Made:
     )
 
 
-def equation_5(runs: Runs) -> Made:
-    material = replace(
-        PAPER.material, electrode_resistivity_1=_ELECTRODES * 35e-3 * 5e-3 / 1e-6, electrode_thickness_1=1e-6
-    )
-    strip = replace(PAPER, name="electrodes", material=material)
-    lumped = lumped_elements(strip)
-    r1, r2, electrode = lumped.dc_resistance, lumped.dynamic_resistance, lumped.electrode_resistance
-    times = np.linspace(0.0, 300.0, 301)
-    response = simulate(strip, PiecewiseLinear.step(VOLTAGE), times, beam="static")
-    a0, a1, rate = formulas.current_constants(r1, r2, lumped.capacitance, electrode)
-    curve = VOLTAGE * formulas.current_step(times, a0, a1, rate)
-    d = r1 * r2 + electrode * (r1 + r2)
-    printed = VOLTAGE * (r1 * r2 + r1 * electrode + r2 * r2) / (d * (r1 + electrode))
-    off = printed / float(response.current[-1]) - 1
-    return Made(
-        checks=(
-            Check("current, R_e = 5 Ω", "(4) with (5) corrected", largest_difference(response.current, curve), 1e-6),
-        ),
-        claims=(
-            Claim(
-                "(5): a₀ has R₁R₂ + R₁Rₑ + R₂R₂ in its numerator",
-                False,
-                f"the current at rest would be {off:+.1%} off ngspice's, and depend on R₂ though nothing flows in C",
-            ),
-        ),
-        files={"EC-E5-strip.toml": dumps(strip)},
-    )
-
-
-def equation_28(runs: Runs) -> Made:
-    frequencies = np.geomspace(1e-3, 1.0, 31)
-    lumped, netlist = lumped_elements(PAPER), strip_netlist(PAPER)
-    s = 2j * np.pi * frequencies
-    moved = spectrum(netlist, frequencies, engine="ngspice").output("displacement")
-    ours = -1 / (s * moved)  # u/v, v along EC's axis
-    compliance, inertia = lumped.stiffness / s, lumped.mass * s + lumped.damping
-    n = np.array([lumped.coupling_factor(x) for x in s])
-    ion = np.array([lumped.ion_impedance(x) for x in s])
-    corrected = -(n * inertia + ion * (compliance + inertia) / (n * compliance))
-    first = float(np.abs(n * compliance / corrected).max())
-    return Made(
-        checks=(
-            Check(
-                "u/v of the free tip, 1 mHz to 1 Hz",
-                "(28) corrected",
-                float(np.abs(ours / corrected - 1).max()),
-                1e-6,
-            ),
-        ),
-        claims=(
-            Claim(
-                "(28): y/u is the bracket times v",
-                False,
-                "the bracket is u/v, up to its sign; its first term, which is misprinted too, is at most "
-                f"{first:.0e} of it",
-            ),
-        ),
-    )
-
-
 def largest_ratio(values: Sequence[float], reference: Sequence[float]) -> float:
     """Largest relative difference, each number by its own size."""
     known = np.asarray(reference, dtype=float)
@@ -232,22 +164,5 @@ ITEMS = (
         "d(s) = K<sub>d</sub> (s + Z<sub>d</sub>)/(s² + 2ζ′ω′s + ω′²) &nbsp; [(31)], fitted by way of (34)",
         (_IDENTIFY,),
         table_3,
-    ),
-    Item(
-        "EC-E5",
-        "Equation (5): the step current's constants",
-        "",
-        "a₀ = U/(R₁ + R<sub>e</sub>), &nbsp; a₁ = U R₁²/(D (R₁ + R<sub>e</sub>)), &nbsp; "
-        "λ = (R₁ + R<sub>e</sub>)/(D C), &nbsp; D = R₁R₂ + R<sub>e</sub>(R₁ + R₂)",
-        ("ilg-circuit simulate EC-E5-strip.toml --drive step:4V --duration 300s --beam static --check --out run.csv",),
-        equation_5,
-    ),
-    Item(
-        "EC-E28",
-        "Equation (28): the free tip",
-        "",
-        "u = −[N Z<sub>m2</sub> + Z<sub>p</sub> (Z<sub>m1</sub> + Z<sub>m2</sub>)/(N Z<sub>m1</sub>)] v",
-        ("ilg-circuit simulate paper --drive sine:4V,0.1Hz --duration 300s --check --out run.csv",),
-        equation_28,
     ),
 )

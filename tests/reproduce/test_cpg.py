@@ -11,7 +11,7 @@ import pytest
 from ilg_circuit.cpg.rhythm import rhythm
 from ilg_circuit.published import published
 from ilg_circuit.reproduce import ITEMS, Outcome, make
-from ilg_circuit.reproduce.catalogue import _REFERENCE
+from ilg_circuit.reproduce.catalogue import REFERENCE
 from ilg_circuit.reproduce.cpg_rhythm import edge
 from ilg_circuit.reproduce.runs import Runs
 
@@ -31,7 +31,7 @@ def test_the_rhythm() -> None:
 
 
 def test_the_commands_measure_motions_by_the_papers_amplitude() -> None:
-    assert float(_REFERENCE.split()[1]) == pytest.approx(rhythm(Runs().network()).amplitude, rel=1e-5)
+    assert float(REFERENCE.split()[1]) == pytest.approx(rhythm(Runs().network()).amplitude, rel=1e-5)
 
 
 def test_an_edge_is_bracketed() -> None:

@@ -1,0 +1,292 @@
+"""EC's equations put to the test: (5) and (28), which are misprinted, and (35)-(39) with their constants."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import formulas
+from ..actuator import PAPER, Actuator
+from ..actuator_file import dumps
+from ..circuit.drive import PiecewiseLinear
+from ..circuit.strip import strip_netlist
+from ..elements import lumped_elements
+from ..plots import BLUE, GREY, ORANGE, new_figure
+from ..response import simulate
+from ..solve.spectrum import spectrum
+from .ec_curves import EXACT, FREE, closed_displacement, displacement_checks
+from .items import Check, Claim, Item, Made, largest_difference, rows
+from .runs import VOLTAGE, Runs, coefficient
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+#: Electrode resistance [ohm] with which (5) is tried: any but zero shows the misprint's unit.
+_ELECTRODES = 5.0
+_CLAMPED = FREE.replace("--check", "--tip clamped --check")
+
+
+def equation_5(runs: Runs) -> Made:
+    paper = lumped_elements(PAPER)
+    strip = Actuator.from_circuit_values(
+        PAPER.geometry,
+        dc_resistance=paper.dc_resistance,
+        branches=paper.branches,
+        electrode_resistance=_ELECTRODES,
+        base=PAPER.material,
+        coupling=PAPER.coupling,
+        name="electrodes",
+    )
+    lumped = lumped_elements(strip)
+    r1, r2, electrode = lumped.dc_resistance, lumped.dynamic_resistance, lumped.electrode_resistance
+    times = np.linspace(0.0, 300.0, 301)
+    response = simulate(strip, PiecewiseLinear.step(VOLTAGE), times, beam="static")
+    a0, a1, rate = formulas.current_constants(r1, r2, lumped.capacitance, electrode)
+    curve = VOLTAGE * formulas.current_step(times, a0, a1, rate)
+    d = r1 * r2 + electrode * (r1 + r2)
+    printed = VOLTAGE * (r1 * r2 + r1 * electrode + r2 * r2) / (d * (r1 + electrode))
+    off = printed / float(response.current[-1]) - 1
+    return Made(
+        checks=(
+            Check("current, R_e = 5 Ω", "(4) with (5) corrected", largest_difference(response.current, curve), 1e-6),
+        ),
+        claims=(
+            Claim(
+                "(5): a₀ has R₁R₂ + R₁Rₑ + R₂R₂ in its numerator",
+                False,
+                f"the current at rest would be {off:+.1%} off ngspice's, and depend on R₂ though nothing flows in C",
+            ),
+        ),
+        files={"EC-E5-strip.toml": dumps(strip)},
+    )
+
+
+def equation_28(runs: Runs) -> Made:
+    frequencies = np.geomspace(1e-3, 1.0, 31)
+    lumped, netlist = lumped_elements(PAPER), strip_netlist(PAPER)
+    s = 2j * np.pi * frequencies
+    moved = spectrum(netlist, frequencies, engine="ngspice").output("displacement")
+    ours = -1 / (s * moved)  # u/v, v along EC's axis
+    compliance, inertia = lumped.stiffness / s, lumped.mass * s + lumped.damping
+    n = np.array([lumped.coupling_factor(x) for x in s])
+    ion = np.array([lumped.ion_impedance(x) for x in s])
+    corrected = -(n * inertia + ion * (compliance + inertia) / (n * compliance))
+    first = float(np.abs(n * compliance / corrected).max())
+    return Made(
+        checks=(
+            Check(
+                "u/v of the free tip, 1 mHz to 1 Hz",
+                "(28) corrected",
+                float(np.abs(ours / corrected - 1).max()),
+                1e-6,
+            ),
+        ),
+        claims=(
+            Claim(
+                "(28): y/u is the bracket times v",
+                False,
+                "the bracket is u/v, up to its sign; its first term, which is misprinted too, is at most "
+                f"{first:.0e} of it",
+            ),
+        ),
+    )
+
+
+def equation_35(runs: Runs) -> Made:
+    k, ratio = runs.fitted_coupling, VOLTAGE * lumped_elements(PAPER).bending_ratio
+    values = {
+        "displacement_steady": float(runs.free.displacement[-1]),
+        "displacement_cosine": ratio * k.static,
+        "displacement_sine": ratio * k.gain * _bracket_sine(runs),
+        "displacement_decay": k.damping_ratio * k.natural_frequency,
+        "displacement_frequency": _damped_frequency(runs),
+    }
+    return Made(rows=rows("ec_curves", values), checks=displacement_checks(runs))
+
+
+def _damped_frequency(runs: Runs) -> float:
+    k = runs.fitted_coupling
+    return k.natural_frequency * math.sqrt(1 - k.damping_ratio**2)
+
+
+def _bracket_sine(runs: Runs) -> float:
+    """Coefficient of the sine in the bracket of (36), (38) [s]."""
+    k = runs.fitted_coupling
+    return (k.zero * k.damping_ratio - k.natural_frequency) / (k.natural_frequency * _damped_frequency(runs))
+
+
+def _bracket(runs: Runs, t: Array) -> tuple[Array, Array]:
+    """The bracket of (36), (38) without its sine, and the sine [s], from our own displacement."""
+    k = runs.fitted_coupling
+    decay, frequency = np.exp(-k.damping_ratio * k.natural_frequency * t), _damped_frequency(runs)
+    steady = k.zero / k.natural_frequency**2
+    return steady - steady * decay * np.cos(frequency * t), -_bracket_sine(runs) * decay * np.sin(frequency * t)
+
+
+def _three(t: Array, curves: dict[str, Array], name: str) -> Figure:
+    """Ours, the corrected equation and the printed one over time."""
+    figure, (panel,) = new_figure(1, [3.0])
+    looks: tuple[dict[str, Any], ...] = (
+        {"color": BLUE, "linewidth": 2.6},
+        {"color": ORANGE, "linewidth": 1.2, "linestyle": "--"},
+        {"color": GREY, "linewidth": 1.2},
+    )
+    for (label, values), look in zip(curves.items(), looks, strict=True):
+        panel.plot(t, values, label=label, **look)
+    panel.set_ylabel(name)
+    panel.set_xlabel("time [s]")
+    panel.legend(frameon=False, loc="lower right")
+    return figure
+
+
+def equation_36(runs: Runs) -> Made:
+    t, y, g = runs.free.time, runs.free.displacement, PAPER.geometry
+    k = runs.fitted_coupling
+    rest, sine = _bracket(runs, t)
+    factor = VOLTAGE * g.load_distance**2 / g.thickness**2 * 3 * k.gain
+    # the bracket closed before the sine: the product is in mm, as the printed constants are, and the sine comes on top
+    literal = 1e3 * factor * rest + sine
+    curves = {
+        "ngspice": 1e3 * y,
+        "(36), sine inside": 1e3 * factor * (rest + sine),
+        "(36) as printed, the minus in front left out": literal,
+    }
+    return Made(
+        rows=rows(
+            "ec_curves",
+            {
+                "displacement_prefactor": 3 * k.gain,
+                "bracket_steady": k.zero / k.natural_frequency**2,
+                "bracket_sine": _bracket_sine(runs),
+            },
+        ),
+        checks=(
+            Check("displacement by ngspice", "(36), sine inside", largest_difference(y, factor * (rest + sine)), EXACT),
+        ),
+        claims=(
+            Claim(
+                "(36) as printed: the bracket closes before the sine",
+                False,
+                f"read like that the displacement swings from {literal.min():.1f} to {literal.max():.1f} mm",
+            ),
+        ),
+        figure=_three(t, curves, "displacement [mm]"),
+    )
+
+
+def equation_37(runs: Runs) -> Made:
+    g, y = PAPER.geometry, float(runs.free.displacement[-1])
+    factor = y * g.thickness**2 / (VOLTAGE * g.load_distance**2)
+    closed = formulas.steady_displacement(VOLTAGE, runs.coupling.static, g.load_distance, g.thickness)
+    return Made(
+        rows=rows("ec_curves", {"displacement_steady_factor": factor}),
+        checks=(Check("displacement after 300 s", "(37) from Table 3", abs(y / closed - 1), 1e-5),),
+    )
+
+
+def equation_38(runs: Runs) -> Made:
+    t, force, g = runs.clamped.time, runs.clamped.force, PAPER.geometry
+    rest, sine = _bracket(runs, t)
+    size = VOLTAGE * g.thickness * g.width / g.load_distance
+    bracket = rest + sine
+    prefactor = float(force @ bracket / (bracket @ bracket)) / size
+    closed = closed_displacement(runs, t) * lumped_elements(PAPER).stiffness
+    printed = 1e-3 * coefficient("force_prefactor") * size * bracket
+    curves = {
+        "ngspice, clamped tip": 1e6 * force,
+        "(38) with ¾ E K$_d$, sine inside": 1e6 * closed,
+        "(38) with the printed constant, in mm": 1e6 * printed,
+    }
+    swing = float(np.abs(sine).max())
+    return Made(
+        rows=rows("ec_curves", {"force_prefactor": prefactor}),
+        checks=(Check("clamped force by ngspice", "(26), (34)", largest_difference(force, closed), EXACT),),
+        claims=(
+            Claim(
+                "(38) as printed: the bracket closes before the sine",
+                False,
+                f"read like that the sine alone makes a force of {swing:.1f} N",
+            ),
+        ),
+        figure=_three(t, curves, "force on the clamp [µN]"),
+    )
+
+
+def equation_39(runs: Runs) -> Made:
+    g, force = PAPER.geometry, float(runs.clamped.force[-1])
+    factor = force * g.load_distance / (VOLTAGE * g.thickness * g.width)
+    closed = formulas.steady_force(
+        VOLTAGE, runs.coupling.static, PAPER.material.youngs_modulus, g.width, g.thickness, g.load_distance
+    )
+    return Made(
+        rows=rows("ec_curves", {"force_steady_factor": factor, "force_steady": force}),
+        checks=(Check("force after 300 s", "¾ E d(0) U b w/L₀", abs(force / closed - 1), 1e-5),),
+    )
+
+
+ITEMS = (
+    Item(
+        "EC-E5",
+        "Equation (5): the step current's constants",
+        "",
+        "a₀ = U/(R₁ + R<sub>e</sub>), &nbsp; a₁ = U R₁²/(D (R₁ + R<sub>e</sub>)), &nbsp; "
+        "λ = (R₁ + R<sub>e</sub>)/(D C), &nbsp; D = R₁R₂ + R<sub>e</sub>(R₁ + R₂)",
+        ("ilg-circuit simulate EC-E5-strip.toml --drive step:4V --duration 300s --beam static --check --out run.csv",),
+        equation_5,
+    ),
+    Item(
+        "EC-E28",
+        "Equation (28): the free tip",
+        "",
+        "u = −[N Z<sub>m2</sub> + Z<sub>p</sub> (Z<sub>m1</sub> + Z<sub>m2</sub>)/(N Z<sub>m1</sub>)] v",
+        ("ilg-circuit simulate paper --drive sine:4V,0.1Hz --duration 300s --check --out run.csv",),
+        equation_28,
+    ),
+    Item(
+        "EC-E35",
+        "Equation (35): the fitted displacement",
+        "",
+        "y(t) = 3.9805 − 3.9805 e<sup>−0.0461 t</sup> cos 0.0581 t − 1.3392 e<sup>−0.0461 t</sup> sin 0.0581 t "
+        "&nbsp; [mm]",
+        (FREE,),
+        equation_35,
+    ),
+    Item(
+        "EC-E36",
+        "Equation (36): displacement for any size",
+        "",
+        "y(t) = (U L₀²/b²) · 3K<sub>d</sub> · [Z<sub>d</sub>/ω′² (1 − e<sup>−σt</sup> cos ω<sub>d</sub>t) − "
+        "((Z<sub>d</sub>ζ′ − ω′)/(ω′² √(1 − ζ′²))) e<sup>−σt</sup> sin ω<sub>d</sub>t]",
+        (FREE,),
+        equation_36,
+    ),
+    Item(
+        "EC-E37",
+        "Equation (37): displacement at rest",
+        "",
+        "y(∞) = 3 d(0) U L₀²/b², &nbsp; d(0) = K<sub>d</sub>Z<sub>d</sub>/ω′²",
+        (FREE,),
+        equation_37,
+    ),
+    Item(
+        "EC-E38",
+        "Equation (38): clamped force for any size",
+        "",
+        "F(t) = (U b w/L₀) · ¾ E K<sub>d</sub> · [the bracket of (36)] &nbsp; [(26)]",
+        (_CLAMPED,),
+        equation_38,
+    ),
+    Item(
+        "EC-E39",
+        "Equation (39): clamped force at rest",
+        "",
+        "F(∞) = ¾ E d(0) U b w/L₀",
+        (_CLAMPED,),
+        equation_39,
+    ),
+)
