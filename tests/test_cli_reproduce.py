@@ -77,9 +77,9 @@ def test_without_the_arm_the_rest_is_made(run: Run, tmp_path: Path, monkeypatch:
 
 
 @pytest.mark.parametrize("line", sorted({line for item in ITEMS for line in item.commands}))
-def test_every_command_of_the_page_exists(line: str, tmp_path: Path) -> None:
+def test_every_command_of_the_page_exists(line: str) -> None:
     program, name, *arguments = shlex.split(line)
     assert program == "ilg-circuit"
     command = cli.commands[name]
     assert isinstance(command, click.Command)
-    command.make_context(name, arguments)
+    command.make_context(name, arguments, parent=click.Context(cli, **cli.context_settings))
