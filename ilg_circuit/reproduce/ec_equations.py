@@ -53,7 +53,12 @@ def equation_5(runs: Runs) -> Made:
     off = printed / float(response.current[-1]) - 1
     return Made(
         checks=(
-            Check("current, R_e = 5 Ω", "(4) with (5) corrected", largest_difference(response.current, curve), 1e-6),
+            Check(
+                f"current, R_e = {_ELECTRODES:g} Ω",
+                "(4) with (5) corrected",
+                largest_difference(response.current, curve),
+                1e-6,
+            ),
         ),
         claims=(
             Claim(
