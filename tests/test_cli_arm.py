@@ -10,8 +10,8 @@ import pytest
 from command import Run
 from PIL import Image
 
+from ilg_circuit import extras
 from ilg_circuit.arm import reach, read_motion
-from ilg_circuit.commands import arm as arm_command
 from ilg_circuit.cpg.network import ring, unit
 from ilg_circuit.cpg.report import run as run_network
 
@@ -206,7 +206,7 @@ def test_refusals_are_one_line(run: Arm, tmp_path: Path, options: tuple[str, ...
 
 
 def test_what_is_missing_is_named(run: Arm, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(arm_command, "find_spec", lambda name: None if name in ("numba", "PIL") else name)
+    monkeypatch.setattr(extras, "find_spec", lambda name: None if name in ("numba", "PIL") else name)
     code, _, err = run("--duration", "0.1s", "--out", "motion.nc")
     assert code == 2
     assert "the arm needs numba, pillow: install with pip install 'ilg-circuit[arm]'" in err

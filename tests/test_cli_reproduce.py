@@ -13,9 +13,10 @@ import click
 import pytest
 from command import Run, assert_one_line
 
+from ilg_circuit import extras
 from ilg_circuit.cli import cli
 from ilg_circuit.errors import SolveError
-from ilg_circuit.reproduce import ITEMS, making
+from ilg_circuit.reproduce import ITEMS
 
 
 def test_list(run: Run) -> None:
@@ -67,7 +68,7 @@ def test_an_item_that_fails_shows_in_page_and_exit_code(
 
 
 def test_without_the_arm_the_rest_is_made(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(making, "find_spec", lambda name: None if name == "numba" else find_spec(name))
+    monkeypatch.setattr(extras, "find_spec", lambda name: None if name == "numba" else find_spec(name))
     outcome = run("reproduce", "out", "--only", "EC-E37,CPG-F10")
     assert outcome.code == 1
     assert "install with pip install 'ilg-circuit[arm]'" in outcome.out

@@ -7,13 +7,13 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import InputError, MissingLibraryError
+from ..errors import InputError
+from ..extras import require_arm
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -75,7 +75,7 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
     circuits of their strips; or a sine, or the octopus' wave of stiffness (yekutieli). With --reach the rhythm is
     looked for, and --plot shows the places that the tip can come to.
     """
-    _require_extra()
+    require_arm()
     from ..arm.plots import SNAPSHOT_TIMES, animate, plot_motion, plot_reach, require_animation
     from ..files import require_writable
     from ..plots import require_picture
@@ -184,15 +184,8 @@ def _reached(body: Arm, options: dict[str, Any], seconds: float, times: NDArray[
 
 
 def _tell_of_compiling() -> None:
-    if sys.stderr.isatty() and not any(Path(__file__).parent.glob("arm/__pycache__/*plicit-*.nbi")):
+    if sys.stderr.isatty() and not any(Path(__file__).parents[1].glob("arm/__pycache__/*plicit-*.nbi")):
         click.echo("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
-
-
-def _require_extra() -> None:
-    missing = [name for name in ("numba", "xarray", "h5netcdf", "h5py", "PIL") if find_spec(name) is None]
-    if missing:
-        names = ", ".join(missing).replace("PIL", "pillow")
-        raise MissingLibraryError(f"the arm needs {names}: install with pip install 'ilg-circuit[arm]'")
 
 
 def _arm(options: dict[str, Any]) -> Arm:

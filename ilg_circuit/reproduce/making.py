@@ -5,18 +5,16 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from ..errors import IlgError, InputError
+from ..extras import require_arm
 from ..files import require_writable, write_text
 from ..plots import save
 from .items import LIGHTS, Item, Made, Outcome
 from .runs import Runs
 
-#: What items with an arm need beyond the package's own requirements.
-_ARM_NEEDS = ("numba", "xarray", "h5netcdf", "h5py")
 _NUMBERS, _PAGE = "reproduce.json", "index.html"
 
 Progress = Callable[[int, int], None]
@@ -33,17 +31,15 @@ def make(items: Sequence[Item], progress: Progress | None = None) -> list[Outcom
 
 
 def _attempt(item: Item, runs: Runs) -> Outcome:
-    missing = [name for name in _ARM_NEEDS if find_spec(name) is None] if item.needs_arm else []
-    if missing:
-        return Outcome(item, None, f"the arm needs {', '.join(missing)}: install with pip install 'ilg-circuit[arm]'")
     start = time.monotonic()
     try:
+        if item.needs_arm:
+            require_arm()
         made = item.make(runs)
     except IlgError as error:
         return Outcome(item, None, str(error), time.monotonic() - start)
-    except (
-        Exception
-    ) as error:  # a fault of ours in one item must not cost the others; the page and the exit code say so
+    except Exception as error:
+        # a fault of ours in one item must not cost the others; the page and the exit code say so
         return Outcome(item, None, f"{type(error).__name__}: {error}", time.monotonic() - start)
     return Outcome(item, made, "", time.monotonic() - start)
 
