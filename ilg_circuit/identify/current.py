@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +16,13 @@ from ..port import Port
 from ..response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..units import format_quantity
-from .least_squares import Fit, fit_circuit
+from .identifiability import Identifiability, diagnose
+from .least_squares import Fit, fit_problem
 from .measurement import Measurement, noise_level
+from .modal import Ports, modal_model
+from .problem import Problem, Scales
 from .residuals import effective_samples, information_criterion, structured
+from .scout import Scouting, fit_from_several, scout
 from .start import model_start
 
 Array = NDArray[np.float64]
@@ -32,8 +35,6 @@ _REACH = 3.0
 _SAME_VOLTAGE = 0.2
 #: Residuals below this part of the peak are of no interest, whatever their structure.
 _NEGLIGIBLE = 1e-4
-#: A parameter whose standard error exceeds this part of it is not determined by the data.
-DETERMINED = 0.5
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,8 @@ class CurrentFit:
     """Fit of one electrical model. ``time`` [s] since the onset, ``data`` and ``fitted`` [A], all (samples,).
 
     ``port`` is what was fitted, R-C branches by ascending time constant; ``offset`` [A] is the instrument's, where one
-    was found at rest.
+    was found at rest; ``scouting`` tells from how many starts, ``identifiability`` which
+    parameters the data determine.
     """
 
     model: str
@@ -50,7 +52,14 @@ class CurrentFit:
     time: Array
     data: Array
     offset: float | None
+    scouting: Scouting
+    identifiability: Identifiability
     warnings: tuple[str, ...]
+
+    @property
+    def unreliable(self) -> str:
+        """Why the fit should not be chosen; empty where nothing speaks against it."""
+        return self.identifiability.reason or self.scouting.doubt
 
     @property
     def fitted(self) -> Array:
@@ -65,13 +74,6 @@ class CurrentFit:
     def branches(self) -> tuple[tuple[float, float], ...]:
         """(resistance [ohm], capacitance [F]) by ascending time constant; none where the ions diffuse."""
         return self.port.branches
-
-    @property
-    def determined(self) -> bool:
-        """Whether the data determine every parameter, the branches being distinct."""
-        constants = [r * c for r, c in self.branches]
-        distinct = all(b > 1.5 * a for a, b in pairwise(constants))
-        return distinct and bool((self.fit.errors <= DETERMINED * self.fit.values).all())
 
     def effective_bic(self, simplest: CurrentFit) -> float:
         """BIC on as many samples as are independent, by the better model's residuals; see `residuals`."""
@@ -99,26 +101,44 @@ def fit_current(
     t, data = channel.time[keep], channel.values[keep]
     after = t >= 0
     start = model_start(kind, t[after], data[after] - (offset or 0.0), drive, electrode_resistance)
+    nuisance = np.ones((len(t), int(offset is not None)))
+    scales = Scales(np.array([p.below for p in kind.parameters]))
+
+    def problem(ladders: Ladders) -> tuple[Problem, Ports]:
+        def ports(values: Array) -> list[Port]:
+            return [kind.port(v, electrode_resistance, ladders) for v in values.tolist()]
+
+        return Problem(lambda v: currents(ports(v), drive, t, engine), data, kind.names, scales, nuisance), ports
+
     ladders = ladders_for(kind, start, t[after])
-
-    def port(values: Array) -> Port:
-        return kind.port(values.tolist(), electrode_resistance, ladders)
-
-    def waves(values: Array) -> Array:
-        return currents([port(v) for v in values], drive, t, engine)
-
-    nuisance = np.ones((len(t), 1)) if offset is not None else None
-    below = np.array([p.below for p in kind.parameters])
-    fit = fit_circuit(waves, data, kind.names, start, nuisance, progress, below=below)
+    if kind.linear:
+        scouting, check = scout(*problem(ladders), drive, t, start)
+        ladders = ladders_for(kind, scouting.values, t[after])
+        whole, ports = problem(ladders)
+        fit = fit_problem(whole, scouting.values, progress)
+        check(fit.values)
+        # whoever moves the parameters of this fit does so by the closed form, which agrees with the engine
+        fit = replace(fit, problem=replace(whole, model=modal_model(ports, drive, t)))
+    else:
+        scouting, fit = fit_from_several(problem(ladders)[0], start, progress)
     fit = in_order(fit, model)
+    found = kind.port(fit.values.tolist(), electrode_resistance, ladders)
+    identifiability = diagnose(fit, found.branches)
+    warnings = [*_warnings(model, fit, data), *_resolution_warnings(fit, data)]
+    if scouting.doubt:
+        warnings.append(f"{scouting.doubt}: it may not be the least")
+    if not identifiability.determined:
+        warnings.append(f"not determined by these data ({identifiability.reason})")
     return CurrentFit(
         model=model,
         fit=fit,
-        port=port(fit.values),
+        port=found,
         time=t,
         data=data,
         offset=float(fit.nuisance[0]) if offset is not None else None,
-        warnings=(*_warnings(model, fit, data), *_resolution_warnings(fit, data)),
+        scouting=scouting,
+        identifiability=identifiability,
+        warnings=tuple(warnings),
     )
 
 
@@ -206,9 +226,6 @@ def _warnings(model: str, fit: Fit, data: Array) -> tuple[str, ...]:
             "residuals of neighbouring samples are alike: standard errors that take them as independent are too small, "
             "those of a block bootstrap are given"
         )
-    loose = [n for n, v, e in zip(fit.names, fit.values, fit.errors, strict=True) if e > DETERMINED * v]
-    if loose:
-        found.append(f"not determined by these data (standard error over {DETERMINED:.0%}): {', '.join(loose)}")
     return tuple(found)
 
 

@@ -144,7 +144,7 @@ def _polished(problem: _Guarded, p: Array, rounding: float, polishes: int) -> Ru
     squares = float(r @ r)
     offset = condition = np.inf
     for k in range(polishes):
-        step, offset, condition = _gauss_newton(problem.jacobian(p), r, rounding)
+        step, offset, condition = gauss_newton(problem.jacobian(p), r, rounding)
         if condition >= CONDITION or not np.isfinite(step).all():
             break
         if k > 1 and offset < 1e-3 * OFFSET:
@@ -162,7 +162,7 @@ def _polished(problem: _Guarded, p: Array, rounding: float, polishes: int) -> Ru
     return Run(p, squares, offset, condition)
 
 
-def _gauss_newton(j: Array, r: Array, rounding: float) -> tuple[Array, float, float]:
+def gauss_newton(j: Array, r: Array, rounding: float) -> tuple[Array, float, float]:
     """The step, the relative offset and the condition of the Jacobian with columns of equal length."""
     m, n = j.shape
     size = np.linalg.norm(j, axis=0)

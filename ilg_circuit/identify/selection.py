@@ -40,6 +40,9 @@ class Candidate:
             "parameters": len(fit.fit.values) if fit else None,
             "rmse": fit.fit.rmse if fit else None,
             "bic": self.bic,
+            "identifiability": fit.identifiability.to_json() if fit else None,
+            "starts": fit.scouting.starts if fit else None,
+            "starts_agreeing": fit.scouting.agreeing if fit else None,
             "chosen": self.chosen,
             "verdict": self.verdict,
         }
@@ -88,7 +91,7 @@ def choose(
     samples = _independent(list(fits.values()))
     bics = {model: _bic(found, samples) for model, found in fits.items()}
     # rc is always there: undetermined as it may be, nothing simpler exists
-    admitted = [m for m, found in fits.items() if m == "rc" or found.determined]
+    admitted = [m for m, found in fits.items() if m == "rc" or not found.unreliable]
     best = min(bics[m] for m in admitted)
     near = [m for m in admitted if bics[m] <= best + EVIDENCE]
     winner = min(near, key=lambda m: (len(fits[m].fit.values), bics[m]))
@@ -129,11 +132,6 @@ def _verdict(model: str, found: CurrentFit, bics: dict[str, float], admitted: li
     if model == winner:
         return "chosen"
     if model not in admitted:
-        loose = [
-            name
-            for name, v, e in zip(found.fit.names, found.fit.values, found.fit.errors, strict=True)
-            if not e <= 0.5 * v
-        ]
-        what = f"standard error over 50%: {', '.join(loose)}" if loose else "two of its branches are one"
-        return f"not determined by these data ({what})"
+        reason = found.identifiability.reason
+        return f"not determined by these data ({reason})" if reason else found.scouting.doubt
     return "worse" if bics[model] > bics[winner] else "better by less than the evidence that more parameters need"

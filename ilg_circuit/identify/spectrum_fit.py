@@ -21,9 +21,10 @@ from ..ladder import ComplexArray, Ladder
 from ..models import ElectricalModel, Ladders, electrical_model
 from ..port import Port
 from ..units import format_quantity
-from .current import DETERMINED
-from .least_squares import Fit, Scales, fit_circuit
+from .identifiability import DETERMINED
+from .least_squares import Fit, fit_circuit
 from .multistart import Search, gather, search
+from .problem import Scales
 from .spectrum_files import Spectrum
 from .spectrum_start import starts
 
@@ -366,26 +367,19 @@ def _open_text(problem: _Problem, x: Array, free: NDArray[np.bool_]) -> str:
 def _result(
     problem: _Problem, free: NDArray[np.bool_], x: Array, fit: Fit, held: dict[str, str], found: Search
 ) -> SpectrumFit:
-    from scipy.stats import t as student
-
     kind, spectrum = problem.kind, problem.spectrum
     values = problem.scales.values(x)
     values[free] = fit.values
     z = impedance_of(kind, values[None], problem.s, problem.held)[0]
     if "dc_resistance" in held:
         values[0] = _OPEN * float(spectrum.modulus.max())
-    scales = Scales(problem.scales.below[free])
-    middle = scales.coordinates(fit.values)
-    half = float(student.ppf(0.975, len(problem.data) - fit.count)) * fit.errors / scales.slopes(middle)
-    with np.errstate(over="ignore"):
-        ends = zip(scales.values(middle - half).tolist(), scales.values(middle + half).tolist(), strict=True)
     f = spectrum.frequency
     port = kind.port(values.tolist(), problem.held, Ladders((float(f[0]) * 0.999, float(f[-1]) * 1.001)))
     return SpectrumFit(
         model=kind.name,
         fit=fit,
         values=dict(zip(kind.names, values.tolist(), strict=True)),
-        intervals=dict(zip(fit.names, ends, strict=True)),
+        intervals={name: (low, high) for name, (low, high) in zip(fit.names, fit.intervals.tolist(), strict=True)},
         held=held,
         port=port,
         spectrum=spectrum,

@@ -39,7 +39,7 @@ def current_start(
 
     The current at the port is g0 u + sum of g_k times a high-pass of u; rates from a grid, g by least squares.
     """
-    keep = _thinned(t)
+    keep = thinned(t)
     t, current = t[keep], current[keep]
     drive = _coarse(drive)
     rates = _rate_grid(t, _RATES)
@@ -126,15 +126,15 @@ class CouplingSearch:
     """
 
     def __init__(self, t: Array, drive: PiecewiseLinear, ratio: float) -> None:
-        self._keep = _thinned(t)
+        self._keep = thinned(t)
         self._ratio = ratio
         self._t = t[self._keep]
         self._after = self._t >= 0
         frequencies = _rate_grid(self._t[self._after], _FREQUENCIES)
         self._grid = [(zeta, float(wn)) for zeta in _DAMPINGS for wn in frequencies]
-        coarse, later = _coarse(drive), self._t[self._after]
+        simple, later = _coarse(drive), self._t[self._after]
         self._waves = np.array(
-            [superpose(coarse, later, lambda kind, time, at=at: _second_order(kind, time, *at)) for at in self._grid]
+            [superpose(simple, later, lambda kind, time, at=at: _second_order(kind, time, *at)) for at in self._grid]
         )
 
     def start(self, end: float, displacement: Array, nuisance: Array) -> tuple[Array, float]:
@@ -170,13 +170,13 @@ def _coarse(drive: PiecewiseLinear) -> PiecewiseLinear:
     return PiecewiseLinear(drive.times[kept], drive.values[kept])
 
 
-def _thinned(t: Array) -> NDArray[np.intp]:
-    """At most some hundred samples, dense where a transient is fast: half of them evenly, half by logarithm."""
-    if len(t) <= _MOST_SAMPLES:
+def thinned(t: Array, most: int = _MOST_SAMPLES) -> NDArray[np.intp]:
+    """Indices of at most ``most`` samples, dense where a transient is fast: half of them evenly, half by logarithm."""
+    if len(t) <= most:
         return np.arange(len(t))
     first = int(np.searchsorted(t, 0.0))
-    even = np.linspace(0, len(t) - 1, _MOST_SAMPLES // 2).round()
-    fast = first + np.geomspace(1, len(t) - first, _MOST_SAMPLES // 2).round() - 1
+    even = np.linspace(0, len(t) - 1, most // 2).round()
+    fast = first + np.geomspace(1, len(t) - first, most // 2).round() - 1
     return np.unique(np.concatenate([even, fast]).astype(np.intp))
 
 

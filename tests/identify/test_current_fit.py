@@ -118,7 +118,7 @@ def test_rc2_is_recovered_with_its_branches_sorted(seed: int) -> None:
     constants = [r * c for r, c in found.branches]
     assert all(a < b for a, b in pairwise(constants))
     assert found.fit.names == ("dc_resistance", "resistance_1", "capacitance_1", "resistance_2", "capacitance_2")
-    assert found.determined
+    assert found.identifiability.determined
 
 
 def test_rc2_under_a_square_wave_with_electrodes() -> None:

@@ -1,0 +1,137 @@
+"""Profile likelihood: how far a parameter can be moved, all others fitted anew, before the data object.
+
+lmfit's `conf_interval` walks and finds the ends; the criterion is the F test's. Where neighbouring residuals are alike
+the likelihood is adjusted by what a block bootstrap makes of the standard error (Royall and Tsou 2003, J. R. Stat. Soc.
+B 65, 391). A profile that never reaches the criterion is open on that side: the data set no limit there.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import IlgError
+from .least_squares import Fit
+from .problem import Evaluation
+
+if TYPE_CHECKING:
+    import lmfit
+
+Array = NDArray[np.float64]
+
+#: A parameter without a limit within this factor has none.
+REACH = 1e6
+_LEVEL = 0.95
+#: Where the profile begins in lmfit's units, whose first step is a standard error if that is less than the value.
+_CENTRE = 10.0
+#: A profile that gains less by a further standard error is level.
+_LEVEL_GAIN = 1e-4
+#: A fit on the way may be better than the one that is profiled by this much, relatively: rounding.
+_BETTER = 1e-6
+
+
+@dataclass(frozen=True)
+class ProfileInterval:
+    """Ends of one parameter's 95 % interval; 0 or infinite where it is open. ``failure`` says why there is none."""
+
+    low: float
+    high: float
+    failure: str = ""
+
+
+def profile(fit: Fit, widening: Array, progress: Callable[[], None] | None = None) -> tuple[ProfileInterval, ...]:
+    """Profile intervals of the parameters of ``fit``, whose errors alike residuals make larger by ``widening`` (n,)."""
+    return tuple(_interval(fit, k, float(widening[k]), progress) for k in range(len(fit.values)))
+
+
+def _interval(fit: Fit, k: int, widening: float, progress: Callable[[], None] | None) -> ProfileInterval:
+    import lmfit
+    from scipy.stats import f as fisher
+
+    walk = _Walk(fit, k, widening, progress)
+    minimizer = lmfit.Minimizer(
+        walk.residual, walk.parameters, Dfun=walk.jacobian, col_deriv=0, ftol=1e-9, xtol=1e-7, nan_policy="raise"
+    )
+    lowest = 0.0
+
+    def probability(best: lmfit.minimizer.MinimizerResult, new: lmfit.minimizer.MinimizerResult) -> float:
+        nonlocal lowest
+        gain = new.chisqr / best.chisqr - 1
+        lowest = min(lowest, gain)
+        return float(fisher.cdf(max(gain, 0.0) * fit.freedom / widening**2, 1, fit.freedom))
+
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")  # lmfit warns of an open side, which the result says
+            best = minimizer.leastsq()
+            walk.bound(best.params)
+            ends = lmfit.conf_interval(
+                minimizer,
+                best,
+                p_names=[walk.name(k)],
+                sigmas=[_LEVEL],
+                prob_func=probability,
+                min_rel_change=_LEVEL_GAIN,
+            )[walk.name(k)]
+    except (IlgError, lmfit.MinimizerException, ValueError, ArithmeticError) as error:
+        return ProfileInterval(np.nan, np.nan, f"the profile ended early: {error}")
+    if lowest < -_BETTER:
+        return ProfileInterval(np.nan, np.nan, "a better fit lies beside this one")
+    low, high = (walk.value(z) for z in (ends[0][1], ends[-1][1]))
+    if not low < fit.values[k] < high:
+        return ProfileInterval(np.nan, np.nan, "the profile has no ends about the value")
+    return ProfileInterval(low, high)
+
+
+class _Walk:
+    """The fit in lmfit's hands: coordinates in standard errors about `_CENTRE`, the nuisance terms among them."""
+
+    def __init__(self, fit: Fit, k: int, widening: float, progress: Callable[[], None] | None) -> None:
+        import lmfit
+
+        self._fit, self._k = fit, k
+        self._evaluate = Evaluation(fit.problem, progress)
+        self._n = len(fit.values)
+        everything = np.sqrt(np.diag(fit.covariance))
+        self._steps = np.concatenate([widening * everything[: self._n] / fit.units, everything[self._n :]])
+        self._middle = np.concatenate([fit.coordinates, fit.nuisance])
+        self._size = float(np.abs(fit.problem.data).max()) or 1.0
+        self.parameters = lmfit.Parameters()
+        for j in range(fit.count):
+            self.parameters.add(self.name(j), value=_CENTRE)
+
+    def name(self, k: int) -> str:
+        return f"p{k}"
+
+    def bound(self, parameters: lmfit.Parameters) -> None:
+        """Keep the walk of the parameter in question within `REACH`, its first step a standard error."""
+        reach = np.log(REACH) / self._steps[self._k]
+        chosen = parameters[self.name(self._k)]
+        chosen.stderr, chosen.min, chosen.max = 1.0, _CENTRE - reach, _CENTRE + reach
+
+    def value(self, z: float) -> float:
+        """The parameter's value; 0 or infinite where z is."""
+        x = self._fit.coordinates.copy()
+        x[self._k] += (z - _CENTRE) * self._steps[self._k]
+        return float(self._fit.problem.scales.values(x)[self._k])
+
+    def residual(self, parameters: lmfit.Parameters) -> Array:
+        x, amounts = self._point(parameters)
+        return (self._evaluate(x)[0] + self._fit.problem.nuisance @ amounts - self._fit.problem.data) / self._size
+
+    def jacobian(self, parameters: lmfit.Parameters) -> Array:
+        """Derivatives by the parameters that are free."""
+        x, _ = self._point(parameters)
+        free = [j for j in range(self._fit.count) if parameters[self.name(j)].vary]
+        slopes = np.column_stack([self._evaluate(x)[1], self._fit.problem.nuisance])
+        return np.asarray((slopes * self._steps)[:, free] / self._size)
+
+    def _point(self, parameters: lmfit.Parameters) -> tuple[Array, Array]:
+        z = np.array([parameters[self.name(j)].value for j in range(self._fit.count)])
+        all_of_them = self._middle + (z - _CENTRE) * self._steps
+        return all_of_them[: self._n], all_of_them[self._n :]
