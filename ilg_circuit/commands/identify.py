@@ -21,6 +21,13 @@ _OUT = click.Path(path_type=Path)
 @click.option("--model", default="auto", show_default=True, help="rc, rc2, rc3, warburg, cpe; +sinh, +growing; auto.")
 @click.option("--electrode-resistance", help="Held in the fit, such as 2ohm.  [default: the actuator's]")
 @click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
+@click.option(
+    "--intervals",
+    type=click.Choice(["covariance", "bootstrap", "profile", "mcmc"]),
+    default="covariance",
+    show_default=True,
+    help="How 95 % intervals are made; covariance: by a block bootstrap where residuals are alike.",
+)
 @click.option("--out", type=_OUT, help="TOML file for the fitted actuator.")
 @click.option("--json", "json_path", type=_OUT, help="JSON file for the result.")
 @click.option("--plot", type=_OUT, help="Picture of data, fit and residuals (.png, .pdf, .svg).")
@@ -57,9 +64,12 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     if spectra and (len(data) > 1 or options["report"]):
         raise InputError(f"'{spectra[0]}' is a spectrum: give it alone, and without --report")
     if spectra:
-        identify_file(data[0], base, held, options["model"], **{k: options[k] for k in ("out", "json_path", "plot")})
+        chosen = {k: options[k] for k in ("intervals", "out", "json_path", "plot")}
+        identify_file(data[0], base, held, options["model"], **chosen)
         return
     if len(data) > 1:
+        if options["intervals"] != "covariance":
+            raise InputError("--intervals is for one file; several together have the covariance's")
         identify_together(data, base, held, options)
         return
     measurement = read_measurement(data[0])
@@ -70,6 +80,7 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
             model=options["model"],
             electrode_resistance=held,
             engine=options["engine"],
+            intervals=options["intervals"],
             progress=advance,
         )
     if options["out"]:

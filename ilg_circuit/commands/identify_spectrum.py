@@ -16,6 +16,7 @@ def identify_file(
     held: float | None,
     model: str,
     *,
+    intervals: str,
     out: Path | None,
     json_path: Path | None,
     plot: Path | None,
@@ -27,7 +28,9 @@ def identify_file(
 
     spectrum = read_spectrum(data)
     with evaluation_counter() as advance:
-        result = identify_spectrum(spectrum, base=base, model=model, electrode_resistance=held, progress=advance)
+        result = identify_spectrum(
+            spectrum, base=base, model=model, electrode_resistance=held, intervals=intervals, progress=advance
+        )
     if out:
         write_spectrum_actuator(result, out)
     if json_path:

@@ -13,7 +13,7 @@ from .. import __version__
 from ..actuator import Actuator
 from ..actuator_file import save_actuator
 from ..errors import InputError
-from ..identify.identification import Parameter
+from ..identify.parameter import Parameter
 from ..plots import BLUE, GREY, ORANGE, engineering, new_figure, save
 from ..units import format_quantity
 from .analysis import Characterisation, Prediction, absurd_from, whole_range

@@ -115,10 +115,11 @@ def fit_current(
         scouting, check = scout(*problem(ladders), drive, t, start)
         ladders = ladders_for(kind, scouting.values, t[after])
         whole, ports = problem(ladders)
-        fit = fit_problem(whole, scouting.values, progress)
+        # the closed form of all samples leaves little to do for the engine, and serves whoever moves the parameters
+        quick = replace(whole, model=modal_model(ports, drive, t))
+        fit = fit_problem(whole, fit_problem(quick, scouting.values).values, progress)
         check(fit.values)
-        # whoever moves the parameters of this fit does so by the closed form, which agrees with the engine
-        fit = replace(fit, problem=replace(whole, model=modal_model(ports, drive, t)))
+        fit = replace(fit, problem=quick)
     else:
         scouting, fit = fit_from_several(problem(ladders)[0], start, progress)
     fit = in_order(fit, model)

@@ -16,8 +16,9 @@ from ..files import write_text
 from ..html import png, render
 from ..plots import BLUE, GREY, new_figure
 from ..units import format_quantity
-from .identification import Identification, Parameter
-from .report import headline, identification_figure
+from .identification import Identification
+from .parameter import Parameter
+from .report import headline, identification_figure, interval_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -104,9 +105,8 @@ def _content(result: Identification, command: str) -> dict[str, Any]:
 def _parameter(name: str, p: Parameter) -> dict[str, str]:
     row = {"name": name, "value": format_quantity(p.value, p.unit, 5), "error": "held", "interval": p.held}
     if p.stderr is not None:
-        error, interval = p.honest
-        row["error"] = format_quantity(error, p.unit, 2) + (" (blocks)" if p.bootstrap is not None else "")
-        row["interval"] = " to ".join(format_quantity(x, p.unit, 5) for x in interval)
+        row["error"] = format_quantity(p.honest[0], p.unit, 2) + (" (blocks)" if p.bootstrap is not None else "")
+        row["interval"] = interval_text(p) + ("" if p.method == "covariance" else f" ({p.method})")
     return row
 
 

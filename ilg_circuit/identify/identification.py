@@ -19,8 +19,10 @@ from ..units import format_quantity
 from .bootstrap import block_bootstrap
 from .current import CurrentFit, fit_current
 from .displacement import DisplacementFit, fit_displacement
+from .intervals import require_method, uncertainties
 from .least_squares import Fit
 from .measurement import Measurement
+from .parameter import Parameter
 from .residuals import structured
 from .selection import Candidate, choose, scouting_engine, single
 
@@ -32,43 +34,6 @@ COUPLING_UNITS = {
     "coupling_damping_ratio": "",
     "coupling_natural_frequency": "rad/s",
 }
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A value with its unit, standard error and 95 % interval; ``held`` says why it was not fitted, if it was not.
-
-    ``bootstrap`` is the standard error, ``ci95_bootstrap`` the interval, of the block bootstrap, made where
-    neighbouring residuals are alike.
-    """
-
-    value: float
-    unit: str
-    stderr: float | None = None
-    ci95: tuple[float, float] | None = None
-    held: str = ""
-    bootstrap: float | None = None
-    ci95_bootstrap: tuple[float, float] | None = None
-
-    @property
-    def honest(self) -> tuple[float, tuple[float, float]]:
-        """Standard error and interval: the bootstrap's where there is one."""
-        assert self.stderr is not None
-        assert self.ci95 is not None
-        if self.bootstrap is not None and self.ci95_bootstrap is not None:
-            return self.bootstrap, self.ci95_bootstrap
-        return self.stderr, self.ci95
-
-    def to_json(self) -> dict[str, Any]:
-        entry: dict[str, Any] = {
-            "value": self.value,
-            "stderr": self.stderr,
-            "unit": self.unit,
-            "ci95": list(self.ci95) if self.ci95 else None,
-        }
-        if self.bootstrap is not None and self.ci95_bootstrap is not None:
-            entry |= {"stderr_bootstrap": self.bootstrap, "ci95_bootstrap": list(self.ci95_bootstrap)}
-        return entry | ({"held": self.held} if self.held else {})
 
 
 @dataclass(frozen=True)
@@ -110,14 +75,17 @@ def identify(
     model: str = "auto",
     electrode_resistance: float | None = None,
     engine: str = "ngspice",
+    intervals: str = "covariance",
     progress: Callable[[], None] | None = None,
 ) -> Identification:
     """Fit the current by ``model`` (of `ilg_circuit.models`, or auto: see `selection`), then the displacement by d(s).
 
     ``base`` gives geometry, E and density (default: the paper's, with a warning); ``electrode_resistance`` [ohm] is
-    held, because a step fixes only three of the four elements: default is the base's. Raises InputError for data that
-    hold no answer, SolveError for a fit that does not converge.
+    held, because a step fixes only three of the four elements: default is the base's; ``intervals`` is the method of
+    the 95 % intervals, see `intervals`. Raises InputError for data that hold no answer, SolveError for a fit that does
+    not converge.
     """
+    method = require_method(intervals)
     if model != "auto":
         electrical_model(model)
     strip = base or PAPER
@@ -166,14 +134,23 @@ def identify(
         )
     fits = [current.fit] + ([displacement.fit] if displacement is not None else [])
     fitted = replace(fitted, uncertainty=uncertainty_of(current.model, fits))
-    parameters, derived = _parameters(current, held, displacement), _derived(current, held, measurement, displacement)
+    units = {p.name: p.unit for p in electrical_model(current.model).parameters}
+    found = {"current": uncertainties(current.fit, units, method, progress)}
+    if displacement is not None:
+        found["displacement"] = uncertainties(displacement.fit, COUPLING_UNITS, method, progress)
+    warnings += [line for each in found.values() for line in each.warnings]
+    parameters = found["current"].parameters | {"electrode_resistance": _held(held)}
+    if displacement is not None:
+        parameters |= found["displacement"].parameters
+    statistics = _statistics(measurement, current, displacement)
+    details = {name: each.details for name, each in found.items() if each.details is not None}
     return Identification(
         model=current.model,
         measurement=measurement,
         actuator=fitted,
         parameters=parameters,
-        derived=derived,
-        statistics=_statistics(measurement, current, displacement),
+        derived=_derived(current, held, measurement, displacement),
+        statistics=statistics | ({"intervals": details} if details else {}),
         correlations=_correlations(current, displacement),
         warnings=tuple(dict.fromkeys(warnings)),
         current=current,
@@ -216,40 +193,9 @@ def _check_electrode_resistance(held: float, measurement: Measurement) -> None:
         )
 
 
-def _interval(value: float, error: float, samples: int, unknowns: int) -> tuple[float, float]:
-    from scipy.stats import t as student
-
-    half = float(student.ppf(0.975, max(samples - unknowns, 1))) * error
-    return value - half, value + half
-
-
-def fitted_parameters(fit: Fit, units: dict[str, str], scale: Array | None = None) -> dict[str, Parameter]:
-    factors = np.ones(len(fit.values)) if scale is None else scale
-    result = {}
-    blocks = block_bootstrap(fit) if structured(fit.residuals) else None
-    for k, name in enumerate(fit.names):
-        value, error = float(fit.values[k] * factors[k]), float(fit.errors[k] * factors[k])
-        interval = _interval(value, error, len(fit.residuals), fit.count)
-        result[name] = Parameter(value, units[name], error, interval)
-        if blocks is not None:
-            low, high = (float(x * factors[k]) for x in blocks.intervals[k])
-            result[name] = replace(
-                result[name], bootstrap=float(blocks.errors[k] * factors[k]), ci95_bootstrap=(low, high)
-            )
-    return result
-
-
-def _parameters(current: CurrentFit, held: float, displacement: DisplacementFit | None) -> dict[str, Parameter]:
-    units = {p.name: p.unit for p in electrical_model(current.model).parameters}
-    reason = (
-        "a step fixes three of four elements: held at the value given"
-        if held
-        else ("a step fixes three of four elements: held at zero, since nothing else is known of the electrodes")
-    )
-    parameters = fitted_parameters(current.fit, units) | {"electrode_resistance": Parameter(held, "ohm", held=reason)}
-    if displacement is not None:
-        parameters |= fitted_parameters(displacement.fit, COUPLING_UNITS)
-    return parameters
+def _held(held: float) -> Parameter:
+    how = "held at the value given" if held else "held at zero, since nothing else is known of the electrodes"
+    return Parameter(held, "ohm", held=f"a step fixes three of four elements: {how}")
 
 
 def _derived(
@@ -294,6 +240,10 @@ def _statistics(measurement: Measurement, current: CurrentFit, displacement: Dis
         "bic": current.fit.bic,
         "n": len(current.data),
         "evaluations": current.fit.evaluations,
+        "starts": current.scouting.starts,
+        "starts_agreeing": current.scouting.agreeing,
+        "relative_offset": current.fit.offset,
+        "identifiability": current.identifiability.to_json(),
     }
     if displacement is not None:
         statistics["displacement"] = {
@@ -305,6 +255,7 @@ def _statistics(measurement: Measurement, current: CurrentFit, displacement: Dis
             "window_s": displacement.window,
             "beam": displacement.beam,
             "evaluations": displacement.fit.evaluations,
+            "relative_offset": displacement.fit.offset,
         }
     return statistics
 

@@ -20,9 +20,11 @@ from ..models import ElectricalModel, electrical_model
 from ..port import Port
 from ..units import format_quantity
 from .current import CurrentFit, currents, fit_current, in_order, ladders_for, require_voltages
-from .identification import Parameter, fitted_parameters, uncertainty_of
+from .identification import uncertainty_of
+from .intervals import uncertainties
 from .least_squares import Fit, fit_circuit
 from .measurement import Measurement
+from .parameter import Parameter
 from .residuals import information_criterion
 
 Array = NDArray[np.float64]
@@ -147,7 +149,7 @@ def fit_jointly(
         )
     units = {p.name: p.unit for p in kind.parameters}
     reason = "not determined by current alone: held" if not held else "held at the value given"
-    parameters = fitted_parameters(fit, units) | {"electrode_resistance": Parameter(held, "ohm", held=reason)}
+    parameters = uncertainties(fit, units).parameters | {"electrode_resistance": Parameter(held, "ohm", held=reason)}
     actuator = Actuator.from_port(
         strip.geometry,
         port,

@@ -1,7 +1,7 @@
 """The current into a linear port as a sum of decaying modes, whose answer to a measured drive is a closed form.
 
-Many parameter sets at once, and far cheaper than an engine: for the thousands of answers that a search of many starts, a
-profile likelihood or a Markov chain wants.
+Many parameter sets at once, and far cheaper than an engine: for the thousands of answers that a search of many starts,
+a profile likelihood or a Markov chain wants.
 """
 
 from __future__ import annotations

@@ -43,6 +43,14 @@ class ProfileInterval:
     high: float
     failure: str = ""
 
+    @property
+    def open_below(self) -> bool:
+        return self.low == 0
+
+    @property
+    def open_above(self) -> bool:
+        return bool(np.isinf(self.high))
+
 
 def profile(fit: Fit, widening: Array, progress: Callable[[], None] | None = None) -> tuple[ProfileInterval, ...]:
     """Profile intervals of the parameters of ``fit``, whose errors alike residuals make larger by ``widening`` (n,)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,13 +15,22 @@ from ..actuator_file import dumps
 from ..files import write_text
 from ..plots import BLUE, GREY, ORANGE, engineering, new_figure, save
 from ..units import format_quantity
-from .identification import Identification, Parameter
+from .identification import Identification
+from .parameter import Method, Parameter
 from .selection import table as candidate_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+
+#: What the table says of the intervals of each method.
+_METHODS: dict[Method, str] = {
+    "covariance": "intervals from the covariance",
+    "bootstrap": "standard errors and intervals from a block bootstrap",
+    "profile": "intervals from the profile likelihood",
+    "mcmc": "intervals from the posterior, by Markov chain",
+}
 
 
 def table(result: Identification) -> str:
@@ -29,10 +39,8 @@ def table(result: Identification) -> str:
     if len(result.candidates) > 1:
         lines += ["", *candidate_table(result.candidates)]
     lines += ["", f"{'parameter':<28}{'value':>16}{'standard error':>18}   95 % interval"]
-    alike = [p for p in result.parameters.values() if p.bootstrap is not None]
     lines += [_row(name, p) for name, p in result.parameters.items()]
-    if alike:
-        lines.append("(of parameters whose residuals are alike next to one another, both are a block bootstrap's)")
+    lines += method_lines(result.parameters)
     lines += ["", *(f"{name:<28}{_text(p.value, p.unit):>16}" for name, p in result.derived.items())]
     s = result.statistics
     lines += ["", _statistics("current", s, "A", f" ({s['rmse_over_peak']:.2%} of the peak)")]
@@ -122,9 +130,30 @@ def _panels(
 def _row(name: str, p: Parameter) -> str:
     if p.stderr is None or p.ci95 is None:
         return f"{name:<28}{_text(p.value, p.unit):>16}{'held':>18}   {p.held}"
-    error, (low, high) = p.honest
-    interval = f"{_text(low, p.unit)} to {_text(high, p.unit)}"
-    return f"{name:<28}{_text(p.value, p.unit):>16}{_text(error, p.unit, 2):>18}   {interval}"
+    error = p.honest[0]
+    return f"{name:<28}{_text(p.value, p.unit):>16}{_text(error, p.unit, 2):>18}   {interval_text(p)}"
+
+
+def interval_text(p: Parameter) -> str:
+    """The interval to be believed, its open sides in words."""
+    low, high = p.honest[1]
+    if low == 0 and isinf(high):
+        return "no limits"
+    if isinf(high):
+        return f"{_text(low, p.unit)} or more"
+    return f"{_text(low, p.unit)} to {_text(high, p.unit)}" if low else f"{_text(high, p.unit)} or less"
+
+
+def method_lines(parameters: dict[str, Parameter]) -> list[str]:
+    """By what method the intervals were made, where it was not the covariance; one line a method."""
+    groups: dict[str, list[str]] = {}
+    fitted = {name: p for name, p in parameters.items() if p.stderr is not None}
+    for name, p in fitted.items():
+        groups.setdefault(_METHODS[p.method], []).append(name)
+    groups.pop(_METHODS["covariance"], None)
+    return [
+        f"({words}{'' if len(names) == len(fitted) else ': ' + ', '.join(names)})" for words, names in groups.items()
+    ]
 
 
 def _plus_minus(p: Parameter) -> str:

@@ -13,8 +13,10 @@ from ..actuator import PAPER, Actuator
 from ..elements import lumped_elements
 from ..errors import IlgError, InputError, SolveError
 from ..models import electrical_model
-from .identification import Parameter
+from .identifiability import Identifiability, diagnose
+from .intervals import require_method, uncertainties
 from .kramers_kronig import KramersKronig, kramers_kronig
+from .parameter import Parameter
 from .residuals import information_criterion
 from .spectrum_files import Spectrum, read_spectrum
 from .spectrum_fit import SpectrumFit, Weighting, fit_spectrum, require_electrode_resistance
@@ -49,7 +51,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class SpectrumIdentification:
-    """What a spectrum says of a strip; ``actuator`` has the fitted circuit."""
+    """What a spectrum says of a strip; ``actuator`` has the fitted circuit, ``details`` tell of the intervals."""
 
     spectrum: Spectrum
     check: KramersKronig
@@ -59,6 +61,7 @@ class SpectrumIdentification:
     parameters: dict[str, Parameter]
     derived: dict[str, Parameter]
     warnings: tuple[str, ...]
+    details: dict[str, Any] | None = None
 
     @property
     def model(self) -> str:
@@ -80,7 +83,14 @@ class SpectrumIdentification:
             "evaluations": fit.evaluations,
             "starts": self.fit.starts,
             "starts_agreeing": self.fit.agreeing,
-        }
+            "relative_offset": fit.offset,
+            "identifiability": self.identifiability.to_json(),
+        } | ({"intervals": self.details} if self.details else {})
+
+    @property
+    def identifiability(self) -> Identifiability:
+        """Which of the parameters that were free the spectrum determines."""
+        return diagnose(self.fit.fit, self.fit.port.branches)
 
     @property
     def correlations(self) -> dict[str, float]:
@@ -116,15 +126,18 @@ def identify_spectrum(
     model: str = "auto",
     electrode_resistance: float | None = None,
     weighting: Weighting = "modulus",
+    intervals: str = "covariance",
     seed: int = 0,
     progress: Callable[[], None] | None = None,
 ) -> SpectrumIdentification:
     """Check a spectrum, fit ``model`` (auto: the best of `AUTO_MODELS`) and make the strip of it.
 
     ``base`` gives geometry, E and density (default: the paper's); ``electrode_resistance`` [ohm] is held, default the
-    base's. Points that break the Kramers-Kronig relations are left out of the fit. Raises InputError and SolveError as
-    `fit_spectrum`; with auto SolveError where no model can be fitted.
+    base's; ``intervals`` is the method of the 95 % intervals, see `intervals`. Points that break the Kramers-Kronig
+    relations are left out of the fit. Raises InputError and SolveError as `fit_spectrum`; with auto SolveError where no
+    model can be fitted.
     """
+    method = require_method(intervals)
     strip = base or PAPER
     held = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
     if model != "auto":
@@ -144,7 +157,9 @@ def identify_spectrum(
             outcomes.append((name, None, str(error)))
     candidates = _compared(outcomes)
     chosen = _chosen(candidates, spectrum.source)
-    warnings = [*spectrum.notes, *check.warnings, *_warnings(chosen, check, candidates)]
+    units = {p.name: p.unit for p in electrical_model(chosen.model).parameters}
+    found = uncertainties(chosen.fit, units, method, progress)
+    warnings = [*spectrum.notes, *check.warnings, *_warnings(chosen, check, candidates), *found.warnings]
     if base is None:
         warnings.append(
             "no --actuator given: geometry and Young's modulus are the paper's; resistances and capacitances do not "
@@ -166,7 +181,8 @@ def identify_spectrum(
         fit=chosen,
         candidates=candidates,
         actuator=actuator,
-        parameters=_parameters(chosen, held),
+        parameters=_parameters(chosen, found.parameters, held),
+        details=found.details,
         derived=_derived(chosen),
         warnings=tuple(dict.fromkeys(warnings)),
     )
@@ -277,16 +293,11 @@ def _warnings(fit: SpectrumFit, check: KramersKronig, candidates: Sequence[Candi
     return found
 
 
-def _parameters(fit: SpectrumFit, electrode_resistance: float) -> dict[str, Parameter]:
-    errors = dict(zip(fit.fit.names, fit.fit.errors.tolist(), strict=True))
+def _parameters(fit: SpectrumFit, fitted: dict[str, Parameter], electrode_resistance: float) -> dict[str, Parameter]:
     found = {}
     for p in electrical_model(fit.model).parameters:
-        value = fit.values[p.name]
-        if p.name in fit.held:
-            found[p.name] = Parameter(value, p.unit, held=fit.held[p.name])
-        else:
-            low, high = fit.intervals[p.name]
-            found[p.name] = Parameter(value, p.unit, errors[p.name], (low, min(high, 1e300)))
+        held = fit.held.get(p.name)
+        found[p.name] = fitted[p.name] if held is None else Parameter(fit.values[p.name], p.unit, held=held)
     what = "a spectrum shows Re + Rs, not each" if fit.port.ladder else "a spectrum fixes three of four elements"
     how = "held at the value given" if electrode_resistance else "held at zero, since nothing else is known of it"
     return found | {"electrode_resistance": Parameter(electrode_resistance, "ohm", held=f"{what}: {how}")}

@@ -15,7 +15,7 @@ from ..files import write_text
 from ..ladder import ComplexArray
 from ..plots import BLUE, GREY, ORANGE, engineering, save
 from ..units import format_quantity
-from .report import _plus_minus, _row, _text
+from .report import _plus_minus, _row, _text, method_lines
 from .spectrum_identification import Candidate, SpectrumIdentification
 
 Array = NDArray[np.float64]
@@ -32,6 +32,7 @@ def spectrum_table(result: SpectrumIdentification) -> str:
         f"{'parameter':<28}{'value':>16}{'standard error':>18}   95 % interval",
     ]
     lines += [_row(name, p) for name, p in result.parameters.items()]
+    lines += method_lines(result.parameters)
     lines += ["", *(f"{name:<28}{_text(p.value, p.unit):>16}" for name, p in result.derived.items())]
     s = result.statistics
     lines += [

@@ -1,0 +1,130 @@
+"""Markov chain Monte Carlo: the posterior of a fit's parameters, by an affine-invariant ensemble (emcee).
+
+The prior is flat in the coordinates, the logarithms, within a factor of a thousand about the fit. The noise's
+variance (prior 1/variance) and the linear nuisance terms (flat) are integrated out: what is left is
+squares^(-(samples - k)/2), squares those of the best k nuisance terms, for a linear model Student's t about the fit.
+Where neighbouring residuals are alike the exponent shrinks to as many samples as are independent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import IlgError, InputError
+from .least_squares import Fit
+
+Array = NDArray[np.float64]
+
+#: The prior's half width, in logarithms.
+_REACH = float(np.log(1e3))
+_WALKERS_A_PARAMETER, _LEAST_WALKERS = 6, 24
+_CHUNK, _MOST_STEPS = 200, 4000
+#: A chain so many autocorrelation times long has converged; the first few of them are thrown away.
+_LONG, _BURN = 50.0, 5.0
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Samples (draws, n) of the parameters, in their units, and how the chain that gave them went.
+
+    ``autocorrelation`` time and ``steps`` are in steps of the ensemble of ``walkers``, the steps thrown away included.
+    """
+
+    draws: Array
+    intervals: Array
+    walkers: int
+    steps: int
+    autocorrelation: float
+    acceptance: float
+
+    @property
+    def converged(self) -> bool:
+        return self.steps >= _LONG * self.autocorrelation
+
+    @property
+    def told(self) -> str:
+        """How long the chain is, for the user."""
+        times = self.steps / self.autocorrelation
+        verdict = "" if self.converged else f", less than the {_LONG:.0f} that a converged chain has"
+        return f"{self.walkers} walkers, {self.steps} steps, {times:.0f} autocorrelation times{verdict}"
+
+
+def sample(
+    fit: Fit,
+    widening: Array,
+    progress: Callable[[], None] | None = None,
+    *,
+    seed: int = 0,
+    most_steps: int = _MOST_STEPS,
+) -> Chain:
+    """The chain of ``fit``, whose errors alike residuals make larger by ``widening`` (n,).
+
+    It ends when it is long enough to be trusted, or after ``most_steps``, and says which. The walkers of half the
+    ensemble move together: their circuits are solved at once. Raises InputError where emcee is not installed.
+    """
+    try:
+        import emcee
+    except ImportError:
+        raise InputError("--intervals mcmc needs emcee: pip install 'ilg-circuit[mcmc]', or choose profile") from None
+
+    n = len(fit.values)
+    origin, problem = fit.coordinates, fit.problem
+    steps = widening * fit.errors / fit.units
+    shape = np.linalg.cholesky(fit.covariance[:n, :n] / np.outer(fit.units, fit.units)) * float(np.mean(widening))
+    # the power of the likelihood that independent samples would have
+    weight = float(np.exp(-2 * np.mean(np.log(widening))))
+    exponent = -0.5 * weight * (fit.freedom + n)
+
+    def log_posterior(x: Array) -> Array:
+        result = np.full(len(x), -np.inf)
+        inside = (np.abs(x - origin) < _REACH).all(axis=1)
+        if inside.any():
+            result[inside] = exponent * np.log(_squares(fit, x[inside]))
+        if progress:
+            progress()
+        return result
+
+    walkers = max(_WALKERS_A_PARAMETER * n, _LEAST_WALKERS)
+    sampler = emcee.EnsembleSampler(walkers, n, log_posterior, vectorize=True, moves=_moves())
+    random = np.random.RandomState(seed)
+    sampler.random_state = random.get_state()
+    at = origin + np.clip(random.standard_normal((walkers, n)) @ shape.T, -2 * steps, 2 * steps)
+    state = emcee.State(at, random_state=random.get_state())
+    time = np.inf
+    while sampler.iteration < most_steps and sampler.iteration < _LONG * time:
+        state = sampler.run_mcmc(state, min(_CHUNK, most_steps - sampler.iteration), skip_initial_state_check=True)
+        time = float(np.max(sampler.get_autocorr_time(tol=0, quiet=True)))
+    burn = min(int(_BURN * time), sampler.iteration // 2)
+    chain = sampler.get_chain(discard=burn, flat=True)
+    values = problem.scales.values(np.asarray(chain))
+    low, high = np.quantile(values, [0.025, 0.975], axis=0)
+    return Chain(
+        draws=values,
+        intervals=np.column_stack([low, high]),
+        walkers=walkers,
+        steps=int(sampler.iteration),
+        autocorrelation=time,
+        acceptance=float(np.mean(sampler.acceptance_fraction)),
+    )
+
+
+def _moves() -> list[tuple[object, float]]:
+    """Differential evolution, affine-invariant as the stretch move is, mixes faster in several dimensions."""
+    from emcee import moves
+
+    return [(moves.DEMove(), 0.8), (moves.DESnookerMove(), 0.2)]
+
+
+def _squares(fit: Fit, x: Array) -> Array:
+    """Sums of squares (m,) at coordinates (m, n), infinite where the circuit cannot be solved."""
+    try:
+        return fit.problem.squares(x)
+    except IlgError:
+        if len(x) == 1:
+            return np.full(1, np.inf)
+        half = len(x) // 2  # one set spoils the whole netlist: find it
+        return np.concatenate([_squares(fit, x[:half]), _squares(fit, x[half:])])
