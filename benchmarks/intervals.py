@@ -172,8 +172,8 @@ def _record(key: str, row: str) -> None:
 _HEAD = (
     "# Coverage of the 95 % intervals",
     "",
-    "Written by `python benchmarks/intervals.py`: per cent of the data sets in whose interval the truth lies. Of 500 sets",
-    "an honest interval gives 93 to 97, by chance less or more once in twenty times.",
+    "Written by `python benchmarks/intervals.py`: per cent of the data sets in whose interval the truth lies. Of 500",
+    "sets an honest interval gives 93 to 97, by chance less or more once in twenty times.",
     "",
     "| data | model | sets | no fit | mean | each parameter |",
     "|---|---|---|---|---|---|",

@@ -20,6 +20,7 @@ from ..units import format_quantity
 from .least_squares import Fit, fit_circuit
 from .measurement import Channel, Measurement, noise_level
 from .residuals import effective_samples, information_criterion, structured
+from .scout import Scouting
 from .start import CouplingSearch
 
 Array = NDArray[np.float64]
@@ -37,6 +38,8 @@ _MOST_RINGING = 300.0
 _SCOUTING = 1e-5
 #: A nuisance term must earn its place by this much BIC (very strong evidence).
 _EVIDENCE = 10.0
+#: Starts of the fit that is reported, the tolerance of those that confirm it, and which misfits are the same.
+_STARTS, _CONFIRMING, _SAME_MISFIT = 3, 1e-7, 1e-4
 _WINDOW_RATIO = 1.25
 _FEWEST_SAMPLES = 40
 
@@ -59,6 +62,7 @@ class DisplacementFit:
     sign: float
     per_volt: float
     beam: str
+    scouting: Scouting
     warnings: tuple[str, ...]
 
 
@@ -71,6 +75,13 @@ class _Attempt:
     end: float
     beam: str
     described: bool
+
+
+@dataclass(frozen=True)
+class _Begin:
+    beam: str
+    start: Array
+    sign: float
 
 
 def fit_displacement(
@@ -94,7 +105,8 @@ def fit_displacement(
             break
         with suppress(InputError, SolveError):
             best = problem.attempt(end)
-    return problem.finish(problem.leanest(best), shortened=best is not whole)
+    lean, scouting = problem.confirmed(problem.leanest(best))
+    return problem.finish(lean, scouting, shortened=best is not whole)
 
 
 class _Problem:
@@ -166,6 +178,23 @@ class _Problem:
         gain -= information_criterion(rival.fit.residuals, rival.fit.count, samples)
         return rival if gain > _EVIDENCE else simple
 
+    def confirmed(self, best: _Attempt) -> tuple[_Attempt, Scouting]:
+        """The attempt after others of the same kind from different starts; a better one of them takes its place."""
+        agreeing = 1
+        relative = self.channel.values - self.reference
+        nuisance = self.nuisance[:, : best.offset + best.drift]
+        others = self.search.starts(best.end, relative, nuisance, _STARTS)[1:]
+        fit = partial(self._fit, best.end, offset=best.offset, drift=best.drift)
+        for start, sign in others:
+            with suppress(InputError, SolveError):
+                rival = fit(begin=_Begin(best.beam, start, sign), tolerance=_CONFIRMING)
+                if rival.fit.rmse < best.fit.rmse * (1 - _SAME_MISFIT):
+                    again = _Begin(best.beam, rival.fit.values, sign)
+                    best, agreeing = fit(begin=again), 1
+                elif rival.fit.rmse < best.fit.rmse * (1 + _SAME_MISFIT):
+                    agreeing += 1
+        return best, Scouting(best.fit.values, 1 + len(others), agreeing)
+
     def model(self, t: Array, sign: float, beam: str, accuracy: float = DEFAULT_ACCURACY) -> Callable[[Array], Array]:
         """Displacement at ``t`` (zero at rest) as a function of (m, 4) coupling constants."""
         after = t >= 0
@@ -185,7 +214,7 @@ class _Problem:
 
         return waves
 
-    def finish(self, best: _Attempt, *, shortened: bool) -> DisplacementFit:
+    def finish(self, best: _Attempt, scouting: Scouting, *, shortened: bool) -> DisplacementFit:
         t = self.channel.time
         coupling = Coupling(*best.fit.values)
         answer = self.model(t, best.sign, best.beam)(best.fit.values[None, :])[0]
@@ -204,17 +233,33 @@ class _Problem:
             sign=best.sign,
             per_volt=best.sign * self.ratio * coupling.static,
             beam=best.beam,
-            warnings=self._warnings(best, fitted, shortened),
+            scouting=scouting,
+            warnings=(
+                *self._warnings(best, fitted, shortened),
+                *([f"displacement: {scouting.doubt}: it may not be the least"] if scouting.doubt else []),
+            ),
         )
 
     def _fit(
-        self, end: float, *, offset: bool, drift: bool, like: _Attempt | None = None, tolerance: float = 1e-10
+        self,
+        end: float,
+        *,
+        offset: bool,
+        drift: bool,
+        like: _Attempt | None = None,
+        begin: _Begin | None = None,
+        tolerance: float = 1e-10,
     ) -> _Attempt:
-        """One fit; with the static beam from the search's start, or with the dynamic one from where ``like`` ended."""
+        """One fit; with the static beam from the search's start, or with the dynamic one from where ``like`` ended.
+
+        ``begin`` gives beam and start in place of either.
+        """
         part = self.channel.until(end)
         t, data = part.time, part.values - self.reference
         nuisance = self.nuisance[: len(t), : offset + drift]
-        if like is None:
+        if begin is not None:
+            beam, start, sign = begin.beam, begin.start, begin.sign
+        elif like is None:
             beam = "static"
             relative = self.channel.values - self.reference
             start, sign = self.search.start(end, relative, self.nuisance[:, : offset + drift])

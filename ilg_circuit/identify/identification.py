@@ -255,6 +255,8 @@ def _statistics(measurement: Measurement, current: CurrentFit, displacement: Dis
             "window_s": displacement.window,
             "beam": displacement.beam,
             "evaluations": displacement.fit.evaluations,
+            "starts": displacement.scouting.starts,
+            "starts_agreeing": displacement.scouting.agreeing,
             "relative_offset": displacement.fit.offset,
         }
     return statistics

@@ -180,7 +180,8 @@ def _converged(problem: Problem, slope: Array, rest: Array, tolerance: float, co
         raise SolveError(f"the data do not determine every parameter of this model: {', '.join(unfelt)} is not felt")
     step, offset, condition = gauss_newton(slope, rest, 0.0)
     if not condition < _CONDITION:
-        alike = " and ".join(acting_alike(slope, problem.names))
+        *others, last = acting_alike(slope, problem.names)
+        alike = f"{', '.join(others)} and {last}" if others else last
         raise SolveError(f"the data do not determine every parameter of this model: {alike} act alike")
     # a fit told to end early may end as far from the minimum as its tolerance allows
     limit = max(_OFFSET, 10 * float(np.sqrt(tolerance * len(rest) / len(size))))

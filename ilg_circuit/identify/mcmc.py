@@ -3,7 +3,7 @@
 The prior is flat in the coordinates, the logarithms, within a factor of a thousand about the fit. The noise's
 variance (prior 1/variance) and the linear nuisance terms (flat) are integrated out: what is left is
 squares^(-(samples - k)/2), squares those of the best k nuisance terms, for a linear model Student's t about the fit.
-Where neighbouring residuals are alike the exponent shrinks to as many samples as are independent.
+Where neighbouring residuals are alike the rise of squares above the fit's counts for less, as in `profile`.
 """
 
 from __future__ import annotations
@@ -75,15 +75,15 @@ def sample(
     origin, problem = fit.coordinates, fit.problem
     steps = widening * fit.errors / fit.units
     shape = np.linalg.cholesky(fit.covariance[:n, :n] / np.outer(fit.units, fit.units)) * float(np.mean(widening))
-    # the power of the likelihood that independent samples would have
     weight = float(np.exp(-2 * np.mean(np.log(widening))))
-    exponent = -0.5 * weight * (fit.freedom + n)
+    exponent = -0.5 * (fit.freedom + n)
+    least = float(problem.squares(origin[None])[0])
 
     def log_posterior(x: Array) -> Array:
         result = np.full(len(x), -np.inf)
         inside = (np.abs(x - origin) < _REACH).all(axis=1)
         if inside.any():
-            result[inside] = exponent * np.log(_squares(fit, x[inside]))
+            result[inside] = exponent * np.log(least + weight * (_squares(fit, x[inside]) - least))
         if progress:
             progress()
         return result

@@ -8,14 +8,14 @@ B 65, 391). A profile that never reaches the criterion is open on that side: the
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import IlgError
+from ..errors import IlgError, SolveError
 from .least_squares import Fit
 from .problem import Evaluation
 
@@ -31,6 +31,8 @@ _LEVEL = 0.95
 _CENTRE = 10.0
 #: A profile that gains less by a further standard error is level.
 _LEVEL_GAIN = 1e-4
+#: F ratio that no step of a standard error leads to.
+_JUMP = 1e5
 #: A fit on the way may be better than the one that is profiled by this much, relatively: rounding.
 _BETTER = 1e-6
 
@@ -71,14 +73,17 @@ def _interval(fit: Fit, k: int, widening: float, progress: Callable[[], None] | 
         nonlocal lowest
         gain = new.chisqr / best.chisqr - 1
         lowest = min(lowest, gain)
-        return float(fisher.cdf(max(gain, 0.0) * fit.freedom / widening**2, 1, fit.freedom))
+        ratio = max(gain, 0.0) * fit.freedom / widening**2
+        if ratio > _JUMP:
+            raise SolveError("within a standard error it jumps, where no circuit can be solved")
+        return float(fisher.cdf(ratio, 1, fit.freedom))
 
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")  # lmfit warns of an open side, which the result says
             best = minimizer.leastsq()
             walk.bound(best.params)
-            ends = lmfit.conf_interval(
+            found = lmfit.conf_interval(
                 minimizer,
                 best,
                 p_names=[walk.name(k)],
@@ -86,11 +91,16 @@ def _interval(fit: Fit, k: int, widening: float, progress: Callable[[], None] | 
                 prob_func=probability,
                 min_rel_change=_LEVEL_GAIN,
             )[walk.name(k)]
+            ends = found[0][1], found[-1][1]
+            for end in ends:
+                # lmfit takes a profile that falls back for a level one: only what lies further out can tell
+                if np.isinf(end) and any(probability(best, at) > _LEVEL for at in walk.beyond(minimizer, best, end)):
+                    return ProfileInterval(np.nan, np.nan, "the profile rises, falls and rises again")
     except (IlgError, lmfit.MinimizerException, ValueError, ArithmeticError) as error:
         return ProfileInterval(np.nan, np.nan, f"the profile ended early: {error}")
     if lowest < -_BETTER:
         return ProfileInterval(np.nan, np.nan, "a better fit lies beside this one")
-    low, high = (walk.value(z) for z in (ends[0][1], ends[-1][1]))
+    low, high = (walk.value(z) for z in ends)
     if not low < fit.values[k] < high:
         return ProfileInterval(np.nan, np.nan, "the profile has no ends about the value")
     return ProfileInterval(low, high)
@@ -121,6 +131,19 @@ class _Walk:
         reach = np.log(REACH) / self._steps[self._k]
         chosen = parameters[self.name(self._k)]
         chosen.stderr, chosen.min, chosen.max = 1.0, _CENTRE - reach, _CENTRE + reach
+
+    def beyond(
+        self, minimizer: lmfit.Minimizer, best: lmfit.minimizer.MinimizerResult, side: float
+    ) -> Iterator[lmfit.minimizer.MinimizerResult]:
+        """Fits with the parameter in question held further and further out on a ``side``, a decade a step."""
+        parameters = best.params.copy()
+        held = parameters[self.name(self._k)]
+        held.vary = False
+        reach = (held.max if side > 0 else held.min) - _CENTRE
+        decades = round(np.log10(REACH))
+        for k in range(1, decades + 1):
+            held.value = _CENTRE + reach * k / decades
+            yield minimizer.leastsq(parameters)
 
     def value(self, z: float) -> float:
         """The parameter's value; 0 or infinite where z is."""

@@ -24,6 +24,8 @@ _MOST_SAMPLES = 500
 _RATES = 40
 _DAMPINGS = (0.15, 0.3, 0.5, 0.7, 1.0, 1.5, 2.5, 4.0, 8.0, 16.0)
 _FREQUENCIES = 24
+#: Starts of d(s) whose damping ratio or natural frequency differs by this factor lie apart.
+_APART = 1.8
 #: The steady conductance starts from no less than this part of the peak's.
 _LEAST_STEADY = 1e-2
 #: The drive may be so coarse, in parts of its range, where only starting values are wanted.
@@ -143,23 +145,33 @@ class CouplingSearch:
         ``displacement`` (samples,) and linear ``nuisance`` (samples, k) are those of the whole record. Raises
         InputError when the displacement does not answer to the voltage.
         """
+        return self.starts(end, displacement, nuisance, 1)[0]
+
+    def starts(self, end: float, displacement: Array, nuisance: Array, count: int) -> list[tuple[Array, float]]:
+        """The best ``count`` starts, as `start`, of places that lie apart; the best one first."""
         part = self._t <= end
         data, extra, after = displacement[self._keep][part], nuisance[self._keep][part], self._after[part]
-        best, choice = np.inf, None
         basis = np.zeros((len(data), 2 + extra.shape[1]))
         basis[:, 2:] = extra
+        tried: list[tuple[float, Array, tuple[float, float]]] = []
         for at, waves in zip(self._grid, self._waves, strict=True):
             basis[after, :2] = waves[:, : after.sum()].T
             found, cost = _linear_fit(basis, data)
             # y = k d0 [x1 + (wn/Zd) x2]: both amounts of one sign
-            if found[0] * found[1] > 0 and cost < best:
-                best, choice = cost, (found[:2], at)
-        if choice is None:
+            if found[0] * found[1] > 0:
+                tried.append((cost, found[:2], at))
+        if not tried:
             raise InputError("the displacement does not follow the voltage as the coupling d(s) does")
-        (low, high), (zeta, wn) = choice
-        zero = wn * low / high
-        gain = abs(low) / self._ratio * wn**2 / zero
-        return np.array([gain, zero, zeta, wn]), float(np.sign(low))
+        chosen: list[tuple[float, float]] = []
+        starts: list[tuple[Array, float]] = []
+        for _, (low, high), (zeta, wn) in sorted(tried, key=lambda each: each[0]):
+            if len(starts) == count:
+                break
+            if all(max(zeta / z, z / zeta) > _APART or max(wn / w, w / wn) > _APART for z, w in chosen):
+                chosen.append((zeta, wn))
+                zero = wn * low / high
+                starts.append((np.array([abs(low) / self._ratio * wn**2 / zero, zero, zeta, wn]), float(np.sign(low))))
+        return starts
 
 
 def _coarse(drive: PiecewiseLinear) -> PiecewiseLinear:

@@ -49,9 +49,11 @@ def test_intervals_are_student_s(step_fit: Identification) -> None:
             continue
         assert p.stderr is not None
         assert p.ci95 is not None
-        assert sum(p.ci95) / 2 == pytest.approx(p.value)
+        # symmetric about the logarithm
+        assert p.ci95[0] * p.ci95[1] == pytest.approx(p.value**2)
         n = step_fit.statistics["displacement"]["n"] if name in COUPLING else step_fit.statistics["n"]
-        assert (p.ci95[1] - p.value) / p.stderr == pytest.approx(student.ppf(0.975, n - 4), rel=1e-3)
+        half = np.log(p.ci95[1] / p.value) * p.value / p.stderr
+        assert half == pytest.approx(student.ppf(0.975, n - 4), rel=1e-3)
 
 
 def test_derived_quantities_follow(step_fit: Identification) -> None:
