@@ -255,18 +255,3 @@ def test_a_current_that_runs_the_other_way_is_refused() -> None:
     r = record(step(), 300.0, 201, noise=1e-3, seed=45)
     with pytest.raises(IlgError):
         fitted(r.changed(current=-r.columns["current"]))
-
-
-# -- intervals ---------------------------------------------------------------------------------------------------------
-
-
-def test_ninety_five_percent_means_that() -> None:
-    """Of 60 data sets the interval holds the truth in 51 to 60: less has a chance of 7e-4 if the 95 % are honest."""
-    hits = np.zeros((60, 3), dtype=bool)
-    for seed in range(60):
-        found = identify(record(step(), 300.0, 151, noise=0.01, seed=1000 + seed).measurement(), base=PAPER, model="rc")
-        names = ("dc_resistance", "dynamic_resistance", "capacitance")
-        for k, (name, value) in enumerate(zip(names, truth(PAPER), strict=True)):
-            low, high = found.parameters[name].ci95 or (np.nan, np.nan)
-            hits[seed, k] = low <= value <= high
-    assert (hits.sum(axis=0) >= 51).all(), hits.sum(axis=0)
