@@ -16,12 +16,11 @@ from ..elements import lumped_elements
 from ..errors import InputError, SolveError
 from ..models import electrical_model
 from ..units import format_quantity
-from .bootstrap import block_bootstrap
+from .bootstrap import block_bootstrap, correlated
 from .current import CurrentFit, fit_current
 from .displacement import DisplacementFit, fit_displacement
 from .least_squares import Fit
 from .measurement import Measurement
-from .residuals import structured
 from .selection import Candidate, choose, scouting_engine, single
 
 Array = NDArray[np.float64]
@@ -122,7 +121,7 @@ def identify(
         electrical_model(model)
     strip = base or PAPER
     held = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
-    _check_electrode_resistance(held, measurement)
+    require_electrode_resistance(held, measurement)
     warnings = list(measurement.notes)
 
     def fit(measurement: Measurement, held: float, model: str) -> CurrentFit:
@@ -195,7 +194,7 @@ def uncertainty_of(model: str, fits: list[Fit]) -> Uncertainty:
     for fit in fits:
         n = len(fit.values)
         # where neighbouring residuals are alike the bootstrap's is the honest one
-        honest = block_bootstrap(fit).covariance if structured(fit.residuals) else fit.covariance[:n, :n]
+        honest = block_bootstrap(fit).covariance if correlated(fit) else fit.covariance[:n, :n]
         covariance[start : start + n, start : start + n] = honest
         start += n
     relative = covariance / np.outer(values, values)
@@ -203,7 +202,7 @@ def uncertainty_of(model: str, fits: list[Fit]) -> Uncertainty:
     return Uncertainty(model, tuple(name for fit in fits for name in fit.names), tuple(map(tuple, relative.tolist())))
 
 
-def _check_electrode_resistance(held: float, measurement: Measurement) -> None:
+def require_electrode_resistance(held: float, measurement: Measurement) -> None:
     if not (math.isfinite(held) and held >= 0):
         raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
     after = measurement.current.time >= 0
@@ -226,7 +225,7 @@ def _interval(value: float, error: float, samples: int, unknowns: int) -> tuple[
 def fitted_parameters(fit: Fit, units: dict[str, str], scale: Array | None = None) -> dict[str, Parameter]:
     factors = np.ones(len(fit.values)) if scale is None else scale
     result = {}
-    blocks = block_bootstrap(fit) if structured(fit.residuals) else None
+    blocks = block_bootstrap(fit) if correlated(fit) else None
     for k, name in enumerate(fit.names):
         value, error = float(fit.values[k] * factors[k]), float(fit.errors[k] * factors[k])
         interval = _interval(value, error, len(fit.residuals), fit.count)

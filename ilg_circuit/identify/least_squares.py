@@ -33,7 +33,8 @@ class Fit:
     """Result of a fit: positive parameters, then linear nuisance terms, each with its standard error.
 
     ``covariance`` is that of (values, nuisance), in their units; ``residuals`` = data - model (samples,); ``slopes``
-    (samples, values and nuisance) are those of the model.
+    (samples, values and nuisance) are those of the model. ``parts`` are the numbers of samples of several data sets in
+    turn; empty for one.
     """
 
     names: tuple[str, ...]
@@ -47,6 +48,7 @@ class Fit:
     bic: float
     evaluations: int
     slopes: Array
+    parts: tuple[int, ...] = ()
 
     @property
     def rmse(self) -> float:
