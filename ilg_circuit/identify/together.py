@@ -1,7 +1,7 @@
 """One least squares for several data sets: parameters shared by all, or own to each, and a weight for each.
 
-A data set of any kind takes part as a `Part`: its numbers, the linear terms of its own, and what a model makes of sets of
-parameters. Every part counts in units of its ``sigma``.
+A data set of any kind takes part as a `Part`: its numbers, the linear terms of its own, and what a model makes of sets
+of parameters. Every part counts in units of its ``sigma``.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Together:
 
     @property
     def averaging(self) -> Array:
-        """Matrix (n, values) that takes the values' logarithms to those of the model's parameters, own ones averaged."""
+        """Matrix (n, values) from the values' logarithms to those of the model's parameters, own ones averaged."""
         matrix = np.zeros((len(self.parameters.names), len(self.fit.values)))
         for row in self.places:
             matrix[np.arange(len(row)), row] += 1
