@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -20,7 +19,7 @@ from ..errors import IlgError, InputError, SolveError
 from ..models import ElectricalModel, Ladders
 from ..port import Port
 from ..response import transient_band
-from .current import currents, fit_current, ladders_for, rest_offset
+from .current import currents, fit_current, ladders_for
 from .identification import require_electrode_resistance
 from .kramers_kronig import KramersKronig, kramers_kronig
 from .least_squares import Fit
@@ -38,6 +37,8 @@ Progress = Callable[[], None] | None
 _SIMPLEST = "rc"
 #: A data set counts as if it had noise of this part of its size at least: simulated ones may have none.
 _LEAST_SIGMA = 1e-9
+#: So many samples before the onset tell the instrument's offset.
+_REST = 5
 #: A closed form takes a ladder's constants from the port, however many sections it has.
 ANY_LADDER = Ladders(sections=1)
 
@@ -88,6 +89,11 @@ class OwnFit:
     warnings: tuple[str, ...]
 
     @property
+    def sure(self) -> bool:
+        """Whether every parameter is known at least in its order of magnitude."""
+        return bool((self.fit.errors < self.fit.values).all())
+
+    @property
     def values(self) -> dict[str, float]:
         return dict(zip(self.fit.names, self.fit.values.tolist(), strict=True))
 
@@ -126,8 +132,8 @@ class Dataset(Protocol):
     def own(self, kind: ElectricalModel, held: float, progress: Progress) -> OwnFit:
         """The fit of this data set alone."""
 
-    def part(self, model: PortModel, sigma: float, offset: bool) -> Part:
-        """This data set in a joint fit; ``offset``: with the instrument's, where its rest shows one."""
+    def part(self, model: PortModel, sigma: float) -> Part:
+        """This data set in a joint fit."""
 
     def independent(self, residuals: Array) -> float:
         """Number of independent samples that its residuals amount to."""
@@ -157,12 +163,13 @@ class CurrentData:
     def notes(self) -> tuple[str, ...]:
         return self.measurement.notes
 
-    @cached_property
+    @property
     def offset(self) -> bool:
-        channel = self.measurement.current
-        return rest_offset(channel.values[channel.rest]) is not None
+        """Whether its rest tells the instrument's offset, which is then fitted, however small: small ones matter too
+        where several voltages are compared."""
+        return int(self.measurement.current.rest.sum()) >= _REST
 
-    @cached_property
+    @property
     def _kept(self) -> NDArray[np.bool_]:
         rest = self.measurement.current.rest
         return np.ones(len(rest), dtype=bool) if self.offset else ~rest
@@ -192,21 +199,23 @@ class CurrentData:
         def fit(model: str) -> OwnFit:
             engine = scouting_engine(self.measurement, model, self.engine)
             found = fit_current(self.measurement, held, model, engine, progress)
+            fitted = np.zeros(len(self.abscissa))  # as at rest, where the own fit has no offset
+            fitted[len(fitted) - len(found.data) :] = found.fitted
             independent = self.independent(found.fit.residuals)
-            return OwnFit(model, found.fit, found.fitted, found.fit.rmse, independent, found.warnings)
+            return OwnFit(model, found.fit, fitted, found.fit.rmse, independent, found.warnings)
 
         # one step does not tell what is not linear
         models = [kind.name] if kind.linear or self.measurement.step is None else []
         return _first_that_fits(self.source, [*models, kind.name.split("+")[0]], fit)
 
-    def part(self, model: PortModel, sigma: float, offset: bool) -> Part:
+    def part(self, model: PortModel, sigma: float) -> Part:
         ladders = ladders_for(model.kind, np.array(model.typical), self.abscissa[self.abscissa >= 0])
         t = self.abscissa
 
         def modelled(values: Array) -> Array:
             return currents([model.port(v, ladders) for v in values], self.measurement.drive, t, self.engine)
 
-        nuisance = np.ones((len(t), 1 if offset and self.offset else 0))
+        nuisance = np.ones((len(t), int(self.offset)))
         return Part(self.source, self.data, nuisance, modelled, sigma)
 
     def independent(self, residuals: Array) -> float:
@@ -248,7 +257,8 @@ class SpectrumData:
 
     @property
     def abscissa(self) -> Array:
-        return self.spectrum.frequency
+        frequency: Array = self.spectrum.frequency
+        return frequency
 
     @property
     def data(self) -> Array:
@@ -275,13 +285,13 @@ class SpectrumData:
 
         return _first_that_fits(self.source, [kind.name.split("+")[0]], fit)
 
-    def part(self, model: PortModel, sigma: float, offset: bool) -> Part:
+    def part(self, model: PortModel, sigma: float) -> Part:
         s: NDArray[np.complex128] = np.asarray(2j * np.pi * self.spectrum.frequency)
 
         def modelled(values: Array) -> Array:
             ports = [model.port(v, ANY_LADDER) for v in values]
-            impedances = [port.impedance(s, self.bias, ideal=True) for port in ports]
-            return self._numbers(np.array(impedances))
+            z = [port.impedance(s, self.bias, ideal=True) for port in ports]
+            return self._numbers(np.asarray(z, dtype=complex))
 
         return Part(self.source, self.data, np.zeros((len(self.data), 0)), modelled, sigma)
 

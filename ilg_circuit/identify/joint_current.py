@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from ..errors import IlgError, InputError, SolveError
 from ..models import ElectricalModel, Ladders, electrical_model
 from ..port import Port
+from .bootstrap import correlated
 from .current import DETERMINED
 from .datasets import Dataset, OwnFit, PortModel, Progress, sigma_of
 from .joint_start import suggestions
+from .selection import EVIDENCE
 from .together import Parameters, Part, Together, fit_together, squares
 
 Array = NDArray[np.float64]
@@ -23,6 +25,8 @@ Array = NDArray[np.float64]
 _SAME_VOLTAGE = 0.2
 #: Fits run from so many starts; those whose sums of squares differ by less are the same.
 _FITS, _SAME = 2, 1e-3
+#: Of the sum of squares of the own fits a joint fit leaves no more than that where it has reached the least.
+_AS_GOOD = 1.02
 #: A fitted Re starts at this part of the least resistance that any record shows.
 _LITTLE_RE = 0.1
 #: What a model leaves counts as no less than this part of a data set's size.
@@ -66,6 +70,18 @@ class JointCurrent:
         together = self.together
         return np.array([d.independent(together.residuals(k)) for k, d in enumerate(self.datasets)])
 
+    @property
+    def only_noise(self) -> bool:
+        """Whether no data set leaves more than its own fit does, or anything but noise."""
+        return not correlated(self.together.fit) and self.beyond_own(self.independent()) < EVIDENCE
+
+    def beyond_own(self, samples: Array) -> float:
+        """BIC of the joint fit above that of all own fits, which have more parameters, on ``samples`` (datasets,)."""
+        own = np.array([max(o.rms, _NEGLIGIBLE * d.size) for o, d in zip(self.own, self.datasets, strict=True)])
+        gain = 2 * float(samples @ np.log(np.maximum(self.rms / own, 1e-300)))
+        more = sum(o.fit.count for o in self.own) - self.together.fit.count
+        return gain - more * float(np.log(samples.sum()))
+
     def bic(self, samples: Array) -> float:
         """BIC with a variance of its own for each data set, which has ``samples`` (datasets,) independent ones.
 
@@ -99,8 +115,9 @@ def fit_port(
     own = tuple(d.own(kind, start_re, progress) for d in datasets)
     started = suggestions(kind, datasets, own)
     if not started:
-        raise SolveError(f"no data set by itself determines model {model}, so that a fit of all has no start; try rc")
-    ladder_start = max(started, key=lambda v: float(v[-1])) if "diffusion_time" in kind.names else started[0]
+        raise SolveError(f"these data do not determine every parameter of model {model}, so that its fit has no start")
+    at = kind.names.index("diffusion_time") if "diffusion_time" in kind.names else 0
+    ladder_start = max(started, key=lambda values: float(values[at]))
     description = PortModel(kind, held, tuple(ladder_start.tolist()))
     unknown = own_names - set(description.names)
     if unknown:
@@ -110,9 +127,10 @@ def fit_port(
         )
     if held is None:
         started = [np.append(v, start_re) for v in started]
-    parts = [d.part(description, sigma_of(d, o), offset=True) for d, o in zip(datasets, own, strict=True)]
+    parts = [d.part(description, sigma_of(d, o)) for d, o in zip(datasets, own, strict=True)]
     parameters = Parameters(description.names, description.below, own_names)
-    together = _in_order(_best(parts, parameters, started, progress), kind)
+    alone = sum(len(p.data) * (o.rms / p.sigma) ** 2 for p, o in zip(parts, own, strict=True))
+    together = _in_order(_best(parts, parameters, started, alone, progress), kind)
     bands = [d.band for d in datasets]
     ladders = Ladders((min(low for low, _ in bands), max(high for _, high in bands)))
     return JointCurrent(description, tuple(datasets), own, together, description.port(together.mean, ladders))
@@ -145,8 +163,13 @@ def _least_resistance(datasets: Sequence[Dataset]) -> float:
     return min(found)
 
 
-def _best(parts: Sequence[Part], parameters: Parameters, started: list[Array], progress: Progress) -> Together:
-    """The better one of the fits from the most promising starts."""
+def _best(
+    parts: Sequence[Part], parameters: Parameters, started: list[Array], alone: float, progress: Progress
+) -> Together:
+    """The better one of the fits from the most promising starts; no second one where nothing is left to gain.
+
+    ``alone`` is the sum of squares that the own fits leave, in the same units.
+    """
     ranked = sorted(((squares(parts, values), k) for k, values in enumerate(started)), key=lambda pair: pair[0])
     chosen: list[tuple[float, int]] = []
     for cost, k in ranked:
@@ -161,6 +184,8 @@ def _best(parts: Sequence[Part], parameters: Parameters, started: list[Array], p
             continue
         if best is None or found.fit.rmse < best.fit.rmse:
             best = found
+        if float(found.fit.residuals @ found.fit.residuals) <= _AS_GOOD * alone:
+            break
     if best is None:
         assert problem is not None
         raise problem

@@ -163,7 +163,7 @@ def misfits(found: JointCurrent, records: Sequence[RecordFit], without: LeftOut)
     unlike = [r.source for r in records if r.unlike]
     if unlike:
         told.append(
-            f"one port does not hold for all: {', '.join(unlike)} by itself is fitted {WORSE:g} times better or more"
+            f"one port does not hold for all: own fits are {WORSE:g} times better or more for {', '.join(unlike)}"
         )
         told += _stranger(records, without)
     fit = found.together.fit

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import IlgError, SolveError
+from ..models import electrical_model, model_names
+from .bootstrap import correlated
 from .datasets import Dataset, Progress
 from .joint_current import JointCurrent, fit_port, levels_differ
 from .selection import CANDIDATES, EVIDENCE
@@ -53,6 +55,11 @@ class _Contest:
         self.failures: dict[str, str] = {}
 
     def enter(self, model: str) -> None:
+        count = len(electrical_model(model).parameters)
+        for other, found in self.fits.items():
+            if found.only_noise and count >= len(found.model.kind.parameters):
+                self.failures[model] = f"not tried: {other} leaves nothing but noise"
+                return
         try:
             self.fits[model] = fit_port(self._datasets, model, self._held, self._own, self._progress)
         except IlgError as error:
@@ -63,12 +70,24 @@ class _Contest:
         """Independent samples of each data set: by the model that leaves most."""
         return np.asarray(np.max([found.independent() for found in self.fits.values()], axis=0))
 
-    @property
-    def winner(self) -> str:
+    def enter_nonlinear(self, ions: str) -> None:
+        """``ions`` with a sinh electron path, or a capacitance that grows, where anything can speak for these."""
+        for addition in ("sinh", "growing"):
+            model = f"{ions}+{addition}"
+            if model in self.fits or (addition == "growing" and ions not in _BRANCHES):
+                continue
+            if not levels_differ(self._datasets):
+                self.failures[model] = "not tried: it needs several voltages, and these are alike"
+            elif ions in self.fits and self.fits[ions].beyond_own(self.samples) < EVIDENCE:
+                self.failures[model] = f"not tried: {ions} leaves no more than the data sets' own fits do"
+            else:
+                self.enter(model)
+
+    def best(self, among: list[str]) -> str:
         """Of the models that the data determine the one with fewest parameters within `EVIDENCE` of the least BIC."""
-        if not self.fits:
+        if not among:
             raise SolveError("no model could be fitted: " + "; ".join(f"{m}: {w}" for m, w in self.failures.items()))
-        admitted = [m for m, found in self.fits.items() if found.determined[0]] or list(self.fits)[:1]
+        admitted = [m for m in among if self.fits[m].determined[0]] or among[:1]
         bics = self.bics
         least = min(bics[m] for m in admitted)
         near = [m for m in admitted if bics[m] <= least + EVIDENCE]
@@ -90,38 +109,17 @@ def choose(
     """
     contest = _Contest(datasets, held, own, progress)
     spectra = any(d.quantity == "impedance" for d in datasets)
-    for model in CANDIDATES + (_WITH_SPECTRUM if spectra else ()):
+    contest.enter("rc")
+    if "rc" in contest.fits and not any(correlated(o.fit) for o in contest.fits["rc"].own):
+        contest.enter_nonlinear("rc")  # one pole is enough for each by itself: before any larger model
+    for model in CANDIDATES[1:] + (_WITH_SPECTRUM if spectra else ()):
         contest.enter(model)
-    linear = contest.winner
-    nonlinear = list(
-        dict.fromkeys(
-            f"{ions}+{addition}"
-            for ions in (linear, "rc")
-            for addition in ("sinh", "growing")
-            if addition == "sinh" or ions in _BRANCHES
-        )
-    )
-    against = _against_nonlinear(contest.fits[linear], contest.samples)
-    for model in nonlinear:
-        if against:
-            contest.failures[model] = f"not tried: {against}"
-        else:
-            contest.enter(model)
-    winner = contest.winner
+    linear = [m for m in contest.fits if electrical_model(m).linear]
+    contest.enter_nonlinear(contest.best(linear) if linear else "rc")
+    winner = contest.best(list(contest.fits))
     bics = contest.bics
-    rows = [_row(contest, m, winner, bics) for m in dict.fromkeys([*CANDIDATES, *_WITH_SPECTRUM, *nonlinear])
-            if m in contest.fits or m in contest.failures]  # fmt: skip
-    return contest.fits[winner], tuple(rows)
-
-
-def _against_nonlinear(linear: JointCurrent, samples: Array) -> str:
-    """Why no nonlinear model need be tried; empty where one should be."""
-    if not levels_differ(linear.datasets):
-        return "a nonlinear model needs several voltages, and these are alike"
-    own = np.array([o.rms for o in linear.own])
-    if 2 * float(samples @ np.log(np.maximum(linear.rms, 1e-300) / np.maximum(own, 1e-300))) < EVIDENCE:
-        return "one linear port leaves no more than the data sets' own fits do"
-    return ""
+    tried = sorted(contest.fits.keys() | contest.failures.keys(), key=list(model_names()).index)
+    return contest.fits[winner], tuple(_row(contest, m, winner, bics) for m in tried)
 
 
 def _row(contest: _Contest, model: str, winner: str, bics: dict[str, float]) -> JointCandidate:

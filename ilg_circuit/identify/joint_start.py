@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 #: So many own answers are tried as they are.
 _MOST_OWN = 4
+#: A logarithm with a standard error beyond this is not known well enough to start from.
+_LOOSE = 1.0
 #: Directions that no data set feels, relative to the best felt one.
 _UNFELT = 1e-12
 #: Emission voltages tried, in parts of the largest voltage.
@@ -27,7 +29,7 @@ _EMISSIONS = np.geomspace(0.05, 5.0, 60)
 
 
 def combined(names: Sequence[str], below: Array, fits: Sequence[Fit], independent: Sequence[float]) -> Array:
-    """Values (n,) of ``names`` by all ``fits``, each with the weight of its information; NaN where no fit has one.
+    """Values (n,) of ``names`` by all ``fits``, each with the weight of its information; NaN where that is too little.
 
     In the coordinates in which `fit_circuit` works: x = (sum of H)^+ sum of H x, H the inverse covariance.
     """
@@ -48,9 +50,11 @@ def combined(names: Sequence[str], below: Array, fits: Sequence[Fit], independen
     if felt.any():
         among = np.ix_(felt, felt)
         size = np.sqrt(np.diag(information)[felt])
-        x = np.linalg.pinv(information[among] / np.outer(size, size), rcond=_UNFELT, hermitian=True)
+        covariance = np.linalg.pinv(information[among] / np.outer(size, size), rcond=_UNFELT, hermitian=True)
+        known = np.sqrt(np.diag(covariance)) / size < _LOOSE
         with np.errstate(over="ignore"):
-            result[felt] = Scales(below[felt]).values(x @ (sums[felt] / size) / size)
+            values = Scales(below[felt]).values(covariance @ (sums[felt] / size) / size)
+        result[felt] = np.where(known, values, np.nan)
     return result
 
 
@@ -62,7 +66,7 @@ def suggestions(kind: ElectricalModel, datasets: Sequence[Dataset], own: Sequenc
     known = {"emission_voltage": largest, "capacitance_slope": 0.2 / largest}
     known |= {name: v for name, v in zip(kind.names, typical.tolist(), strict=True) if np.isfinite(v) and v > 0}
     ranked = sorted(zip(datasets, own, strict=True), key=lambda pair: -pair[1].independent)
-    complete = [o for _, o in ranked if set(kind.names) <= known.keys() | o.values.keys()]
+    complete = [o for _, o in ranked if o.sure and set(kind.names) <= known.keys() | o.values.keys()]
     found = [known, *(known | o.values for o in complete[:_MOST_OWN]), *_pooled(kind, known, ranked)]
     if "emission_voltage" in kind.names:
         found = [values | _chord(datasets, own, largest) for values in found] + found
@@ -81,7 +85,7 @@ def _pooled(
     others.sort(key=lambda pair: pair[0].quantity == first[0].quantity)
     pairs: list[tuple[float, float]] = []
     for _, o in (first, *others[:1]):
-        values = o.values
+        values = o.values if o.sure else {}
         names = [("dynamic_resistance", "capacitance"), *((f"resistance_{k}", f"capacitance_{k}") for k in (1, 2, 3))]
         pairs += [(values[r], values[c]) for r, c in names if r in values]
     pairs.sort(key=lambda pair: pair[0] * pair[1])
