@@ -204,8 +204,8 @@ class CurrentData:
             independent = self.independent(found.fit.residuals)
             return OwnFit(model, found.fit, fitted, found.fit.rmse, independent, found.warnings)
 
-        # one step does not tell what is not linear
-        models = [kind.name] if kind.linear or self.measurement.step is None else []
+        # one step does not tell a sinh electron path from a resistor
+        models = [] if "emission_voltage" in kind.names and self.measurement.step is not None else [kind.name]
         return _first_that_fits(self.source, [*models, kind.name.split("+")[0]], fit)
 
     def part(self, model: PortModel, sigma: float) -> Part:
@@ -257,12 +257,11 @@ class SpectrumData:
 
     @property
     def abscissa(self) -> Array:
-        frequency: Array = self.spectrum.frequency
-        return frequency
+        return self.spectrum.frequency
 
     @property
     def data(self) -> Array:
-        return self._numbers(self.spectrum.impedance[None])[0]
+        return np.asarray(self._numbers(self.spectrum.impedance[None])[0])
 
     @property
     def band(self) -> tuple[float, float]:

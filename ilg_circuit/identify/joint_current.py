@@ -27,6 +27,8 @@ _SAME_VOLTAGE = 0.2
 _FITS, _SAME = 2, 1e-3
 #: Of the sum of squares of the own fits a joint fit leaves no more than that where it has reached the least.
 _AS_GOOD = 1.02
+#: A joint fit that leaves less than that part of what an own fit leaves gives the better weight.
+_WORTH = 0.7
 #: A fitted Re starts at this part of the least resistance that any record shows.
 _LITTLE_RE = 0.1
 #: What a model leaves counts as no less than this part of a data set's size.
@@ -57,7 +59,7 @@ class JointCurrent:
     @property
     def rms(self) -> Array:
         """Of what the joint fit leaves of each data set (datasets,), in its unit."""
-        return np.array([np.sqrt(np.mean(self.together.residuals(k) ** 2)) for k in range(len(self.datasets))])
+        return np.array(_rms(self.together))
 
     @property
     def misfit(self) -> float:
@@ -127,10 +129,15 @@ def fit_port(
         )
     if held is None:
         started = [np.append(v, start_re) for v in started]
-    parts = [d.part(description, sigma_of(d, o)) for d, o in zip(datasets, own, strict=True)]
     parameters = Parameters(description.names, description.below, own_names)
-    alone = sum(len(p.data) * (o.rms / p.sigma) ** 2 for p, o in zip(parts, own, strict=True))
-    together = _in_order(_best(parts, parameters, started, alone, progress), kind)
+    together = _weighted(datasets, own, description, parameters, started, progress)
+    better = [replace(o, rms=min(o.rms, x)) for o, x in zip(own, _rms(together), strict=True)]
+    if any(b.rms < _WORTH * o.rms for b, o in zip(better, own, strict=True)):
+        # what is not linear is fitted better jointly: its weight is then by what the joint fit leaves
+        again = [together.values(k) for k in range(len(datasets))]
+        parts = [d.part(description, sigma_of(d, b)) for d, b in zip(datasets, better, strict=True)]
+        together = fit_together(parts, parameters, np.array(again), progress)
+    together = _in_order(together, kind)
     bands = [d.band for d in datasets]
     ladders = Ladders((min(low for low, _ in bands), max(high for _, high in bands)))
     return JointCurrent(description, tuple(datasets), own, together, description.port(together.mean, ladders))
@@ -161,6 +168,24 @@ def _least_resistance(datasets: Sequence[Dataset]) -> float:
         shown = d.shown(d.data)
         found.append(float(np.abs(shown.real).min()) if d.quantity == "impedance" else abs(d.voltage) / d.size)
     return min(found)
+
+
+def _rms(together: Together) -> list[float]:
+    return [float(np.sqrt(np.mean(together.residuals(k) ** 2))) for k in range(len(together.parts))]
+
+
+def _weighted(
+    datasets: Sequence[Dataset],
+    own: Sequence[OwnFit],
+    description: PortModel,
+    parameters: Parameters,
+    started: list[Array],
+    progress: Progress,
+) -> Together:
+    """The best joint fit, every data set counted in units of what its own fit leaves."""
+    parts = [d.part(description, sigma_of(d, o)) for d, o in zip(datasets, own, strict=True)]
+    alone = sum(len(p.data) * (o.rms / p.sigma) ** 2 for p, o in zip(parts, own, strict=True))
+    return _best(parts, parameters, started, alone, progress)
 
 
 def _best(

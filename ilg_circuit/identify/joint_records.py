@@ -167,7 +167,7 @@ def misfits(found: JointCurrent, records: Sequence[RecordFit], without: LeftOut)
         )
         told += _stranger(records, without)
     fit = found.together.fit
-    if any("one pole" in w for own in found.own for w in own.warnings):
+    if correlated(fit) and found.model.kind.name == "rc":
         told.append("one pole is not enough: the residuals have a structure; try --model rc2")
     if correlated(fit):
         told.append(

@@ -21,7 +21,8 @@ Array = NDArray[np.float64]
 
 #: Records are drawn in two columns where there are more.
 _ONE_COLUMN = 3
-_LOG_SPAN = 30.0
+#: Axes are logarithmic over more than that, of time and of anything else.
+_LOG_SPAN, _DECADE = 30.0, 10.0
 
 
 def joint_table(result: JointFit) -> str:
@@ -81,6 +82,8 @@ def joint_figure(result: JointFit) -> Figure:
     rows = -(-len(records) // columns)
     below = 0.6 + 0.22 * len(records)
     figure = Figure(figsize=(7.5 if columns == 1 else 11.0, 2.6 * rows + below + 0.6), dpi=130, layout="constrained")
+    layout: Any = figure.get_layout_engine()
+    layout.set(h_pad=0.02, w_pad=0.04, hspace=0.0)
     grid: Any = figure.add_gridspec(rows + 1, columns, height_ratios=[2.6] * rows + [below])
     for k, record in enumerate(records):
         pair = grid[k // columns, k % columns].subgridspec(2, 1, height_ratios=[2.0, 0.9], hspace=0.05)
@@ -112,7 +115,7 @@ def _waves(panel: Any, r: RecordFit) -> None:
     for values, style, name in curves:
         sizes = np.abs(values) if spectrum else values
         panel.plot(x, factor * sizes[shown], **style, label=name)
-    if spectrum:
+    if spectrum and np.ptp(np.log(np.abs(r.data))) > np.log(_DECADE):
         panel.set_yscale("log")
     panel.set_ylabel(f"{'abs(Z)' if spectrum else r.quantity}\n[{label}]", fontsize=8)
     voltage = format_quantity(r.voltage, "V", 3)
@@ -126,7 +129,7 @@ def _residuals(panel: Any, r: RecordFit) -> None:
     spectrum = r.quantity == "impedance"
     x, shown = _abscissa(panel, r)
     size = np.abs(r.data) if spectrum else r.size
-    for fitted, colour in ((r.fitted, BLUE), (r.foreseen, ORANGE)):
+    for fitted, colour in ((r.foreseen, ORANGE), (r.fitted, BLUE)):
         if fitted is None:
             continue
         left = (100 * (r.data - fitted) / size)[shown]
@@ -168,7 +171,11 @@ def _bars(panel: Any, records: tuple[RecordFit, ...]) -> None:
         if pairs:
             x, y = zip(*pairs, strict=True)
             panel.plot(x, y, marker, color=colour, markersize=5, alpha=0.8, label=name)
-    panel.set_xscale("log")
+    shares = [x for r in records for x in (r.own / r.size, r.joint / r.size, (r.predicted or r.joint) / r.size)]
+    if min(shares) > 0 and max(shares) > _DECADE * min(shares):
+        panel.set_xscale("log")
+    else:
+        panel.set_xlim(0.0, 110 * max(shares) or 1.0)
     panel.set_yticks(places, [f"{r.source}, {r.quantity}" for r in records], fontsize=7)
     panel.set_ylim(-0.6, len(records) - 0.4)
     panel.set_xlabel("rms of the residuals [% of peak current, abs(Z), span of the displacement]", fontsize=8)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ..errors import IlgError, SolveError
 from ..models import electrical_model, model_names
-from .bootstrap import correlated
 from .datasets import Dataset, Progress
 from .joint_current import JointCurrent, fit_port, levels_differ
 from .selection import CANDIDATES, EVIDENCE
@@ -110,8 +109,7 @@ def choose(
     contest = _Contest(datasets, held, own, progress)
     spectra = any(d.quantity == "impedance" for d in datasets)
     contest.enter("rc")
-    if "rc" in contest.fits and not any(correlated(o.fit) for o in contest.fits["rc"].own):
-        contest.enter_nonlinear("rc")  # one pole is enough for each by itself: before any larger model
+    contest.enter_nonlinear("rc")
     for model in CANDIDATES[1:] + (_WITH_SPECTRUM if spectra else ()):
         contest.enter(model)
     linear = [m for m in contest.fits if electrical_model(m).linear]
