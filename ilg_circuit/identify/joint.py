@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 
 from ..actuator import PAPER, Actuator
 from ..elements import lumped_elements
-from ..errors import InputError
+from ..errors import InputError, SolveError
 from ..port import Port
+from ..units import format_quantity
+from .current import DETERMINED
 from .datasets import CurrentData, Dataset, Progress, dataset_of, labelled
 from .identification import COUPLING_UNITS, Parameter
-from .joint_current import fit_port
+from .joint_current import JointCurrent, fit_port
 from .joint_displacement import JointDisplacement, fit_displacements
 from .joint_parameters import derived_quantities, parameters_together, uncertainty_together
 from .joint_records import RecordFit, displacement_records, leave_one_out, misfits, port_records
@@ -101,8 +103,13 @@ def fit_jointly(
     standing = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
     held = None if isinstance(standing, str) else standing
     own_port = frozenset(own) - COUPLING_UNITS.keys()
+    warnings = [f"{d.source}: {note}" for d in datasets for note in d.notes]
     if model == "auto":
+        if held is None:
+            raise InputError("Re is fitted with a model that is named, such as --model rc+sinh, not with auto")
         found, candidates = choose(datasets, held, own_port, progress)
+    elif held is None:
+        found, candidates = _with_free_electrodes(datasets, model, own_port, progress, warnings), ()
     else:
         found, candidates = fit_port(datasets, model, held, own_port, progress), ()
     actuator = Actuator.from_port(
@@ -113,7 +120,6 @@ def fit_jointly(
         mounting=strip.mounting,
         name="joint fit",
     )
-    warnings = [f"{d.source}: {note}" for d in datasets for note in d.notes]
     without = leave_one_out(found.together, progress)
     records = port_records(found, without)
     warnings += misfits(found, records, without)
@@ -149,6 +155,24 @@ def fit_jointly(
         warnings=tuple(dict.fromkeys(warnings)),
         candidates=candidates,
     )
+
+
+def _with_free_electrodes(
+    datasets: Sequence[Dataset], model: str, own: frozenset[str], progress: Progress, warnings: list[str]
+) -> JointCurrent:
+    """The fit with Re free, or held at zero where the data do not determine it, which ``warnings`` tells."""
+    try:
+        found = fit_port(datasets, model, None, own, progress)
+    except SolveError as error:
+        why = str(error)
+    else:
+        fit, at = found.together.fit, found.together.places[:, -1]
+        value, stderr = float(fit.values[at].min()), float(fit.errors[at].max())
+        if stderr <= DETERMINED * value:
+            return found
+        why = f"it came out as {format_quantity(value, 'ohm', 2)} +- {format_quantity(stderr, 'ohm', 2)}"
+    warnings.append(f"the electrode resistance is not determined by these data ({why}): it is held at zero")
+    return fit_port(datasets, model, 0.0, own, progress)
 
 
 def _require_different(datasets: Sequence[Dataset]) -> None:
