@@ -21,6 +21,9 @@ Numbers = NDArray[Any]
 
 #: A joint fit that leaves so many times what the own fits leave does not hold for all records.
 WORSE = 1.5
+#: An own fit that leaves this part of a record describes nothing.
+_HOPELESS = 0.15
+_MEASURE = {"current": "peak", "impedance": "abs(Z)", "displacement": "span"}
 #: Misfits below this part of a record's size are of no interest, whatever their ratio.
 _NEGLIGIBLE = 1e-4
 
@@ -60,6 +63,11 @@ class RecordFit:
     def unlike(self) -> bool:
         """Whether the joint fit leaves much more of it than its own."""
         return self.joint > max(WORSE * self.own, _NEGLIGIBLE * self.size)
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether its own fit leaves a large part of it."""
+        return self.own > _HOPELESS * self.size
 
     def to_json(self) -> dict[str, Any]:
         """The comparison; waveforms are left to the picture."""
@@ -160,6 +168,9 @@ def displacement_records(moved: JointDisplacement, progress: Progress) -> list[R
 def misfits(found: JointCurrent, records: Sequence[RecordFit], without: LeftOut) -> list[str]:
     """Warnings: records that one port does not hold for, structure that is left, what is not determined."""
     told = []
+    hopeless = [f"{r.source} ({r.own / r.size:.0%} of its {_MEASURE[r.quantity]})" for r in records if r.hopeless]
+    if hopeless:
+        told.append(f"no port describes {', '.join(hopeless)} even by itself: look at the file, or leave it out")
     unlike = [r.source for r in records if r.unlike]
     if unlike:
         told.append(
