@@ -95,7 +95,7 @@ def test_what_the_data_fix_is_given_beside_the_re_that_was_held(two_kinds: Joint
 
 
 def test_diffusion_from_a_short_step_and_a_spectrum_that_each_see_half_of_it() -> None:
-    short = named(record(step(-1.0), 20.0, 201, strip=DIFFUSING, rest=10, noise=3e-3, seed=2), "step.csv")
+    short = named(record(step(-1.0), 20.0, 81, strip=DIFFUSING, rest=10, noise=3e-3, seed=2), "step.csv")
     found = fit_jointly([short, spectrum(DIFFUSING, 3e-2, 1e2)], model="warburg", base=DIFFUSING)
     port = lumped_elements(DIFFUSING).port
     assert port.ladder is not None
@@ -238,12 +238,12 @@ def test_the_command_with_both_kinds(run: Run, tmp_path: Path) -> None:
 
 
 def test_the_real_step_split_in_two(shared_data: Callable[[str], Path], tmp_path: Path) -> None:
-    """Every fourth sample each: two records of one strip, which predict one another."""
+    """Every second sample each: two records of one strip, which predict one another."""
     header, *rows = shared_data("ipmc_step/step_1V5.csv").read_text().splitlines()
     made = []
     for name, k in zip(("even", "odd"), count(), strict=False):
         path = tmp_path / f"{name}.csv"
-        path.write_text("\n".join([header, *rows[k::4]]))
+        path.write_text("\n".join([header, *rows[k::2]]))
         made.append(replace(read_measurement(path), displacement=None))
     found = fit_jointly(made, model="rc2")
     for r in found.records:
