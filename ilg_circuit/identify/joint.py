@@ -26,7 +26,7 @@ from .identification import COUPLING_UNITS, Parameter
 from .joint_current import JointCurrent, fit_port
 from .joint_displacement import JointDisplacement, fit_displacements
 from .joint_parameters import derived_quantities, parameters_together, uncertainty_together
-from .joint_records import RecordFit, displacement_records, leave_one_out, misfits, port_records
+from .joint_records import RecordFit, displacement_records, leave_one_port_out, misfits, port_records
 from .joint_selection import JointCandidate, choose
 from .least_squares import Fit
 from .measurement import Measurement
@@ -120,7 +120,7 @@ def fit_jointly(
         mounting=strip.mounting,
         name="joint fit",
     )
-    without = leave_one_out(found.together, progress)
+    without = leave_one_port_out(found, progress)
     records = port_records(found, without)
     warnings += misfits(found, records, without)
     moving = [d for d in datasets if isinstance(d, CurrentData)]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..errors import IlgError
 from .bootstrap import correlated
 from .datasets import Progress
-from .joint_current import JointCurrent
+from .joint_current import JointCurrent, levels_differ
 from .joint_displacement import JointDisplacement
 from .together import Together
 
@@ -89,17 +89,27 @@ class RecordFit:
 LeftOut = Sequence[Together | str]
 
 
-def leave_one_out(together: Together, progress: Progress) -> LeftOut:
-    """The fit of all others for each data set."""
+def leave_one_out(together: Together, progress: Progress, against: Sequence[str] = ()) -> LeftOut:
+    """The fit of all others for each data set; none where something speaks ``against`` it, known beforehand."""
     if len(together.parts) < 2:
         return ["there is no other record"] * len(together.parts)
     found: list[Together | str] = []
-    for k in range(len(together.parts)):
+    for k, why in enumerate(against or [""] * len(together.parts)):
         try:
-            found.append(together.without(k, progress))
+            found.append(why or together.without(k, progress))
         except IlgError as error:
             found.append(f"the others by themselves: {error}")
     return found
+
+
+def leave_one_port_out(found: JointCurrent, progress: Progress) -> LeftOut:
+    """The same of a port, whose model may need several voltages."""
+    against = []
+    for k, left_out in enumerate(found.datasets):
+        others = [d for j, d in enumerate(found.datasets) if j != k]
+        enough = found.model.kind.linear or levels_differ(others)
+        against.append("" if enough else f"without {left_out.source} the others are all at one voltage")
+    return leave_one_out(found.together, progress, against)
 
 
 def port_records(found: JointCurrent, without: LeftOut) -> list[RecordFit]:

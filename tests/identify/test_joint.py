@@ -241,3 +241,4 @@ def test_re_that_is_not_there_is_held_at_zero_and_said() -> None:
     assert found.parameters["electrode_resistance"].held
     assert any("electrode resistance is not determined" in w for w in found.warnings)
     assert found.parameters["emission_voltage"].value == pytest.approx(0.8, abs=0.04)
+    assert all(r.predicted is None and "the others are all at one voltage" in r.unforeseen for r in found.records)
