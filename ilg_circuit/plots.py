@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from .identify.joint import JointFit
     from .impedance import Impedance
     from .response import Response
     from .sensing import Sensed
@@ -162,21 +161,3 @@ def _whole_decades(frequency: Array) -> Array:
     low, high = np.ceil(np.log10(frequency[0]) - 1e-9), np.floor(np.log10(frequency[-1]) + 1e-9)
     decades = np.arange(low, high + 1)
     return np.asarray(10.0 ** decades[:: max(-(-len(decades) // 5), 1)])
-
-
-def plot_joint(result: JointFit, path: str | Path) -> None:
-    """Current and joint fit of every record, one above the other, over the time since its onset."""
-    figure, axes = new_figure(len(result.records), [1.6] * len(result.records))
-    for panel, record in zip(axes, result.records, strict=True):
-        factor, label = engineering(record.data, "A")
-        after = record.time > 0
-        panel.plot(record.time[after], factor * record.data[after], ".", color=GREY, markersize=2.5, label="measured")
-        panel.plot(record.time[after], factor * record.fitted[after], color=BLUE, linewidth=1.4, label="joint fit")
-        panel.set_ylabel(f"current [{label}]")
-        share = f"{record.joint / record.peak:.2%} of the peak"
-        panel.set_title(f"{record.source}: {record.voltage:.3g} V, rms {share}", fontsize=9, loc="left")
-        panel.set_xscale("log")
-    axes[0].legend(frameon=False, fontsize=8)
-    axes[-1].set_xlabel("time since the onset [s]")
-    figure.align_ylabels(axes)
-    save(figure, path)

@@ -86,6 +86,7 @@ class Port:
             return 0.0
         # sinh runs away: no more than the voltage at which it alone would take the whole current
         most = min(size, self.emission_voltage * math.asinh(size / self.electrode_resistance / self.saturation_current))
+        most *= 1 + 1e-9  # beyond the root whatever the last digits do
         root = brentq(
             lambda v: v + self.electrode_resistance * float(self.electron_current(v)) - size, 0.0, most, xtol=1e-15
         )

@@ -87,7 +87,7 @@ def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, flo
     model = electrical_model(uncertainty.model)
     port = lumped_port(actuator, band)
     values = model.values(port)
-    known = {*model.names, *(COUPLING_FIELDS if actuator.coupling is not None else ())}
+    known = {*model.names, "electrode_resistance", *(COUPLING_FIELDS if actuator.coupling is not None else ())}
     for name in factors:
         if name not in known:
             raise InputError(f"uncertainty names '{name}', which model {model.name} of this actuator has not")
@@ -97,7 +97,7 @@ def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, flo
         fields = {f: getattr(coupling, f) * factors.get(name, 1.0) for name, f in COUPLING_FIELDS.items()}
         coupling = Coupling(**fields)
     ladder = port.ladder
-    made = model.port(changed, port.electrode_resistance)
+    made = model.port(changed, port.electrode_resistance * factors.get("electrode_resistance", 1.0))
     strip = Actuator.from_port(actuator.geometry, made, base=actuator.material)
     if ladder is not None:  # one topology for all: as many sections as the nominal strip's, over the same band
         material = replace(

@@ -19,7 +19,9 @@ _OUT = click.Path(path_type=Path)
 @click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
 @click.option("--model", default="auto", show_default=True, help="rc, rc2, rc3, warburg, cpe; +sinh, +growing; auto.")
-@click.option("--electrode-resistance", help="Held in the fit, such as 2ohm.  [default: the actuator's]")
+@click.option("--electrode-resistance", help="Held, such as 2ohm; fit: of several files.  [default: the actuator's]")
+@click.option("--own", multiple=True, help="A parameter that each of several files has for itself; may be repeated.")
+@click.option("--bias", multiple=True, help="Of spectra among several files: 1V, or FILE=1V for one of them.")
 @click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
 @click.option(
     "--intervals",
@@ -36,8 +38,8 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     """Fit a strip to a measured step, waveform or impedance spectrum.
 
     DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm; or a
-    spectrum: frequency_Hz, re_ohm, im_ohm, or what EC-Lab (text), Gamry (.DTA) and ZPlot (.z) export. Several records
-    of one strip are fitted together (currents only), and each is predicted from the others.
+    spectrum: frequency_Hz, re_ohm, im_ohm, or what EC-Lab (text), Gamry (.DTA) and ZPlot (.z) export. Several files of
+    one strip, records and spectra, are fitted together, and each is predicted from the others.
     """
     from ..actuator_file import load_actuator
     from ..files import require_writable
@@ -46,7 +48,6 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     from ..identify.report import plot_identification, table, write_actuator, write_json
     from ..identify.spectrum_files import is_spectrum
     from ..plots import require_picture
-    from ..units import parse
     from .identify_records import identify_together
     from .identify_spectrum import identify_file
 
@@ -59,18 +60,21 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     if options["plot"]:
         require_picture(options["plot"])
     base = load_actuator(actuator) if actuator else None
-    held = parse(electrode_resistance, "ohm", "--electrode-resistance") if electrode_resistance else None
-    spectra = [path for path in data if is_spectrum(path)]
-    if spectra and (len(data) > 1 or options["report"]):
-        raise InputError(f"'{spectra[0]}' is a spectrum: give it alone, and without --report")
-    if spectra:
-        chosen = {k: options[k] for k in ("intervals", "out", "json_path", "plot")}
-        identify_file(data[0], base, held, options["model"], **chosen)
-        return
     if len(data) > 1:
         if options["intervals"] != "covariance":
             raise InputError("--intervals is for one file; several together have the covariance's")
-        identify_together(data, base, held, options)
+        free = electrode_resistance == "fit"
+        identify_together(data, base, "fit" if free else resistance(electrode_resistance), options)
+        return
+    for name in ("own", "bias"):
+        if options[name]:
+            raise InputError(f"--{name} is for several files fitted together, and there is one")
+    held = resistance(electrode_resistance)
+    if is_spectrum(data[0]):
+        if options["report"]:
+            raise InputError(f"'{data[0]}' is a spectrum: give it without --report")
+        chosen = {k: options[k] for k in ("intervals", "out", "json_path", "plot")}
+        identify_file(data[0], base, held, options["model"], **chosen)
         return
     measurement = read_measurement(data[0])
     with evaluation_counter() as advance:
@@ -96,3 +100,12 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     click.echo(table(result))
     for line in result.warnings:
         click.echo(f"warning: {line}", err=True)
+
+
+def resistance(text: str | None) -> float | None:
+    """What --electrode-resistance was given, in ohm."""
+    from ..units import parse
+
+    if text == "fit":
+        raise InputError("--electrode-resistance fit needs several files of different voltages and a nonlinear model")
+    return parse(text, "ohm", "--electrode-resistance") if text else None

@@ -2,6 +2,7 @@
 
 from .curve import CurveFit, fit_curve
 from .identification import Identification, identify
+from .joint import JointFit, fit_jointly
 from .measurement import Measurement, read_measurement
 from .spectrum_files import Spectrum, prepare_spectrum, read_spectrum
 from .spectrum_identification import SpectrumIdentification, identify_spectra, identify_spectrum
@@ -9,10 +10,12 @@ from .spectrum_identification import SpectrumIdentification, identify_spectra, i
 __all__ = [
     "CurveFit",
     "Identification",
+    "JointFit",
     "Measurement",
     "Spectrum",
     "SpectrumIdentification",
     "fit_curve",
+    "fit_jointly",
     "identify",
     "identify_spectra",
     "identify_spectrum",

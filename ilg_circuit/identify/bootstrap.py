@@ -9,6 +9,7 @@ and Romano 1992).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,10 @@ _SEED = 20190412
 
 @dataclass(frozen=True)
 class Bootstrap:
-    """Of a fit's parameters (n,), in their units: ``errors``, 95 % ``intervals`` (n, 2), and their ``covariance``."""
+    """Of a fit's parameters (n,), in their units: ``errors``, 95 % ``intervals`` (n, 2), and their ``covariance``.
+
+    ``block`` is the length of the blocks, the longest where several data sets were fitted.
+    """
 
     errors: Array
     intervals: Array
@@ -33,28 +37,37 @@ class Bootstrap:
 
 
 def block_bootstrap(fit: Fit, draws: int = DRAWS, seed: int = _SEED) -> Bootstrap:
-    """The block bootstrap of ``fit``; its nuisance terms take part and are left out of the result."""
-    residuals, n = fit.residuals, len(fit.values)
+    """The block bootstrap of ``fit``; its nuisance terms take part and are left out of the result.
+
+    Each data set of a joint fit is drawn from its own residuals.
+    """
+    n = len(fit.values)
     samples, unknowns = fit.slopes.shape
     size = np.linalg.norm(fit.slopes, axis=0)
-    projection = np.linalg.pinv(fit.slopes / size) / size[:, None]
+    projection = (np.linalg.pinv(fit.slopes / size) / size[:, None])[:n]
     # a fit's residuals are smaller than the noise by the degrees of freedom that it took
-    centred = (residuals - residuals.mean()) * np.sqrt(samples / max(samples - unknowns, 1))
-    block = block_length(residuals)
-    blocks = -(-samples // block)
+    growth = np.sqrt(samples / max(samples - unknowns, 1))
     rng = np.random.default_rng(seed)
-    moves = np.empty((draws, n))  # of the coordinates
-    for k in range(0, draws, 100):  # a hundred at a time: memory stays small for long records
-        count = min(100, draws - k)
-        starts = rng.integers(0, samples, (count, blocks))
-        index = (starts[:, :, None] + np.arange(block)).reshape(count, -1)[:, :samples] % samples
-        moves[k : k + count] = centred[index] @ projection[:n].T / fit.units
+    moves = np.zeros((draws, n))  # of the coordinates
+    longest = 0
+    for part in data_sets(fit):
+        residuals = fit.residuals[part]
+        length = len(residuals)
+        centred = growth * (residuals - residuals.mean())
+        block = block_length(residuals)
+        longest = max(longest, block)
+        blocks = -(-length // block)
+        for k in range(0, draws, 100):  # a hundred at a time: memory stays small for long records
+            count = min(100, draws - k)
+            starts = rng.integers(0, length, (count, blocks))
+            index = (starts[:, :, None] + np.arange(block)).reshape(count, -1)[:, :length] % length
+            moves[k : k + count] += centred[index] @ projection[:, part].T / fit.units
     low, high = fit.problem.scales.values(fit.coordinates + np.quantile(moves, [0.025, 0.975], axis=0))
     return Bootstrap(
         errors=moves.std(axis=0, ddof=1) * fit.units,
         intervals=np.column_stack([low, high]),
         covariance=np.atleast_2d(np.cov(moves.T)) * np.outer(fit.units, fit.units),
-        block=block,
+        block=longest,
     )
 
 
@@ -63,9 +76,20 @@ def widening(fit: Fit) -> Array:
 
     The root of the adjustment of the profile likelihood of Royall and Tsou (2003), the sandwich's variance by blocks.
     """
-    if not structured(fit.residuals):
+    if not correlated(fit):
         return np.ones(len(fit.values))
     return np.asarray(block_bootstrap(fit).errors / fit.errors)
+
+
+def data_sets(fit: Fit) -> list[slice]:
+    """Where the residuals of each data set of a fit stand; one of all for a fit of one."""
+    ends = np.cumsum([0, *(fit.parts or (len(fit.residuals),))]).tolist()
+    return [slice(a, b) for a, b in pairwise(ends)]
+
+
+def correlated(fit: Fit) -> bool:
+    """Whether neighbouring residuals of any of its data sets are alike."""
+    return any(structured(fit.residuals[part]) for part in data_sets(fit))
 
 
 def block_length(residuals: Array) -> int:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..actuator import Actuator, Coupling
+from ..circuit.drive import PiecewiseLinear
 from ..circuit.strip import strip_netlist
 from ..elements import lumped_elements
 from ..errors import InputError, SolveError
@@ -109,6 +110,40 @@ def fit_displacement(
     return problem.finish(lean, scouting, shortened=best is not whole)
 
 
+def displacements(
+    actuator: Actuator,
+    drive: PiecewiseLinear,
+    t: Array,
+    values: Array,
+    beam: str,
+    engine: str,
+    accuracy: float = DEFAULT_ACCURACY,
+) -> Array:
+    """Displacement [m] (m, samples) at ``t`` [s], zero before 0, of coupling constants ``values`` (m, 4).
+
+    Raises SolveError for constants that ring for longer than any record resolves.
+    """
+    after = t >= 0
+    zeta, wn = values[0, 2:]
+    # radians of ringing to be followed: far more than any record shows, a fit has gone astray
+    if min(wn * t[-1], 20 / zeta) > _MOST_RINGING:
+        raise SolveError("the fit of d(s) left what the record can resolve")
+    netlists = [strip_netlist(replace(actuator, coupling=Coupling(*v)), beam=beam) for v in values.tolist()]
+    index = [o.name for o in netlists[0].outputs].index("displacement")
+    result = np.zeros((len(values), len(t)))
+    result[:, after] = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy).values[:, index]
+    return result
+
+
+def moving_strip(actuator: Actuator, beam: str) -> Actuator:
+    """The strip with as many ions as the displacement feels: none with the static beam and no electrode resistance."""
+    lumped = lumped_elements(actuator)
+    if beam != "static" or lumped.electrode_resistance:
+        return actuator
+    simplest = Port(lumped.dc_resistance, ((lumped.dynamic_resistance, lumped.capacitance),))
+    return Actuator.from_port(actuator.geometry, simplest, base=actuator.material)
+
+
 class _Problem:
     """One record, fitted over several windows and with several nuisance terms."""
 
@@ -118,16 +153,10 @@ class _Problem:
         assert measurement.displacement is not None
         self.channel = measurement.displacement
         self.drive = measurement.drive
-        self.actuator = actuator
+        self.strips = {beam: moving_strip(actuator, beam) for beam in ("static", "dynamic")}
         self.engine = engine
         self.progress = progress
-        lumped = lumped_elements(actuator)
-        # with the static beam and no electrode resistance the ions, however modelled, do not touch the displacement
-        simplest = Port(lumped.dc_resistance, ((lumped.dynamic_resistance, lumped.capacitance),))
-        self.without_ions = actuator
-        if not lumped.electrode_resistance:
-            self.without_ions = Actuator.from_port(actuator.geometry, simplest, base=actuator.material)
-        self.ratio = lumped.bending_ratio
+        self.ratio = lumped_elements(actuator).bending_ratio
         self.after = self.channel.time[~self.channel.rest]
         at_rest = self.channel.values[self.channel.rest]
         self.search = CouplingSearch(self.channel.time, self.drive, self.ratio)
@@ -197,20 +226,9 @@ class _Problem:
 
     def model(self, t: Array, sign: float, beam: str, accuracy: float = DEFAULT_ACCURACY) -> Callable[[Array], Array]:
         """Displacement at ``t`` (zero at rest) as a function of (m, 4) coupling constants."""
-        after = t >= 0
 
         def waves(values: Array) -> Array:
-            zeta, wn = values[0, 2:]
-            # radians of ringing to be followed: far more than any record shows, a fit has gone astray
-            if min(wn * t[-1], 20 / zeta) > _MOST_RINGING:
-                raise SolveError("the fit of d(s) left what the record can resolve")
-            strip = self.without_ions if beam == "static" else self.actuator
-            netlists = [strip_netlist(replace(strip, coupling=Coupling(*v)), beam=beam) for v in values.tolist()]
-            index = [o.name for o in netlists[0].outputs].index("displacement")
-            result = np.zeros((len(values), len(t)))
-            solved = transient(netlists, self.drive, t[after], engine=self.engine, accuracy=accuracy)
-            result[:, after] = sign * solved.values[:, index]
-            return result
+            return sign * displacements(self.strips[beam], self.drive, t, values, beam, self.engine, accuracy)
 
         return waves
 

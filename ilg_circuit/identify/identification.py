@@ -16,14 +16,13 @@ from ..elements import lumped_elements
 from ..errors import InputError, SolveError
 from ..models import electrical_model
 from ..units import format_quantity
-from .bootstrap import block_bootstrap
+from .bootstrap import block_bootstrap, correlated
 from .current import CurrentFit, fit_current
 from .displacement import DisplacementFit, fit_displacement
 from .intervals import require_method, uncertainties
 from .least_squares import Fit
 from .measurement import Measurement
 from .parameter import Parameter
-from .residuals import structured
 from .selection import Candidate, choose, scouting_engine, single
 
 Array = NDArray[np.float64]
@@ -90,7 +89,7 @@ def identify(
         electrical_model(model)
     strip = base or PAPER
     held = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
-    _check_electrode_resistance(held, measurement)
+    require_electrode_resistance(held, measurement)
     warnings = list(measurement.notes)
 
     def fit(measurement: Measurement, held: float, model: str) -> CurrentFit:
@@ -172,7 +171,7 @@ def uncertainty_of(model: str, fits: list[Fit]) -> Uncertainty:
     for fit in fits:
         n = len(fit.values)
         # where neighbouring residuals are alike the bootstrap's is the honest one
-        honest = block_bootstrap(fit).covariance if structured(fit.residuals) else fit.covariance[:n, :n]
+        honest = block_bootstrap(fit).covariance if correlated(fit) else fit.covariance[:n, :n]
         covariance[start : start + n, start : start + n] = honest
         start += n
     relative = covariance / np.outer(values, values)
@@ -180,7 +179,7 @@ def uncertainty_of(model: str, fits: list[Fit]) -> Uncertainty:
     return Uncertainty(model, tuple(name for fit in fits for name in fit.names), tuple(map(tuple, relative.tolist())))
 
 
-def _check_electrode_resistance(held: float, measurement: Measurement) -> None:
+def require_electrode_resistance(held: float, measurement: Measurement) -> None:
     if not (math.isfinite(held) and held >= 0):
         raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
     after = measurement.current.time >= 0

@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 from typing import Any, get_args
 
 from ..errors import InputError
-from .bootstrap import Bootstrap, block_bootstrap, widening
+from .bootstrap import Bootstrap, block_bootstrap, correlated, widening
 from .least_squares import Fit
 from .mcmc import sample
 from .parameter import Method, Parameter
 from .profile import REACH, profile
-from .residuals import structured
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ def uncertainties(
     fit: Fit, units: dict[str, str], method: Method = "covariance", progress: Callable[[], None] | None = None
 ) -> Uncertainties:
     """Parameters of ``fit`` with ``units`` and intervals by ``method``. Raises InputError where emcee is missing."""
-    alike = structured(fit.residuals)
+    alike = correlated(fit)
     blocks = block_bootstrap(fit) if alike or method == "bootstrap" else None
     plain = {
         name: Parameter(value, units[name], error, (low, high))

@@ -1,14 +1,16 @@
-"""Several records of one strip fitted together: one port for all of them, an offset of its own for each.
+"""Several files of one strip fitted together: one port for all currents and spectra, one coupling d(s).
 
 Steps of several voltages and both polarities are what a nonlinear model needs, and what shows whether a linear one
-holds. Every record counts in units of what its own fit leaves, so that none drowns another. Each is also predicted from
-the others, which were fitted without it.
+holds; a spectrum shows what is too fast for a step, a step what is too slow for a spectrum. Every data set counts in
+units of what its own fit leaves, so that none drowns another. Each is also predicted from the others, which were fitted
+without it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,228 +18,167 @@ from numpy.typing import NDArray
 from ..actuator import PAPER, Actuator
 from ..elements import lumped_elements
 from ..errors import InputError, SolveError
-from ..models import ElectricalModel, electrical_model
 from ..port import Port
 from ..units import format_quantity
-from .current import CurrentFit, currents, fit_current, in_order, ladders_for, require_voltages
-from .identification import uncertainty_of
-from .intervals import uncertainties
-from .least_squares import Fit, fit_circuit
+from .datasets import CurrentData, Dataset, Progress, dataset_of, labelled
+from .identifiability import DETERMINED
+from .identification import COUPLING_UNITS
+from .joint_current import JointCurrent, fit_port
+from .joint_displacement import JointDisplacement, fit_displacements
+from .joint_parameters import derived_quantities, parameters_together, uncertainty_together
+from .joint_records import RecordFit, displacement_records, leave_one_port_out, misfits, port_records
+from .joint_selection import JointCandidate, choose
+from .least_squares import Fit
 from .measurement import Measurement
 from .parameter import Parameter
-from .residuals import information_criterion
+from .spectrum_files import Spectrum
 
 Array = NDArray[np.float64]
-
-#: A joint fit that leaves so many times what the own fits leave does not hold for all records.
-_WORSE = 1.5
-
-
-@dataclass(frozen=True)
-class RecordFit:
-    """One record in a joint fit; rms [A] of what three fits leave: its own, the joint one, that of the others.
-
-    ``predicted`` is None where the others could not be fitted.
-    """
-
-    source: str
-    voltage: float
-    time: Array
-    data: Array
-    fitted: Array
-    own: float
-    joint: float
-    predicted: float | None
-
-    @property
-    def peak(self) -> float:
-        return float(np.abs(self.data).max())
 
 
 @dataclass(frozen=True)
 class JointFit:
-    """Result of `fit_jointly`. ``fit``'s residuals are in units of each record's own; ``actuator`` has the port."""
+    """Result of `fit_jointly`. ``fit``'s residuals are in units of each record's own; ``actuator`` has port and d(s).
+
+    ``parameters`` are the strip's: of those that each record has for itself the geometric mean, the single ones being
+    in ``own`` by record. ``records`` are the currents and impedances in the order given, then the displacements.
+    """
 
     model: str
     fit: Fit
     port: Port
     parameters: dict[str, Parameter]
+    own: dict[str, dict[str, Parameter]]
+    derived: dict[str, Parameter]
     records: tuple[RecordFit, ...]
+    displacement: JointDisplacement | None
     actuator: Actuator
     bic: float
+    engine: str
     warnings: tuple[str, ...]
+    candidates: tuple[JointCandidate, ...] = field(default=())
 
-    def to_json(self) -> dict[str, object]:
+    def to_json(self) -> dict[str, Any]:
         """As fit.json of a single record, with a list of records."""
+        statistics: dict[str, Any] = {"rmse": self.fit.rmse, "bic": self.bic, "n": len(self.fit.residuals)}
+        if self.displacement is not None and self.displacement.together is not None:
+            moved = self.displacement.together.fit
+            statistics["displacement"] = {"rmse": moved.rmse, "n": len(moved.residuals)}
         return {
             "model": self.model,
+            "engine": self.engine,
             "parameters": {name: p.to_json() for name, p in self.parameters.items()},
-            "statistics": {"rmse": self.fit.rmse, "bic": self.bic, "n": len(self.fit.residuals)},
-            "records": [
-                {
-                    "source": r.source,
-                    "voltage": r.voltage,
-                    "rms_own": r.own,
-                    "rms_joint": r.joint,
-                    "rms_predicted": r.predicted,
-                    "peak": r.peak,
-                }
-                for r in self.records
-            ],
+            "own": {source: {n: p.to_json() for n, p in found.items()} for source, found in self.own.items()},
+            "derived": {name: p.to_json() for name, p in self.derived.items()},
+            "statistics": statistics,
+            "records": [r.to_json() for r in self.records],
+            "candidates": [c.to_json() for c in self.candidates],
             "warnings": list(self.warnings),
         }
 
-    def table(self) -> str:
-        """Parameters, then what is left of every record."""
-        lines = [f"{len(self.records)} records together, model {self.model}", ""]
-        lines.append(f"{'parameter':<28}{'value':>16}{'standard error':>18}")
-        for name, p in self.parameters.items():
-            error = format_quantity(p.stderr, p.unit, 2) if p.stderr is not None else "held"
-            lines.append(f"{name:<28}{format_quantity(p.value, p.unit, 5):>16}{error:>18}")
-        lines += ["", f"{'record':<28}{'voltage':>10}{'own fit':>10}{'joint':>10}{'from the others':>18}"]
-        for r in self.records:
-            predicted = f"{r.predicted / r.peak:.2%}" if r.predicted is not None else "-"
-            shares = f"{r.own / r.peak:>10.2%}{r.joint / r.peak:>10.2%}{predicted:>18}"
-            lines.append(f"{r.source:<28}{format_quantity(r.voltage, 'V', 4):>10}{shares}")
-        lines.append("(rms of the residuals over the record's peak current)")
-        return "\n".join(lines)
-
 
 def fit_jointly(
-    measurements: Sequence[Measurement],
+    measurements: Sequence[Measurement | Spectrum],
     *,
-    model: str,
+    model: str = "auto",
     base: Actuator | None = None,
-    electrode_resistance: float | None = None,
+    electrode_resistance: float | Literal["fit"] | None = None,
+    own: Sequence[str] = (),
+    bias: Sequence[float] | None = None,
     engine: str = "ngspice",
-    progress: Callable[[], None] | None = None,
+    progress: Progress = None,
 ) -> JointFit:
-    """Fit ``model`` to the currents of two records or more, Re held [ohm].
+    """Fit ``model`` (of `ilg_circuit.models`, or auto) to two records or spectra or more, then d(s) to displacements.
 
-    Raises InputError for fewer records, or one that cannot be fitted by itself, SolveError as a single fit does.
+    ``electrode_resistance`` [ohm] is held (default: the base's); "fit" with nonlinear models. ``own`` names parameters
+    that each record has for itself. ``bias`` [V] is that of each file, of which records take no notice; default 0.
+    Raises InputError for fewer files, or one that cannot be fitted by itself, SolveError as a single fit does.
     """
     if len(measurements) < 2:
         raise InputError("a joint fit needs two records or more")
-    kind = electrical_model(model)
+    sources = labelled([m.source for m in measurements])
+    biases = bias if bias is not None else [0.0] * len(measurements)
+    datasets = [dataset_of(m, engine, b, s) for m, b, s in zip(measurements, biases, sources, strict=True)]
+    _require_different(datasets)
     strip = base or PAPER
-    held = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
-    require_voltages(kind, measurements)
-    own = [_own(m, held, model, engine, progress) for m in measurements]
-    everything = _fit(measurements, own, kind, held, engine, progress)
-    fit, port = everything
-    records = []
-    for k, (m, single) in enumerate(zip(measurements, own, strict=True)):
-        fitted = _fitted(m, single, port, engine)
-        rest = [j for j in range(len(own)) if j != k]
-        predicted = None
-        try:
-            _, without = _fit([measurements[j] for j in rest], [own[j] for j in rest], kind, held, engine, progress)
-            predicted = _rms(single.data - _fitted(m, single, without, engine))
-        except (InputError, SolveError):
-            predicted = None
-        records.append(
-            RecordFit(
-                m.source,
-                m.drive.largest(),
-                single.time,
-                single.data,
-                fitted,
-                single.fit.rmse,
-                _rms(single.data - fitted),
-                predicted,
-            )
-        )
-    units = {p.name: p.unit for p in kind.parameters}
-    reason = "not determined by current alone: held" if not held else "held at the value given"
-    parameters = uncertainties(fit, units).parameters | {"electrode_resistance": Parameter(held, "ohm", held=reason)}
+    standing = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
+    held = None if isinstance(standing, str) else standing
+    own_port = frozenset(own) - COUPLING_UNITS.keys()
+    warnings = [f"{d.source}: {note}" for d in datasets for note in d.notes]
+    if model == "auto":
+        if held is None:
+            raise InputError("Re is fitted with a model that is named, such as --model rc+sinh, not with auto")
+        found, candidates = choose(datasets, held, own_port, progress)
+    elif held is None:
+        found, candidates = _with_free_electrodes(datasets, model, own_port, progress, warnings), ()
+    else:
+        found, candidates = fit_port(datasets, model, held, own_port, progress), ()
     actuator = Actuator.from_port(
         strip.geometry,
-        port,
+        found.port,
         base=strip.material,
-        coupling=strip.coupling if base is not None else None,
+        coupling=base.coupling if base is not None else None,
         mounting=strip.mounting,
         name="joint fit",
-        uncertainty=uncertainty_of(model, [fit]),
     )
+    without = leave_one_port_out(found, progress)
+    records = port_records(found, without)
+    warnings += misfits(found, records, without)
+    moving = [d for d in datasets if isinstance(d, CurrentData)]
+    moved, told = fit_displacements(moving, actuator, engine, frozenset(own) & COUPLING_UNITS.keys(), progress)
+    warnings += told
+    fits = [found.together]
+    if moved is not None:
+        actuator = replace(actuator, coupling=moved.coupling)
+        records += displacement_records(moved, progress)
+        fits += [moved.together] if moved.together is not None else []
+        if base is None:
+            warnings.append(
+                "no --actuator given: geometry and Young's modulus are the paper's; resistances and capacitances do "
+                "not depend on them, the coupling gain is in proportion to b^2/L_F^2"
+            )
+    elif base is not None and base.coupling is not None:
+        warnings.append("the coupling was not fitted: it is that of the given actuator")
+    uncertainty = uncertainty_together(found.model.kind.name, fits, moved)
+    parameters, each = parameters_together(found, fits, moved, uncertainty)
     return JointFit(
-        model=model,
-        fit=fit,
-        port=port,
+        model=found.model.kind.name,
+        fit=found.together.fit,
+        port=found.port,
         parameters=parameters,
+        own=each,
+        derived=derived_quantities(found, uncertainty),
         records=tuple(records),
-        actuator=actuator,
-        bic=information_criterion(fit.residuals, fit.count, len(fit.residuals)),
-        warnings=tuple(_warnings(records, own)),
+        displacement=moved,
+        actuator=replace(actuator, uncertainty=uncertainty),
+        bic=found.bic(found.independent()),
+        engine=engine,
+        warnings=tuple(dict.fromkeys(warnings)),
+        candidates=candidates,
     )
 
 
-def _own(m: Measurement, held: float, model: str, engine: str, progress: Callable[[], None] | None) -> CurrentFit:
-    """The record's own fit; of a nonlinear model, which one voltage does not determine, that of its linear part."""
-    ions = model.split("+")[0]
+def _with_free_electrodes(
+    datasets: Sequence[Dataset], model: str, own: frozenset[str], progress: Progress, warnings: list[str]
+) -> JointCurrent:
+    """The fit with Re free, or held at zero where the data do not determine it, which ``warnings`` tells."""
     try:
-        return fit_current(m, held, ions, engine, progress)
-    except (InputError, SolveError) as error:
-        raise type(error)(f"{m.source}: {error}") from None
+        found = fit_port(datasets, model, None, own, progress)
+    except SolveError as error:
+        why = str(error)
+    else:
+        fit, at = found.together.fit, found.together.places[:, -1]
+        value, stderr = float(fit.values[at].min()), float(fit.errors[at].max())
+        if stderr <= DETERMINED * value:
+            return found
+        why = f"it came out as {format_quantity(value, 'ohm', 2)} +- {format_quantity(stderr, 'ohm', 2)}"
+    warnings.append(f"the electrode resistance is not determined by these data ({why}): it is held at zero")
+    return fit_port(datasets, model, 0.0, own, progress)
 
 
-def _fit(
-    measurements: Sequence[Measurement],
-    own: Sequence[CurrentFit],
-    kind: ElectricalModel,
-    held: float,
-    engine: str,
-    progress: Callable[[], None] | None,
-) -> tuple[Fit, Port]:
-    """The joint fit of some records, from the middle of their own fits."""
-    largest = max(m.drive.largest() for m in measurements)
-    names = electrical_model(kind.name.split("+")[0]).names
-    middle = dict(zip(names, np.exp(np.mean([np.log(single.fit.values) for single in own], axis=0)), strict=True))
-    if "cpe_exponent" in middle:
-        middle["cpe_exponent"] = float(np.mean([single.fit.values[-1] for single in own]))
-    middle |= {"emission_voltage": largest, "capacitance_slope": 0.2 / largest}
-    start = np.array([middle[name] for name in kind.names])
-    ladders = ladders_for(kind, start, max((single.time[single.time >= 0] for single in own), key=len))
-    sigmas = [max(single.fit.rmse, 1e-12 * float(np.abs(single.data).max())) for single in own]
-    data = np.concatenate([single.data / sigma for single, sigma in zip(own, sigmas, strict=True)])
-    offsets = [k for k, single in enumerate(own) if single.offset is not None]
-    ends = np.cumsum([0, *(len(single.data) for single in own)])
-    nuisance = np.zeros((len(data), len(offsets)))
-    for column, k in enumerate(offsets):
-        nuisance[ends[k] : ends[k + 1], column] = 1 / sigmas[k]
-
-    def port(values: Array) -> Port:
-        return kind.port(values.tolist(), held, ladders)
-
-    def waves(values: Array) -> Array:
-        ports = [port(v) for v in values]
-        parts = [
-            currents(ports, m.drive, single.time, engine) / sigma
-            for m, single, sigma in zip(measurements, own, sigmas, strict=True)
-        ]
-        return np.concatenate(parts, axis=1)
-
-    below = np.array([p.below for p in kind.parameters])
-    fit = fit_circuit(waves, data, kind.names, start, nuisance if offsets else None, progress, below=below)
-    fit = in_order(fit, kind.name)
-    return fit, port(fit.values)
-
-
-def _fitted(m: Measurement, single: CurrentFit, port: Port, engine: str) -> Array:
-    """What ``port`` makes of a record's drive, with the offset that suits the record."""
-    wave = currents([port], m.drive, single.time, engine)[0]
-    return np.asarray(wave + float(np.mean(single.data - wave)) if single.offset is not None else wave)
-
-
-def _rms(residuals: Array) -> float:
-    return float(np.sqrt(np.mean(residuals**2)))
-
-
-def _warnings(records: list[RecordFit], own: Sequence[CurrentFit]) -> list[str]:
-    found = []
-    unlike = [r.source for r in records if r.joint > _WORSE * r.own]
-    if unlike:
-        found.append(
-            f"one port does not hold for all: {', '.join(unlike)} by itself is fitted {_WORSE:g} times better or more"
-        )
-    found += dict.fromkeys(w for single in own for w in single.warnings if "one pole" in w)
-    return found
+def _require_different(datasets: Sequence[Dataset]) -> None:
+    """Raise InputError where two files hold the same readings: counted twice they would look twice as sure."""
+    for k, d in enumerate(datasets):
+        for earlier in datasets[:k]:
+            if np.array_equal(d.data, earlier.data) and np.array_equal(d.abscissa, earlier.abscissa):
+                raise InputError(f"'{d.source}' repeats the readings of '{earlier.source}': give each record once")

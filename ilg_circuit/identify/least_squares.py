@@ -37,7 +37,7 @@ class Fit:
 
     ``covariance`` is that of (values, nuisance), in their units; ``residuals`` = data - model (samples,); ``slopes``
     (samples, values and nuisance) are those of the model; ``offset`` tells how well it has converged; ``problem`` is
-    what was fitted.
+    what was fitted. ``parts`` are the numbers of samples of several data sets in turn; empty for one.
     """
 
     names: tuple[str, ...]
@@ -53,6 +53,7 @@ class Fit:
     slopes: Array
     offset: float
     problem: Problem
+    parts: tuple[int, ...] = ()
 
     @property
     def rmse(self) -> float:

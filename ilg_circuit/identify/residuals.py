@@ -28,6 +28,11 @@ def effective_samples(residuals: Array) -> float:
     return max(len(residuals) * (1 - correlation) / (1 + correlation), 5.0)
 
 
+def independent_samples(residuals: Array) -> float:
+    """All samples of white residuals, the `effective_samples` of those whose neighbours are alike."""
+    return effective_samples(residuals) if structured(residuals) else float(len(residuals))
+
+
 def information_criterion(residuals: Array, unknowns: int, samples: float) -> float:
     """BIC for ``samples`` independent samples out of all residuals."""
     variance = max(float(np.mean(residuals**2)), np.finfo(float).tiny)

@@ -88,6 +88,9 @@ def is_spectrum(path: str | Path) -> bool:
     start = _header(lines)
     if start is not None:  # a record over time may have a column of the drive's frequency
         return not _RECORD.search(lines[start]) or bool(_REAL_PART.search(lines[start]))
+    titles = next((line for line in lines if line.strip()), "")
+    if _bare(titles) is None and _RECORD.search(titles):
+        return False
     rows = [row for row in (_bare(line) for line in lines if line.strip()) if row is not None]
     if len(rows) < _FEWEST_POINTS or len(rows) < 0.9 * sum(bool(line.strip()) for line in lines):
         return False

@@ -34,6 +34,8 @@ _SMOOTH = 0.4
 #: Fewest nodes of a piece that begins with a jump, from which a sample on the jump is extrapolated.
 _AFTER_JUMP = 9
 _ORDER = 8
+#: More time points between two edges of the drive than that are no grid that anybody could wait for.
+_MOST_POINTS = 1e8
 #: A step never grows beyond this part of the time since the segment began.
 _GROWTH = 0.35
 
@@ -145,6 +147,10 @@ def _profile(poles: NDArray[np.complex128], omega: float, longest: float, theta:
     step = np.minimum(step, np.maximum(_GROWTH * t, first))
     density = 1 / step
     count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(t))])
+    if not count[-1] < _MOST_POINTS:
+        raise SolveError(
+            f"the circuit's modes are too fast for a run of {longest:.3g} s: it would take {count[-1]:.1g} time points"
+        )
     return np.asarray(np.interp(np.arange(1, np.floor(count[-1]) + 1), count, t))
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic import Record, record, step
+from command import Run, assert_one_line
+from synthetic import Record, record, scaled, step
 
 from ilg_circuit.actuator import PAPER, Actuator
 from ilg_circuit.actuator_file import load_actuator
@@ -17,6 +18,8 @@ from ilg_circuit.elements import lumped_elements
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify import identify
 from ilg_circuit.identify.joint import JointFit, fit_jointly
+from ilg_circuit.identify.joint_report import joint_table
+from ilg_circuit.prediction import prediction_band
 
 SINH = replace(PAPER, material=replace(PAPER.material, emission_voltage=0.8), coupling=None, name="sinh")
 
@@ -38,7 +41,7 @@ def linear() -> JointFit:
 
 @pytest.fixture(scope="module")
 def nonlinear() -> JointFit:
-    return fit_jointly([r.measurement() for r in records(SINH, (1.0, -2.0))], model="rc+sinh", base=SINH)
+    return fit_jointly([r.measurement() for r in records(SINH, (1.0, -2.0, 3.0))], model="rc+sinh", base=SINH)
 
 
 def test_the_truth_lies_within_the_errors(linear: JointFit) -> None:
@@ -57,8 +60,7 @@ def test_the_truth_lies_within_the_errors(linear: JointFit) -> None:
 
 
 def test_offsets_are_each_record_s_own(linear: JointFit) -> None:
-    # the first record has none to find
-    assert linear.fit.nuisance == pytest.approx([1e-3, 2e-3], abs=3e-4)
+    assert linear.fit.nuisance == pytest.approx([0.0, 1e-3, 2e-3], abs=3e-4)
 
 
 def test_each_record_is_as_good_as_by_itself_and_predicted_by_the_others(linear: JointFit) -> None:
@@ -114,15 +116,129 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert lumped_elements(load_actuator(out)).dc_resistance == pytest.approx(value)
 
 
+def test_a_report_is_for_one_file(run: Run, tmp_path: Path) -> None:
+    files = [str(r.write(tmp_path / f"{k}.csv")) for k, r in enumerate(records(PAPER, (4.0, 2.0)))]
+    assert_one_line(run("identify", *files, "--model", "rc", "--report", "r.html"), "--report is for one file")
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
-    [([], "name it, as in --model rc2"), (["--model", "rc", "--report", "r.html"], "--report is for one file")],
+    [
+        (["--own", "stiffness"], "model rc has no stiffness"),
+        (["--bias", "1V"], "it is for the spectra among the files, and there is none"),
+        (["--electrode-resistance", "fit"], "for every Re below"),
+        (["--electrode-resistance", "30ohm"], "too large"),
+    ],
 )
-def test_what_several_files_cannot_have(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], message: str
-) -> None:
+def test_refusals(run: Run, tmp_path: Path, options: list[str], message: str) -> None:
     files = [str(r.write(tmp_path / f"{k}.csv")) for k, r in enumerate(records(PAPER, (4.0, 2.0)))]
-    with pytest.raises(SystemExit) as ended:
-        main(["identify", *files, *options])
-    assert ended.value.code == 2
-    assert message in capsys.readouterr().err
+    assert_one_line(run("identify", *files, "--model", "rc", "--engine", "exact", *options), message)
+
+
+@pytest.mark.parametrize("option", ["--own", "--bias"])
+def test_what_only_several_files_can_have(run: Run, tmp_path: Path, option: str) -> None:
+    (file,) = (str(r.write(tmp_path / "one.csv")) for r in records(PAPER, (4.0,)))
+    assert_one_line(run("identify", file, option, "capacitance"), f"{option} is for several files")
+
+
+def test_the_joint_interval_is_narrower_than_any_record_s_own(linear: JointFit) -> None:
+    strip = replace(PAPER, coupling=None)
+    for r in records(strip, (4.0, -2.0, 1.0), offset=1e-3):
+        alone = identify(r.measurement(), base=strip, model="rc", engine="exact")
+        for name in ("dynamic_resistance", "capacitance"):
+            own, joint = alone.parameters[name].stderr, linear.parameters[name].stderr
+            assert own is not None
+            assert joint is not None
+            assert joint < own
+
+
+def test_what_one_record_does_not_share_is_its_own() -> None:
+    made = [r.measurement() for r in records(SINH, (1.0, -3.0))]
+    # the chords of the sinh law, 5.2 ohm per volt and more, behind what both share
+    found = fit_jointly(made, model="rc", base=SINH, own=["dc_resistance"], engine="exact")
+    lumped = lumped_elements(SINH)
+    sources = list(found.own)
+    chords = [u / (lumped.port.saturation_current * np.sinh(u / 0.8)) for u in (1.0, 3.0)]
+    for source, chord in zip(sources, chords, strict=True):
+        p = found.own[source]["dc_resistance"]
+        assert p.ci95 is not None
+        assert p.stderr is not None
+        assert abs(p.value - chord) < 4 * p.stderr
+    assert found.parameters["dc_resistance"].value == pytest.approx(np.sqrt(np.prod(
+        [found.own[s]["dc_resistance"].value for s in sources])))  # fmt: skip
+    assert found.parameters["capacitance"].value == pytest.approx(lumped.capacitance, rel=0.01)
+    assert all(r.joint < 1.1 * r.own for r in found.records)
+    # of what is its own the others know only their mean
+    assert all(r.predicted is not None and r.predicted > 3 * r.own for r in found.records)
+    assert json.loads(json.dumps(found.to_json()))["own"][sources[0]]["dc_resistance"]["unit"] == "ohm"
+    assert "own to each record" in joint_table(found)
+
+
+def test_a_stranger_among_three_is_named() -> None:
+    strip = replace(PAPER, coupling=None)
+    made = [replace(r.measurement(), source=f"good{k}") for k, r in enumerate(records(strip, (3.0, -2.0)))]
+    (other,) = records(replace(scaled(size=1.5), coupling=None), (2.5,))
+    found = fit_jointly([*made, replace(other.measurement(), source="odd")], model="rc", base=strip, engine="exact")
+    assert any("without odd one port holds for all others" in w for w in found.warnings)
+    assert "one port does not hold for all" in found.warnings[0]
+
+
+def test_a_bad_record_among_good_ones_is_named() -> None:
+    good = records(PAPER, (3.0, -2.0))
+    noise = np.random.default_rng(0).standard_normal(len(good[1].columns["time"]))
+    bad = replace(good[1].changed(current=good[1].columns["current"] + 0.03 * noise).measurement(), source="bad.csv")
+    found = fit_jointly([good[0].measurement(), bad], model="rc", engine="exact")
+    assert any(w.startswith("no port describes bad.csv (") for w in found.warnings)
+    # it has little weight: the good one still decides
+    assert found.parameters["capacitance"].value == pytest.approx(0.35, rel=0.02)
+
+
+def test_a_record_without_any_transient_is_refused_by_name(run: Run, tmp_path: Path) -> None:
+    good = records(PAPER, (3.0, -2.0))
+    files = [str(good[0].write(tmp_path / "good.csv")),
+             str(good[1].changed(current=np.zeros(261)).write(tmp_path / "dead.csv"))]  # fmt: skip
+    assert_one_line(run("identify", *files, "--model", "rc"), "dead.csv", "the current is zero throughout")
+
+
+def test_one_record_given_twice_is_refused() -> None:
+    (one,) = records(PAPER, (3.0,))
+    with pytest.raises(InputError, match="repeats the readings of"):
+        fit_jointly([one.measurement(), one.measurement()], model="rc")
+
+
+def test_very_different_sampling() -> None:
+    strip = replace(PAPER, coupling=None)
+    sparse = record(step(2.0), 300.0, 16, strip=strip, noise=2e-3, seed=3)
+    dense = record(step(-1.0), 40.0, 4001, strip=strip, rest=50, noise=2e-3, seed=4)
+    found = fit_jointly([sparse.measurement(), dense.measurement()], model="rc", base=strip)
+    lumped = lumped_elements(strip)
+    truth = (lumped.dc_resistance, lumped.dynamic_resistance, lumped.capacitance)
+    for p, value in zip(found.parameters.values(), truth, strict=False):
+        assert p.stderr is not None
+        assert abs(p.value - value) < 4 * p.stderr
+    assert found.records[0].joint < 1.6 * found.records[0].own
+
+
+def test_re_is_determined_by_what_is_not_linear() -> None:
+    """Re = 2 ohm divides the voltage of the sinh law: several voltages tell it, to some per cent."""
+    strip = replace(SINH, material=replace(SINH.material, electrode_resistivity_1=175.0, electrode_thickness_1=2e-6))
+    made = [r.measurement() for r in records(strip, (1.0, -2.0, 3.0))]
+    found = fit_jointly(made, model="rc+sinh", base=SINH, electrode_resistance="fit")
+    p = found.parameters["electrode_resistance"]
+    assert p.stderr is not None
+    assert abs(p.value - 2.0) < 4 * p.stderr
+    assert p.stderr < 0.2
+    assert not p.held
+    assert found.actuator.uncertainty is not None
+    assert "electrode_resistance" in found.actuator.uncertainty.names
+    band = prediction_band(found.actuator, step(2.0), np.linspace(0.0, 60.0, 31))
+    assert 0 < band.stderr["current"].max() < 1e-3
+
+
+def test_re_that_is_not_there_is_held_at_zero_and_said() -> None:
+    made = [record(step(u), 60.0, 31, strip=SINH, rest=5, noise=5e-3).measurement() for u in (1.0, 3.0)]
+    found = fit_jointly(made, model="rc+sinh", base=SINH, electrode_resistance="fit")
+    assert found.parameters["electrode_resistance"].held
+    assert any("electrode resistance is not determined" in w for w in found.warnings)
+    assert found.parameters["emission_voltage"].value == pytest.approx(0.8, abs=0.04)
+    assert all(r.predicted is None and "the others are all at one voltage" in r.unforeseen for r in found.records)

@@ -176,3 +176,11 @@ def test_damaged_files_end_in_a_spectrum_or_one_line(tmp_path: Path) -> None:
             kramers_kronig(found)
         assert time.perf_counter() - begin < 1, seed
     assert min(outcomes.values()) > 80, outcomes
+
+
+def test_a_record_whose_times_look_like_frequencies_is_none(tmp_path: Path) -> None:
+    """It begins late, and its later samples are further apart: but its columns have names."""
+    t = np.concatenate([np.arange(0.1, 3.0, 0.2), np.arange(3.0, 100.0, 5.0)])
+    path = tmp_path / "record.csv"
+    path.write_text("t_s,voltage_V,current_A\n" + "\n".join(f"{x},1,0.1" for x in t.tolist()))
+    assert not is_spectrum(path)

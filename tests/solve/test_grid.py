@@ -10,6 +10,7 @@ from strategies import log_floats
 
 from ilg_circuit.actuator import PAPER
 from ilg_circuit.circuit import PiecewiseLinear, parse_drive, strip_netlist
+from ilg_circuit.errors import SolveError
 from ilg_circuit.solve.grid import Grid, design_grid
 from ilg_circuit.solve.state_space import state_space
 
@@ -91,3 +92,10 @@ def test_a_circuit_without_poles_still_has_a_grid() -> None:
     none = np.empty(0, dtype=complex)
     grid = design_grid(none, parse_drive("step:1V", 5.0), np.linspace(0, 5, 11), 0.3)
     assert set(np.linspace(0, 5, 11)) <= set(grid.nodes)
+
+
+def test_a_run_that_nobody_could_wait_for_is_refused() -> None:
+    """An oscillation at 1 THz, for a hundred seconds."""
+    poles = np.array([1e12j, -1e12j])
+    with pytest.raises(SolveError, match="too fast for a run of 100 s"):
+        design_grid(poles, PiecewiseLinear.step(1.0), np.linspace(0.0, 100.0, 11), 0.3)

@@ -18,6 +18,7 @@ from ilg_circuit.circuit import Element, Load, Netlist, Output, electrical_netli
 from ilg_circuit.circuit.strip import sensor_netlist
 from ilg_circuit.elements import hanging_stiffness, lumped_elements
 from ilg_circuit.errors import InputError, SolveError
+from ilg_circuit.port import Port
 from ilg_circuit.solve.spectrum import spectrum
 
 Complex = NDArray[np.complex128]
@@ -275,3 +276,10 @@ def test_an_open_part_keeps_open() -> None:
     expected = 1 / (2 + 2j * np.pi * f)
     for engine in ENGINES:
         assert spectrum(net, f, engine=engine).output("b") == pytest.approx(expected, rel=1e-10)
+
+
+@given(log_floats(1e-9, 1e3), log_floats(1e-6, 1e6))
+def test_the_inner_voltage_is_found_however_steep_the_sinh_law(emission: float, electrodes: float) -> None:
+    port = Port(100.0, ((10.0, 0.1),), electrode_resistance=electrodes, emission_voltage=emission)
+    inner = port.inner_voltage(3.0)
+    assert 0 <= inner <= 3.0 * (1 + 1e-8)
