@@ -1,4 +1,4 @@
-"""What one reads off the answer to a step: final value, peak and its time, overshoot, settling, back-relaxation, rms."""
+"""What one reads off the answer to a step: final value, peak, overshoot, settling time, back-relaxation, rms."""
 
 from __future__ import annotations
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import json
-from itertools import pairwise
+import platform
+from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,16 +17,18 @@ from numpy.typing import NDArray
 from ..actuator_file import dumps
 from ..circuit.strip import strip_netlist
 from ..files import write_text
-from ..html import png, render
 from ..plots import BLUE, GREY, new_figure
 from ..units import format_quantity
 from .identification import Identification, Parameter
 from .report import headline, identification_figure
+from .residuals import autocorrelations
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+
+_PACKAGES = ("ilg-circuit", "PySpice", "numpy", "scipy", "lmfit")
 
 
 def write_report(result: Identification, path: str | Path, command: str = "") -> None:
@@ -32,30 +38,11 @@ def write_report(result: Identification, path: str | Path, command: str = "") ->
 
 def html(result: Identification, command: str = "") -> str:
     """The report's text: pictures are in it, nothing is loaded from elsewhere."""
-    return render(Path(__file__).with_name("report.html.j2"), _content(result, command))
+    from jinja2 import Environment
 
-
-def residual_windows(result: Identification) -> list[tuple[float, float, int, float]]:
-    """(from [s], to [s], samples, rms [A]) of the current's residuals, a window a factor of about three."""
-    current = result.current
-    after = current.time >= 0
-    t, residuals = current.time[after], current.fit.residuals[after]
-    last = float(t[-1])
-    edges = [0.0, *(last / 10 ** (k / 2) for k in range(6, 0, -1)), last * (1 + 1e-9)]
-    rows = []
-    for low, high in pairwise(edges):
-        inside = (t >= low) & (t < high)
-        if inside.any():
-            rows.append((low, min(high, last), int(inside.sum()), float(np.sqrt(np.mean(residuals[inside] ** 2)))))
-    return rows
-
-
-def autocorrelations(residuals: Array, most: int = 60) -> Array:
-    """Correlation of ``residuals`` with themselves at lags 0, 1, ... up to ``most``."""
-    centred = residuals - residuals.mean()
-    power = float(centred @ centred)
-    lags = range(min(most, len(residuals) - 1) + 1)
-    return np.array([centred[k:] @ centred[: len(centred) - k] / power if power else float(k == 0) for k in lags])
+    template = (files(__package__) / "report.html.j2").read_text(encoding="utf-8")
+    environment = Environment(autoescape=True, trim_blocks=False, keep_trailing_newline=True)
+    return environment.from_string(template).render(_content(result, command))
 
 
 def _content(result: Identification, command: str) -> dict[str, Any]:
@@ -68,7 +55,7 @@ def _content(result: Identification, command: str) -> dict[str, Any]:
         "model": result.model,
         "headline": headline(result),
         "warnings": result.warnings,
-        "fit_picture": png(identification_figure(result)),
+        "fit_picture": _png(identification_figure(result)),
         "parameters": [_parameter(name, p) for name, p in result.parameters.items()],
         "derived": [{"name": n, "value": format_quantity(p.value, p.unit, 5)} for n, p in result.derived.items()],
         "candidates": [
@@ -84,20 +71,23 @@ def _content(result: Identification, command: str) -> dict[str, Any]:
         ],
         "windows": [
             {
-                "window": f"{format_quantity(low, 's', 3)} to {format_quantity(high, 's', 3)}",
-                "samples": count,
-                "rms": format_quantity(rms, "A", 3),
-                "share": f"{rms / peak:.2%}",
+                "window": f"{format_quantity(w.start, 's', 3)} to {format_quantity(w.end, 's', 3)}",
+                "samples": w.count,
+                "rms": format_quantity(w.rms, "A", 3),
+                "share": f"{w.rms / peak:.2%}",
             }
-            for low, high, count, rms in residual_windows(result)
+            for w in result.residual_windows["current"]
         ],
-        "correlation_picture": png(_correlation_figure(result)),
+        "correlation_picture": _png(_correlation_figure(result)),
         "names": names,
         "matrix": _matrix(result, names),
         "statistics": json.dumps(result.statistics, indent=2),
         "actuator": dumps(result.actuator),
         "netlist": str(strip_netlist(result.actuator, beam="static").to_pyspice()),
         "command": command or "ilg-circuit identify " + result.measurement.source,
+        "versions": ", ".join(
+            [f"Python {platform.python_version()}", *(f"{name} {version(name)}" for name in _PACKAGES)]
+        ),
     }
 
 
@@ -137,3 +127,9 @@ def _correlation_figure(result: Identification) -> Figure:
         panel.set_ylim(min(-0.3, float(values.min()) - 0.05), 1.05)
     axes[-1].set_xlabel("lag [samples]; grey: 95 % of white noise")
     return figure
+
+
+def _png(figure: Figure) -> str:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=110)
+    return base64.b64encode(buffer.getvalue()).decode("ascii")

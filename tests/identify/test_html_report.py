@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from ilg_circuit.identify import Identification
-from ilg_circuit.identify.html_report import autocorrelations, html, residual_windows, write_report
+from ilg_circuit.identify.html_report import html, write_report
+from ilg_circuit.identify.residuals import autocorrelations, residual_windows
 
 
 @pytest.fixture(scope="module")
@@ -52,10 +53,18 @@ def test_it_is_written_whole(step_fit: Identification, tmp_path: Path, page: str
 
 
 def test_windows_cover_all_residuals(step_fit: Identification) -> None:
-    rows = residual_windows(step_fit)
+    rows = step_fit.residual_windows["current"]
     residuals = step_fit.current.fit.residuals[step_fit.current.time >= 0]
-    assert sum(count for _, _, count, _ in rows) == len(residuals)
-    assert sum(count * rms**2 for _, _, count, rms in rows) == pytest.approx(float((residuals**2).sum()))
+    assert sum(w.count for w in rows) == len(residuals)
+    assert sum(w.count * w.rms**2 for w in rows) == pytest.approx(float((residuals**2).sum()))
+
+
+def test_windows_are_even_in_logarithm() -> None:
+    time = np.concatenate([[-1.0], np.geomspace(1e-3, 10.0, 4001)])
+    rows = residual_windows(time, time, 10.0)
+    assert [w.end for w in rows] == pytest.approx([10 ** (k / 2) * 1e-2 for k in range(7)], rel=1e-12)
+    assert [w.start for w in rows[1:]] == [w.end for w in rows[:-1]]
+    assert rows[0].start == 0.0
 
 
 def test_autocorrelation_of_noise_and_of_a_sine() -> None:
