@@ -165,6 +165,11 @@ def _whole_decades(frequency: Array) -> Array:
 
 
 def plot_joint(result: JointFit, path: str | Path) -> None:
+    """Write `joint_figure` as a picture."""
+    save(joint_figure(result), path)
+
+
+def joint_figure(result: JointFit) -> Figure:
     """Current and joint fit of every record, one above the other, over the time since its onset."""
     figure, axes = new_figure(len(result.records), [1.6] * len(result.records))
     for panel, record in zip(axes, result.records, strict=True):
@@ -179,4 +184,4 @@ def plot_joint(result: JointFit, path: str | Path) -> None:
     axes[0].legend(frameon=False, fontsize=8)
     axes[-1].set_xlabel("time since the onset [s]")
     figure.align_ylabels(axes)
-    save(figure, path)
+    return figure

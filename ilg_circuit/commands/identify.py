@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 from typing import Any
 
 import click
 
 from ..errors import InputError
+from .command_line import command_line
 from .progress import evaluation_counter
 
 _OUT = click.Path(path_type=Path)
@@ -54,10 +53,11 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     base = load_actuator(actuator) if actuator else None
     held = parse(electrode_resistance, "ohm", "--electrode-resistance") if electrode_resistance else None
     spectra = [path for path in data if is_spectrum(path)]
-    if spectra and (len(data) > 1 or options["report"]):
-        raise InputError(f"'{spectra[0]}' is a spectrum: give it alone, and without --report")
+    if spectra and len(data) > 1:
+        raise InputError(f"'{spectra[0]}' is a spectrum: give it alone")
     if spectra:
-        identify_file(data[0], base, held, options["model"], **{k: options[k] for k in ("out", "json_path", "plot")})
+        written = {k: options[k] for k in ("out", "json_path", "plot", "report")}
+        identify_file(data[0], base, held, options["model"], **written)
         return
     if len(data) > 1:
         identify_together(data, base, held, options)
@@ -81,7 +81,7 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     if options["report"]:
         from ..identify.html_report import write_report
 
-        write_report(result, options["report"], shlex.join(["ilg-circuit", *sys.argv[1:]]))
+        write_report(result, options["report"], command_line())
     click.echo(table(result))
     for line in result.warnings:
         click.echo(f"warning: {line}", err=True)

@@ -10,6 +10,7 @@ import click
 
 from ..actuator import Actuator
 from ..errors import InputError
+from .command_line import command_line
 from .progress import evaluation_counter
 
 
@@ -27,8 +28,6 @@ def identify_together(
         raise InputError(
             "several files are fitted with one model: name it, as in --model rc2 (identify one file to see which)"
         )
-    if options["report"]:
-        raise InputError("--report is for one file; several together have --json and --plot")
     measurements = [read_measurement(path) for path in paths]
     with evaluation_counter() as advance:
         result = fit_jointly(
@@ -48,6 +47,10 @@ def identify_together(
         write_text(options["json_path"], json.dumps(result.to_json(), indent=2) + "\n")
     if options["plot"]:
         plot_joint(result, options["plot"])
+    if options["report"]:
+        from ..identify.html_report import write_report
+
+        write_report(result, options["report"], command_line())
     click.echo(result.table())
     for line in result.warnings:
         click.echo(f"warning: {line}", err=True)

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import Run
+from spectrum_texts import csv
 
 from ilg_circuit.identify import Identification
 from ilg_circuit.identify.html_report import html, write_report
@@ -38,6 +40,27 @@ def test_it_needs_nothing_else(page: str) -> None:
         assert head == "data:image/png;base64"
         assert base64.b64decode(data).startswith(b"\x89PNG")
     assert not re.search(r"<script|<link|https?://", page)
+
+
+def test_a_spectrum_has_one_too(run: Run) -> None:
+    Path("s.csv").write_text(csv())
+    outcome = run("identify", "s.csv", "--report", "s.html")
+    assert outcome.code == 0, outcome.err
+    page = Path("s.html").read_text(encoding="utf-8")
+    assert "Kramers-Kronig check" in page
+    assert "No point breaks the relations" in page
+    for name in ("dc_resistance", "resistance_2", "BIC above the best", "relative_rms", "[geometry]", "Rdc drive 0"):
+        assert name in page
+    assert page.count("data:image/png;base64,") == 2
+    assert not re.search(r"<script|<link|https?://", page)
+
+
+def test_it_shows_the_figures_of_the_displacement(page: str, step_fit: Identification) -> None:
+    figures = step_fit.figures
+    assert figures is not None
+    for row in figures.rows():
+        for cell in row:
+            assert f">{cell}</td>" in page
 
 
 def test_a_name_is_text_and_no_markup(step_fit: Identification) -> None:

@@ -16,6 +16,7 @@ from ilg_circuit.cli import main
 from ilg_circuit.elements import lumped_elements
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify import identify
+from ilg_circuit.identify.html_report import html
 from ilg_circuit.identify.joint import JointFit, fit_jointly
 
 SINH = replace(PAPER, material=replace(PAPER.material, emission_voltage=0.8), coupling=None, name="sinh")
@@ -114,15 +115,21 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert lumped_elements(load_actuator(out)).dc_resistance == pytest.approx(value)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [([], "name it, as in --model rc2"), (["--model", "rc", "--report", "r.html"], "--report is for one file")],
-)
-def test_what_several_files_cannot_have(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], message: str
-) -> None:
+def test_several_files_need_the_name_of_a_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     files = [str(r.write(tmp_path / f"{k}.csv")) for k, r in enumerate(records(PAPER, (4.0, 2.0)))]
     with pytest.raises(SystemExit) as ended:
-        main(["identify", *files, *options])
+        main(["identify", *files])
     assert ended.value.code == 2
-    assert message in capsys.readouterr().err
+    assert "name it, as in --model rc2" in capsys.readouterr().err
+
+
+def test_the_report_shows_every_record(linear: JointFit) -> None:
+    page = html(linear, "ilg-circuit identify a.csv b.csv --model rc")
+    for name in linear.parameters:
+        assert name in page
+    for r in linear.records:
+        assert f"<td>{r.source}</td>" in page
+        assert f"{r.joint / r.peak:.2%}" in page
+    assert "from the others" in page
+    assert "ilg-circuit identify a.csv b.csv --model rc" in page
+    assert page.count("data:image/png;base64,") == 3
