@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ..circuit.drive import PiecewiseLinear
 from ..errors import InputError
-from ..tables import Table, read_table
+from ..record_files import read_record
+from ..tables import Table
 from ..units import format_quantity
 
 Array = NDArray[np.float64]
@@ -76,8 +77,8 @@ class Measurement:
 
 
 def read_measurement(path: str | Path) -> Measurement:
-    """Read and prepare a CSV file; see `prepare`, and `ilg_circuit.tables.read_table` for the format."""
-    return prepare(read_table(path, ("time", "voltage", "current")))
+    """Read and prepare a record; see `prepare`, and `ilg_circuit.record_files.read_record` for the formats."""
+    return prepare(read_record(path, ("time", "voltage", "current")))
 
 
 def prepare(table: Table) -> Measurement:
@@ -85,7 +86,7 @@ def prepare(table: Table) -> Measurement:
 
     Raises InputError when nothing was excited: no step or other change of the voltage, or too few samples after it.
     """
-    name, notes = table.source, []
+    name, notes = table.source, list(table.notes)
     voltage = table.columns["voltage"]
     known = np.isfinite(voltage)
     if known.sum() < 2:
