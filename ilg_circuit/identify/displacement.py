@@ -241,6 +241,9 @@ class _Problem:
             found.append("d(s) does not describe the displacement: its residuals are more than noise at any length")
         if best.sign < 0:
             found.append("the displacement falls as the voltage rises: its axis was taken to point away from the anode")
+        if best.drift:
+            rate = format_quantity(float(best.fit.nuisance[-1]), "m", 3)
+            found.append(f"the displacement drifts by {rate} a second: fitted as a straight line beside d(s)")
         if best.beam == "dynamic":
             found.append("the displacement shows the beam's inertia: E, density, damping are the actuator's")
         uneasy = max(_OVER_NOISE * noise_level(self.channel.values), _NEGLIGIBLE * float(np.ptp(self.channel.values)))

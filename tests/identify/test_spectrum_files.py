@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from spectrum_texts import FORMATS, F, Z, bare, csv, damaged, ec_lab
+from damage import damaged
+from spectrum_texts import FORMATS, F, Z, bare, csv, ec_lab
 
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify.kramers_kronig import kramers_kronig
@@ -158,7 +159,7 @@ def test_damaged_files_end_in_a_spectrum_or_one_line(tmp_path: Path) -> None:
     path = tmp_path / "s.txt"
     outcomes = {"read": 0, "refused": 0}
     for seed in range(400):
-        path.write_bytes(damaged(seed))
+        path.write_bytes(damaged(seed, FORMATS))
         begin = time.perf_counter()
         is_spectrum(path)
         said = ""
