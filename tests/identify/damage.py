@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import time
+from collections import Counter
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 import numpy as np
+
+from ilg_circuit.errors import InputError
 
 SCRAPS = (
     b"\0",
@@ -30,6 +35,26 @@ SCRAPS = (
     b"Nb header lines : 3\n",
     b"9" * 400,
 )
+
+
+def read_or_refused(
+    path: Path, seeds: range, formats: Mapping[str, Callable[[], str]], read: Callable[[Path], None]
+) -> Counter[str]:
+    """How many damaged files were ``read`` and how many refused, every refusal one line, none slower than a second."""
+    outcomes: Counter[str] = Counter()
+    for seed in seeds:
+        path.write_bytes(damaged(seed, formats))
+        begin = time.perf_counter()
+        said = ""
+        try:
+            read(path)
+        except InputError as error:
+            said = str(error)
+        outcomes["refused" if said else "read"] += 1
+        assert "\n" not in said, seed
+        assert len(said) < 1500, seed
+        assert time.perf_counter() - begin < 1, seed
+    return outcomes
 
 
 def damaged(seed: int, formats: Mapping[str, Callable[[], str]]) -> bytes:

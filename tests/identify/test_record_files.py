@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command import Run, assert_one_line
-from damage import damaged
+from damage import read_or_refused
 from record_texts import FORMATS, I, T, U, Y, csv, ec_lab, gamry
 
-from ilg_circuit.errors import InputError
 from ilg_circuit.identify import read_measurement
 from ilg_circuit.identify.spectrum_files import is_spectrum
 from ilg_circuit.record_files import read_record, read_waveform
@@ -101,23 +99,11 @@ def test_bad_files_are_one_line(text: str, said: str, run: Run) -> None:
 
 
 def test_damaged_files_end_in_a_record_or_one_line(tmp_path: Path) -> None:
-    path = tmp_path / "s.txt"
-    outcomes = {"read": 0, "refused": 0}
-    for seed in range(400):
-        path.write_bytes(damaged(seed, FORMATS))
-        begin = time.perf_counter()
-        said = ""
-        try:
-            is_spectrum(path)
-            found = read_measurement(path)
-        except InputError as error:
-            said = str(error)
-        outcomes["refused" if said else "read"] += 1
-        if said:
-            assert "\n" not in said, seed
-            assert len(said) < 1500, seed
-        else:
-            assert np.isfinite(found.current.values).all(), seed
-            assert (np.diff(found.current.time) > 0).all(), seed
-        assert time.perf_counter() - begin < 1, seed
+    def read(path: Path) -> None:
+        is_spectrum(path)
+        found = read_measurement(path)
+        assert np.isfinite(found.current.values).all()
+        assert (np.diff(found.current.time) > 0).all()
+
+    outcomes = read_or_refused(tmp_path / "s.txt", range(400), FORMATS, read)
     assert min(outcomes.values()) > 60, outcomes
