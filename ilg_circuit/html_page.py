@@ -6,24 +6,21 @@ put into these elsewhere; how it looks is here and in the template.
 
 from __future__ import annotations
 
-import base64
-import io
 import platform
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from .files import write_text
+from .html import png, versions
+from .html import render as render_template
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Points an inch of a picture: sharp on screens of twice the usual density, and in print.
 _SHARPNESS = 170
-_PACKAGES = ("ilg-circuit", "PySpice", "numpy", "scipy", "lmfit")
 
 
 @dataclass(frozen=True)
@@ -91,21 +88,14 @@ def write_page(page: Page, path: str | Path) -> None:
 
 def render(page: Page) -> str:
     """The page's text: pictures are in it, nothing is loaded from elsewhere."""
-    from jinja2 import Environment
-
-    template = (files(__package__) / "page.html.j2").read_text(encoding="utf-8")
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
-    return environment.from_string(template).render(page=page)
+    return render_template(Path(__file__).with_name("page.html.j2"), {"page": page})
 
 
 def picture(figure: Figure, about: str) -> Picture:
     """A figure as a block."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=_SHARPNESS)
-    return Picture(base64.b64encode(buffer.getvalue()).decode("ascii"), about)
+    return Picture(png(figure, _SHARPNESS), about)
 
 
-def repetition(command: str, versions: Iterable[str] = ()) -> Section:
-    """The command that makes this again, and with what; ``versions`` of programs besides Python's packages."""
-    programs = [f"Python {platform.python_version()}", *(f"{name} {version(name)}" for name in _PACKAGES), *versions]
-    return Section("To repeat this", [Listing(command), Prose(", ".join(programs) + ", " + platform.platform())])
+def repetition(command: str, programs: Iterable[str] = ()) -> Section:
+    """The command that makes this again, and with what; ``programs`` besides Python's packages, with versions."""
+    return Section("To repeat this", [Listing(command), Prose(", ".join([versions(), *programs, platform.platform()]))])

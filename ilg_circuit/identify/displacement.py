@@ -154,7 +154,7 @@ class _Problem:
         return best
 
     def _first_that_fits(self, end: float, nuisances: Sequence[tuple[bool, bool]]) -> _Attempt:
-        """The fit with the first of (offset, drift) that leads to one: a drift may hide d(s) unless it has its own term.
+        """The fit with the first of (offset, drift) that leads to one: a drift may hide d(s) unless it has a term.
 
         Raises what the last one raises.
         """
