@@ -53,7 +53,9 @@ def clipped_tops(t: Array, current: Array, drive: PiecewiseLinear, noise: float)
         if top <= _TOP * float(np.abs(v).max()):
             continue
         found = np.zeros(len(t), dtype=bool)
-        for same in (1e-9 * top, _SAME * noise):  # readings that are equal, or alike
+        for same in (1e-9 * top, _SAME * noise):  # readings that are equal; where none are, those that are alike
+            if found.any():
+                break
             grain = max(same, resolution)
             for a, b in _runs(v >= top - same):
                 if b - a >= _CLIPPED and _breaks_off(t, v, u, a, b, grain):
