@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from .identify.comparison import Compared
     from .impedance import Impedance
     from .response import Response
     from .sensing import Sensed
@@ -64,10 +66,16 @@ def save(figure: Figure, path: str | Path) -> None:
         figure.savefig(temporary, format=target.suffix[1:].lower())
 
 
-def plot_response(response: Response, path: str | Path, stderr: dict[str, Array] | None = None) -> None:
+def plot_response(
+    response: Response,
+    path: str | Path,
+    stderr: dict[str, Array] | None = None,
+    measured: Sequence[Compared] = (),
+) -> None:
     """Current, charge, displacement, force (where they move) and energy over time, the drive beneath.
 
-    With standard errors ``stderr`` the 95 % band of the fit that the strip comes from.
+    With standard errors ``stderr`` the 95 % band of the fit that the strip comes from; what was ``measured`` as points
+    beside the prediction that was compared with it.
     """
     shown = [
         (name, unit)
@@ -75,16 +83,22 @@ def plot_response(response: Response, path: str | Path, stderr: dict[str, Array]
         if np.nanmax(np.abs(getattr(response, name)), initial=0.0) > 0
     ]
     figure, axes = new_figure(len(shown) + 1, [1.5] * len(shown) + [1.0])
+    beside = {part.quantity: part for part in measured}
     for panel, (name, unit) in zip(axes, shown, strict=False):
         values = getattr(response, name)
         factor, label = engineering(values, unit)
-        panel.plot(response.time, factor * values, color=BLUE, linewidth=1.4)
-        if stderr and name in stderr:
-            half = 1.96 * stderr[name]
+        time, error, title = response.time, (stderr or {}).get(name), None
+        if name in beside:  # the prediction that was compared: its drive jumps where the record does
+            part = beside[name]
+            time, values, error, title = part.time, part.predicted, part.stderr, "predicted"
+            panel.plot(time, factor * part.measured, ".", color=GREY, markersize=2.5, label=f"measured, {part.source}")
+        panel.plot(time, factor * values, color=BLUE, linewidth=1.4, label=title)
+        if error is not None:
+            half = 1.96 * error
             edges = (factor * (values - half), factor * (values + half))
-            panel.fill_between(response.time, *edges, color=BLUE, alpha=0.25, linewidth=0, label="95 % band of the fit")
+            panel.fill_between(time, *edges, color=BLUE, alpha=0.25, linewidth=0, label="95 % band of the fit")
         panel.set_ylabel(f"{name} [{label}]")
-    if stderr:
+    if stderr or measured:
         axes[0].legend(frameon=False, fontsize=8)
     axes[-1].plot(response.time, response.voltage, color=ORANGE, linewidth=1.4)
     low, high = min(response.voltage.min(), 0.0), max(response.voltage.max(), 0.0)

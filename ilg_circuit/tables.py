@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
+from .text_files import read_text
 from .units import scale
 
 Array = NDArray[np.float64]
@@ -31,6 +32,8 @@ QUANTITIES: Quantities = {
 
 EXAMPLES = "time_s, voltage_V, current_mA, displacement_mm, force_N"
 
+#: No measurement is larger.
+MOST_BYTES = 300_000_000
 #: No reading in SI units is larger.
 _LARGEST = 1e30
 
@@ -43,12 +46,13 @@ _BRACKETED = re.compile(r"(.+?)\s*(?:\[(.+)\]|\((.+)\)|/\s*(\S+))")
 class Table:
     """Columns of a measurement in SI units, NaN where a cell was blank; ``time``, if any, ascends strictly.
 
-    ``ignored`` are the headers that were not understood and not needed.
+    ``ignored`` are the headers that were not understood and not needed, ``notes`` what a reader dropped, and why.
     """
 
     columns: dict[str, Array]
     source: str = "data"
     ignored: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = field(default=())
 
     @property
     def time(self) -> Array:
@@ -74,12 +78,7 @@ def read_table(
     decrease.
     """
     name = Path(path).name
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{name}: not a text file; export the measurement as CSV") from None
+    text = read_text(path, MOST_BYTES, "measurement")
     return parse_table(text, name, required, quantities=quantities, example=example)
 
 
@@ -123,16 +122,6 @@ def parse_table(
     if "time" in columns:
         _check_times(columns["time"], [number for number, _ in body], name)
     return Table(columns, name, tuple(ignored))
-
-
-def read_waveform(path: Path, quantity: str) -> tuple[Array, Array]:
-    """Times and values of one quantity, blanks left out. Raises InputError as `read_table`, or when it is all blank."""
-    table = read_table(path, ("time", quantity))
-    values = table.columns[quantity]
-    known = np.isfinite(values)
-    if not known.any():
-        raise InputError(f"{table.source}: the column for {quantity} has no number in it")
-    return table.time[known], values[known]
 
 
 def _tabbed(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:

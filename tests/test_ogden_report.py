@@ -6,6 +6,7 @@ import json
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -258,3 +259,14 @@ def test_command_refuses_in_one_line(run: Run, tmp_path: Path, arguments: tuple[
     assert err.startswith("ilg-circuit: ")
     assert hint in err
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_one_page_holds_all_of_it(run: Run) -> None:
+    code, _, err = run("--uniaxial", "uniaxial.csv", "--terms", "2", "--report", "r.html")
+    assert code == 0, err
+    page = Path("r.html").read_text(encoding="utf-8")
+    for name in ("mu_1", "alpha_2", "youngs_modulus", "mu_2_other_convention", "extrapolated"):
+        assert name in page
+    assert page.count("data:image/png;base64,") == 1
+    for line in err.splitlines():
+        assert escape(line.removeprefix("warning: "), quote=False) in page.replace("&#39;", "'").replace("&#34;", '"')

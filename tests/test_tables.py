@@ -12,7 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ilg_circuit.errors import InputError
-from ilg_circuit.tables import Table, read_table, read_waveform
+from ilg_circuit.record_files import read_waveform
+from ilg_circuit.tables import Table, read_table
 
 Reader = Callable[[str | bytes], Table]
 
@@ -217,7 +218,7 @@ def test_negative_times_are_fine(read: Reader) -> None:
         ("\n \n", "the file is empty"),
         ("# only\n# comments\n", "the file is empty"),
         ("time_s,voltage_V\n", "there is a header but no row"),
-        (b"\xff\xfe\x00t", "not a text file"),
+        (b"PK\x03\x04\x00\x00", "not a text file"),
         (b"time_s\x00,voltage_V\n0,1\n", "not a text file"),
         (b"PK\x03\x04\x14\x00\x06\x00", "not a text file"),
         ("0,1\n1,2\n", "no column for time: the first row holds numbers, not names; put a row of names above it"),

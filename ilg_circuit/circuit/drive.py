@@ -234,7 +234,7 @@ def parse_drive(text: str, duration: float, unit: str = "V") -> Drive:
         "square": (range(2, 4), lambda p: _square(p, duration, unit)),
     }
     if kind == "file" and rest:
-        from ..tables import read_waveform
+        from ..record_files import read_waveform
 
         times, values = read_waveform(Path(rest), "voltage" if unit == "V" else "displacement")
         return PiecewiseLinear(times, values, f"file {Path(rest).name}")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 from typing import Any
 
 import click
 
 from ..errors import InputError
+from .command_line import command_line
 from .progress import evaluation_counter
 
 _OUT = click.Path(path_type=Path)
@@ -71,9 +70,7 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
             raise InputError(f"--{name} is for several files fitted together, and there is one")
     held = resistance(electrode_resistance)
     if is_spectrum(data[0]):
-        if options["report"]:
-            raise InputError(f"'{data[0]}' is a spectrum: give it without --report")
-        chosen = {k: options[k] for k in ("intervals", "out", "json_path", "plot")}
+        chosen = {k: options[k] for k in ("intervals", "out", "json_path", "plot", "report")}
         identify_file(data[0], base, held, options["model"], **chosen)
         return
     measurement = read_measurement(data[0])
@@ -96,7 +93,7 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     if options["report"]:
         from ..identify.html_report import write_report
 
-        write_report(result, options["report"], shlex.join(["ilg-circuit", *sys.argv[1:]]))
+        write_report(result, options["report"], command_line())
     click.echo(table(result))
     for line in result.warnings:
         click.echo(f"warning: {line}", err=True)

@@ -11,6 +11,7 @@ import click
 
 from ..actuator import Actuator
 from ..errors import InputError
+from .command_line import command_line
 from .progress import evaluation_counter
 
 
@@ -29,8 +30,6 @@ def identify_together(
     from ..identify.joint_report import files, joint_table, plot_joint
     from ..identify.spectrum_files import is_spectrum
 
-    if options["report"]:
-        raise InputError("--report is for one file; several together have --json and --plot")
     spectra = [is_spectrum(path) for path in paths]
     bias = biases(paths, spectra, options["bias"])
     measurements = [
@@ -58,6 +57,10 @@ def identify_together(
         write_text(options["json_path"], json.dumps(result.to_json(), indent=2, allow_nan=False) + "\n")
     if options["plot"]:
         plot_joint(result, options["plot"])
+    if options["report"]:
+        from ..identify.html_report import write_report
+
+        write_report(result, options["report"], command_line())
     click.echo(joint_table(result))
     for line in result.warnings:
         click.echo(f"warning: {line}", err=True)

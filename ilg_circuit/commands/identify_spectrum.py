@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from ..actuator import Actuator
+from .command_line import command_line
 from .progress import evaluation_counter
 
 
@@ -20,6 +21,7 @@ def identify_file(
     out: Path | None,
     json_path: Path | None,
     plot: Path | None,
+    report: Path | None,
 ) -> None:
     """Fit the spectrum in ``data``, write what was asked for, print the table; Re ``held`` [ohm]."""
     from ..identify.spectrum_files import read_spectrum
@@ -37,6 +39,10 @@ def identify_file(
         write_spectrum_json(result, json_path)
     if plot:
         plot_spectrum(result, plot)
+    if report:
+        from ..identify.html_report import write_report
+
+        write_report(result, report, command_line())
     click.echo(spectrum_table(result))
     for line in result.warnings:
         click.echo(f"warning: {line}", err=True)

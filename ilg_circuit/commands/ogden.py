@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from ..errors import InputError
+from .command_line import command_line
 
 _PATH = click.Path(path_type=Path)
 
@@ -30,6 +31,7 @@ _PATH = click.Path(path_type=Path)
 @click.option("--at", type=float, multiple=True, help="Stretch to predict the stress at; may be repeated.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--plot", type=_PATH, help="Picture of data, fit and predictions (.png, .pdf, .svg).")
+@click.option("--report", type=_PATH, help="One HTML file with all of it.")
 @click.option("--actuator", help="Strip that --out gives the fitted Young's modulus: TOML file or preset.")
 @click.option("--out", type=_PATH, help="TOML file for that strip.")
 def ogden(
@@ -43,6 +45,7 @@ def ogden(
     at: tuple[float, ...],
     as_json: bool,
     plot: Path | None,
+    report: Path | None,
     actuator: str | None,
     out: Path | None,
 ) -> None:
@@ -64,11 +67,12 @@ def ogden(
     from ..hyperelastic.report import plot_characterisation, table, to_json, write_actuator
     from ..plots import require_picture
 
-    named = [*files.values(), *(path for path in (plot, out) if path)]
+    named = [*files.values(), *(path for path in (plot, report, out) if path)]
     if len({path.resolve() for path in named}) < len(named):
-        raise InputError("two of the tests, --plot and --out name the same file; give each its own")
-    if out:
-        require_writable(out)
+        raise InputError("two of the tests, --plot, --report and --out name the same file; give each its own")
+    for path in (out, report):
+        if path:
+            require_writable(path)
     if plot:
         require_picture(plot)
     base = load_actuator(actuator) if actuator else None
@@ -78,6 +82,10 @@ def ogden(
         write_actuator(result, base, out)
     if plot:
         plot_characterisation(result, plot)
+    if report:
+        from ..hyperelastic.html_report import write_report
+
+        write_report(result, report, command_line())
     click.echo(json.dumps(to_json(result), indent=2) if as_json else table(result))
     for line in result.warnings:
         click.echo(f"warning: {line}", err=True)

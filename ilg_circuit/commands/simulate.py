@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..errors import InputError
 from .progress import progress_bar
+
+if TYPE_CHECKING:
+    from ..actuator import Actuator
+    from ..identify.comparison import Compared
 
 _OUT = click.Path(path_type=Path)
 
@@ -30,10 +35,16 @@ _OUT = click.Path(path_type=Path)
 @click.option("--check", is_flag=True, help="Compare with the exact solver and the closed forms.")
 @click.option("--out", type=_OUT, help="CSV file to write.")
 @click.option("--band", is_flag=True, help="Standard errors from the fit that the actuator comes from.")
+@click.option(
+    "--compare", type=_OUT, help="Measured record to compare with.  [default: the drive's file, if it is one]"
+)
 @click.option("--with-energy", is_flag=True, help="Add a column energy_J to the CSV.")
 @click.option("--plot", type=_OUT, help="Picture to write (.png, .pdf, .svg).")
 def simulate(actuator: str, drive: str, duration: str, load_text: str | None, step: str | None, **options: Any) -> None:
-    """Drive a strip and write its current, displacement, force and charge over time."""
+    """Drive a strip and write its current, displacement, force and charge over time.
+
+    Where the drive is a file that holds a measured current (and displacement) too, the prediction is compared with it.
+    """
     from ..actuator_file import load_actuator
     from ..check import check, report, require_agreement
     from ..circuit.drive import parse_drive
@@ -60,18 +71,41 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, st
         from ..prediction import prediction_band
 
         stderr = prediction_band(strip, source, response.time, engine=options["engine"], **how).stderr
+    compared = _compared(strip, options, drive, seconds, how)
     if options["out"]:
         response.write_csv(options["out"], energy=options["with_energy"], stderr=stderr)
     if options["plot"]:
-        plot_response(response, options["plot"], stderr)
+        plot_response(response, options["plot"], stderr, compared)
     click.echo(f"{response.netlist.title}: {source.text}, {seconds:g} s, {len(times)} samples")
     click.echo(response.summary())
     click.echo(response.account.summary())
     if response.engine == "ngspice":
         click.echo(f"solved by ngspice, estimated error {response.error:.1e} of each maximum")
+    for part in compared:
+        click.echo(part.line())
     for line in response.warnings:
         click.echo(f"warning: {line}", err=True)
     if options["check"]:
         differences = check(response, **how)
         click.echo(report(differences))
         require_agreement(differences)
+
+
+def _compared(
+    strip: Actuator, options: dict[str, Any], drive: str, seconds: float, how: dict[str, Any]
+) -> tuple[Compared, ...]:
+    """The prediction beside what was measured, where the drive's file is a record with a current."""
+    from ..identify.comparison import compare
+    from ..identify.measurement import prepare
+    from ..record_files import read_record
+
+    if not drive.startswith("file:"):
+        return ()
+    table = read_record(drive.removeprefix("file:"))
+    if table.get("current") is None:
+        return ()
+    try:
+        return compare(strip, prepare(table), until=seconds, band=options["band"], engine=options["engine"], **how)
+    except InputError as error:
+        click.echo(f"warning: not compared with what was measured: {error}", err=True)
+        return ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from ..units import format_quantity
 from .analysis import Characterisation, Prediction, absurd_from, whole_range
 from .fit import HyperelasticFit, describe
 from .material import CONVENTION, MODES, OTHER_CONVENTION
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _COLOURS = {"uniaxial": BLUE, "equibiaxial": ORANGE, "planar": "#2e8b57"}
 _MARKERS = {"uniaxial": "o", "equibiaxial": "s", "planar": "^"}
@@ -233,6 +236,11 @@ def write_actuator(result: Characterisation, base: Actuator, path: str | Path) -
 
 
 def plot_characterisation(result: Characterisation, path: str | Path) -> None:
+    """Write `characterisation_figure` as a picture."""
+    save(characterisation_figure(result), path)
+
+
+def characterisation_figure(result: Characterisation) -> Figure:
     """Readings, fit (solid where there are readings, dashed elsewhere), other loads dashed, residuals beneath."""
     fit = result.fit
     low, high = whole_range(fit.tests)
@@ -275,7 +283,7 @@ def plot_characterisation(result: Characterisation, path: str | Path) -> None:
     lower.set_ylabel(f"data - fit [{unit}]")
     lower.set_xlabel("stretch [1]")
     figure.align_ylabels([upper, lower])
-    save(figure, path)
+    return figure
 
 
 def _finite(value: float) -> float | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -185,17 +185,25 @@ class _Problem:
         end = richest.end
         # where the rest was measured its uncertainty belongs into the intervals
         measured_rest = bool(self.channel.rest.any())
-        try:
-            best = self._fit(end, offset=measured_rest, drift=False)
-        except (InputError, SolveError):
-            best = self._fit(end, offset=True, drift=False)
-        best = self._better(best, partial(self._fit, end, offset=best.offset, drift=False, like=best))
+        best = self._first_that_fits(end, ((measured_rest, False), (True, False), (True, True)))
+        best = self._better(best, partial(self._fit, end, offset=best.offset, drift=best.drift, like=best))
         for drift in (False, True):
             like = best if best.beam == "dynamic" else None
             best = self._better(best, partial(self._fit, end, offset=True, drift=drift, like=like))
             if richest.described and not best.described and drift:
                 best = self._fit(end, offset=True, drift=True, like=like)
         return best
+
+    def _first_that_fits(self, end: float, nuisances: Sequence[tuple[bool, bool]]) -> _Attempt:
+        """The fit with the first of (offset, drift) that leads to one: a drift may hide d(s) unless it has a term.
+
+        Raises what the last one raises.
+        """
+        for offset, drift in nuisances[:-1]:
+            with suppress(InputError, SolveError):
+                return self._fit(end, offset=offset, drift=drift)
+        offset, drift = nuisances[-1]
+        return self._fit(end, offset=offset, drift=drift)
 
     def _better(self, simple: _Attempt, make_rival: Callable[[], _Attempt]) -> _Attempt:
         try:
@@ -304,6 +312,9 @@ class _Problem:
             found.append("d(s) does not describe the displacement: its residuals are more than noise at any length")
         if best.sign < 0:
             found.append("the displacement falls as the voltage rises: its axis was taken to point away from the anode")
+        if best.drift:
+            rate = format_quantity(float(best.fit.nuisance[-1]), "m", 3)
+            found.append(f"the displacement drifts by {rate} a second: fitted as a straight line beside d(s)")
         if best.beam == "dynamic":
             found.append("the displacement shows the beam's inertia: E, density, damping are the actuator's")
         uneasy = max(_OVER_NOISE * noise_level(self.channel.values), _NEGLIGIBLE * float(np.ptp(self.channel.values)))

@@ -19,10 +19,12 @@ from ..units import format_quantity
 from .bootstrap import block_bootstrap, correlated
 from .current import CurrentFit, fit_current
 from .displacement import DisplacementFit, fit_displacement
+from .displacement_figures import DisplacementFigures, displacement_figures
 from .intervals import require_method, uncertainties
 from .least_squares import Fit
 from .measurement import Measurement
 from .parameter import Parameter
+from .residuals import ResidualWindow, residual_windows
 from .selection import Candidate, choose, scouting_engine, single
 
 Array = NDArray[np.float64]
@@ -52,8 +54,24 @@ class Identification:
     engine: str
     candidates: tuple[Candidate, ...] = field(default=())
 
+    @property
+    def figures(self) -> DisplacementFigures | None:
+        """Peak, overshoot, settling, back-relaxation; None without a displacement or a constant voltage at first."""
+        return displacement_figures(self.displacement, self.measurement.drive) if self.displacement else None
+
+    @property
+    def residual_windows(self) -> dict[str, tuple[ResidualWindow, ...]]:
+        """Of current [A] and displacement [m], the latter as far as it was fitted."""
+        last = float(self.current.time[-1])
+        windows = {"current": residual_windows(self.current.time, self.current.fit.residuals, last)}
+        if self.displacement is not None:
+            t = self.displacement.channel.until(self.displacement.window).time
+            windows["displacement"] = residual_windows(t, self.displacement.fit.residuals, last)
+        return windows
+
     def to_json(self) -> dict[str, Any]:
         """The contract's fit.json: model, parameters, derived, statistics, correlations, warnings."""
+        figures = self.figures
         return {
             "model": self.model,
             "source": self.measurement.source,
@@ -61,6 +79,8 @@ class Identification:
             "parameters": {name: p.to_json() for name, p in self.parameters.items()},
             "derived": {name: p.to_json() for name, p in self.derived.items()},
             "statistics": self.statistics,
+            "residual_windows": {name: [w.to_json() for w in rows] for name, rows in self.residual_windows.items()},
+            "displacement": {"figures": figures.to_json() if figures else None},
             "correlations": self.correlations,
             "candidates": [c.to_json() for c in self.candidates],
             "warnings": list(self.warnings),

@@ -58,9 +58,14 @@ def comparison(result: JointFit) -> list[str]:
         predicted = "-" if r.predicted is None else f"{r.predicted / r.size:.2%}"
         shares = f"{r.own / r.size:>10.2%}{r.joint / r.size:>10.2%}{predicted:>18}"
         lines.append(f"{r.source:<{wide}}{r.quantity:<14}{format_quantity(r.voltage, 'V', 4):>10}{shares}")
-    lines.append("(rms of residuals over: peak current; abs(Z); span of the displacement)")
+    return [*lines, *(f"({note})" for note in comparison_notes(result))]
+
+
+def comparison_notes(result: JointFit) -> list[str]:
+    """What is to be said of the comparison: what rms is relative to, what own fits and predictions are."""
+    lines = ["rms of residuals over: peak current; abs(Z); span of the displacement"]
     if result.own:
-        lines.append("(what is own to each record is predicted as the geometric mean of the others)")
+        lines.append("what is own to each record is predicted as the geometric mean of the others")
     simpler = [f"{r.source} by {r.own_model}" for r in result.records if r.own_model not in (result.model, "d(s)")]
     if simpler:
         lines.append(f"own fits of what one data set holds by itself: {', '.join(simpler)}")

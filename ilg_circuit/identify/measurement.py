@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from ..circuit.drive import PiecewiseLinear
 from ..errors import InputError
-from ..tables import Table, read_table
+from ..record_files import read_record
+from ..tables import Table
 from ..units import format_quantity
+from .data_quality import clipped_tops, current_drift, dropouts, rest_drift
 
 Array = NDArray[np.float64]
 
@@ -34,8 +36,6 @@ _PARTS = 8
 _FEW = 10
 #: Below this part of the largest voltage the record counts as at rest.
 _REST = 0.05
-#: So many equal samples at the largest current are an instrument's limit, not a peak.
-_CLIPPED = 3
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,10 @@ class Channel:
     @property
     def rest(self) -> NDArray[np.bool_]:
         return np.asarray(self.time < 0)
+
+    def without(self, samples: NDArray[np.bool_]) -> Channel:
+        """The others than these (n,)."""
+        return Channel(self.time[~samples], self.values[~samples])
 
     def until(self, end: float) -> Channel:
         """The samples up to ``end`` [s]."""
@@ -76,8 +80,8 @@ class Measurement:
 
 
 def read_measurement(path: str | Path) -> Measurement:
-    """Read and prepare a CSV file; see `prepare`, and `ilg_circuit.tables.read_table` for the format."""
-    return prepare(read_table(path, ("time", "voltage", "current")))
+    """Read and prepare a record; see `prepare`, and `ilg_circuit.record_files.read_record` for the formats."""
+    return prepare(read_record(path, ("time", "voltage", "current")))
 
 
 def prepare(table: Table) -> Measurement:
@@ -85,7 +89,7 @@ def prepare(table: Table) -> Measurement:
 
     Raises InputError when nothing was excited: no step or other change of the voltage, or too few samples after it.
     """
-    name, notes = table.source, []
+    name, notes = table.source, list(table.notes)
     voltage = table.columns["voltage"]
     known = np.isfinite(voltage)
     if known.sum() < 2:
@@ -96,6 +100,8 @@ def prepare(table: Table) -> Measurement:
     if not _is_jump(u, first) and first:
         onset = float(time[first - 1])
         first -= 1
+    if len(u) - first < 2:
+        raise InputError(f"{name}: the voltage changes at the last reading only; nothing was recorded after it")
     drive, smoothed = _drive(time[first:] - onset, u[first:])
     if smoothed > 1e-9 * float(np.abs(u).max()):
         noise = format_quantity(smoothed, "V", 2)
@@ -103,21 +109,24 @@ def prepare(table: Table) -> Measurement:
     current = _channel(table, "current", onset)
     if current is None:
         raise InputError(f"{name}: the current column has no number in it")
-    current, clipped = _without_clipping(current)
-    if clipped:
-        notes.append(clipped)
+    at_limit, told = clipped_tops(current.time, current.values, drive, noise_level(current.values))
+    current = current.without(at_limit)
+    notes += told
     count = int((~current.rest).sum())
     if count < 10:
         raise InputError(f"{name}: {count} current samples after the onset at {onset:g} s; 10 are needed")
     _require_response(current, drive, name)
-    displacement = _channel(table, "displacement", onset)
+    step = _step_height(drive)
+    if step is not None:
+        notes += current_drift(current.time, current.values, step)
+    displacement = _displacement(table, onset, notes)
     if displacement is not None and (~displacement.rest).sum() < 20:
         notes.append("fewer than 20 displacement samples after the onset: no displacement fit")
         displacement = None
     unknown = [title for title in table.ignored if title]
     if unknown:
         notes.append(f"columns not understood and left out: {', '.join(unknown)}")
-    return Measurement(name, onset, drive, _step_height(drive), current, displacement, tuple(notes))
+    return Measurement(name, onset, drive, step, current, displacement, tuple(notes))
 
 
 def noise_level(values: Array) -> float:
@@ -283,22 +292,15 @@ def _channel(table: Table, quantity: str, onset: float) -> Channel | None:
     return Channel(table.time[known] - onset, values[known])
 
 
-def _without_clipping(current: Channel) -> tuple[Channel, str]:
-    """Drop samples that stand at the instrument's limit: a flat top at the largest current of the record."""
-    size = np.abs(current.values)
-    at_limit = size >= size.max() * (1 - 1e-9)
-    padded = np.diff(np.r_[0, at_limit.astype(int), 0])
-    starts, stops = np.flatnonzero(padded == 1), np.flatnonzero(padded == -1)
-    runs = [(a, b) for a, b in zip(starts, stops, strict=True) if b - a >= _CLIPPED]
-    dropped = sum(b - a for a, b in runs)
-    if not runs or dropped > len(size) // 2:
-        return current, ""
-    keep = np.ones(len(size), dtype=bool)
-    for a, b in runs:
-        keep[a:b] = False
-    limit = format_quantity(float(size.max()), "A", 4)
-    note = f"current is clipped at {limit}: {dropped} samples at the instrument's limit were left out"
-    return Channel(current.time[keep], current.values[keep]), note
+def _displacement(table: Table, onset: float, notes: list[str]) -> Channel | None:
+    """The displacement without its drop-outs, which ``notes`` are told of."""
+    values = table.get("displacement")
+    if values is None:
+        return None
+    gone, told = dropouts(values, "displacement", "m")
+    channel = Channel(table.time[~gone] - onset, values[~gone])
+    notes += [*told, *rest_drift(channel.time, channel.values, "displacement", "m")]
+    return channel
 
 
 def _require_response(current: Channel, drive: PiecewiseLinear, name: str) -> None:

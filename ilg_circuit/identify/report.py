@@ -52,7 +52,37 @@ def table(result: Identification) -> str:
     strong = [f"{pair}: {value:+.3f}" for pair, value in result.correlations.items() if abs(value) > 0.9]
     if strong:
         lines.append(f"correlations beyond 0.9: {'; '.join(strong)}")
+    lines += ["", *_windows(result)]
+    figures = result.figures
+    if figures is not None:
+        lines += ["", *figures.lines()]
     return "\n".join(lines)
+
+
+def _windows(result: Identification) -> list[str]:
+    """The residuals' rms by windows of time."""
+    windows = result.residual_windows
+    sizes = residual_sizes(result)
+    lines = [
+        f"{'residuals since the onset':<28}"
+        + "".join(f"{name + ', rms':>20}{'of ' + of:>11}{'n':>7}" for name, (_, of, _) in sizes.items())
+    ]
+    moved = {w.start: w for w in windows.get("displacement", ())}
+    for w in windows["current"]:
+        row = f"{format_quantity(w.start, 's', 3) + ' to ' + format_quantity(w.end, 's', 3):<28}"
+        for name, (size, _, unit) in sizes.items():
+            part = w if name == "current" else moved.get(w.start)
+            row += f"{_text(part.rms, unit, 3):>20}{part.rms / size:>11.2%}{part.count:>7}" if part else ""
+        lines.append(row)
+    return lines
+
+
+def residual_sizes(result: Identification) -> dict[str, tuple[float, str, str]]:
+    """What residuals are compared with: the size, its name, the unit, of each quantity that was fitted."""
+    sizes = {"current": (float(np.abs(result.current.data).max()), "peak", "A")}
+    if result.displacement is not None:
+        sizes["displacement"] = (float(np.ptp(result.displacement.fitted)), "span", "m")
+    return sizes
 
 
 def headline(result: Identification) -> str:
@@ -96,6 +126,7 @@ def identification_figure(result: Identification) -> Figure:
     if moved is not None:
         channel = moved.channel
         _panels(axes[2], axes[3], channel.time, channel.values, moved.fitted, "displacement", "m", moved.window)
+        _annotate(axes[2], result)
     t = current.time[current.time >= 0]
     axes[-1].plot(t, m.drive.value(t), color=ORANGE, linewidth=1.2)
     axes[-1].set_ylabel("voltage [V]")
@@ -125,6 +156,28 @@ def _panels(
     lower.plot(t[inside], small * residuals, ".", color=GREY, markersize=2)
     lower.axhline(0.0, color=BLUE, linewidth=0.8)
     lower.set_ylabel(f"residual [{small_label}]")
+
+
+def _annotate(panel: Any, result: Identification) -> None:
+    """Mark the displacement's measured peak and say what the model makes of it."""
+    figures, moved = result.figures, result.displacement
+    if figures is None or moved is None:
+        return
+    measured, model = ({row[0]: row[k] for row in figures.rows()} for k in (1, 2))
+
+    def told(text: dict[str, str]) -> str:
+        if figures.peak is None:
+            return text["final value"]
+        return f"{text['peak']} at {text['time of the peak']}, {text['overshoot']} over the final value"
+
+    what = "peak" if figures.peak is not None else "final value"
+    panel.set_title(f"{what} {told(measured)}; model {told(model)}", fontsize=8, loc="left")
+    if figures.peak is not None:
+        at, height = figures.peak
+        factor, _ = engineering(moved.channel.values, "m")
+        position = moved.rest + (moved.drift or 0.0) * at + moved.sign * height
+        panel.plot(at, factor * position, "v" if moved.sign > 0 else "^", color=ORANGE, markersize=5, label="peak")
+        panel.legend(frameon=False, fontsize=8)
 
 
 def _row(name: str, p: Parameter) -> str:

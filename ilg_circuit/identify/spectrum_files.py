@@ -16,7 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..ladder import ComplexArray
+from ..record_files import gamry_rows, is_gamry, is_gamry_record
 from ..tables import Quantities, parse_table
+from ..text_files import read_text
 from ..units import format_quantity
 from .measurement import noise_level
 
@@ -71,7 +73,7 @@ def read_spectrum(path: str | Path) -> Spectrum:
     Raises InputError, naming file and line where it can, for whatever holds no spectrum.
     """
     name = Path(path).name
-    text = _text(Path(path))
+    text = read_text(path, _MOST_BYTES, "spectrum")
     frequency, z = _numbers(text, name)
     return prepare_spectrum(frequency, z, name)
 
@@ -79,12 +81,13 @@ def read_spectrum(path: str | Path) -> Spectrum:
 def is_spectrum(path: str | Path) -> bool:
     """Whether a file holds a spectrum rather than a record over time; False for what cannot be read."""
     try:
-        text = _text(Path(path))
+        text = read_text(path, _MOST_BYTES, "spectrum")
     except InputError:
         return False
-    lines = text.splitlines()[:_PREAMBLE]
-    if _is_gamry(lines) or _is_zplot(lines):
-        return True
+    whole = text.splitlines()
+    lines = whole[:_PREAMBLE]
+    if is_gamry(whole) or _is_zplot(lines):
+        return not is_gamry_record(whole)
     start = _header(lines)
     if start is not None:  # a record over time may have a column of the drive's frequency
         return not _RECORD.search(lines[start]) or bool(_REAL_PART.search(lines[start]))
@@ -170,28 +173,6 @@ def _counted(count: int) -> str:
     return f"{count} point{'s' * (count != 1)}"
 
 
-def _text(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            raw = file.read(_MOST_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
-    except ValueError:
-        raise InputError(f"cannot read '{path}': no such file") from None
-    if len(raw) > _MOST_BYTES:
-        raise InputError(f"{path.name}: larger than {_MOST_BYTES // 1_000_000} MB; that is no spectrum")
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        text = raw.decode("utf-16", errors="replace")
-    else:
-        try:
-            text = raw.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = raw.decode("latin-1")  # instruments write the micro sign so
-    if "\0" in text:
-        raise InputError(f"{path.name}: not a text file; export the spectrum as text")
-    return text
-
-
 def _numbers(text: str, name: str) -> tuple[Array, ComplexArray]:
     """Frequency [Hz] and impedance [ohm] of the file, in its order, NaN for blanks."""
     lines = text.splitlines()
@@ -199,7 +180,7 @@ def _numbers(text: str, name: str) -> tuple[Array, ComplexArray]:
         raise InputError(f"{name}: {len(lines)} lines; that is no spectrum")
     if not any(line.strip() for line in lines):
         raise InputError(f"{name}: the file is empty; a spectrum has columns such as {EXAMPLE}")
-    if _is_gamry(lines):
+    if is_gamry(lines):
         return _gamry(lines, name)
     if _is_zplot(lines):
         return _zplot(lines, name)
@@ -207,10 +188,6 @@ def _numbers(text: str, name: str) -> tuple[Array, ComplexArray]:
     if start is not None:
         return _table(lines, start, name)
     return _headerless(lines, name)
-
-
-def _is_gamry(lines: list[str]) -> bool:
-    return lines[:1] == ["EXPLAIN"] or any(re.match(r"ZCURVE\s+TABLE", line) for line in lines)
 
 
 def _is_zplot(lines: list[str]) -> bool:
@@ -247,13 +224,7 @@ def _gamry(lines: list[str], name: str) -> tuple[Array, ComplexArray]:
         raise InputError(f"{name}: a Gamry file without a ZCURVE table: it holds no impedance spectrum")
     header = [cell.strip().lower() for cell in lines[start + 1].split("\t")]
     places = _places(header, {"freq": "Freq", "zreal": "Zreal", "zimag": "Zimag"}, name)
-    rows = []
-    for k in range(start + 3, len(lines)):  # after names and units
-        if not lines[k].startswith(("\t", " ")):
-            break  # the next entry
-        if lines[k].strip():
-            rows.append((k + 1, lines[k].split("\t")))
-    return _picked(rows, places, name)
+    return _picked(gamry_rows(lines, start), places, name)
 
 
 def _zplot(lines: list[str], name: str) -> tuple[Array, ComplexArray]:

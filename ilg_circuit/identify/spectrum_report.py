@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +18,17 @@ from ..units import format_quantity
 from .report import _plus_minus, _row, _text, method_lines
 from .spectrum_identification import Candidate, SpectrumIdentification
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 Array = NDArray[np.float64]
 
 
 def spectrum_table(result: SpectrumIdentification) -> str:
     """The result for a terminal: the check, parameters with errors and intervals, statistics, the candidates."""
-    f, check, fit = result.spectrum.frequency, result.check, result.fit
-    low, high = (format_quantity(float(x), "Hz", 4) for x in (f[0], f[-1]))
+    check, fit = result.check, result.fit
     lines = [
-        f"{result.spectrum.source}: spectrum of {len(f)} points, {low} to {high}; model {result.model}, closed form",
+        spectrum_headline(result),
         f"Kramers-Kronig: residuals {check.rms:.2%} rms of abs(Z), {check.terms} time constants",
         "",
         f"{'parameter':<28}{'value':>16}{'standard error':>18}   95 % interval",
@@ -50,6 +52,13 @@ def spectrum_table(result: SpectrumIdentification) -> str:
     return "\n".join(lines)
 
 
+def spectrum_headline(result: SpectrumIdentification) -> str:
+    """What was measured, and the model."""
+    f = result.spectrum.frequency
+    low, high = (format_quantity(float(x), "Hz", 4) for x in (f[0], f[-1]))
+    return f"{result.spectrum.source}: spectrum of {len(f)} points, {low} to {high}; model {result.model}, closed form"
+
+
 def write_spectrum_json(result: SpectrumIdentification, path: str | Path) -> None:
     """Write fit.json, whole or not at all."""
     write_text(Path(path), json.dumps(result.to_json(), indent=2, allow_nan=False) + "\n")
@@ -68,6 +77,11 @@ def write_spectrum_actuator(result: SpectrumIdentification, path: str | Path) ->
 
 
 def plot_spectrum(result: SpectrumIdentification, path: str | Path) -> None:
+    """Write `spectrum_figure` as a picture."""
+    save(spectrum_figure(result), path)
+
+
+def spectrum_figure(result: SpectrumIdentification) -> Figure:
     """Bode plot, residuals of the fit and of the Kramers-Kronig check over frequency; Nyquist plots beside them."""
     from matplotlib.figure import Figure
 
@@ -96,7 +110,7 @@ def plot_spectrum(result: SpectrumIdentification, path: str | Path) -> None:
         panel.spines[["top", "right"]].set_visible(False)
     figure.align_ylabels([size, phase, misfit, check])
     figure.suptitle(f"{result.spectrum.source}: model {result.model}, {result.fit.relative_rms:.2%} rms", fontsize=10)
-    save(figure, path)
+    return figure
 
 
 def _candidate(c: Candidate, chosen: str) -> str:

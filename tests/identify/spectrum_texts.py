@@ -1,4 +1,4 @@
-"""One spectrum in every format that is read, as text, and seeded damage to it."""
+"""One spectrum in every format that is read, as text."""
 
 from __future__ import annotations
 
@@ -92,65 +92,3 @@ FORMATS: dict[str, Callable[[], str]] = {
     "zplot": zplot,
     "zplot old": lambda: zplot(comments=False),
 }
-
-_SCRAPS = (
-    b"\0",
-    b"nan",
-    b"inf",
-    b"-1e999",
-    b",,,,",
-    b"\t\t",
-    b"\r",
-    b"\xff\xfe",
-    b"1_0",
-    b"x" * 300,
-    b"-",
-    b"\n\n",
-    b"#",
-    b'"',
-    b";",
-    b"1e308",
-    b"ZCURVE\tTABLE\n",
-    b"freq/Hz\t",
-    b"9" * 400,
-)
-
-
-def damaged(seed: int) -> bytes:
-    """A good file with one to five things wrong: bytes, lines, columns lost, doubled, replaced, mixed."""
-    random = np.random.default_rng(seed)
-    names = tuple(FORMATS)
-    data = FORMATS[names[int(random.integers(len(names)))]]().encode("latin-1" if random.random() < 0.3 else "utf-8")
-    for _ in range(int(random.integers(1, 6))):
-        data = _damage(data, int(random.integers(9)), random)
-    return data
-
-
-def _damage(data: bytes, how: int, random: np.random.Generator) -> bytes:
-    if not data:
-        return data
-    a, b = sorted(int(k) for k in random.integers(0, len(data) + 1, 2))
-    lines = data.split(b"\n")
-    j, k = (int(x) for x in random.integers(0, len(lines), 2))
-    scrap = _SCRAPS[int(random.integers(len(_SCRAPS)))]
-    if how == 0:
-        return data[:a]
-    if how == 1:
-        return data[:a] + data[b:]
-    if how == 2:
-        return data[:a] + scrap + data[a:]
-    if how == 3:
-        return data[:a] + bytes(random.integers(0, 256, 4).astype(np.uint8)) + data[a + 4 :]
-    if how == 4:
-        lines[j], lines[k] = lines[k], lines[j]
-    elif how == 5:
-        lines[j : j + 1] = [lines[j]] * int(random.integers(2, 40))
-    elif how == 6:
-        del lines[min(j, k) : max(j, k)]
-    elif how == 7:
-        cells = lines[j].split(b"\t" if b"\t" in lines[j] else b",")
-        cells[int(random.integers(len(cells)))] = scrap
-        lines[j] = b",".join(cells)
-    else:
-        return data.replace(*((b"\t", b",") if random.random() < 0.5 else (b"E", b"e-")))
-    return b"\n".join(lines)

@@ -73,6 +73,16 @@ def test_the_dynamic_beam_is_told_from_the_static_one(voltage: float) -> None:
     assert any("inertia" in w for w in found.warnings)
 
 
+@pytest.mark.parametrize("drift", [3e-6, -3e-6])
+@pytest.mark.parametrize("voltage", [4.0, -4.0])
+def test_a_drift_as_large_as_a_quarter_of_the_answer_is_told(drift: float, voltage: float) -> None:
+    r = record(step(voltage), 300.0, 301, rest=30, displacement=True, noise=NOISE, drift=drift, rest_position=7e-3)
+    found = fitted(r, engine="exact")
+    assert found.drift == pytest.approx(drift, rel=0.03)
+    assert_recovered(found, PAPER)
+    assert any("drifts by" in w and "a second" in w for w in found.warnings)
+
+
 def test_a_stiff_beam_needs_no_inertia() -> None:
     found = fitted(record(step(), 300.0, 301, strip=STIFF, beam="dynamic", rest=20, displacement=True, noise=1e-3))
     assert found.beam == "static"

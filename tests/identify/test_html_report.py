@@ -9,9 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import Run
+from spectrum_texts import csv
 
 from ilg_circuit.identify import Identification
-from ilg_circuit.identify.html_report import autocorrelations, html, residual_windows, write_report
+from ilg_circuit.identify.html_report import html, write_report
+from ilg_circuit.identify.residuals import autocorrelations, residual_windows
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +42,27 @@ def test_it_needs_nothing_else(page: str) -> None:
     assert not re.search(r"<script|<link|https?://", page)
 
 
+def test_a_spectrum_has_one_too(run: Run) -> None:
+    Path("s.csv").write_text(csv())
+    outcome = run("identify", "s.csv", "--report", "s.html")
+    assert outcome.code == 0, outcome.err
+    page = Path("s.html").read_text(encoding="utf-8")
+    assert "Kramers-Kronig check" in page
+    assert "No point breaks the relations" in page
+    for name in ("dc_resistance", "resistance_2", "BIC above the best", "relative_rms", "[geometry]", "Rdc drive 0"):
+        assert name in page
+    assert page.count("data:image/png;base64,") == 2
+    assert not re.search(r"<script|<link|https?://", page)
+
+
+def test_it_shows_the_figures_of_the_displacement(page: str, step_fit: Identification) -> None:
+    figures = step_fit.figures
+    assert figures is not None
+    for row in figures.rows():
+        for cell in row:
+            assert f">{cell}</td>" in page
+
+
 def test_a_name_is_text_and_no_markup(step_fit: Identification) -> None:
     measurement = replace(step_fit.measurement, source="<script>alert(1)</script>.csv")
     assert "<script>" not in html(replace(step_fit, measurement=measurement), "")
@@ -52,10 +76,18 @@ def test_it_is_written_whole(step_fit: Identification, tmp_path: Path, page: str
 
 
 def test_windows_cover_all_residuals(step_fit: Identification) -> None:
-    rows = residual_windows(step_fit)
+    rows = step_fit.residual_windows["current"]
     residuals = step_fit.current.fit.residuals[step_fit.current.time >= 0]
-    assert sum(count for _, _, count, _ in rows) == len(residuals)
-    assert sum(count * rms**2 for _, _, count, rms in rows) == pytest.approx(float((residuals**2).sum()))
+    assert sum(w.count for w in rows) == len(residuals)
+    assert sum(w.count * w.rms**2 for w in rows) == pytest.approx(float((residuals**2).sum()))
+
+
+def test_windows_are_even_in_logarithm() -> None:
+    time = np.concatenate([[-1.0], np.geomspace(1e-3, 10.0, 4001)])
+    rows = residual_windows(time, time, 10.0)
+    assert [w.end for w in rows] == pytest.approx([10 ** (k / 2) * 1e-2 for k in range(7)], rel=1e-12)
+    assert [w.start for w in rows[1:]] == [w.end for w in rows[:-1]]
+    assert rows[0].start == 0.0
 
 
 def test_autocorrelation_of_noise_and_of_a_sine() -> None:

@@ -17,6 +17,7 @@ from ilg_circuit.cli import main
 from ilg_circuit.elements import lumped_elements
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify import identify
+from ilg_circuit.identify.html_report import html
 from ilg_circuit.identify.joint import JointFit, fit_jointly
 from ilg_circuit.identify.joint_report import joint_table
 from ilg_circuit.prediction import prediction_band
@@ -114,11 +115,6 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     value = content["parameters"]["dc_resistance"]["value"]
     assert np.isfinite(value)
     assert lumped_elements(load_actuator(out)).dc_resistance == pytest.approx(value)
-
-
-def test_a_report_is_for_one_file(run: Run, tmp_path: Path) -> None:
-    files = [str(r.write(tmp_path / f"{k}.csv")) for k, r in enumerate(records(PAPER, (4.0, 2.0)))]
-    assert_one_line(run("identify", *files, "--model", "rc", "--report", "r.html"), "--report is for one file")
 
 
 @pytest.mark.parametrize(
@@ -242,3 +238,15 @@ def test_re_that_is_not_there_is_held_at_zero_and_said() -> None:
     assert any("electrode resistance is not determined" in w for w in found.warnings)
     assert found.parameters["emission_voltage"].value == pytest.approx(0.8, abs=0.04)
     assert all(r.predicted is None and "the others are all at one voltage" in r.unforeseen for r in found.records)
+
+
+def test_the_report_shows_every_record(linear: JointFit) -> None:
+    page = html(linear, "ilg-circuit identify a.csv b.csv --model rc")
+    for name in linear.parameters:
+        assert name in page
+    for r in linear.records:
+        assert f"<td>{r.source}</td>" in page
+        assert f"{r.joint / r.size:.2%}" in page
+    assert "from the others" in page
+    assert "ilg-circuit identify a.csv b.csv --model rc" in page
+    assert page.count("data:image/png;base64,") == 2

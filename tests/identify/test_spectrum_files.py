@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from spectrum_texts import FORMATS, F, Z, bare, csv, damaged, ec_lab
+from damage import read_or_refused
+from spectrum_texts import FORMATS, F, Z, bare, csv, ec_lab
 
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify.kramers_kronig import kramers_kronig
@@ -155,26 +156,15 @@ def test_records_over_time_are_no_spectra(tmp_path: Path) -> None:
 
 def test_damaged_files_end_in_a_spectrum_or_one_line(tmp_path: Path) -> None:
     """Warnings are errors here, so an overflow on the way counts as a failure too."""
-    path = tmp_path / "s.txt"
-    outcomes = {"read": 0, "refused": 0}
-    for seed in range(400):
-        path.write_bytes(damaged(seed))
-        begin = time.perf_counter()
+
+    def read(path: Path) -> None:
         is_spectrum(path)
-        said = ""
-        try:
-            found = read_spectrum(path)
-        except InputError as error:
-            said = str(error)
-        outcomes["refused" if said else "read"] += 1
-        if said:
-            assert "\n" not in said, seed
-            assert len(said) < 1500, seed
-        else:
-            assert np.isfinite(found.impedance).all(), seed
-            assert (np.diff(found.frequency) > 0).all(), seed
-            kramers_kronig(found)
-        assert time.perf_counter() - begin < 1, seed
+        found = read_spectrum(path)
+        assert np.isfinite(found.impedance).all()
+        assert (np.diff(found.frequency) > 0).all()
+        kramers_kronig(found)
+
+    outcomes = read_or_refused(tmp_path / "s.txt", range(400), FORMATS, read)
     assert min(outcomes.values()) > 80, outcomes
 
 

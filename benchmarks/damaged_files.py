@@ -1,0 +1,72 @@
+"""Ten thousand damaged files of every format that is read: only this package's own errors, none slower than a second.
+
+    python benchmarks/damaged_files.py [COUNT]
+
+A good file gets one to five things wrong (bytes, lines, cells lost, doubled, replaced; seeded), is written, looked at
+and read as the command line would. Exits with 1 where anything else than a result or a one-line InputError comes of it.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+import warnings
+from collections import Counter
+from pathlib import Path
+
+TESTS = Path(__file__).parents[1] / "tests" / "identify"
+SLOWEST = 1.0
+
+
+def main(count: int) -> int:
+    sys.path.insert(0, str(TESTS))
+    import record_texts
+    import spectrum_texts
+    from damage import damaged
+    from tqdm import tqdm
+
+    from ilg_circuit.errors import InputError
+    from ilg_circuit.hyperelastic import read_load_test
+    from ilg_circuit.identify import read_measurement
+    from ilg_circuit.identify.spectrum_files import is_spectrum, read_spectrum
+
+    load_test = {"load test": lambda: "stretch,stress_kPa\n" + "".join(f"{1 + k / 20},{k * 3.7}\n" for k in range(30))}
+    kinds = (
+        ("record", record_texts.FORMATS, read_measurement),
+        ("spectrum", spectrum_texts.FORMATS, read_spectrum),
+        ("load test", load_test, lambda path: read_load_test(path, "uniaxial")),
+    )
+    warnings.simplefilter("error")
+    outcomes: Counter[str] = Counter()
+    failures, slowest = [], 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "s.txt"
+        for _, formats, read in kinds:  # what is imported at first use is no file's fault
+            path.write_text(next(iter(formats.values()))(), encoding="utf-8")
+            read(path)
+        for seed in tqdm(range(count), disable=None):
+            kind, formats, read = kinds[(0, 0, 1, 1, 2)[seed % 5]]
+            path.write_bytes(damaged(seed, formats))
+            begin = time.perf_counter()
+            try:
+                is_spectrum(path)
+                read(path)
+                outcomes[f"{kind}: read"] += 1
+            except InputError as error:
+                outcomes[f"{kind}: refused"] += 1
+                if "\n" in str(error) or len(str(error)) > 1500:
+                    failures.append(f"seed {seed}, {kind}: not one line: {str(error)[:200]!r}")
+            except Exception as error:
+                failures.append(f"seed {seed}, {kind}: {type(error).__name__}: {error}")
+            taken = time.perf_counter() - begin
+            slowest = max(slowest, taken)
+            if taken > SLOWEST:
+                failures.append(f"seed {seed}, {kind}: {taken:.2f} s")
+    print(f"{count} damaged files: {dict(sorted(outcomes.items()))}; slowest {slowest:.2f} s")
+    print("\n".join(failures[:20]) or "only this package's own errors")
+    return bool(failures)
+
+
+if __name__ == "__main__":
+    sys.exit(main(int(sys.argv[1]) if len(sys.argv) > 1 else 10_000))

@@ -1,0 +1,139 @@
+"""A prediction beside a measurement: what a strip's model makes of a record's drive, and what the record shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..actuator import Actuator
+from ..circuit.strip import Load
+from ..errors import InputError
+from ..prediction import prediction_band
+from ..response import simulate
+from ..units import format_quantity
+from .measurement import Channel, Measurement, noise_level
+
+Array = NDArray[np.float64]
+
+_UNITS = {"current": "A", "displacement": "m"}
+_NORMAL_95 = 1.96
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One quantity at ``time`` [s] in the file's time: ``measured`` and ``predicted`` (n,), positive to the anode.
+
+    A displacement is counted from its rest; ``offset`` tells that there was none and the mean difference was taken off.
+    ``stderr`` (n,) is the prediction's, by the fit's covariance; ``noise`` the measurement's white noise.
+    """
+
+    source: str
+    quantity: str
+    time: Array
+    measured: Array
+    predicted: Array
+    stderr: Array | None
+    noise: float
+    reversed_axis: bool = False
+    offset: bool = False
+
+    @property
+    def rms(self) -> float:
+        return float(np.sqrt(np.mean((self.measured - self.predicted) ** 2)))
+
+    @property
+    def largest(self) -> float:
+        return float(np.abs(self.measured).max())
+
+    @property
+    def covered(self) -> float | None:
+        """Part of the samples within the 95 % band of prediction and noise together; None without a band."""
+        if self.stderr is None:
+            return None
+        limit = _NORMAL_95 * np.hypot(self.stderr, self.noise)
+        return float(np.mean(np.abs(self.measured - self.predicted) <= limit))
+
+    def line(self) -> str:
+        """The comparison in a line."""
+        unit = _UNITS[self.quantity]
+        told = f"{self.source}: {self.quantity} differs by {format_quantity(self.rms, unit, 3)} rms"
+        told += f" ({self.rms / self.largest:.2%} of its largest, {len(self.time)} samples)"
+        if self.covered is not None:
+            told += f", {self.covered:.0%} of them within the 95% band and the data's noise"
+        if self.reversed_axis:
+            told += "; its axis was taken to point away from the anode"
+        return told + ("; no rest was measured: the mean difference was taken off" if self.offset else "")
+
+
+def compare(
+    actuator: Actuator,
+    measurement: Measurement,
+    *,
+    until: float = np.inf,
+    band: bool = False,
+    tip: str = "free",
+    beam: str = "dynamic",
+    load: Load | None = None,
+    engine: str = "ngspice",
+) -> tuple[Compared, ...]:
+    """Current and displacement of a record, up to ``until`` [s] in its file's time, beside the strip's prediction.
+
+    The voltage is taken from the record as a fit does: jumps at the sample that shows them, noise off its levels.
+    Raises InputError where nothing of the record lies before ``until``, and what `simulate` and `prediction_band` do.
+    """
+    channels = {"current": measurement.current}
+    if measurement.displacement is not None and tip == "free" and actuator.coupling is not None:
+        channels["displacement"] = measurement.displacement
+    parts = {name: _after(channel, until - measurement.onset) for name, channel in channels.items()}
+    parts = {name: part for name, part in parts.items() if len(part.time)}
+    if not parts:
+        raise InputError(
+            f"{measurement.source}: its excitation begins at {measurement.onset:g} s, the run ends at {until:g} s; "
+            "choose a longer --duration"
+        )
+    # the onset is the run's beginning, where the strip is at rest
+    times = np.unique(np.concatenate([[0.0], *(part.time for part in parts.values())]))
+    response = simulate(actuator, measurement.drive, times, tip=tip, beam=beam, load=load, engine=engine)
+    errors = {}
+    if band:
+        errors = prediction_band(
+            actuator, measurement.drive, times, tip=tip, beam=beam, load=load, engine=engine
+        ).stderr
+    found = []
+    for name, part in parts.items():
+        at = np.searchsorted(times, part.time)
+        predicted = getattr(response, name)[at]
+        measured, turned, offset = part.values, False, False
+        if name == "displacement":
+            measured, turned, offset = _positions(channels[name], part, predicted)
+        found.append(
+            Compared(
+                source=measurement.source,
+                quantity=name,
+                time=part.time + measurement.onset,
+                measured=measured,
+                predicted=predicted,
+                stderr=errors[name][at] if name in errors else None,
+                noise=noise_level(part.values),
+                reversed_axis=turned,
+                offset=offset,
+            )
+        )
+    return tuple(part for part in found if part.largest > 0)
+
+
+def _after(channel: Channel, end: float) -> Channel:
+    return channel.without(channel.rest | (channel.time > end))
+
+
+def _positions(channel: Channel, part: Channel, predicted: Array) -> tuple[Array, bool, bool]:
+    """Displacements counted from rest and positive to the anode; whether the axis was turned, the rest unknown."""
+    known = bool(channel.rest.any())
+    turned = float(np.cov(part.values, predicted)[0, 1]) < 0 if len(predicted) > 1 else False
+    values = -part.values if turned else part.values
+    if known:
+        rest = float(np.median(channel.values[channel.rest]))
+        return values - (-rest if turned else rest), turned, False
+    return values - float(np.mean(values - predicted)), turned, True
