@@ -1,6 +1,6 @@
 """Do the 95 % intervals of fits hold the truth 95 times in a hundred? Noisy data of known strips tell.
 
-python benchmarks/intervals.py [data sets a model, default 500] [models to do, default all]     writes INTERVALS.md
+python benchmarks/intervals.py [data sets a model, default 1000] [models to do, default all]     writes INTERVALS.md
 
 Spectra are fitted by `fit_spectrum`, steps and waveforms by `fit_current` with the exact engine, in whose place ngspice
 gives the same fit (the tests say so), each from all its starts.
@@ -139,7 +139,7 @@ def truth_of(model: str, case: Case) -> dict[str, float]:
 
 
 def main() -> None:
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 500
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
     chosen = sys.argv[2:]
     outside = []
     for group, (cases, trials) in GROUPS.items():
@@ -172,8 +172,8 @@ def _record(key: str, row: str) -> None:
 _HEAD = (
     "# Coverage of the 95 % intervals",
     "",
-    "Written by `python benchmarks/intervals.py`: per cent of the data sets in whose interval the truth lies. Of 500",
-    "sets an honest interval gives 93 to 97, by chance less or more once in twenty times.",
+    "Written by `python benchmarks/intervals.py`: per cent of the data sets in whose interval the truth lies. Of 1000",
+    "sets an honest interval gives 93 to 97, by chance less or more once in 250 times; of 500 once in 25.",
     "",
     "| data | model | sets | no fit | mean | each parameter |",
     "|---|---|---|---|---|---|",

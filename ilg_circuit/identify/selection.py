@@ -71,6 +71,9 @@ def choose(
 ) -> tuple[CurrentFit, tuple[Candidate, ...]]:
     """The best of `CANDIDATES`: of those that the data determine, the simplest within `EVIDENCE` of the best.
 
+    A model with a parameter that is not determined (see `identifiability`), or whose best fit was reached from one
+    start only, is not chosen, and its verdict says why.
+
     BIC counts independent samples: as many as the whitest residuals amount to. What could not be fitted though one pole
     is not enough is told in ``warnings``.
     """

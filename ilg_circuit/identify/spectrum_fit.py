@@ -110,13 +110,6 @@ class SpectrumFit:
         """Number of independent readings that the residuals amount to (AR(1) along the frequencies)."""
         return _independent(self.fit.residuals)
 
-    @property
-    def structured(self) -> bool:
-        """Whether neighbouring residuals are alike beyond chance."""
-        n = 2 * len(self.spectrum.frequency)
-        correlation = (n - self.independent) / (n + self.independent)
-        return bool(correlation > max(0.3, 3 / np.sqrt(n)))
-
 
 def fit_spectrum(
     spectrum: Spectrum,

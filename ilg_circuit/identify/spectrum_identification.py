@@ -17,7 +17,7 @@ from .identifiability import Identifiability, diagnose
 from .intervals import require_method, uncertainties
 from .kramers_kronig import KramersKronig, kramers_kronig
 from .parameter import Parameter
-from .residuals import information_criterion
+from .residuals import information_criterion, structured
 from .spectrum_files import Spectrum, read_spectrum
 from .spectrum_fit import SpectrumFit, Weighting, fit_spectrum, require_electrode_resistance
 
@@ -45,6 +45,7 @@ class Candidate:
             "parameters": fit.fit.count if fit else None,
             "relative_rms": fit.relative_rms if fit else None,
             "bic": self.bic if fit else None,
+            "identifiability": diagnose(fit.fit, fit.port.branches).to_json() if fit else None,
             "against": self.against,
         }
 
@@ -283,10 +284,10 @@ def _warnings(fit: SpectrumFit, check: KramersKronig, candidates: Sequence[Candi
             f"model {fit.model} leaves {fit.relative_rms:.2%} rms of abs(Z), the spectrum's own noise is "
             f"{check.rms:.2%}: the model is not all that is there"
         )
-    if fit.structured and fit.relative_rms > _NEGLIGIBLE:
+    if structured(fit.fit.residuals) and fit.relative_rms > _NEGLIGIBLE:
         found.append(
-            "residuals of neighbouring frequencies are alike: the standard errors, which take them as independent, are "
-            "too small"
+            "residuals of neighbouring frequencies are alike: standard errors that take them as independent are too "
+            "small, those of a block bootstrap are given"
         )
     if len(candidates) > 1 and all(c.against for c in candidates):
         found.append("no model is fully determined by this spectrum: the simplest that could be fitted is given")
