@@ -234,7 +234,9 @@ class _Work:
                 solved = exact_on_panels(batch.system, batch.drive, panels)
                 errors = np.zeros(len(batch.members))
             else:
-                waves = transient(batch.netlists, batch.drive, panels.points.ravel(), accuracy=self.accuracy)
+                waves = transient(
+                    batch.netlists, batch.drive, panels.points.ravel(), accuracy=self.accuracy, interpolate=False
+                )
                 solved = waves.values.reshape(*waves.values.shape[:2], *panels.points.shape)
                 errors = waves.errors.max(axis=1)
         except MissingLibraryError:

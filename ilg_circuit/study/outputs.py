@@ -55,6 +55,14 @@ class Output:
     compute: Callable[[Runs], Array]
     blocked: bool = False
 
+    def __reduce__(self) -> tuple[Callable[[str], Output], tuple[str]]:
+        """Between processes an output goes by its name."""
+        return _by_name, (self.name,)
+
+
+def _by_name(name: str) -> Output:
+    return OUTPUTS[name]
+
 
 def _energy(runs: Runs) -> Array:
     return runs.curve("current").integral(runs.voltage)
