@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 _OUT = click.Path(path_type=Path)
 _MOST_REASONS = 5
+#: Up to so many varied parameters a design is named by their values.
+_MOST_NAMED = 3
 
 
 @click.command()
@@ -160,6 +162,7 @@ def _report(question: Question, done: Swept) -> None:
     """What came of it, in short."""
     from ..study.outputs import OUTPUTS
     from ..units import format_quantity
+    from ..validity import LARGEST_DEFLECTION
 
     summary = done.summary
     solved = summary.count - summary.failed
@@ -192,10 +195,18 @@ def _report(question: Question, done: Swept) -> None:
             cell.rjust(w) if k in (1, 3) else cell.ljust(w) for k, (cell, w) in enumerate(zip(row, widths, strict=True))
         )
         click.echo("  ".join(cells).rstrip())
+    if summary.bent:
+        click.echo(
+            f"warning: {summary.bent} designs have a relative_deflection beyond {LARGEST_DEFLECTION:g}, where the "
+            "small-deflection beam overstates the tip's path",
+            err=True,
+        )
 
 
 def _design(plan: Plan, number: int) -> str:
-    """A design in a few words."""
+    """A design in a few words, or its number where they would be many."""
+    if len(plan.columns) > _MOST_NAMED:
+        return f"design {number}"
     from ..study.parameters import PARAMETERS
     from ..units import format_quantity
 

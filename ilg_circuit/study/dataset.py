@@ -16,6 +16,7 @@ from .. import __version__
 from ..actuator_file import dumps
 from ..errors import InputError, MissingLibraryError
 from ..files import replacing
+from ..validity import LARGEST_DEFLECTION
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, WAVEFORMS
 from .parameters import PARAMETERS
@@ -35,11 +36,13 @@ DESIGN = "design"
 class Summary:
     """What came of ``count`` designs, gathered task by task.
 
+    ``bent`` of them deflect further than the model holds (where the relative deflection is among the outputs);
     ``lowest`` and ``highest``: output -> (value, number of the design); ``reasons``: reason of a failure -> how often.
     """
 
     count: int
     failed: int = 0
+    bent: int = 0
     worst_error: float = 0.0
     reasons: Counter[str] = field(default_factory=Counter)
     first_failure: tuple[int, str] | None = None
@@ -58,6 +61,8 @@ class Summary:
             values = result.values[:, j]
             if np.isnan(values).all():
                 continue
+            if output.name == "relative_deflection":
+                self.bent += int((values > LARGEST_DEFLECTION).sum())
             low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
             if output.name not in self.lowest or values[low] < self.lowest[output.name][0]:
                 self.lowest[output.name] = float(values[low]), start + low

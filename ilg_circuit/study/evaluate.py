@@ -138,6 +138,7 @@ class _Batch:
     drive: Drive
     factors: Array
     duration: float
+    load_distances: Array
     tip: str
     blocked: bool
 
@@ -152,6 +153,7 @@ class _Batch:
             system=system,
             poles=self.poles[index],
             factors=self.factors[index],
+            load_distances=self.load_distances[index],
         )
 
 
@@ -209,15 +211,16 @@ class _Work:
             middle = len(group) // 2
             return [b for half in (group[:middle], group[middle:]) for b in self._batches(half, blocked)]
         whole = _Batch(
-            np.array(members),
-            netlists,
-            system,
-            poles,
-            drives[0],
-            np.array(factors),
-            held[0].duration,
-            held[0].tip,
-            blocked,
+            members=np.array(members),
+            netlists=netlists,
+            system=system,
+            poles=poles,
+            drive=drives[0],
+            factors=np.array(factors),
+            duration=held[0].duration,
+            load_distances=np.array([case.actuator.geometry.load_distance for case in held]),
+            tip=held[0].tip,
+            blocked=blocked,
         )
         return [whole.part(batch) for batch in similar(fastest_modes(system))]
 
@@ -251,7 +254,7 @@ class _Work:
         solved = solved * batch.factors[:, None, None, None]
         curves = {name: Curves(panels, solved[:, k]) for k, name in enumerate(batch.system.output_names)}
         voltage = batch.drive.value(panels.points) * batch.factors[:, None, None]
-        runs = Runs(panels, voltage, curves, batch.tip)
+        runs = Runs(panels, voltage, curves, batch.tip, batch.load_distances)
         for j, output in enumerate(self.outputs):
             if output.blocked == batch.blocked:
                 self.values[batch.members, j] = output.compute(runs)

@@ -29,12 +29,16 @@ WAVEFORMS = {"current": "A", "charge": "C", "displacement": "m", "force": "N"}
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """Waveforms of n cases on the same panels; ``voltage`` (n, m, NODES) [V]; ``tip`` free or clamped."""
+    """Waveforms of n cases on the same panels; ``voltage`` (n, m, NODES) [V]; ``tip`` free or clamped.
+
+    ``load_distance`` (n,) is L_F [m].
+    """
 
     panels: Panels
     voltage: Array
     curves: dict[str, Curves]
     tip: str
+    load_distance: Array
 
     def curve(self, name: str) -> Curves:
         """The waveforms of that name, NaN where the cases do not have it."""
@@ -86,6 +90,12 @@ def _of_waveform(name: str) -> list[Output]:
 
 _ALL = [
     *_of_waveform("displacement"),
+    Output(
+        "relative_deflection",
+        "",
+        "largest displacement over L_F; the model holds up to 0.2",
+        lambda runs: np.abs(runs.curve("displacement").peak()[0]) / runs.load_distance,
+    ),
     Output("time_of_peak", "s", "when the motion is largest", lambda runs: runs.motion.peak()[1]),
     Output("overshoot", "", "how far the motion goes beyond its end, as a part of that", _overshoot),
     Output("time_of_90", "s", "when the motion first reaches 90 % of its end", lambda runs: runs.motion.reached(0.9)),

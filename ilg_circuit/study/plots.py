@@ -22,16 +22,17 @@ Array = NDArray[np.float64]
 #: What is drawn unless something else is asked for: the first of these that the sweep has and that are not all alike.
 _PREFERRED = (
     "displacement_final",
-    "displacement_peak",
     "force_final",
     "force_blocked",
     "settling_time",
     "current_peak",
     "energy",
-    "charge_final",
+    "displacement_peak",
 )
 _MOST_PANELS, _MOST_CURVES = 4, 6
 _COLOURS = (BLUE, ORANGE, GREY, "#3a8a4d", "#8a4da0", "#b0912a")
+#: So that curves that coincide are both seen.
+_DASHES = ("-", "--", ":", "-.")
 #: Medians of a scatter are taken over so many groups of equal size.
 _GROUPS = 12
 #: A scatter shows no more designs than this, evenly chosen.
@@ -39,7 +40,7 @@ _MOST_POINTS = 4000
 
 
 def plot_sweep(path: str | Path, picture: str | Path, outputs: tuple[str, ...] = ()) -> None:
-    """Draw a sweep's file; ``outputs`` (at most six) are chosen if not given. Raises InputError where there are none."""
+    """Draw a sweep's file: ``outputs``, at most six, chosen if not given. Raises InputError where there are none."""
     with read_sweep(path) as data:
         names = outputs or _interesting(data)
         if not names:
@@ -118,7 +119,7 @@ def _lines(data: Dataset, axes: list[str]) -> Figure:
         table = np.moveaxis(values, rest.index(over), 0).reshape(len(x), -1)
         style: dict[str, Any] = {"marker": "o", "markersize": 3} if len(x) <= 40 else {}
         for k in range(table.shape[1]):
-            panel.plot(x, table[:, k], color=_COLOURS[k % len(_COLOURS)], linewidth=1.3, **style)
+            panel.plot(x, table[:, k], color=_COLOURS[k % len(_COLOURS)], linestyle=_DASHES[k % len(_DASHES)], **style)
         panel.set_ylabel(title.replace(" [", "\n["))
         _logarithmic(panel, "x", x)
     panels[-1, 0].set_xlabel(label)
@@ -144,6 +145,8 @@ def _maps(data: Dataset, axes: list[Any]) -> Figure:
     named = ", ".join(f"{d} = {data[d].values[k]:.4g}" if not _is_words(data[d]) else f"{d} {data[d].values[k]}"
                       for d, k in held.items())  # fmt: skip
     data = data.isel(held).squeeze()
+    from matplotlib import colors
+
     names = [str(n) for n in data.data_vars]
     columns = min(len(names), 2)
     figure, panels = _figure(-(-len(names) // columns), columns, 4.4, 3.3)
@@ -153,13 +156,15 @@ def _maps(data: Dataset, axes: list[Any]) -> Figure:
         values, title = _scaled(data[name])
         table = values if data[name].dims == (axes[1], axes[0]) else values.T
         panel.grid(False)
-        shaded = panel.pcolormesh(x, y, table, cmap="viridis", shading="nearest", rasterized=True)
+        wide = _wide(table)
+        norm: Any = colors.LogNorm() if wide else None
+        shaded = panel.pcolormesh(x, y, table, cmap="viridis", norm=norm, shading="nearest", rasterized=True)
         if (
             np.isfinite(table).all()
             and np.ptp(table) > 0
             and not (_is_words(data[axes[0]]) or _is_words(data[axes[1]]))
         ):
-            lines = panel.contour(x, y, table, levels=7, colors="white", linewidths=0.8)
+            lines = panel.contour(x, y, table, levels=_levels(table) if wide else 7, colors="white", linewidths=0.8)
             panel.clabel(lines, fontsize=7, fmt="%.4g")
         figure.colorbar(shaded, ax=panel)
         panel.set_title(title, fontsize=9)
@@ -172,6 +177,13 @@ def _maps(data: Dataset, axes: list[Any]) -> Figure:
     if named:
         figure.supxlabel(f"at {named}", fontsize=8)
     return figure
+
+
+def _levels(values: Array) -> Array:
+    """Levels of a map whose values go through decades: 1, 2 and 5 of each."""
+    decades = np.arange(np.floor(np.log10(values.min())), np.log10(values.max()) + 1)
+    levels = np.outer(10.0**decades, [1, 2, 5]).ravel()
+    return np.asarray(levels[(levels > values.min()) & (levels < values.max())])
 
 
 def _scatter(data: Dataset) -> Figure:
@@ -213,6 +225,10 @@ def _medians(x: Array, y: Array) -> tuple[Array, Array]:
 
 def _logarithmic(panel: Axes, axis: str, values: Any) -> None:
     """A logarithmic axis for positive values over more than a decade and a half."""
-    if getattr(values, "dtype", np.dtype(float)).kind == "f" and len(values) and values.min() > 0:
-        if values.max() > 30 * values.min():
-            getattr(panel, f"set_{axis}scale")("log")
+    if _wide(values):
+        getattr(panel, f"set_{axis}scale")("log")
+
+
+def _wide(values: Any) -> bool:
+    numbers = values.dtype.kind == "f" and values.size > 0
+    return bool(numbers and np.nanmin(values) > 0 and np.nanmax(values) > 30 * np.nanmin(values))

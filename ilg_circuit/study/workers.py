@@ -7,6 +7,9 @@ A design that kills its worker even alone, twice, is a failed design.
 
 from __future__ import annotations
 
+import os
+import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
@@ -53,7 +56,9 @@ class LokyPool:
     def _new(self) -> Any:
         from loky import ProcessPoolExecutor
 
-        return ProcessPoolExecutor(max_workers=self._workers, env=_SINGLE_THREAD)
+        return ProcessPoolExecutor(
+            max_workers=self._workers, env=_SINGLE_THREAD, initializer=_end_with, initargs=(os.getpid(),)
+        )
 
     def width(self) -> int:
         return self._workers
@@ -69,6 +74,17 @@ class LokyPool:
     def close(self) -> None:
         """End the workers, whatever they are doing."""
         self._executor.shutdown(wait=True, kill_workers=True)
+
+
+def _end_with(parent: int) -> None:
+    """In a worker: end when its parent has ended without a word, killed; nobody would fetch what it solves."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 class GivenPool:
