@@ -75,7 +75,20 @@ class Curves:
         largest = flat.max(axis=1, keepdims=True)
         best = (flat >= largest - 1e-12 * np.abs(largest)).argmax(axis=1)  # equal but for rounding counts as equal
         panel, look = np.divmod(best, len(_LOOKS))
-        series, at, value = self._series(panel), _LOOKS[look], flat[np.arange(len(best)), best]
+        value, time = self._refined(sign, panel, look)
+        # at a panel's end the peak may lie on the other side, which begins or ends with the same look
+        last = len(_LOOKS) - 1
+        over = np.where(look == last, 1, 0) - np.where(look == 0, 1, 0)
+        beside = np.clip(panel + over, 0, len(self.panels.starts) - 1)
+        crossed = np.where(beside == panel, look, np.where(over > 0, 0, last))
+        other, when = self._refined(sign, beside, crossed)
+        better = other > value
+        value = sign * np.where(better, other, value)
+        return value, np.where(np.abs(value) > 0, np.where(better, when, time), np.nan)
+
+    def _refined(self, sign: Array, panel: NDArray[np.intp], look: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Largest of ``sign`` times each waveform near a look, and its time [s], by Newton's method."""
+        series, at = self._series(panel), _LOOKS[look]
         slope = legendre.legder(series, axis=1)
         bend = legendre.legder(slope, axis=1)
         found = at
@@ -83,10 +96,9 @@ class Curves:
             curvature = _along(bend, found) * 4
             move = np.divide(2 * _along(slope, found), curvature, out=np.zeros_like(found), where=curvature != 0)
             found = np.clip(found - move, np.maximum(at - _LOOKS[1], 0), np.minimum(at + _LOOKS[1], 1))
-        refined = sign * _along(series, found)
-        better = refined > value
-        value = sign * np.where(better, refined, value)
-        return value, np.where(np.abs(value) > 0, self._time(panel, np.where(better, found, at)), np.nan)
+        start, refined = (sign * _along(series, x) for x in (at, found))
+        better = refined > start
+        return np.where(better, refined, start), self._time(panel, np.where(better, found, at))
 
     def settled(self, band: float) -> Array:
         """Time [s] (n,) from which on a waveform stays within ``band`` of its final value; NaN where that is 0."""

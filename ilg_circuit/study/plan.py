@@ -205,7 +205,7 @@ def _heading(title: str, source: str) -> tuple[Parameter, float]:
     """Parameter of a column and the factor to its SI unit."""
     name, unit = (title, "") if title in PARAMETERS else split_header(title)
     try:
-        item = parameter(name)
+        item = parameter(name or title)
         if item.unit and not unit:
             raise InputError(f"no unit; write it like '{title}_{item.unit}'")
         factor = 1.0 if unit in ("", "-", "1") and not item.unit else float(scale(unit, item.unit))
