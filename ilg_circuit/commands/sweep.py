@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 from importlib.util import find_spec
@@ -169,6 +170,8 @@ def _report(question: Question, done: Swept) -> None:
     click.echo(f"{question.plan.text}: {solved} of {summary.count} designs solved into {done.path}")
     if done.resumed:
         click.echo(f"{done.resumed} of them by an earlier run, which this one continued")
+    if done.leftover:
+        click.echo(f"'{done.leftover}' holds an interrupted sweep with other settings; remove it if you will not go on")
     if summary.worst_error:
         click.echo(f"solved by ngspice, estimated error at most {summary.worst_error:.1e} of each maximum")
     if summary.failed:
@@ -184,7 +187,7 @@ def _report(question: Question, done: Swept) -> None:
             continue
         (low, first), (high, last) = summary.lowest[name], summary.highest[name]
         unit = OUTPUTS[name].unit
-        if low == high:
+        if math.isclose(low, high, rel_tol=1e-9):
             rows.append((name, format_quantity(low, unit, 5), "all alike", "", ""))
             continue
         ends = format_quantity(low, unit, 5), format_quantity(high, unit, 5)

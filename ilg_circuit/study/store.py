@@ -41,10 +41,6 @@ class Store:
         names = {path.name for path in self.folder.glob("*.npz")}
         return {k for k in range(self._question.task_count) if self._path(k).name in names}
 
-    def others(self) -> bool:
-        """Whether tasks of another question lie there too."""
-        return any(path != self.folder for path in self.parent.iterdir())
-
     def write(self, number: int, result: Evaluation) -> None:
         """Put a task's result there."""
         arrays: dict[str, Any] = {f"waveform_{name}": values for name, values in result.waveforms.items()}
@@ -74,5 +70,10 @@ class Store:
     def remove(self) -> None:
         """Clear away, with the parent folder unless another question has tasks in it."""
         shutil.rmtree(self.folder, ignore_errors=True)
-        with suppress(OSError):
-            self.parent.rmdir()
+        self.remove_if_empty()
+
+    def remove_if_empty(self) -> None:
+        """Clear away what holds nothing."""
+        for folder in (self.folder, self.parent):
+            with suppress(OSError):
+                folder.rmdir()

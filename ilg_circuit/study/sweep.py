@@ -20,11 +20,15 @@ from .workers import GivenPool, LokyPool, Pool, solve_on
 
 @dataclass(frozen=True)
 class Swept:
-    """A finished sweep: its file, its summary, and how many designs had been solved by a run before this one."""
+    """A finished sweep: its file, its summary, and how many designs had been solved by a run before this one.
+
+    ``leftover`` is a folder where finished tasks of another question for the same file still lie, if there is one.
+    """
 
     path: Path
     summary: Summary
     resumed: int
+    leftover: Path | None
 
 
 def sweep(
@@ -52,10 +56,35 @@ def sweep(
     if jobs is not None and not 1 <= jobs <= 1024:
         raise InputError(f"{jobs} jobs: give 1 to 1024")
     store = Store(path, question)
+    try:
+        finished = store.finished()
+        resumed = sum(stop - start for start, stop in map(question.bounds, finished))
+        missing = [k for k in range(question.task_count) if k not in finished]
+        _solve(question, missing, store, jobs or min(_cores(), len(missing)), cluster, executor, progress)
+        summary = summarise(question, store)
+        if summary.first_failure and summary.failed == summary.count:
+            store.remove()
+            number, reason = summary.first_failure
+            raise SolveError(f"all {summary.count} designs failed, design {number} because: {reason}")
+        write_dataset(path, question, store, command)
+        store.remove()
+    finally:
+        store.remove_if_empty()  # an address that is none, say, leaves nothing behind
+    return Swept(path, summary, resumed, store.parent if store.parent.exists() else None)
+
+
+def _solve(
+    question: Question,
+    missing: list[int],
+    store: Store,
+    workers: int,
+    cluster: str | None,
+    executor: Executor | None,
+    progress: Progress | None,
+) -> None:
+    """Solve the tasks that are ``missing`` into the store."""
     total = question.plan.count
-    finished = store.finished()
-    missing = [k for k in range(question.task_count) if k not in finished]
-    resumed = done = sum(stop - start for start, stop in map(question.bounds, finished))
+    done = total - sum(stop - start for start, stop in map(question.bounds, missing))
     if progress:
         progress(done, total)
 
@@ -66,21 +95,12 @@ def sweep(
         if progress:
             progress(done, total)
 
-    workers = jobs or min(_cores(), len(missing))
     if missing and cluster is None and executor is None and workers == 1:
         for number in missing:
             save(number, solve_task(question.task(number), _within(progress, done, total)))
     elif missing:
         with _pool(workers, cluster, executor) as pool:
             solve_on(pool, missing, question.task, save)
-    summary = summarise(question, store)
-    if summary.first_failure and summary.failed == total:
-        store.remove()
-        number, reason = summary.first_failure
-        raise SolveError(f"all {total} designs failed, design {number} because: {reason}")
-    write_dataset(path, question, store, command)
-    store.remove()
-    return Swept(path, summary, resumed)
 
 
 def _within(progress: Progress | None, before: int, total: int) -> Progress | None:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command import Run
 
 from ilg_circuit import formulas
 from ilg_circuit.actuator import PAPER
@@ -153,11 +154,12 @@ def test_an_interrupted_sweep_goes_on_and_another_question_does_not(
     monkeypatch.setattr("ilg_circuit.study.sweep.solve_task", counting)
     other = sweep(_question(count=21), path, jobs=1)
     assert other.resumed == 0
+    assert other.leftover == tmp_path / "s.nc.part"
     assert len(solved) == 6
     assert kept.finished() == {0, 1}
     solved.clear()
     done = sweep(question, path, jobs=1)
-    assert done.resumed == 8
+    assert (done.resumed, done.leftover) == (8, None)
     assert len(solved) == 4
     assert _equal(path, tmp_path / "whole.nc")
     assert not path.with_name("s.nc.part").exists()
@@ -192,14 +194,15 @@ def test_a_damaged_part_is_named_and_removed(tmp_path: Path, small_tasks: None) 
     assert sweep(question, path, jobs=1).resumed == 18
 
 
-def test_killed_and_started_again(tmp_path: Path) -> None:
+def test_killed_and_started_again(tmp_path: Path, run: Run) -> None:
     """The program itself, killed without a word in the middle."""
     command = [
-        sys.executable, "-m", "ilg_circuit", "sweep", "paper", "--vary", "emission_voltage=5V:10V", "--random", "64",
+        "sweep", "paper", "--vary", "emission_voltage=5V:10V", "--random", "64",
         "--drive", "step:1V", "--duration", "20s", "--beam", "static", "--jobs", "1", "--accuracy", "1e-4",
     ]  # fmt: skip
     parts = tmp_path / "s.nc.part"
-    with subprocess.Popen([*command, "--out", str(tmp_path / "s.nc")], stdout=subprocess.DEVNULL) as process:
+    program = [sys.executable, "-m", "ilg_circuit", *command, "--out", str(tmp_path / "s.nc")]
+    with subprocess.Popen(program, stdout=subprocess.DEVNULL) as process:
         deadline = time.monotonic() + 60
         while not list(parts.glob("*/000001.npz")):
             assert time.monotonic() < deadline
@@ -208,9 +211,9 @@ def test_killed_and_started_again(tmp_path: Path) -> None:
         os.kill(process.pid, signal.SIGKILL)
     finished = {p.name: p.stat().st_mtime_ns for p in parts.glob("*/0*.npz")}
     assert 2 <= len(finished) < 4
-    again = subprocess.run([*command, "--out", str(tmp_path / "s.nc")], capture_output=True, text=True, check=True)
-    assert f"{16 * len(finished)} of them by an earlier run" in again.stdout
-    subprocess.run([*command, "--out", str(tmp_path / "t.nc")], capture_output=True, check=True)
+    again = run(*command, "--out", str(tmp_path / "s.nc"))
+    assert f"{16 * len(finished)} of them by an earlier run" in again.out
+    assert run(*command, "--out", str(tmp_path / "t.nc")).code == 0
     assert _equal(tmp_path / "s.nc", tmp_path / "t.nc")
 
 
@@ -305,3 +308,4 @@ def test_clusters_that_are_none(tmp_path: Path) -> None:
     for address in ("local:", "local:0", "localhost", "udp://x:1"):
         with pytest.raises(InputError, match="local:4 for four workers"):
             sweep(_question(), tmp_path / "x.nc", cluster=address)
+    assert not list(tmp_path.iterdir())
