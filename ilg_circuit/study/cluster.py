@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from .. import __version__
 from ..errors import InputError
 from .workers import GivenPool
 
@@ -37,6 +38,7 @@ def cluster_pool(address: str) -> Iterator[GivenPool]:
         except (OSError, ValueError) as error:  # TimeoutError is an OSError
             reason = " ".join(str(error).split())[:120]
             raise InputError(f"no cluster with workers at '{address}' within {_PATIENCE} s: {reason}") from None
+        _require_same_version(client)
         yield GivenPool(
             client.get_executor(pure=False), lambda: sum(client.ncores().values()), (library.scheduler.KilledWorker,)
         )
@@ -45,3 +47,25 @@ def cluster_pool(address: str) -> Iterator[GivenPool]:
             client.close()
         if local is not None:
             local.close()
+
+
+def _require_same_version(client: Any) -> None:
+    """Refuse a cluster whose scheduler or workers lack this package, or have another version of it.
+
+    The scheduler unpacks tasks too, and other versions' results would be another's.
+    """
+    answers = {f"worker {name}": answer for name, answer in client.run(_version, on_error="return").items()}
+    try:
+        answers["the scheduler"] = client.run_on_scheduler(_version)
+    except Exception as error:  # whatever unpacking a function of a package that is not there comes to
+        answers["the scheduler"] = error
+    for place, answer in answers.items():
+        if answer != __version__:
+            found = f"version {answer}" if isinstance(answer, str) else f"none of use: {str(answer)[:80]}"
+            raise InputError(
+                f"{place} of the cluster needs ilg_circuit {__version__} with its extra 'cluster', and has {found}"
+            )
+
+
+def _version() -> str:
+    return __version__
