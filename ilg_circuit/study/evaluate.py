@@ -226,14 +226,14 @@ class _Work:
 
     def solve(self, batch: _Batch) -> None:
         """Solve a batch, or halve it until the case that fails is alone."""
+        linear = batch.netlists[0].linear
+        if self.engine == "exact" and not linear:
+            reason = "the exact engine solves linear circuits only, and this one is not; use ngspice or auto"
+            self.failures |= dict.fromkeys(batch.members.tolist(), reason)
+            return
         try:
             panels = design_panels(batch.poles, batch.drive, batch.duration)
-            exact = self.engine == "exact" or (self.engine == "auto" and batch.netlists[0].linear)
-            if exact and not batch.netlists[0].linear:
-                raise InputError(
-                    "the exact engine solves linear circuits only, and this one is not; use ngspice or auto"
-                )
-            if exact:
+            if linear and self.engine != "ngspice":
                 solved = exact_on_panels(batch.system, batch.drive, panels)
                 errors = np.zeros(len(batch.members))
             else:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -51,7 +51,7 @@ class Task:
     def part(self, start: int, stop: int) -> Task:
         """Its designs from ``start`` up to ``stop``."""
         columns = {name: column[start:stop] for name, column in self.columns.items()}
-        return Task(self.base, columns, self.outputs, self.engine, self.accuracy, self.waveforms, self.times)
+        return replace(self, columns=columns)
 
 
 def solve_task(task: Task, progress: Progress | None = None) -> Evaluation:

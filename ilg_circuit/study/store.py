@@ -18,6 +18,7 @@ import numpy as np
 from ..errors import InputError
 from ..files import replacing
 from .evaluate import Evaluation
+from .outputs import choose_outputs
 from .question import Question
 
 
@@ -51,8 +52,6 @@ class Store:
 
     def read(self, number: int) -> Evaluation:
         """A task's result. Raises InputError for a file that something else has damaged."""
-        from .outputs import choose_outputs
-
         path = self._path(number)
         try:
             with np.load(path) as file:

@@ -19,6 +19,7 @@ import numpy as np
 
 from ..errors import SolveError
 from .evaluate import Evaluation
+from .outputs import choose_outputs
 from .question import Task, solve_task
 
 #: Tasks handed out for each worker: one in work, one waiting, so that none is idle.
@@ -158,8 +159,6 @@ def _alone(pool: Pool, task: Task) -> Evaluation:
 
 
 def _lost(task: Task) -> Evaluation:
-    from .outputs import choose_outputs
-
     outputs = choose_outputs(task.outputs)
     reason = "its solve killed the worker process, twice: too little memory, or a crash of ngspice"
     return Evaluation(
