@@ -72,6 +72,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--designs", type=int, default=10_000)
     designs = parser.parse_args().designs
+    load = os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as folder:
         files = {engine: Path(folder) / f"{engine}.nc" for engine in ("exact", "ngspice")}
         rows = [measure(engine, jobs, designs, path) for engine, path in files.items() for jobs in (1, 2)]
@@ -84,20 +85,23 @@ def main() -> None:
         f"{len(DEFAULT_OUTPUTS)} outputs each, ngspice at {ACCURACY:g} of each maximum.",
         "Start of the workers and writing of the file included. Remade by `python benchmarks/sweep.py`.",
         "",
-        "| engine | processes | wall time | processor time | a design | efficiency |",
-        "|---|---|---|---|---|---|",
+        "| engine | processes | wall time | processor time | a design | efficiency, wall | efficiency, processor |",
+        "|---|---|---|---|---|---|---|",
     ]
     for row in rows:
         one = next(r for r in rows if r.engine == row.engine and r.jobs == 1)
         lines.append(
             f"| {row.engine} | {row.jobs} | {row.wall:.1f} s | {row.processor:.1f} s | "
-            f"{1e3 * row.processor / designs:.2f} ms | {one.wall / row.jobs / row.wall:.0%} |"
+            f"{1e3 * row.processor / designs:.2f} ms | {one.wall / row.jobs / row.wall:.0%} | "
+            f"{one.processor / row.processor:.0%} |"
         )
     lines += [
         "",
         f"The engines differ by at most {difference:.1e} ({name}), relative to each value, over all designs and all",
         "outputs but times and overshoot.",
-        "Efficiency is the wall time of one process over that of n processes times n.",
+        "Efficiency is the wall time of one process over that of n processes times n; in processor time, which other",
+        "work on the machine does not lengthen, that of one process over that of n together.",
+        f"When it began, {load:.1f} processes of other work ran on the machine's cores.",
         "",
         f"{platform.platform()}, {os.cpu_count()} cores, Python {platform.python_version()}, numpy {np.__version__}",
     ]

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 import shlex
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import InputError, MissingLibraryError
+from ..errors import InputError
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -69,11 +68,12 @@ def sweep(actuator: str, **options: Any) -> None:
     reason. What can be varied: the keys of an actuator's file, voltage, period, duty, frequency or rate of the drive,
     load_mass, load_stiffness, load_damping, orientation.
     """
-    _require_libraries(options["cluster"])
+    from ..extras import require_study
     from ..files import require_writable
     from ..plots import require_picture
     from ..study.sweep import sweep as solve
 
+    require_study(cluster=bool(options["cluster"]))
     question = _question(actuator, options)
     require_writable(options["out"])
     drawn = _names(options["plot_outputs"])
@@ -99,14 +99,6 @@ def sweep(actuator: str, **options: Any) -> None:
         from ..study.plots import plot_sweep
 
         plot_sweep(options["out"], options["plot"], drawn)
-
-
-def _require_libraries(cluster: str | None) -> None:
-    names = [n for n in ("xarray", "h5netcdf", "loky") if find_spec(n) is None]
-    if names:
-        raise MissingLibraryError(f"a sweep needs {', '.join(names)}: install with pip install 'ilg-circuit[study]'")
-    if cluster and find_spec("distributed") is None:
-        raise MissingLibraryError("a cluster needs distributed: install with pip install 'ilg-circuit[cluster]'")
 
 
 def _question(actuator: str, options: dict[str, Any]) -> Question:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .. import __version__
 from ..actuator_file import dumps
-from ..errors import InputError, MissingLibraryError
+from ..errors import InputError, MissingLibraryError, SolveError
 from ..files import replacing
 from ..validity import LARGEST_DEFLECTION
 from .evaluate import Evaluation
@@ -70,20 +70,16 @@ class Summary:
                 self.highest[output.name] = float(values[high]), start + high
 
 
-def summarise(question: Question, store: Store) -> Summary:
-    """The summary of a sweep all of whose tasks are in the store."""
-    summary = Summary(question.plan.count)
-    for number in range(question.task_count):
-        summary.add(question.bounds(number)[0], store.read(number))
-    return summary
+def write_dataset(path: Path, question: Question, store: Store, command: str = "") -> Summary:
+    """Write the file, whole or not at all, from the tasks in the store, all of which must be there.
 
-
-def write_dataset(path: Path, question: Question, store: Store, command: str = "") -> None:
-    """Write the file, whole or not at all, from the tasks in the store."""
+    Raises SolveError when every design failed.
+    """
     import h5netcdf
     import h5py
 
     plan = question.plan
+    summary = Summary(plan.count)
     text = h5py.string_dtype()
     with replacing(path) as temporary, h5netcdf.File(temporary, "w") as file:
         dimensions = plan.names if plan.grid else (DESIGN,)
@@ -113,6 +109,7 @@ def write_dataset(path: Path, question: Question, store: Store, command: str = "
         for number in range(question.task_count):
             start, stop = question.bounds(number)
             result = store.read(number)
+            summary.add(start, result)
             failure = np.array([result.failures.get(k, "") for k in range(stop - start)], dtype=object)
             flat: dict[str, NDArray[Any]] = {n: result.values[:, j] for j, n in enumerate(question.outputs)}
             flat |= {"error": result.errors, "failure": failure} | result.waveforms
@@ -121,6 +118,10 @@ def write_dataset(path: Path, question: Question, store: Store, command: str = "
                 for name, values in flat.items():
                     part = values[inside.start - start : inside.stop - start]
                     file[name][box] = part.reshape(shape + values.shape[1:])
+        if summary.first_failure and summary.failed == summary.count:
+            number, reason = summary.first_failure
+            raise SolveError(f"all {summary.count} designs failed, design {number} because: {reason}")
+    return summary
 
 
 def boxes(shape: tuple[int, ...], start: int, stop: int) -> Iterator[tuple[tuple[slice, ...], slice]]:

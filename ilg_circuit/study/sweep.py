@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ..errors import InputError, SolveError
 from ..files import require_writable
-from .dataset import Summary, summarise, write_dataset
+from .dataset import Summary, write_dataset
 from .evaluate import Evaluation, Progress
 from .question import Question, solve_task
 from .store import Store
@@ -61,12 +61,11 @@ def sweep(
         resumed = sum(stop - start for start, stop in map(question.bounds, finished))
         missing = [k for k in range(question.task_count) if k not in finished]
         _solve(question, missing, store, jobs or min(_cores(), len(missing)), cluster, executor, progress)
-        summary = summarise(question, store)
-        if summary.first_failure and summary.failed == summary.count:
+        try:
+            summary = write_dataset(path, question, store, command)
+        except SolveError:  # nothing is worth keeping where every design failed
             store.remove()
-            number, reason = summary.first_failure
-            raise SolveError(f"all {summary.count} designs failed, design {number} because: {reason}")
-        write_dataset(path, question, store, command)
+            raise
         store.remove()
     finally:
         store.remove_if_empty()  # an address that is none, say, leaves nothing behind
