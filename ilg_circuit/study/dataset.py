@@ -175,11 +175,11 @@ def _attributes(question: Question, command: str) -> dict[str, Any]:
     solver = {} if question.engine == "exact" else {"ngspice_version": _ngspice_version()}
     return {
         "Conventions": "CF-1.11",
-        "title": f"{question.plan.text}: {base.actuator.name}, {base.drive}",
+        "title": f"{question.plan.text}: {base.actuator.name}, {base.drive_text}",
         "source": f"ilg_circuit {__version__}",
         "command": command,
         "actuator": dumps(base.actuator),
-        "drive": base.drive,
+        "drive": base.drive_text,
         "duration_s": base.duration,
         "tip": base.tip,
         "beam": base.beam,

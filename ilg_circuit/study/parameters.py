@@ -40,6 +40,10 @@ _DRIVE_KEYS = {
 }
 
 
+#: Kinds of drive whose text begins with their voltage; others are scaled.
+_FIRST_IS_VOLTAGE = ("step", "sine")
+
+
 @dataclass(frozen=True)
 class Parameter:
     """Something that can be varied: ``part`` of the description that it belongs to, SI unit, meaning.
@@ -66,12 +70,12 @@ class Parameter:
 class Base:
     """What all cases of a study share but for what is varied: an actuator and the run that it makes.
 
-    ``drive`` is a text such as ``step:4V``, ``duration`` [s] how long it lasts; ``tip``, ``beam`` and ``load`` are
-    those of `ilg_circuit.circuit.strip.strip_netlist`.
+    ``drive`` is a text such as ``step:4V``, or a drive, of which only the voltage can be varied; ``duration`` [s] is
+    how long it lasts; ``tip``, ``beam`` and ``load`` are those of `ilg_circuit.circuit.strip.strip_netlist`.
     """
 
     actuator: Actuator
-    drive: str
+    drive: str | Drive
     duration: float
     tip: str = "free"
     beam: str = "dynamic"
@@ -80,6 +84,15 @@ class Base:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.duration) and self.duration > 0):
             raise InputError(f"duration {self.duration:g} s must be more than zero")
+
+    @property
+    def drive_text(self) -> str:
+        """The drive in a few words."""
+        return self.drive if isinstance(self.drive, str) else self.drive.text
+
+    def parsed_drive(self) -> Drive:
+        """The drive that nothing is varied of. Raises InputError for a text that is none."""
+        return parse_drive(self.drive, self.duration) if isinstance(self.drive, str) else self.drive
 
 
 @dataclass(frozen=True)
@@ -198,28 +211,33 @@ def _parsed(text: str, duration: float) -> Drive:
     return parse_drive(text, duration)
 
 
-def _drive(text: str, duration: float, changed: Mapping[str, float]) -> Drive:
-    """The drive of a text with some of its numbers replaced. ``voltage`` scales the whole of it."""
+def _drive(given: str | Drive, duration: float, changed: Mapping[str, float]) -> Drive:
+    """A drive, or that of a text, with some of its numbers replaced. ``voltage`` scales the whole of it."""
+    text = given if isinstance(given, str) else f"file:{given.text}"
     kind, _, rest = text.partition(":")
     for name in changed:
         kinds = _DRIVE_KEYS[name][2]
         if kind not in kinds:
             raise InputError(f"{name} is no part of the drive '{text}'; it belongs to {' and '.join(kinds)}")
-    parts = rest.split(",")
+    drive = given if not isinstance(given, str) else _parsed(_rewritten(kind, rest.split(","), changed), duration)
+    if "voltage" not in changed or kind in _FIRST_IS_VOLTAGE:
+        return drive
+    if not drive.largest():
+        raise InputError(f"the drive '{text}' is zero, so no voltage can be given to it")
+    return scaled(drive, changed["voltage"] / drive.largest())
+
+
+def _rewritten(kind: str, parts: list[str], changed: Mapping[str, float]) -> str:
+    """A drive's text with some of its parts replaced."""
     texts = {name: f"{value!r} {_DRIVE_KEYS[name][0]}".strip() for name, value in changed.items()}
-    if "rate" in changed or ("voltage" in changed and kind in ("step", "sine")):
+    if "rate" in changed or ("voltage" in changed and kind in _FIRST_IS_VOLTAGE):
         parts[0] = texts.get("rate") or texts["voltage"]
     for name in ("period", "frequency"):
         if name in changed:
             parts[1:2] = [texts[name]]
     if "duty" in changed:
         parts[2:] = [texts["duty"]]
-    drive = _parsed(f"{kind}:{','.join(parts)}", duration)
-    if "voltage" not in changed or kind in ("step", "sine"):
-        return drive
-    if not drive.largest():
-        raise InputError(f"the drive '{text}' is zero, so no voltage can be given to it")
-    return scaled(drive, changed["voltage"] / drive.largest())
+    return f"{kind}:{','.join(parts)}"
 
 
 def scaled(drive: Drive, factor: float) -> Drive:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .. import __version__
 from ..actuator_file import dumps
-from ..circuit.drive import PiecewiseLinear, parse_drive
+from ..circuit.drive import PiecewiseLinear
 from ..errors import InputError
 from ..response import sample_times
 from .evaluate import ENGINES, STUDY_ACCURACY, Evaluation, Progress, evaluate_designs
@@ -92,7 +92,10 @@ class Question:
         unknown = [name for name in self.waveforms if name not in WAVEFORMS]
         if unknown:
             raise InputError(f"unknown waveform '{unknown[0]}'; choose from {', '.join(WAVEFORMS)}")
-        parse_drive(self.base.drive, self.base.duration)  # a drive that is no drive is the question's fault
+        if isinstance(self.base.drive, str) and self.base.drive.startswith("file:"):
+            # read once and here: where tasks are solved there may be no such file
+            object.__setattr__(self, "base", replace(self.base, drive=self.base.parsed_drive()))
+        self.base.parsed_drive()  # a text that is no drive is the question's fault
         _ = self.times
 
     @cached_property
@@ -127,9 +130,9 @@ class Question:
     def key(self) -> str:
         """A digest of the whole question: two questions with the same key have the same answer."""
         base = self.base
-        drive = parse_drive(base.drive, base.duration)
+        drive = base.parsed_drive()
         digest = hashlib.sha256()
-        settings = (base.drive, base.duration, base.tip, base.beam, base.load, self.engine, self.accuracy)
+        settings = (base.drive_text, base.duration, base.tip, base.beam, base.load, self.engine, self.accuracy)
         for part in (
             __version__,
             dumps(base.actuator),

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ilg_circuit.actuator import PAPER, Coupling, Geometry, Material, Uncertainty
-from ilg_circuit.circuit.drive import Sine
+from ilg_circuit.circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.circuit.strip import Load
 from ilg_circuit.errors import InputError
 from ilg_circuit.study.parameters import PARAMETERS, Base, apply, parameter
@@ -69,6 +69,15 @@ def test_unknown_names_are_answered_with_near_ones() -> None:
 def test_drives(drive: str, changed: dict[str, float], expected: list[float]) -> None:
     case = apply(replace(BASE, drive=drive), changed)
     assert case.drive.value([1.0, 25.0, 40.0]).tolist() == pytest.approx(expected)
+
+
+def test_a_drive_of_one_s_own_can_be_scaled() -> None:
+    own = PiecewiseLinear(np.array([0.0, 10.0]), np.array([0.0, -2.0]), "own")
+    case = apply(replace(BASE, drive=own), {"voltage": 3.0})
+    assert case.drive.value([5.0, 10.0]).tolist() == [-1.5, -3.0]
+    assert apply(replace(BASE, drive=own), {"thickness": 1e-3}).drive is own
+    with pytest.raises(InputError, match="no part of the drive 'file:own'"):
+        apply(replace(BASE, drive=own), {"period": 3.0})
 
 
 def test_sine() -> None:

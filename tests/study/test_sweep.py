@@ -185,6 +185,23 @@ def test_every_part_of_a_question_is_in_its_key(change: dict[str, Any]) -> None:
     assert Question(**(parts | change)).key != question.key
 
 
+def test_a_measured_drive_is_read_once(tmp_path: Path) -> None:
+    """Where tasks are solved there may be no such file; and it is in the key by what it holds."""
+    path = tmp_path / "drive.csv"
+    path.write_text("time_s,voltage_V\n0,0\n10,4\n300,4\n")
+    base = replace(STATIC, drive=f"file:{path}")
+    plan = grid_plan(["voltage=2V,4V"])
+    question = Question(base, plan, ("displacement_final",), "exact")
+    path.write_text("time_s,voltage_V\n0,0\n10,3\n300,4\n")
+    assert Question(base, plan, ("displacement_final",), "exact").key != question.key
+    path.unlink()
+    sweep(question, tmp_path / "s.nc", jobs=1)
+    with read_sweep(tmp_path / "s.nc") as data:
+        assert data.attrs["drive"] == "file drive.csv"
+        steady = formulas.steady_displacement(4.0, PAPER.coupling.static, 30e-3, 0.5e-3)
+        assert data.displacement_final.values == pytest.approx([steady / 2, steady], rel=1e-5)
+
+
 def test_a_damaged_part_is_named_and_removed(tmp_path: Path, small_tasks: None) -> None:
     question, path = _question(), tmp_path / "s.nc"
     store = Store(path, question)
