@@ -60,7 +60,7 @@ _MOST_NAMED = 3
 @click.option("--cluster", help="Workers of a dask cluster: tcp://HOST:PORT, or local:4.")
 @click.option("--out", type=_OUT, required=True, help="netCDF file to write.")
 @click.option("--plot", type=_OUT, help="Picture to write (.png, .pdf, .svg).")
-@click.option("--plot-outputs", help="What the picture shows.  [default: displacement_final,displacement_peak,...]")
+@click.option("--plot-outputs", help="What the picture shows.  [default: up to four that differ]")
 def sweep(actuator: str, **options: Any) -> None:
     """Vary a strip, its drive or its load, and write what each design does: one netCDF file with units.
 

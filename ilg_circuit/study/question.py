@@ -105,13 +105,14 @@ class Question:
 
     @cached_property
     def task_size(self) -> int:
-        """Designs of a task."""
+        """Designs of a task: as many in each as can be, so that no worker is left with a long last one."""
         material = self.base.actuator.material
         nonlinear = any(getattr(material, n) or n in self.plan.names for n in _NONLINEAR)
         size = _DESIGNS_NONLINEAR if nonlinear else _DESIGNS
         if self.waveforms:
             size = min(size, int(_MOST_BYTES / (8 * len(self.times) * len(self.waveforms))))
-        return max(size, 1)
+        tasks = math.ceil(self.plan.count / max(size, 1))
+        return math.ceil(self.plan.count / tasks)
 
     @property
     def task_count(self) -> int:
