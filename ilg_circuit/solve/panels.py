@@ -57,6 +57,13 @@ class Panels:
         """Times [s] (m, NODES) of the points, each panel's first being its start."""
         return np.asarray(self.starts[:, None] + self.widths[:, None] * FRACTIONS)
 
+    def split(self, chosen: NDArray[np.bool_], parts: int) -> Panels:
+        """The same with the ``chosen`` (m,) panels cut into equal ``parts``."""
+        counts = np.where(chosen, parts, 1)
+        widths = np.repeat(self.widths / counts, counts)
+        first = np.repeat(np.cumsum(counts) - counts, counts)
+        return Panels(np.repeat(self.starts, counts) + (np.arange(len(widths)) - first) * widths, widths, self.end)
+
 
 def design_panels(poles: NDArray[np.complex128], drive: Drive, end: float) -> Panels:
     """The panels for circuits with ``poles`` [1/s] (any shape, all together) under ``drive`` from 0 to ``end`` [s].

@@ -43,12 +43,19 @@ class Curves:
         return np.asarray(self.values @ _LOOK)
 
     @cached_property
+    def doubt(self) -> Array:
+        """How far panels (n, m) may be from the waveform: the last terms of their series over its largest value."""
+        tail = np.abs(self.values @ _TO_SERIES[:, -2:]).max(axis=2)
+        largest = np.abs(self.values).max(axis=(1, 2))[:, None]
+        return np.asarray(np.divide(tail, largest, out=np.zeros_like(tail), where=largest > 0))
+
+    @cached_property
     def final(self) -> Array:
         """Values (n,) at the end, the left limit where the drive jumps there."""
         return np.asarray(self._looks[:, -1, -1])
 
     def sampled(self, times: Array) -> Array:
-        """Values (n, t) at ``times`` [s] within the run; on a jump the right limit."""
+        """Values (n, t) at ``times`` [s] within the run; on a jump the right limit, at the end the left one."""
         panel = np.clip(np.searchsorted(self.panels.starts, times, side="right") - 1, 0, None)
         at = (times - self.panels.starts[panel]) / self.panels.widths[panel]
         weights = _basis(at) @ _TO_SERIES.T

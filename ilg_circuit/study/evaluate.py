@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..circuit.drive import Drive, PiecewiseLinear, Sine
+from ..circuit.drive import Drive, PiecewiseLinear, Sine, drive_times
 from ..circuit.netlist import Netlist
 from ..circuit.strip import strip_netlist
 from ..errors import IlgError, InputError, MissingLibraryError
@@ -33,6 +33,9 @@ Progress = Callable[[int, int], None]
 ENGINES = ("ngspice", "exact", "auto")
 #: Accuracy of a study's waveforms by ngspice, relative to each one's largest value.
 STUDY_ACCURACY = 1e-6
+
+#: Rounds in which panels of nonlinear circuits are cut, and into how many.
+_MOST_CUTS, _CUT_INTO = 7, 4
 
 #: What may go wrong with one case and says nothing of the others.
 _FAILURES = (IlgError, ArithmeticError, np.linalg.LinAlgError)
@@ -95,8 +98,9 @@ def evaluate(
 
     ``engine`` is ngspice, exact (linear circuits only) or auto, which is exact where it can be. ``accuracy`` is that
     of ngspice's waveforms. ``waveforms`` (of `WAVEFORMS`) are kept at ``times`` [s], by default 601 over the longest
-    run; ``times`` also tell the band of a Warburg or CPE ladder, as in `ilg_circuit.response.simulate`.
-    ``progress(done, total)`` counts cases. Raises InputError for unknown words, MissingLibraryError without ngspice.
+    run; on a jump the right limit, at the run's end the left one. ``times`` also tell the band of a Warburg or CPE
+    ladder, as in `ilg_circuit.response.simulate`. ``progress(done, total)`` counts cases. Raises InputError for unknown
+    words, MissingLibraryError without ngspice.
     """
     chosen = choose_outputs(outputs)
     if engine not in ENGINES:
@@ -232,16 +236,7 @@ class _Work:
             self.failures |= dict.fromkeys(batch.members.tolist(), reason)
             return
         try:
-            panels = design_panels(batch.poles, batch.drive, batch.duration)
-            if linear and self.engine != "ngspice":
-                solved = exact_on_panels(batch.system, batch.drive, panels)
-                errors = np.zeros(len(batch.members))
-            else:
-                waves = transient(
-                    batch.netlists, batch.drive, panels.points.ravel(), accuracy=self.accuracy, interpolate=False
-                )
-                solved = waves.values.reshape(*waves.values.shape[:2], *panels.points.shape)
-                errors = waves.errors.max(axis=1)
+            curves, errors = self._curves(batch)
         except MissingLibraryError:
             raise
         except _FAILURES as error:
@@ -251,9 +246,10 @@ class _Work:
             for half in np.array_split(np.arange(len(batch.members)), 2):
                 self.solve(batch.part(half))
             return
-        solved = solved * batch.factors[:, None, None, None]
-        curves = {name: Curves(panels, solved[:, k]) for k, name in enumerate(batch.system.output_names)}
-        voltage = batch.drive.value(panels.points) * batch.factors[:, None, None]
+        panels = next(iter(curves.values())).panels
+        factors = batch.factors[:, None, None]
+        curves = {name: Curves(panels, curve.values * factors) for name, curve in curves.items()}
+        voltage = batch.drive.value(panels.points) * factors
         runs = Runs(panels, voltage, curves, batch.tip, batch.load_distances)
         for j, output in enumerate(self.outputs):
             if output.blocked == batch.blocked:
@@ -261,8 +257,38 @@ class _Work:
         self.errors[batch.members] = np.maximum(self.errors[batch.members], errors)
         if not batch.blocked:
             inside = self.times <= batch.duration
+            times = drive_times(batch.drive, self.times[inside])
             for name, kept in self.waveforms.items():
-                kept[np.ix_(batch.members, inside)] = runs.curve(name).sampled(self.times[inside])
+                kept[np.ix_(batch.members, inside)] = runs.curve(name).sampled(times)
+
+    def _curves(self, batch: _Batch) -> tuple[dict[str, Curves], Array]:
+        """A batch's waveforms under its common drive, and their errors (n,).
+
+        The poles do not tell where a nonlinear law has a kink, so where a panel's series does not die out, it is cut.
+        """
+        panels = design_panels(batch.poles, batch.drive, batch.duration)
+        linear = batch.netlists[0].linear
+        for cuts_left in reversed(range(1 if linear else _MOST_CUTS)):
+            if linear and self.engine != "ngspice":
+                solved = exact_on_panels(batch.system, batch.drive, panels)
+                errors = np.zeros(len(batch.members))
+            else:
+                accuracy = self.accuracy if linear else max(self.accuracy / 3, 1e-11)
+                waves = transient(
+                    batch.netlists, batch.drive, panels.points.ravel(), accuracy=accuracy, interpolate=False
+                )
+                solved = waves.values.reshape(*waves.values.shape[:2], *panels.points.shape)
+                errors = waves.errors.max(axis=1)
+            curves = {name: Curves(panels, solved[:, k]) for k, name in enumerate(batch.system.output_names)}
+            if linear:
+                break
+            doubt = np.stack([curve.doubt for curve in curves.values()])
+            unclear = np.asarray((doubt > self.accuracy).any(axis=(0, 1)))
+            errors = np.maximum(errors, doubt.max(axis=(0, 2)))
+            if not (unclear.any() and cuts_left):
+                break
+            panels = panels.split(unclear, _CUT_INTO)
+        return curves, errors
 
 
 def _normalised(drive: Drive) -> tuple[Drive, float]:

@@ -118,6 +118,22 @@ def test_a_nonlinear_strip_goes_to_ngspice_and_not_to_the_exact_engine() -> None
     assert "linear circuits only" in refused.failures[0]
 
 
+@pytest.mark.parametrize("drive", ["square:-2V..2V,30s", "sine:2V,0.05Hz"])
+def test_waveforms_with_kinks_are_those_of_simulate(drive: str) -> None:
+    """A charge that passes zero bends the current where no pole tells: panels are cut until they see it."""
+    material = replace(PAPER.material, emission_voltage=1.0, capacitance_slope=0.3)
+    base = replace(STATIC, actuator=replace(PAPER, material=material), drive=drive, duration=40.0)
+    times = np.linspace(0, 40, 401)
+    kept = ("current", "charge", "displacement")
+    found = evaluate_designs(base, {"width": [5e-3, 6e-3]}, ["energy"], waveforms=kept, times=times)
+    assert found.errors.max() < 2e-6
+    run = simulate(base.actuator, parse_drive(drive, 40.0), times, beam="static", accuracy=1e-6)
+    for name in kept:
+        expected = getattr(run, name)
+        assert np.abs(found.waveforms[name][0] - expected).max() <= 2e-6 * np.abs(expected).max()
+    assert found.output("energy")[0] == pytest.approx(run.energy[-1], rel=1e-6)
+
+
 def test_wrong_words() -> None:
     for how, hint in (
         ({"engine": "spice"}, "choose one of ngspice"),
