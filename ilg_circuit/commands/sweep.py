@@ -168,8 +168,8 @@ def _report(question: Question, done: Swept) -> None:
         click.echo(f"solved by ngspice, estimated error at most {summary.worst_error:.1e} of each maximum")
     if summary.failed:
         click.echo(f"{summary.failed} failed, with their reasons in the variable 'failure':")
-        for reason, times in summary.reasons.most_common(_MOST_REASONS):
-            click.echo(f"  {times} x {reason}")
+        for times, example in sorted(summary.reasons.values(), reverse=True)[:_MOST_REASONS]:
+            click.echo(f"  {times} x {example}" if times == 1 else f"  {times} like: {example}")
         if len(summary.reasons) > _MOST_REASONS:
             click.echo(f"  and {len(summary.reasons) - _MOST_REASONS} other reasons")
     rows = [("output", "lowest", "with", "highest", "with")]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections import Counter
+import re
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -37,14 +37,15 @@ class Summary:
     """What came of ``count`` designs, gathered task by task.
 
     ``bent`` of them deflect further than the model holds (where the relative deflection is among the outputs);
-    ``lowest`` and ``highest``: output -> (value, number of the design); ``reasons``: reason of a failure -> how often.
+    ``lowest`` and ``highest``: output -> (value, number of the design); ``reasons``: reasons of failures that are
+    alike but for their numbers -> how often, and one of them.
     """
 
     count: int
     failed: int = 0
     bent: int = 0
     worst_error: float = 0.0
-    reasons: Counter[str] = field(default_factory=Counter)
+    reasons: dict[str, tuple[int, str]] = field(default_factory=dict)
     first_failure: tuple[int, str] | None = None
     lowest: dict[str, tuple[float, int]] = field(default_factory=dict)
     highest: dict[str, tuple[float, int]] = field(default_factory=dict)
@@ -52,7 +53,10 @@ class Summary:
     def add(self, start: int, result: Evaluation) -> None:
         """Take in the results of the designs from ``start`` on."""
         self.failed += len(result.failures)
-        self.reasons.update(result.failures.values())
+        for reason in result.failures.values():
+            kind = re.sub(r"\d[\d.e+-]*", "#", reason)
+            times, example = self.reasons.get(kind, (0, reason))
+            self.reasons[kind] = times + 1, example
         if result.failures and self.first_failure is None:
             number = min(result.failures)
             self.first_failure = start + number, result.failures[number]

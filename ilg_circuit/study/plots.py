@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..plots import BLUE, GREY, ORANGE, engineering, save
+from ..units import format_quantity
 from .dataset import DESIGN, read_sweep
 
 if TYPE_CHECKING:
@@ -142,8 +143,7 @@ def _lines(data: Dataset, axes: list[str]) -> Figure:
 def _maps(data: Dataset, axes: list[Any]) -> Figure:
     """A map for each output over the two longest axes, the others held at their middle."""
     held = {axis: data.sizes[axis] // 2 for axis in axes[2:]}
-    named = ", ".join(f"{d} = {data[d].values[k]:.4g}" if not _is_words(data[d]) else f"{d} {data[d].values[k]}"
-                      for d, k in held.items())  # fmt: skip
+    named = ", ".join(f"{d} {_value(data[d], k)}" for d, k in held.items()).replace("_", " ")
     data = data.isel(held).squeeze()
     from matplotlib import colors
 
@@ -179,6 +179,15 @@ def _maps(data: Dataset, axes: list[Any]) -> Figure:
     return figure
 
 
+def _value(axis: DataArray, number: int) -> str:
+    value = axis.values[number]
+    return (
+        str(value)
+        if _is_words(axis)
+        else format_quantity(float(value), "" if axis.attrs["units"] == "1" else axis.attrs["units"], 4)
+    )
+
+
 def _levels(values: Array) -> Array:
     """Levels of a map whose values go through decades: 1, 2 and 5 of each."""
     decades = np.arange(np.floor(np.log10(values.min())), np.log10(values.max()) + 1)
@@ -210,7 +219,7 @@ def _scatter(data: Dataset) -> Figure:
     figure.align_ylabels(panels[:, 0])
     if any(panel.get_lines()[1:] for panel in panels.flat):
         lines = next(panel.get_lines() for panel in panels.flat if len(panel.get_lines()) > 1)
-        figure.legend(lines[:2], ["a design", "median of neighbours"], loc="outside upper right", fontsize=8, ncols=2,
+        figure.legend(lines[:2], ["a design", "median of neighbours"], loc="outside lower center", fontsize=8, ncols=2,
                       frameon=False)  # fmt: skip
     return figure
 
