@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
@@ -183,6 +184,20 @@ def test_every_part_of_a_question_is_in_its_key(change: dict[str, Any]) -> None:
     parts = {n: getattr(question, n) for n in ("base", "plan", "outputs", "engine", "accuracy", "waveforms", "samples")}
     assert Question(**parts).key == question.key
     assert Question(**(parts | change)).key != question.key
+
+
+def test_a_file_may_be_larger_than_the_memory_that_makes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(questions, "_MOST_BYTES", 1e6)
+    question = _question(count=128, waveforms=("displacement",), samples=30_001)
+    sweep(_question(count=1), tmp_path / "first.nc", jobs=1)  # what is imported on the way is not of the sweep
+    tracemalloc.start()
+    try:
+        sweep(question, tmp_path / "s.nc", jobs=1)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert (tmp_path / "s.nc").stat().st_size > 30e6
+    assert peak < 15e6
 
 
 def test_a_measured_drive_is_read_once(tmp_path: Path) -> None:
