@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 #: Points at which a panel's polynomial is looked at before a peak or a crossing is refined.
 _LOOKS = np.linspace(0.0, 1.0, 25)
+#: Samples of waveforms that are taken at once.
+_AT_ONCE = 1024
 #: Newton steps to a peak, halvings to a crossing: both end at the digits of a double's time.
 _NEWTON_STEPS = 6
 _HALVINGS = 40
@@ -56,10 +58,14 @@ class Curves:
 
     def sampled(self, times: Array) -> Array:
         """Values (n, t) at ``times`` [s] within the run; on a jump the right limit, at the end the left one."""
+        result = np.empty((len(self.values), len(times)))
         panel = np.clip(np.searchsorted(self.panels.starts, times, side="right") - 1, 0, None)
         at = (times - self.panels.starts[panel]) / self.panels.widths[panel]
-        weights = _basis(at) @ _TO_SERIES.T
-        return np.asarray(np.einsum("ntk,tk->nt", self.values[:, panel], weights))
+        for k in range(0, len(times), _AT_ONCE):  # a panel's values go with every sample: not all at a time
+            some = slice(k, k + _AT_ONCE)
+            weights = _basis(at[some]) @ _TO_SERIES.T
+            result[:, some] = np.einsum("ntk,tk->nt", self.values[:, panel[some]], weights)
+        return result
 
     def integral(self, other: Array | None = None) -> Array:
         """Integrals (n,) over the run, of the product with ``other`` (m, NODES) where one is given."""
