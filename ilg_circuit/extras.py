@@ -1,4 +1,4 @@
-"""What an optional part of the package needs beyond its own requirements, and what to say where it is not there."""
+"""What optional parts of the package need beyond its own requirements, and what to say where it is not there."""
 
 from __future__ import annotations
 
@@ -7,11 +7,24 @@ from importlib.util import find_spec
 from .errors import MissingLibraryError
 
 _ARM = ("numba", "xarray", "h5netcdf", "h5py", "PIL")
+_STUDY = ("loky", "xarray", "h5netcdf", "h5py")
+_CLUSTER = ("distributed",)
 
 
 def require_arm() -> None:
     """Raise MissingLibraryError, which says what to install, where the extra ``arm`` is not installed."""
-    missing = [name for name in _ARM if find_spec(name) is None]
+    _require(_ARM, "the arm", "arm")
+
+
+def require_study(*, cluster: bool = False) -> None:
+    """The same for a sweep: the extra ``study``, or ``cluster`` where its workers are a cluster's."""
+    _require(_STUDY, "a sweep", "study")
+    if cluster:
+        _require(_CLUSTER, "a cluster", "cluster")
+
+
+def _require(modules: tuple[str, ...], what: str, extra: str) -> None:
+    missing = [name for name in modules if find_spec(name) is None]
     if missing:
         names = ", ".join(missing).replace("PIL", "pillow")
-        raise MissingLibraryError(f"the arm needs {names}: install with pip install 'ilg-circuit[arm]'")
+        raise MissingLibraryError(f"{what} needs {names}: install with pip install 'ilg-circuit[{extra}]'")

@@ -154,7 +154,7 @@ def _understand(
     ignored = []
     for k, title in enumerate(header):
         bare = _named(title.lower(), quantities)
-        word, unit = _split(title)
+        word, unit = split_header(title)
         if bare and not quantities[bare][0]:  # a pure number needs no unit
             word, unit = title.lower(), ""
         quantity = _named(word, quantities)
@@ -188,7 +188,7 @@ def _factor(unit: str, si_unit: str, title: str, name: str) -> float:
         raise InputError(f"{name}: column '{title[:80]}': {said}") from None
 
 
-def _split(title: str) -> tuple[str, str]:
+def split_header(title: str) -> tuple[str, str]:
     """Name and unit of a header: ``voltage_V``, ``Voltage [V]``, ``voltage (V)`` or ``voltage/V``."""
     bracketed = _BRACKETED.fullmatch(title)
     if bracketed:

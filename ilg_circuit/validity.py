@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 ELECTROCHEMICAL_WINDOW = 4.0
 
 
+#: Deflection over L_F up to which the small-deflection beam holds.
+LARGEST_DEFLECTION = 0.2
+
+
 @dataclass(frozen=True)
 class Assumption:
     """One assumption: its number, the largest number at which it counts as holding, and what follows if it fails."""
@@ -73,7 +77,7 @@ def assumptions(
             Assumption(
                 "deflection y/L_F",
                 abs(displacement) / g.load_distance,
-                0.2,
+                LARGEST_DEFLECTION,
                 "the small-deflection beam overstates the tip's path",
             )
         )

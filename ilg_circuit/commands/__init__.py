@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import arm, cpg, demo, doctor, identify, impedance, netlist, ogden, reproduce, sense, show, simulate
+from . import arm, cpg, demo, doctor, identify, impedance, netlist, ogden, reproduce, sense, show, simulate, sweep
 
 COMMANDS = (
     show.show,
@@ -14,6 +14,7 @@ COMMANDS = (
     ogden.ogden,
     cpg.cpg,
     arm.arm,
+    sweep.sweep,
     reproduce.reproduce,
     demo.demo,
     doctor.doctor,

@@ -23,14 +23,21 @@ def evaluation_counter() -> Iterator[Callable[[], None]]:
         yield advance
 
 
-def progress_bar(unit: str = "run") -> Progress:
-    """A bar that is told (done, total), and closes when all is done."""
+def progress_bar(unit: str = "run", *, begun: bool = False) -> Progress:
+    """A bar that is told (done, total), and closes when all is done.
+
+    ``begun``: it is told for the first time before any work, and what is done then was done earlier: it does not count
+    for the time left.
+    """
     from tqdm import tqdm
 
     bar = tqdm(total=None, delay=1.0, disable=None, leave=False, unit=unit)
 
     def advance(done: int, total: int) -> None:
+        nonlocal begun
         bar.total = total
+        if begun:
+            begun, bar.initial, bar.n = False, done, done
         bar.update(done - bar.n)
         if done >= total:
             bar.close()

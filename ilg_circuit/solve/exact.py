@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..circuit.drive import Drive
 from ..errors import SolveError
+from .panels import FRACTIONS, Panels
 from .state_space import StateSpace
 
 Array = NDArray[np.float64]
@@ -55,6 +56,39 @@ def exact_outputs(system: StateSpace, drive: Drive, times: Array) -> Array:
     return result[:, :, np.searchsorted(grid, times)]
 
 
+def exact_on_panels(system: StateSpace, drive: Drive, panels: Panels) -> Array:
+    """Outputs at the points of ``panels``, from rest at t = 0; shape (n, outputs, panels, points).
+
+    The propagators of a width twice another one are the squares of those, so a run takes few exponentials. Raises
+    SolveError when the result is not finite.
+    """
+    omega = drive.angular_frequency()
+    augmented, output = _augment(system, omega)
+    states = system.a.shape[1]
+    start = drive.value(panels.starts)
+    if omega:
+        companions = drive_phase(drive, panels.starts)
+    else:
+        middle = drive.value(panels.starts + panels.widths / 2)
+        companions = 2 * (middle - start) / panels.widths
+    propagators = _Propagators(augmented, panels)
+    x = np.zeros((len(system.a), states + 3, 1))
+    x[:, states + 2] = 1.0
+    at_points = np.empty((len(system.a), states + 3, *panels.points.shape))
+    for k in range(len(panels.starts)):
+        x[:, states], x[:, states + 1] = start[k], companions[k]
+        later = (propagators.of(k) @ x[:, None])[..., 0]  # (n, points, states): those after the first, and the end
+        at_points[:, :, k, 0] = x[..., 0]
+        at_points[:, :, k, 1:] = later[:, :-1].transpose(0, 2, 1)
+        x = later[:, -1, :, None].copy()
+    result = (output @ at_points.reshape(len(at_points), states + 3, -1)).reshape(
+        len(at_points), output.shape[1], *panels.points.shape
+    )
+    if not np.isfinite(result).all():
+        raise SolveError("the exact engine's result is not finite: a value of the actuator is out of all proportion")
+    return np.asarray(result)
+
+
 def drive_phase(drive: Drive, t: Array | float) -> Array:
     """The quarter-period companion of a sine: with it (u, companion) rotates at the drive's frequency."""
     quarter = np.pi / 2 / drive.angular_frequency()
@@ -80,6 +114,33 @@ def _augment(system: StateSpace, omega: float) -> tuple[Array, Array]:
     output = np.zeros((n, system.c.shape[1], s + 3))
     output[:, :, :s], output[:, :, s], output[:, :, s + 2] = system.c, system.d[:, :, 0], system.d[:, :, 1]
     return matrix, output
+
+
+class _Propagators:
+    """exp(M f w) for a panel's width w, f being where its points are (but for its start) and, last, its end."""
+
+    def __init__(self, matrix: Array, panels: Panels) -> None:
+        self._matrix, self._widths = matrix, panels.widths
+        # rounded as a key only: periods of one length differ in their last digits
+        self._keys = [float(f"{w:.9e}") for w in panels.widths.tolist()]
+        self._last = {key: k for k, key in enumerate(self._keys)}
+        self._made: dict[float, Array] = {}
+
+    def of(self, panel: int) -> Array:
+        """(n, points, states, states); those of widths that will not come again are forgotten."""
+        key, width = self._keys[panel], float(self._widths[panel])
+        if key not in self._made:
+            half = self._made.get(float(f"{width / 2:.9e}"))
+            self._made[key] = half @ half if half is not None else self._exponential(width)
+        for old in [k for k in self._made if self._last.get(k, -1) < panel and k != key]:
+            del self._made[old]
+        return self._made[key]
+
+    def _exponential(self, width: float) -> Array:
+        from scipy.linalg import expm
+
+        fractions = np.append(FRACTIONS[1:], 1.0)
+        return np.asarray(expm(self._matrix[:, None] * (width * fractions)[:, None, None]))
 
 
 class _Exponentials:

@@ -141,7 +141,7 @@ def _profile(poles: NDArray[np.complex128], omega: float, longest: float, theta:
     first = min(theta / fastest, longest)
     t = np.concatenate([[0.0], np.geomspace(first / 8, longest, 2000)])
     step = np.full(len(t), theta / omega if omega else np.inf)
-    for pole in _representatives(modes):
+    for pole in representatives(modes):
         decay = max(-pole.real, 0.0)
         step = np.minimum(step, theta / abs(pole) * np.exp(np.minimum(decay * t / _ORDER, 600)))
     step = np.minimum(step, np.maximum(_GROWTH * t, first))
@@ -154,7 +154,7 @@ def _profile(poles: NDArray[np.complex128], omega: float, longest: float, theta:
     return np.asarray(np.interp(np.arange(1, np.floor(count[-1]) + 1), count, t))
 
 
-def _representatives(modes: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def representatives(modes: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """Few modes that bound many: of those within a tenth of a decade the fastest, with the slowest decay."""
     if len(modes) <= 24:
         return modes

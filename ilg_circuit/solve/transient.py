@@ -108,7 +108,7 @@ def transient(
         raise InputError(f"engine is '{engine}'; choose ngspice or exact")
     if samples[-1] == 0:
         # only the start is asked for: one point later there is something to solve
-        longer = transient(nets, drive, [0.0, 1e-6 / _fastest(system).max()], engine=engine, accuracy=accuracy)
+        longer = transient(nets, drive, [0.0, 1e-6 / fastest_modes(system).max()], engine=engine, accuracy=accuracy)
         return Waveforms(samples, longer.values[:, :, :1], longer.errors, longer.names, longer.engine)
     return _by_ngspice(nets, system, drive, samples, (accuracy, acceptable or accuracy), interpolate, progress)
 
@@ -137,7 +137,7 @@ def _by_ngspice(
         at_peak = state_space([netlist.linearised(drive.largest()) for netlist in nets])
         poles = np.concatenate([poles, at_peak.poles()], axis=1)
     done = 0
-    for batch in _batches(_fastest(system)):
+    for batch in similar(fastest_modes(system)):
         members = [nets[k] for k in batch]
         values[batch], errors[batch] = _solve_batch(
             members, poles[batch].ravel(), drive, samples, accuracies, interpolate
@@ -148,11 +148,11 @@ def _by_ngspice(
     return Waveforms(samples, values, errors, system.output_names, "ngspice")
 
 
-def _fastest(system: StateSpace) -> Array:
+def fastest_modes(system: StateSpace) -> Array:
     return np.asarray(np.abs(system.poles()).max(axis=1, initial=1e-300))
 
 
-def _batches(fastest: Array) -> list[NDArray[np.intp]]:
+def similar(fastest: Array) -> list[NDArray[np.intp]]:
     """Group netlists of similar time constants: one fast member would slow all others."""
     order = np.argsort(fastest, kind="stable")
     batches, start = [], 0

@@ -1,0 +1,21 @@
+"""Studies of many strips: parameters varied over grids, lists and random designs, and what becomes of each."""
+
+from __future__ import annotations
+
+from .evaluate import Evaluation, evaluate, evaluate_designs
+from .outputs import OUTPUTS, Output, choose_outputs
+from .parameters import Base, Case, Parameter, apply, parameter
+
+__all__ = [
+    "OUTPUTS",
+    "Base",
+    "Case",
+    "Evaluation",
+    "Output",
+    "Parameter",
+    "apply",
+    "choose_outputs",
+    "evaluate",
+    "evaluate_designs",
+    "parameter",
+]

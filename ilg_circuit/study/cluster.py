@@ -1,0 +1,71 @@
+"""A dask cluster's workers for a sweep: one that is running, or one started on this machine for the occasion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from .. import __version__
+from ..errors import InputError
+from .workers import GivenPool
+
+_FORMS = "tcp://HOST:PORT of a dask scheduler, or local:4 for four workers on this machine"
+#: How long [s] to wait for a scheduler and its first worker.
+_PATIENCE = 30
+
+
+@contextmanager
+def cluster_pool(address: str) -> Iterator[GivenPool]:
+    """The workers at ``address``: ``tcp://host:port``, or ``local:N``. Raises InputError where there are none."""
+    import distributed
+
+    kind, _, number = address.partition(":")
+    library: Any = distributed  # most of it is untyped
+    local = None
+    if kind == "local":
+        if not (number.isdecimal() and 1 <= int(number) <= 1024):
+            raise InputError(f"cluster '{address}' is not understood; write {_FORMS}")
+        # no dashboard: it would need a port and a web server that nobody asked for
+        local = library.LocalCluster(n_workers=int(number), threads_per_worker=1, dashboard_address=None)
+    elif kind not in ("tcp", "tls", "ucx", "ws", "wss"):
+        raise InputError(f"cluster '{address}' is not understood; write {_FORMS}")
+    client: Any = None
+    try:
+        try:
+            client = library.Client(local or address, timeout=_PATIENCE)
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except (OSError, ValueError) as error:  # TimeoutError is an OSError
+            reason = " ".join(str(error).split())[:120]
+            raise InputError(f"no cluster with workers at '{address}' within {_PATIENCE} s: {reason}") from None
+        _require_same_version(client)
+        yield GivenPool(
+            client.get_executor(pure=False), lambda: sum(client.ncores().values()), (library.scheduler.KilledWorker,)
+        )
+    finally:
+        if client is not None:
+            client.close()
+        if local is not None:
+            local.close()
+
+
+def _require_same_version(client: Any) -> None:
+    """Refuse a cluster whose scheduler or workers lack this package, or have another version of it.
+
+    The scheduler unpacks tasks too, and other versions' results would be another's.
+    """
+    answers = {f"worker {name}": answer for name, answer in client.run(_version, on_error="return").items()}
+    try:
+        answers["the scheduler"] = client.run_on_scheduler(_version)
+    except Exception as error:  # whatever unpacking a function of a package that is not there comes to
+        answers["the scheduler"] = error
+    for place, answer in answers.items():
+        if answer != __version__:
+            found = f"version {answer}" if isinstance(answer, str) else f"none of use: {str(answer)[:80]}"
+            raise InputError(
+                f"{place} of the cluster needs ilg_circuit {__version__} with its extra 'cluster', and has {found}"
+            )
+
+
+def _version() -> str:
+    return __version__

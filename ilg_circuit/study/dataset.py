@@ -1,0 +1,207 @@
+"""A sweep's netCDF file, written task by task so that it may be larger than memory, and what to say of it in short."""
+
+from __future__ import annotations
+
+import platform
+import re
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import __version__
+from ..actuator_file import dumps
+from ..errors import InputError, MissingLibraryError, SolveError
+from ..files import replacing
+from ..validity import LARGEST_DEFLECTION
+from .evaluate import Evaluation
+from .outputs import OUTPUTS, WAVEFORMS
+from .parameters import PARAMETERS
+from .question import Question
+from .store import Store
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+Array = NDArray[np.float64]
+
+#: Dimension of designs that are no grid.
+DESIGN = "design"
+
+
+@dataclass
+class Summary:
+    """What came of ``count`` designs, gathered task by task.
+
+    ``bent`` of them deflect further than the model holds (where the relative deflection is among the outputs);
+    ``lowest`` and ``highest``: output -> (value, number of the design); ``reasons``: reasons of failures that are
+    alike but for their numbers -> how often, and one of them.
+    """
+
+    count: int
+    failed: int = 0
+    bent: int = 0
+    worst_error: float = 0.0
+    reasons: dict[str, tuple[int, str]] = field(default_factory=dict)
+    first_failure: tuple[int, str] | None = None
+    lowest: dict[str, tuple[float, int]] = field(default_factory=dict)
+    highest: dict[str, tuple[float, int]] = field(default_factory=dict)
+
+    def add(self, start: int, result: Evaluation) -> None:
+        """Take in the results of the designs from ``start`` on."""
+        self.failed += len(result.failures)
+        for reason in result.failures.values():
+            kind = re.sub(r"\d[\d.e+-]*", "#", reason)
+            times, example = self.reasons.get(kind, (0, reason))
+            self.reasons[kind] = times + 1, example
+        if result.failures and self.first_failure is None:
+            number = min(result.failures)
+            self.first_failure = start + number, result.failures[number]
+        self.worst_error = max(self.worst_error, float(np.nanmax(result.errors, initial=0.0)))
+        for j, output in enumerate(result.outputs):
+            values = result.values[:, j]
+            if np.isnan(values).all():
+                continue
+            if output.name == "relative_deflection":
+                self.bent += int((values > LARGEST_DEFLECTION).sum())
+            low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
+            if output.name not in self.lowest or values[low] < self.lowest[output.name][0]:
+                self.lowest[output.name] = float(values[low]), start + low
+            if output.name not in self.highest or values[high] > self.highest[output.name][0]:
+                self.highest[output.name] = float(values[high]), start + high
+
+
+def write_dataset(path: Path, question: Question, store: Store, command: str = "") -> Summary:
+    """Write the file, whole or not at all, from the tasks in the store, all of which must be there.
+
+    Raises SolveError when every design failed.
+    """
+    import h5netcdf
+    import h5py
+
+    plan = question.plan
+    summary = Summary(plan.count)
+    text = h5py.string_dtype()
+    with replacing(path) as temporary, h5netcdf.File(temporary, "w") as file:
+        dimensions = plan.names if plan.grid else (DESIGN,)
+        file.dimensions = dict(zip(dimensions, plan.shape, strict=True))
+        if question.waveforms:
+            file.dimensions["time"] = len(question.times)
+        described = {"coordinates": " ".join(plan.names)} if not plan.grid else {}
+
+        def create(name: str, over: tuple[str, ...], kind: Any, unit: str, meaning: str, **more: str) -> None:
+            variable = file.create_variable(name, over, dtype=kind)
+            variable.attrs.update({"units": unit or "1", "long_name": meaning} | more)
+
+        for name, column in plan.columns.items():
+            item = PARAMETERS[name]
+            create(name, (name,) if plan.grid else (DESIGN,), text if item.words else "f8", item.unit, item.meaning)
+            file[name][:] = column.astype(object) if item.words else column
+        for name in question.outputs:
+            create(name, dimensions, "f8", OUTPUTS[name].unit, OUTPUTS[name].meaning, **described)
+        create("error", dimensions, "f8", "", "estimated error of the worst waveform over its maximum", **described)
+        create("failure", dimensions, text, "", "why a design failed; empty where it did not", **described)
+        if question.waveforms:
+            create("time", ("time",), "f8", "s", "time")
+            file["time"][:] = question.times
+            for name in question.waveforms:
+                create(name, (*dimensions, "time"), "f8", WAVEFORMS[name], name, **described)
+        file.attrs.update(_attributes(question, command))
+        for number in range(question.task_count):
+            start, stop = question.bounds(number)
+            result = store.read(number)
+            summary.add(start, result)
+            failure = np.array([result.failures.get(k, "") for k in range(stop - start)], dtype=object)
+            flat: dict[str, NDArray[Any]] = {n: result.values[:, j] for j, n in enumerate(question.outputs)}
+            flat |= {"error": result.errors, "failure": failure} | result.waveforms
+            for box, inside in boxes(plan.shape, start, stop):
+                shape = tuple(s.stop - s.start for s in box)
+                for name, values in flat.items():
+                    part = values[inside.start - start : inside.stop - start]
+                    file[name][box] = part.reshape(shape + values.shape[1:])
+        if summary.first_failure and summary.failed == summary.count:
+            number, reason = summary.first_failure
+            raise SolveError(f"all {summary.count} designs failed, design {number} because: {reason}")
+    return summary
+
+
+def boxes(shape: tuple[int, ...], start: int, stop: int) -> Iterator[tuple[tuple[slice, ...], slice]]:
+    """The blocks of an array of ``shape`` that its elements from ``start`` up to ``stop`` (last axis fastest) fill.
+
+    Each with the elements that are in it.
+    """
+    if start >= stop:
+        return
+    inner = int(np.prod(shape[1:], dtype=np.int64))
+    first, last = -(-start // inner), stop // inner  # the rows that are filled whole
+    if first > last:  # all within one row
+        yield from _row(shape, last, start, stop)
+        return
+    if start < first * inner:
+        yield from _row(shape, first - 1, start, first * inner)
+    if first < last:
+        whole = (slice(first, last), *(slice(0, n) for n in shape[1:]))
+        yield whole, slice(first * inner, last * inner)
+    if last * inner < stop:
+        yield from _row(shape, last, last * inner, stop)
+
+
+def _row(shape: tuple[int, ...], row: int, start: int, stop: int) -> Iterator[tuple[tuple[slice, ...], slice]]:
+    """`boxes` of elements that all lie in one row."""
+    offset = row * int(np.prod(shape[1:], dtype=np.int64))
+    for box, inside in boxes(shape[1:], start - offset, stop - offset):
+        yield (slice(row, row + 1), *box), slice(inside.start + offset, inside.stop + offset)
+
+
+def read_sweep(path: str | Path) -> Dataset:
+    """The sweep in a file, opened and not yet loaded, as an xarray Dataset. Raises InputError where it is none."""
+    import xarray
+
+    try:
+        data = xarray.open_dataset(Path(path), engine="h5netcdf")
+    except FileNotFoundError:
+        raise InputError(f"cannot read '{path}': there is no such file") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read '{path}' as a sweep: {' '.join(str(error).split())[:120]}") from None
+    if "failure" not in data:
+        data.close()
+        raise InputError(f"'{path}' is a netCDF file, but not one of a sweep")
+    return data
+
+
+def _attributes(question: Question, command: str) -> dict[str, Any]:
+    import scipy
+
+    base = question.base
+    solver = {} if question.engine == "exact" else {"ngspice_version": _ngspice_version()}
+    return {
+        "Conventions": "CF-1.11",
+        "title": f"{question.plan.text}: {base.actuator.name}, {base.drive_text}",
+        "source": f"ilg_circuit {__version__}",
+        "command": command,
+        "actuator": dumps(base.actuator),
+        "drive": base.drive_text,
+        "duration_s": base.duration,
+        "tip": base.tip,
+        "beam": base.beam,
+        **{f"load_{name}": value for name, value in asdict(base.load).items()},
+        "designs": question.plan.text,
+        "engine": question.engine,
+        "accuracy": question.accuracy,
+        "python_version": platform.python_version(),
+        "numpy_version": np.__version__,
+        "scipy_version": scipy.__version__,
+        **solver,
+    }
+
+
+def _ngspice_version() -> str:
+    from ..solve.ngspice import session
+
+    try:
+        return session().version
+    except MissingLibraryError:  # it was solved elsewhere
+        return "not on the machine that wrote this file"

@@ -1,0 +1,313 @@
+"""Many cases to their outputs: solved together where they are alike, one at a time where one of them fails.
+
+Cases whose circuits have one topology, under drives that differ by a factor at most (for a linear circuit the answer
+goes with the drive), are solved in batches of similar time constants: by ngspice as copies in one netlist, by the exact
+engine as one stack of matrices. A batch that fails is halved until the case that fails is found; its reason is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..circuit.drive import Drive, PiecewiseLinear, Sine, drive_times
+from ..circuit.netlist import Netlist
+from ..circuit.strip import strip_netlist
+from ..errors import IlgError, InputError, MissingLibraryError
+from ..response import sample_times, transient_band
+from ..solve.exact import exact_on_panels
+from ..solve.panels import design_panels
+from ..solve.state_space import StateSpace, state_space
+from ..solve.transient import fastest_modes, similar, transient
+from .curves import Curves
+from .outputs import WAVEFORMS, Output, Runs, choose_outputs
+from .parameters import NO_LOAD, Base, Case, Value, apply, scaled
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+ENGINES = ("ngspice", "exact", "auto")
+#: Accuracy of a study's waveforms by ngspice, relative to each one's largest value.
+STUDY_ACCURACY = 1e-6
+
+#: Rounds in which panels of nonlinear circuits are cut, and into how many.
+_MOST_CUTS, _CUT_INTO = 7, 4
+
+#: What may go wrong with one case and says nothing of the others.
+_FAILURES = (IlgError, ArithmeticError, np.linalg.LinAlgError)
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """Outputs of n cases: ``values`` (n, outputs), SI, NaN where a case failed; ``failures``: case -> reason.
+
+    ``errors`` (n,): estimated error of the worst waveform relative to its maximum (0 by the exact engine).
+    ``waveforms``: name -> (n, t) at ``times`` [s], for those that were asked for.
+    """
+
+    outputs: tuple[Output, ...]
+    values: Array
+    errors: Array
+    failures: dict[int, str]
+    times: Array
+    waveforms: dict[str, Array]
+
+    def output(self, name: str) -> Array:
+        """One output (n,) by name."""
+        return np.asarray(self.values[:, [o.name for o in self.outputs].index(name)])
+
+
+def evaluate_designs(
+    base: Base, designs: Mapping[str, ArrayLike], outputs: Sequence[str] | None = None, **how: Any
+) -> Evaluation:
+    """`evaluate` for ``designs``: parameter -> values (n,), SI, as in `ilg_circuit.study.parameters.apply`.
+
+    ``how`` are `evaluate`'s other arguments. A design that cannot be (a free part longer than the whole, NaN) is one
+    failure among the results.
+    """
+    columns = {name: np.atleast_1d(np.asarray(values)).tolist() for name, values in designs.items()}
+    counts = {len(column) for column in columns.values()}
+    if len(counts) != 1:
+        raise InputError("designs need at least one parameter, and as many values of each")
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    return evaluate([_case(base, row) for row in rows], outputs, **how)
+
+
+def _case(base: Base, values: Mapping[str, Value]) -> Case | str:
+    try:
+        return apply(base, values)
+    except _FAILURES as error:
+        return _reason(error)
+
+
+def evaluate(
+    cases: Sequence[Case | str],
+    outputs: Sequence[str] | None = None,
+    *,
+    engine: str = "ngspice",
+    accuracy: float = STUDY_ACCURACY,
+    waveforms: Sequence[str] = (),
+    times: ArrayLike | None = None,
+    progress: Progress | None = None,
+) -> Evaluation:
+    """The outputs of ``cases``; a text in place of one is the reason why it could not even be made.
+
+    ``engine`` is ngspice, exact (linear circuits only) or auto, which is exact where it can be. ``accuracy`` is that
+    of ngspice's waveforms. ``waveforms`` (of `WAVEFORMS`) are kept at ``times`` [s], by default 601 over the longest
+    run; on a jump the right limit, at the run's end the left one. ``times`` also tell the band of a Warburg or CPE
+    ladder, as in `ilg_circuit.response.simulate`. ``progress(done, total)`` counts cases. Raises InputError for unknown
+    words, MissingLibraryError without ngspice.
+    """
+    chosen = choose_outputs(outputs)
+    if engine not in ENGINES:
+        raise InputError(f"engine is '{engine}'; choose one of {', '.join(ENGINES)}")
+    unknown = [name for name in waveforms if name not in WAVEFORMS]
+    if unknown:
+        raise InputError(f"unknown waveform '{unknown[0]}'; choose from {', '.join(WAVEFORMS)}")
+    longest = max((case.duration for case in cases if isinstance(case, Case)), default=1.0)
+    samples = sample_times(longest) if times is None else np.asarray(times, dtype=np.float64)
+    work = _Work(chosen, engine, accuracy, tuple(waveforms), samples, len(cases))
+    kinds = sorted({output.blocked for output in chosen} | ({False} if waveforms else set()))
+    for blocked in kinds:
+        groups = work.prepare(cases, blocked)
+        for group in groups:
+            work.solve(group)
+            if progress and blocked == kinds[-1]:
+                work.done += len(group.members)
+                progress(min(work.done, len(cases)), len(cases))
+    if progress:
+        progress(len(cases), len(cases))
+    for k in work.failures:
+        work.values[k], work.errors[k] = np.nan, np.nan
+        for kept in work.waveforms.values():
+            kept[k] = np.nan
+    return Evaluation(chosen, work.values, work.errors, dict(sorted(work.failures.items())), samples, work.waveforms)
+
+
+@dataclass(frozen=True, eq=False)
+class _Batch:
+    """Cases ``members`` that are solved together: netlists, their state space (linearised), poles, and the drive.
+
+    ``factors`` (n,) are what each case's own drive is of ``drive``.
+    """
+
+    members: NDArray[np.intp]
+    netlists: list[Netlist]
+    system: StateSpace
+    poles: NDArray[np.complex128]
+    drive: Drive
+    factors: Array
+    duration: float
+    load_distances: Array
+    tip: str
+    blocked: bool
+
+    def part(self, index: NDArray[np.intp]) -> _Batch:
+        """Some of the cases."""
+        s = self.system
+        system = StateSpace(s.a[index], s.b[index], s.c[index], s.d[index], s.output_names)
+        return replace(
+            self,
+            members=self.members[index],
+            netlists=[self.netlists[k] for k in index],
+            system=system,
+            poles=self.poles[index],
+            factors=self.factors[index],
+            load_distances=self.load_distances[index],
+        )
+
+
+class _Work:
+    """The results of one evaluation while it fills them."""
+
+    def __init__(
+        self,
+        outputs: tuple[Output, ...],
+        engine: str,
+        accuracy: float,
+        waveforms: tuple[str, ...],
+        times: Array,
+        count: int,
+    ) -> None:
+        self.outputs, self.engine, self.accuracy, self.times = outputs, engine, accuracy, times
+        self.values = np.full((count, len(outputs)), np.nan)
+        self.errors = np.zeros(count)
+        self.waveforms = {name: np.full((count, len(times)), np.nan) for name in waveforms}
+        self.failures: dict[int, str] = {}
+        self.done = 0
+
+    def prepare(self, cases: Sequence[Case | str], blocked: bool) -> list[_Batch]:
+        """Batches of cases that can be solved together; cases that make no circuit become failures."""
+        groups: dict[Any, list[tuple[int, Netlist, Drive, float, Case]]] = {}
+        band = transient_band(self.times)
+        for k, case in enumerate(cases):
+            if isinstance(case, str):
+                self.failures[k] = case
+            if k in self.failures or isinstance(case, str):
+                continue
+            try:
+                held = replace(case, tip="clamped", load=NO_LOAD) if blocked else case
+                netlist = strip_netlist(held.actuator, tip=held.tip, beam=held.beam, load=held.load, band=band)
+                drive, factor = _normalised(held.drive) if netlist.linear else (held.drive, 1.0)
+            except _FAILURES as error:
+                self.failures[k] = _reason(error)
+                continue
+            key = (netlist.topology, _identity(drive), held.duration, held.tip)
+            groups.setdefault(key, []).append((k, netlist, drive, factor, held))
+        return [batch for group in groups.values() for batch in self._batches(group, blocked)]
+
+    def _batches(self, group: list[tuple[int, Netlist, Drive, float, Case]], blocked: bool) -> list[_Batch]:
+        members, netlists, drives, factors, held = (list(column) for column in zip(*group, strict=True))
+        try:
+            system = state_space([n.linearised() for n in netlists])
+            poles = system.poles()
+            if not netlists[0].linear:
+                at_peak = state_space([n.linearised(drives[0].largest()) for n in netlists])
+                poles = np.concatenate([poles, at_peak.poles()], axis=1)
+        except _FAILURES as error:
+            if len(group) == 1:
+                self.failures[members[0]] = _reason(error)
+                return []
+            middle = len(group) // 2
+            return [b for half in (group[:middle], group[middle:]) for b in self._batches(half, blocked)]
+        whole = _Batch(
+            members=np.array(members),
+            netlists=netlists,
+            system=system,
+            poles=poles,
+            drive=drives[0],
+            factors=np.array(factors),
+            duration=held[0].duration,
+            load_distances=np.array([case.actuator.geometry.load_distance for case in held]),
+            tip=held[0].tip,
+            blocked=blocked,
+        )
+        return [whole.part(batch) for batch in similar(fastest_modes(system))]
+
+    def solve(self, batch: _Batch) -> None:
+        """Solve a batch, or halve it until the case that fails is alone."""
+        linear = batch.netlists[0].linear
+        if self.engine == "exact" and not linear:
+            reason = "the exact engine solves linear circuits only, and this one is not; use ngspice or auto"
+            self.failures |= dict.fromkeys(batch.members.tolist(), reason)
+            return
+        try:
+            curves, errors = self._curves(batch)
+        except MissingLibraryError:
+            raise
+        except _FAILURES as error:
+            if len(batch.members) == 1:
+                self.failures[int(batch.members[0])] = _reason(error)
+                return
+            for half in np.array_split(np.arange(len(batch.members)), 2):
+                self.solve(batch.part(half))
+            return
+        panels = next(iter(curves.values())).panels
+        factors = batch.factors[:, None, None]
+        curves = {name: Curves(panels, curve.values * factors) for name, curve in curves.items()}
+        voltage = batch.drive.value(panels.points) * factors
+        runs = Runs(panels, voltage, curves, batch.tip, batch.load_distances)
+        for j, output in enumerate(self.outputs):
+            if output.blocked == batch.blocked:
+                self.values[batch.members, j] = output.compute(runs)
+        self.errors[batch.members] = np.maximum(self.errors[batch.members], errors)
+        if not batch.blocked:
+            inside = self.times <= batch.duration
+            times = drive_times(batch.drive, self.times[inside])
+            for name, kept in self.waveforms.items():
+                kept[np.ix_(batch.members, inside)] = runs.curve(name).sampled(times)
+
+    def _curves(self, batch: _Batch) -> tuple[dict[str, Curves], Array]:
+        """A batch's waveforms under its common drive, and their errors (n,).
+
+        The poles do not tell where a nonlinear law has a kink, so where a panel's series does not die out, it is cut.
+        """
+        panels = design_panels(batch.poles, batch.drive, batch.duration)
+        linear = batch.netlists[0].linear
+        for cuts_left in reversed(range(1 if linear else _MOST_CUTS)):
+            if linear and self.engine != "ngspice":
+                solved = exact_on_panels(batch.system, batch.drive, panels)
+                errors = np.zeros(len(batch.members))
+            else:
+                accuracy = self.accuracy if linear else max(self.accuracy / 3, 1e-11)
+                waves = transient(
+                    batch.netlists, batch.drive, panels.points.ravel(), accuracy=accuracy, interpolate=False
+                )
+                solved = waves.values.reshape(*waves.values.shape[:2], *panels.points.shape)
+                errors = waves.errors.max(axis=1)
+            curves = {name: Curves(panels, solved[:, k]) for k, name in enumerate(batch.system.output_names)}
+            if linear:
+                break
+            doubt = np.stack([curve.doubt for curve in curves.values()])
+            unclear = np.asarray((doubt > self.accuracy).any(axis=(0, 1)))
+            errors = np.maximum(errors, doubt.max(axis=(0, 2)))
+            if not (unclear.any() and cuts_left):
+                break
+            panels = panels.split(unclear, _CUT_INTO)
+        return curves, errors
+
+
+def _normalised(drive: Drive) -> tuple[Drive, float]:
+    """The drive with a largest value of 1 V, and the factor that makes it the drive again."""
+    if isinstance(drive, Sine) and drive.amplitude:
+        return scaled(drive, 1 / drive.amplitude), drive.amplitude
+    if isinstance(drive, PiecewiseLinear) and drive.largest():
+        factor = float(drive.values[np.abs(drive.values).argmax()])
+        return replace(drive, values=drive.values / factor), factor
+    return drive, 1.0
+
+
+def _identity(drive: Drive) -> Any:
+    """What is equal for drives that are the same function of time."""
+    if isinstance(drive, PiecewiseLinear):
+        return drive.times.tobytes(), drive.values.round(13).tobytes()
+    return drive
+
+
+def _reason(error: Exception) -> str:
+    text = " ".join(str(error).split())
+    return text if isinstance(error, IlgError) else f"values out of all proportion ({text or type(error).__name__})"

@@ -1,0 +1,135 @@
+"""What a study reports of each run: numbers drawn from its waveforms, each with its unit and meaning.
+
+Signs are those of `ilg_circuit.response`: displacement and force are positive towards the anode and taken at L_F. "The
+motion" is the displacement, or the force where the tip is clamped. A quantity that a case does not have (a displacement
+without a coupling) is NaN, and so is a time of a motion that ends at zero. Peaks and times are those of the waveform
+itself, not of its samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..solve.panels import Panels
+from .curves import Curves
+
+Array = NDArray[np.float64]
+
+#: A motion is settled once it stays within this part of its final value of it.
+SETTLING_BAND = 0.02
+
+#: Waveforms that a study can keep whole -> SI unit.
+WAVEFORMS = {"current": "A", "charge": "C", "displacement": "m", "force": "N"}
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """Waveforms of n cases on the same panels; ``voltage`` (n, m, NODES) [V]; ``tip`` free or clamped.
+
+    ``load_distance`` (n,) is L_F [m].
+    """
+
+    panels: Panels
+    voltage: Array
+    curves: dict[str, Curves]
+    tip: str
+    load_distance: Array
+
+    def curve(self, name: str) -> Curves:
+        """The waveforms of that name, NaN where the cases do not have it."""
+        return self.curves.get(name) or Curves(self.panels, np.full(self.voltage.shape, np.nan))
+
+    @property
+    def motion(self) -> Curves:
+        return self.curve("force" if self.tip == "clamped" else "displacement")
+
+
+@dataclass(frozen=True)
+class Output:
+    """A number that a run comes down to. ``blocked``: of the same case with its tip clamped and without a load."""
+
+    name: str
+    unit: str
+    meaning: str
+    compute: Callable[[Runs], Array]
+    blocked: bool = False
+
+    def __reduce__(self) -> tuple[Callable[[str], Output], tuple[str]]:
+        """Between processes an output goes by its name."""
+        return _by_name, (self.name,)
+
+
+def _by_name(name: str) -> Output:
+    return OUTPUTS[name]
+
+
+def _energy(runs: Runs) -> Array:
+    return runs.curve("current").integral(runs.voltage)
+
+
+def _overshoot(runs: Runs) -> Array:
+    final = runs.motion.final
+    beyond = runs.motion.extreme(np.where(final < 0, -1.0, 1.0))[0]
+    ratio = np.divide(beyond, final, out=np.full_like(final, np.nan), where=final != 0)
+    return np.asarray(np.maximum(ratio - 1, 0.0))
+
+
+def _of_waveform(name: str) -> list[Output]:
+    unit, at = WAVEFORMS[name], {"displacement": " of L_F", "force": " on load or clamp"}.get(name, "")
+    return [
+        Output(f"{name}_final", unit, f"{name}{at} at the end", lambda runs: runs.curve(name).final),
+        Output(f"{name}_peak", unit, f"largest {name}{at}, with its sign", lambda runs: runs.curve(name).peak()[0]),
+        Output(f"{name}_rms", unit, f"root mean square {name}{at}", lambda runs: runs.curve(name).rms()),
+    ]
+
+
+_ALL = [
+    *_of_waveform("displacement"),
+    Output(
+        "relative_deflection",
+        "",
+        "largest displacement over L_F; the model holds up to 0.2",
+        lambda runs: np.abs(runs.curve("displacement").peak()[0]) / runs.load_distance,
+    ),
+    Output("time_of_peak", "s", "when the motion is largest", lambda runs: runs.motion.peak()[1]),
+    Output("overshoot", "", "how far the motion goes beyond its end, as a part of that", _overshoot),
+    Output("time_of_90", "s", "when the motion first reaches 90 % of its end", lambda runs: runs.motion.reached(0.9)),
+    Output(
+        "settling_time",
+        "s",
+        f"from when on the motion stays within {SETTLING_BAND:.0%} of its end",
+        lambda runs: runs.motion.settled(SETTLING_BAND),
+    ),
+    *_of_waveform("force"),
+    Output("force_blocked", "N", "force at the end, L_F being clamped", lambda runs: runs.curve("force").final, True),
+    Output(
+        "force_blocked_peak", "N", "largest force, L_F being clamped", lambda runs: runs.curve("force").peak()[0], True
+    ),
+    *_of_waveform("current"),
+    *_of_waveform("charge"),
+    Output("energy", "J", "energy delivered by the source", _energy),
+]
+
+#: Every output by name.
+OUTPUTS = {output.name: output for output in _ALL}
+#: What a study reports that was not told: all but what needs a second run, with the tip clamped.
+DEFAULT_OUTPUTS = tuple(output.name for output in _ALL if not output.blocked)
+
+
+def choose_outputs(names: Iterable[str] | None = None) -> tuple[Output, ...]:
+    """The outputs of those names, each once; all of `DEFAULT_OUTPUTS` without any.
+
+    Raises InputError that lists what there is.
+    """
+    chosen = tuple(dict.fromkeys(DEFAULT_OUTPUTS if names is None else names))
+    for name in chosen:
+        if name not in OUTPUTS:
+            raise InputError(f"unknown output '{name[:40]}'; choose from {', '.join(OUTPUTS)}")
+    if not chosen:
+        raise InputError(f"no output is asked for; choose from {', '.join(OUTPUTS)}")
+    return tuple(OUTPUTS[name] for name in chosen)

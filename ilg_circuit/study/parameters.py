@@ -1,0 +1,249 @@
+"""What can be varied: every number that describes a strip, its drive, its load and its mounting, by name.
+
+Names are the keys of an actuator's TOML file (``thickness``, ``youngs_modulus``, ``gain``), those of further ionic
+branches with the branch's number (``permittivity_2``), ``load_mass`` ..., and what the drive's text holds (``voltage``,
+``period``, ``duty``, ``frequency``, ``rate``).
+
+A geometry stays one strip of the same make: where ``free_length`` is varied and ``length`` is not, the clamped part
+keeps its length, so the whole grows with the free part; where ``load_position`` is given and not varied, it keeps its
+place in proportion to the free part.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from typing import Any
+
+from ..actuator import ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
+from ..circuit.drive import Drive, PiecewiseLinear, Sine, parse_drive
+from ..circuit.strip import Load
+from ..errors import InputError
+from ..units import parse
+
+#: A value of a parameter: a number in SI units, or a word (an orientation).
+Value = float | str
+
+NO_LOAD = Load()
+
+_MOST_BRANCHES = 3
+_LOAD_UNITS = {"mass": "kg", "stiffness": "N/m", "damping": "N*s/m"}
+#: Key of a drive -> unit, meaning, kinds of drive that have it.
+_DRIVE_KEYS = {
+    "voltage": ("V", "largest voltage of the drive", ("step", "square", "sine", "file")),
+    "period": ("s", "period of a square wave", ("square",)),
+    "duty": ("", "part of the period for which a square wave is high", ("square",)),
+    "frequency": ("Hz", "frequency of a sine", ("sine",)),
+    "rate": ("V/s", "slope of a ramp", ("ramp",)),
+}
+
+
+#: Kinds of drive whose text begins with their voltage; others are scaled.
+_FIRST_IS_VOLTAGE = ("step", "sine")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Something that can be varied: ``part`` of the description that it belongs to, SI unit, meaning.
+
+    ``words`` are the values allowed where it is no number.
+    """
+
+    name: str
+    part: str
+    unit: str
+    meaning: str
+    words: tuple[str, ...] = ()
+
+    def value(self, text: str) -> Value:
+        """The value that a text with a unit stands for. Raises InputError naming the parameter."""
+        if self.words:
+            if text not in self.words:
+                raise InputError(f"{self.name} is '{text[:40]}'; choose one of {', '.join(self.words)}")
+            return text
+        return parse(text, self.unit, self.name)
+
+
+@dataclass(frozen=True)
+class Base:
+    """What all cases of a study share but for what is varied: an actuator and the run that it makes.
+
+    ``drive`` is a text such as ``step:4V``, or a drive, of which only the voltage can be varied; ``duration`` [s] is
+    how long it lasts; ``tip``, ``beam`` and ``load`` are those of `ilg_circuit.circuit.strip.strip_netlist`.
+    """
+
+    actuator: Actuator
+    drive: str | Drive
+    duration: float
+    tip: str = "free"
+    beam: str = "dynamic"
+    load: Load = NO_LOAD
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.duration) and self.duration > 0):
+            raise InputError(f"duration {self.duration:g} s must be more than zero")
+
+    @property
+    def drive_text(self) -> str:
+        """The drive in a few words."""
+        return self.drive if isinstance(self.drive, str) else self.drive.text
+
+    def parsed_drive(self) -> Drive:
+        """The drive that nothing is varied of. Raises InputError for a text that is none."""
+        return parse_drive(self.drive, self.duration) if isinstance(self.drive, str) else self.drive
+
+
+@dataclass(frozen=True)
+class Case:
+    """One strip in one run of ``duration`` [s]: all that a solve needs to know."""
+
+    actuator: Actuator
+    drive: Drive
+    duration: float
+    tip: str = "free"
+    beam: str = "dynamic"
+    load: Load = NO_LOAD
+
+
+def _of_record(kind: type, part: str, prefix: str = "", suffix: str = "") -> list[Parameter]:
+    return [
+        Parameter(f"{prefix}{f.name}{suffix}", part, f.metadata["unit"], f.metadata["meaning"])
+        for f in fields(kind)
+        if "unit" in f.metadata
+    ]
+
+
+def _registry() -> dict[str, Parameter]:
+    found = _of_record(Geometry, "geometry") + _of_record(Material, "material") + _of_record(Coupling, "coupling")
+    for k in range(2, _MOST_BRANCHES + 1):
+        found += _of_record(IonBranch, "branch", suffix=f"_{k}")
+    found += [Parameter(f"load_{n}", "load", u, f"{n} of the load at L_F") for n, u in _LOAD_UNITS.items()]
+    found += [Parameter(n, "drive", unit, meaning) for n, (unit, meaning, _) in _DRIVE_KEYS.items()]
+    found.append(Parameter("orientation", "mounting", "", "how the strip is held against gravity", ORIENTATIONS))
+    return {p.name: p for p in found}
+
+
+PARAMETERS = _registry()
+
+
+def parameter(name: str) -> Parameter:
+    """The parameter of that name. Raises InputError that lists what there is, by the nearest names where it can."""
+    if name not in PARAMETERS:
+        from difflib import get_close_matches
+
+        near = get_close_matches(name, PARAMETERS, n=4) or PARAMETERS
+        raise InputError(f"unknown parameter '{name[:40]}'; {'perhaps' if near is not PARAMETERS else 'known are'} "
+                         f"{', '.join(near)}")  # fmt: skip
+    return PARAMETERS[name]
+
+
+def apply(base: Base, values: Mapping[str, Value]) -> Case:
+    """The case that ``values`` (SI, by name; see the module) make of ``base``.
+
+    Raises InputError for an unknown name, a value out of range, a strip that cannot be (a free part longer than the
+    whole), or a parameter that the base does not have (a second branch's, a period of a step).
+    """
+    changed: dict[str, dict[str, Any]] = {}
+    for name, value in values.items():
+        item = parameter(name)
+        changed.setdefault(item.part, {})[name] = value if item.words else _number(name, value)
+    actuator = _actuator(base.actuator, changed)
+    load = base.load
+    if "load" in changed:
+        load = replace(load, **{name.removeprefix("load_"): v for name, v in changed["load"].items()})
+    return Case(
+        actuator, _drive(base.drive, base.duration, changed.get("drive", {})), base.duration, base.tip, base.beam, load
+    )
+
+
+def _number(name: str, value: Value) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{name} is {str(value)[:40]!r}; give a number in {PARAMETERS[name].unit or 'no unit'}"
+        ) from None
+    if not math.isfinite(number):
+        raise InputError(f"{name} is {number}; give a finite value")
+    return number
+
+
+def _actuator(actuator: Actuator, changed: Mapping[str, dict[str, Any]]) -> Actuator:
+    parts: dict[str, Any] = {}
+    if "geometry" in changed:
+        parts["geometry"] = _geometry(actuator.geometry, changed["geometry"])
+    if "material" in changed or "branch" in changed:
+        branches = list(actuator.material.further_branches)
+        for name, value in changed.get("branch", {}).items():
+            key, _, number = name.rpartition("_")
+            if int(number) - 2 >= len(branches):
+                raise InputError(
+                    f"{name} belongs to ionic branch {number}, and '{actuator.name}' has {len(branches) + 1}"
+                )
+            branches[int(number) - 2] = replace(branches[int(number) - 2], **{key: value})
+        parts["material"] = replace(actuator.material, further_branches=tuple(branches), **changed.get("material", {}))
+    if "coupling" in changed:
+        if actuator.coupling is None:
+            names = ", ".join(changed["coupling"])
+            raise InputError(f"{names}: actuator '{actuator.name}' has no [coupling] that could be varied")
+        parts["coupling"] = replace(actuator.coupling, **changed["coupling"])
+    if "mounting" in changed:
+        parts["mounting"] = Mounting(changed["mounting"]["orientation"])
+    if not parts.keys() <= {"geometry", "mounting"}:
+        parts["uncertainty"] = None  # what a fit left open was that of other constants
+    return replace(actuator, **parts) if parts else actuator
+
+
+def _geometry(base: Geometry, changed: dict[str, float]) -> Geometry:
+    if "free_length" in changed:
+        free = changed["free_length"]
+        follow = {"length": base.length - base.free_length + free}
+        if base.load_position is not None:
+            follow["load_position"] = base.load_position / base.free_length * free
+        changed = follow | changed
+    return replace(base, **changed)
+
+
+@lru_cache(maxsize=4096)
+def _parsed(text: str, duration: float) -> Drive:
+    return parse_drive(text, duration)
+
+
+def _drive(given: str | Drive, duration: float, changed: Mapping[str, float]) -> Drive:
+    """A drive, or that of a text, with some of its numbers replaced. ``voltage`` scales the whole of it."""
+    text = given if isinstance(given, str) else f"file:{given.text}"
+    kind, _, rest = text.partition(":")
+    for name in changed:
+        kinds = _DRIVE_KEYS[name][2]
+        if kind not in kinds:
+            raise InputError(f"{name} is no part of the drive '{text}'; it belongs to {' and '.join(kinds)}")
+    drive = given if not isinstance(given, str) else _parsed(_rewritten(kind, rest.split(","), changed), duration)
+    if "voltage" not in changed or kind in _FIRST_IS_VOLTAGE:
+        return drive
+    if not drive.largest():
+        raise InputError(f"the drive '{text}' is zero, so no voltage can be given to it")
+    return scaled(drive, changed["voltage"] / drive.largest())
+
+
+def _rewritten(kind: str, parts: list[str], changed: Mapping[str, float]) -> str:
+    """A drive's text with some of its parts replaced."""
+    texts = {name: f"{value!r} {_DRIVE_KEYS[name][0]}".strip() for name, value in changed.items()}
+    if "rate" in changed or ("voltage" in changed and kind in _FIRST_IS_VOLTAGE):
+        parts[0] = texts.get("rate") or texts["voltage"]
+    for name in ("period", "frequency"):
+        if name in changed:
+            parts[1:2] = [texts[name]]
+    if "duty" in changed:
+        parts[2:] = [texts["duty"]]
+    return f"{kind}:{','.join(parts)}"
+
+
+def scaled(drive: Drive, factor: float) -> Drive:
+    """The drive times a factor. Raises InputError for a kind of drive of someone else's making."""
+    if isinstance(drive, Sine):
+        return replace(drive, amplitude=factor * drive.amplitude)
+    if isinstance(drive, PiecewiseLinear):
+        return replace(drive, values=factor * drive.values, text=f"{drive.text} times {factor:.6g}")
+    raise InputError(f"a drive of kind {type(drive).__name__} cannot be scaled")

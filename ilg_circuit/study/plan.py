@@ -1,0 +1,223 @@
+"""Which designs a study looks at: the full grid of some axes, a random sample of ranges, or a list from a file."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..tables import split_header
+from ..units import scale
+from .parameters import PARAMETERS, Parameter, Value, parameter
+
+#: Values of one parameter: floats in SI, or words.
+Column = NDArray[np.float64] | NDArray[np.str_]
+
+MOST_DESIGNS = 10_000_000
+METHODS = ("lhs", "sobol", "uniform")
+VARY_FORMS = (
+    "thickness=0.2mm:1mm:20 (values from, to, how many; :log after it for equal ratios), thickness=0.2mm,0.5mm,1mm, or "
+    "for random designs thickness=0.2mm:1mm"
+)
+
+
+@dataclass(frozen=True)
+class Span:
+    """What one parameter runs through: ``values``, or all between ``low`` and ``high`` (by equal ratios if ``log``)."""
+
+    parameter: Parameter
+    values: tuple[Value, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+    log: bool = False
+
+    def __post_init__(self) -> None:
+        if self.values:
+            return
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
+            raise InputError(f"{self.parameter.name} from {self.low:g} to {self.high:g}: give the smaller end first")
+        if self.log and self.low <= 0:
+            raise InputError(f"{self.parameter.name}: a range by equal ratios begins above zero, not at {self.low:g}")
+
+    def at(self, share: NDArray[np.float64]) -> Column:
+        """Values for numbers from 0 to 1: places within the range, or picks from the values."""
+        if self.values:
+            pick = np.minimum((share * len(self.values)).astype(int), len(self.values) - 1)
+            picked: Column = np.asarray(self.values)[pick]
+            return picked
+        if self.log:
+            return np.asarray(self.low * (self.high / self.low) ** share)
+        return np.asarray(self.low + (self.high - self.low) * share)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Designs in order. ``columns``: parameter -> values; of a grid its axes, else one value a design.
+
+    The designs of a grid are counted with the last axis running fastest. ``text`` says how they came about.
+    """
+
+    columns: dict[str, Column]
+    grid: bool
+    text: str
+
+    def __post_init__(self) -> None:
+        if not self.columns or not self.count:
+            raise InputError(f"no designs: say what to vary, such as {VARY_FORMS}")
+        if self.count > MOST_DESIGNS:
+            raise InputError(f"{self.count} designs are more than {MOST_DESIGNS}; vary less or more coarsely")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.columns)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the axes of a grid; otherwise the number of designs."""
+        lengths = [len(column) for column in self.columns.values()]
+        return tuple(lengths) if self.grid else (lengths[0],)
+
+    @property
+    def count(self) -> int:
+        return math.prod(self.shape)
+
+    def designs(self, start: int, stop: int) -> dict[str, Column]:
+        """Values of every parameter for the designs from ``start`` up to ``stop``."""
+        if not self.grid:
+            return {name: column[start:stop] for name, column in self.columns.items()}
+        index = np.unravel_index(np.arange(start, stop), self.shape)
+        return {name: column[k] for (name, column), k in zip(self.columns.items(), index, strict=True)}
+
+
+def parse_span(text: str) -> tuple[Span, int | None]:
+    """A span and the number of values wanted from it, if said, from a text such as ``thickness=0.2mm:1mm:20``."""
+    name, separator, rest = (part.strip() for part in text.partition("="))
+    if not separator or not rest:
+        raise InputError(f"'{text[:60]}' is not understood; write {VARY_FORMS}")
+    item = parameter(name)
+    parts = [part.strip() for part in rest.split(":")]
+    log = len(parts) > 2 and parts[-1] == "log"
+    parts = parts[:-1] if log else parts
+    if len(parts) == 1:
+        return Span(item, tuple(item.value(cell.strip()) for cell in rest.split(","))), None
+    if item.words or len(parts) > 3 or (len(parts) == 3 and not parts[2].isdecimal()):
+        raise InputError(f"'{text[:60]}' is not understood; write {VARY_FORMS}")
+    low, high = (float(item.value(part)) for part in parts[:2])
+    return Span(item, low=low, high=high, log=log), int(parts[2]) if len(parts) == 3 else None
+
+
+def grid_plan(texts: Sequence[str]) -> Plan:
+    """The full grid of axes such as ``thickness=0.2mm:1mm:20`` and ``width=2mm,5mm``. Raises InputError."""
+    columns: dict[str, Column] = {}
+    for text in texts:
+        span, count = parse_span(text)
+        name = _new(span, columns)
+        if not span.values and count is None:
+            raise InputError(f"'{text}' does not say how many values; write {text}:20, or give --random")
+        if span.values:
+            columns[name] = np.asarray(span.values)
+        elif count == 1:
+            raise InputError(
+                f"'{text}': one value is no range; write {name}={text.partition('=')[2].partition(':')[0]}"
+            )
+        else:
+            columns[name] = span.at(np.linspace(0.0, 1.0, count or 0))
+            if count:
+                columns[name][-1] = span.high
+    return Plan(columns, True, "grid of " + ", ".join(texts))
+
+
+def random_plan(texts: Sequence[str], count: int, method: str = "lhs", seed: int = 0) -> Plan:
+    """``count`` random designs over ranges such as ``thickness=0.2mm:1mm``; a list is picked from.
+
+    ``method``: lhs (Latin hypercube), sobol (scrambled), uniform. Raises InputError.
+    """
+    from scipy.stats import qmc
+
+    if method not in METHODS:
+        raise InputError(f"method is '{method}'; choose one of {', '.join(METHODS)}")
+    if not 1 <= count <= MOST_DESIGNS:
+        raise InputError(f"{count} random designs: give 1 to {MOST_DESIGNS}")
+    spans: dict[str, Span] = {}
+    for text in texts:
+        span, values = parse_span(text)
+        if values is not None:
+            raise InputError(f"'{text}': random designs have no number of values a parameter; leave out ':{values}'")
+        spans[_new(span, spans)] = span
+    if not spans:
+        raise InputError(f"no designs: say what to vary, such as {VARY_FORMS}")
+    if method == "uniform":
+        shares = np.random.default_rng(seed).random((count, len(spans)))
+    elif method == "lhs":
+        shares = qmc.LatinHypercube(len(spans), rng=np.random.default_rng(seed)).random(count)
+    else:
+        sampler = qmc.Sobol(len(spans), rng=np.random.default_rng(seed))
+        shares = sampler.random_base2(max(math.ceil(math.log2(count)), 0))[:count]
+    columns = {name: span.at(shares[:, k]) for k, (name, span) in enumerate(spans.items())}
+    return Plan(columns, False, f"{count} random designs ({method}, seed {seed}) of {', '.join(texts)}")
+
+
+def read_plan(path: Path) -> Plan:
+    """The designs of a CSV file: a parameter with its unit in each header (``thickness_mm``), a design in each row.
+
+    Raises InputError naming file, line and column. A blank cell is a design that cannot be.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            rows = [(k, row) for k, row in enumerate(csv.reader(file), 1) if any(c.strip() for c in row)]
+    except OSError as error:
+        raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
+    except (UnicodeDecodeError, csv.Error):
+        raise InputError(f"{path.name}: not a table of text; export it as CSV") from None
+    if len(rows) < 2:
+        raise InputError(f"{path.name}: give a header row such as thickness_mm,width_mm and at least one design")
+    header = rows[0][1]
+    items = [_heading(title.strip(), path.name) for title in header]
+    names = [item.name for item, _ in items]
+    twice = next((n for n in names if names.count(n) > 1), None)
+    if twice:
+        raise InputError(f"{path.name}: two columns give {twice}; leave one out")
+    columns: list[list[Value]] = [[] for _ in items]
+    for line, row in rows[1:]:
+        if len(row) > len(items):
+            raise InputError(f"{path.name}: line {line} has {len(row)} cells, the header {len(items)}")
+        for column, (item, factor), cell in zip(columns, items, row + [""] * (len(items) - len(row)), strict=True):
+            column.append(_cell(cell.strip(), item, factor, f"{path.name}: line {line}"))
+    arrays = {
+        n: np.asarray(c, dtype=None if PARAMETERS[n].words else float) for n, c in zip(names, columns, strict=True)
+    }
+    return Plan(arrays, False, f"designs of {path.name}")
+
+
+def _new(span: Span, known: dict[str, Column] | dict[str, Span]) -> str:
+    if span.parameter.name in known:
+        raise InputError(f"{span.parameter.name} is varied twice; give it once")
+    return span.parameter.name
+
+
+def _heading(title: str, source: str) -> tuple[Parameter, float]:
+    """Parameter of a column and the factor to its SI unit."""
+    name, unit = (title, "") if title in PARAMETERS else split_header(title)
+    try:
+        item = parameter(name or title)
+        if item.unit and not unit:
+            raise InputError(f"no unit; write it like '{title}_{item.unit}'")
+        factor = 1.0 if unit in ("", "-", "1") and not item.unit else float(scale(unit, item.unit))
+    except InputError as error:
+        raise InputError(f"{source}: column '{title[:60]}': {error}") from None
+    return item, factor
+
+
+def _cell(text: str, item: Parameter, factor: float, where: str) -> Value:
+    if item.words:
+        return text
+    try:
+        return factor * float(text or "nan")
+    except ValueError:
+        raise InputError(f"{where}: {item.name}: '{text[:40]}' is not a number") from None

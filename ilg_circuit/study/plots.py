@@ -1,0 +1,243 @@
+"""Pictures of sweeps: curves over one parameter, maps over two, scatter with medians for random and listed designs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..plots import BLUE, GREY, ORANGE, engineering, save
+from ..units import format_quantity
+from .dataset import DESIGN, read_sweep
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import DataArray, Dataset
+
+Array = NDArray[np.float64]
+
+#: What is drawn unless something else is asked for: the first of these that the sweep has and that are not all alike.
+_PREFERRED = (
+    "displacement_final",
+    "force_final",
+    "force_blocked",
+    "settling_time",
+    "current_peak",
+    "energy",
+    "displacement_peak",
+)
+_MOST_PANELS, _MOST_CURVES = 4, 6
+_COLOURS = (BLUE, ORANGE, GREY, "#3a8a4d", "#8a4da0", "#b0912a")
+#: So that curves that coincide are both seen.
+_DASHES = ("-", "--", ":", "-.")
+#: Medians of a scatter are taken over so many groups of equal size.
+_GROUPS = 12
+#: A scatter shows no more designs than this, evenly chosen.
+_MOST_POINTS = 4000
+
+
+def plot_sweep(path: str | Path, picture: str | Path, outputs: tuple[str, ...] = ()) -> None:
+    """Draw a sweep's file: ``outputs``, at most six, chosen if not given. Raises InputError where there are none."""
+    with read_sweep(path) as data:
+        names = outputs or _interesting(data)
+        if not names:
+            raise InputError("every output is the same for all designs: there is nothing to draw")
+        if len(names) > 6:
+            raise InputError(f"{len(names)} outputs are too many for one picture; draw at most 6")
+        chosen = data[list(names)].load()
+        if DESIGN in chosen.dims:
+            figure = _scatter(chosen)
+        else:
+            axes = sorted((d for d in chosen.dims if chosen.sizes[d] > 1), key=lambda d: -chosen.sizes[d])
+            figure = _lines(chosen, [str(d) for d in axes]) if _few(chosen, axes) else _maps(chosen, axes)
+        failed = int((data["failure"] != "").sum())
+        note = f"; {failed} designs failed" if failed else ""
+        tip = "" if data.attrs["tip"] == "free" else ", clamped tip"
+        name = data.attrs["title"].partition(": ")[2]
+        figure.suptitle(f"{name}, {data.attrs['duration_s']:g} s{tip}{note}", fontsize=10)
+    save(figure, picture)
+
+
+def _interesting(data: Dataset) -> tuple[str, ...]:
+    found = []
+    for name in (*_PREFERRED, *(str(n) for n in data.data_vars)):
+        if name not in data or name in found or name in ("failure", "error") or "time" in data[name].dims:
+            continue
+        values = data[name].values[np.isfinite(data[name].values)]
+        if len(values) and np.ptp(values) > 1e-9 * np.abs(values).max():
+            found.append(name)
+    return tuple(found[:_MOST_PANELS])
+
+
+def _few(data: Dataset, axes: list[Any]) -> bool:
+    """Whether a grid is better shown as curves than as a map: one axis, or a second of few values or of words."""
+    return len(axes) < 2 or (len(axes) == 2 and (data.sizes[axes[1]] <= _MOST_CURVES or _is_words(data[axes[1]])))
+
+
+def _is_words(axis: DataArray) -> bool:
+    return axis.dtype.kind not in "fiu"
+
+
+def _figure(rows: int, columns: int, width: float, height: float, **shared: Any) -> tuple[Figure, Any]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width * columns, 0.6 + height * rows), dpi=150, layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False, **shared)
+    for panel in panels.flat:
+        panel.grid(alpha=0.25, linewidth=0.6)
+        panel.spines[["top", "right"]].set_visible(False)
+    return figure, panels
+
+
+def _scaled(axis: DataArray) -> tuple[Any, str]:
+    """Values for drawing and the label that goes with them."""
+    name = str(axis.name).replace("_", " ")
+    if _is_words(axis):
+        return axis.values.astype(str), name
+    unit = axis.attrs["units"]
+    factor, label = engineering(axis.values, unit) if unit in _PREFIXED else (1.0, unit)
+    return axis.values * factor, name if unit == "1" else f"{name} [{label}]"
+
+
+#: Units that take a prefix; "Pa s" or "1/s" would read wrong with one.
+_PREFIXED = ("m", "V", "A", "F", "N", "C", "J", "Pa", "kg/m^3", "ohm", "Hz")
+
+
+def _lines(data: Dataset, axes: list[str]) -> Figure:
+    """A panel for each output over the first axis, a curve for each value of a second one."""
+    names = [str(n) for n in data.data_vars]
+    figure, panels = _figure(len(names), 1, 6.5, 1.9, sharex=True)
+    over = axes[0] if axes else str(next(iter(data.dims)))
+    x, label = _scaled(data[over])
+    family = axes[1] if len(axes) > 1 else None
+    for panel, name in zip(panels[:, 0], names, strict=True):
+        values, title = _scaled(data[name])
+        rest = data[name].dims
+        table = np.moveaxis(values, rest.index(over), 0).reshape(len(x), -1)
+        style: dict[str, Any] = {"marker": "o", "markersize": 3} if len(x) <= 40 else {}
+        for k in range(table.shape[1]):
+            panel.plot(x, table[:, k], color=_COLOURS[k % len(_COLOURS)], linestyle=_DASHES[k % len(_DASHES)], **style)
+        panel.set_ylabel(title.replace(" [", "\n["))
+        _logarithmic(panel, "x", x)
+    panels[-1, 0].set_xlabel(label)
+    if family:
+        members, title = _scaled(data[family])
+        texts = [str(m) if _is_words(data[family]) else f"{m:.4g}" for m in members]
+        figure.legend(
+            panels[0, 0].get_lines(),
+            texts,
+            title=title,
+            loc="outside right upper",
+            fontsize=8,
+            title_fontsize=8,
+            frameon=False,
+        )
+    figure.align_ylabels(panels[:, 0])
+    return figure
+
+
+def _maps(data: Dataset, axes: list[Any]) -> Figure:
+    """A map for each output over the two longest axes, the others held at their middle."""
+    held = {axis: data.sizes[axis] // 2 for axis in axes[2:]}
+    named = ", ".join(f"{d} {_value(data[d], k)}" for d, k in held.items()).replace("_", " ")
+    data = data.isel(held).squeeze()
+    from matplotlib import colors
+
+    names = [str(n) for n in data.data_vars]
+    columns = min(len(names), 2)
+    figure, panels = _figure(-(-len(names) // columns), columns, 4.4, 3.3)
+    x, x_label = _scaled(data[axes[0]])
+    y, y_label = _scaled(data[axes[1]])
+    for panel, name in zip(panels.flat, names, strict=False):
+        values, title = _scaled(data[name])
+        table = values if data[name].dims == (axes[1], axes[0]) else values.T
+        panel.grid(False)
+        wide = _wide(table)
+        norm: Any = colors.LogNorm() if wide else None
+        shaded = panel.pcolormesh(x, y, table, cmap="viridis", norm=norm, shading="nearest", rasterized=True)
+        if (
+            np.isfinite(table).all()
+            and np.ptp(table) > 0
+            and not (_is_words(data[axes[0]]) or _is_words(data[axes[1]]))
+        ):
+            lines = panel.contour(x, y, table, levels=_levels(table) if wide else 7, colors="white", linewidths=0.8)
+            panel.clabel(lines, fontsize=7, fmt="%.4g")
+        figure.colorbar(shaded, ax=panel)
+        panel.set_title(title, fontsize=9)
+        panel.set_xlabel(x_label)
+        panel.set_ylabel(y_label)
+        _logarithmic(panel, "x", x)
+        _logarithmic(panel, "y", y)
+    for panel in list(panels.flat)[len(names) :]:
+        panel.set_visible(False)
+    if named:
+        figure.supxlabel(f"at {named}", fontsize=8)
+    return figure
+
+
+def _value(axis: DataArray, number: int) -> str:
+    value = axis.values[number]
+    return (
+        str(value)
+        if _is_words(axis)
+        else format_quantity(float(value), "" if axis.attrs["units"] == "1" else axis.attrs["units"], 4)
+    )
+
+
+def _levels(values: Array) -> Array:
+    """Levels of a map whose values go through decades: 1, 2 and 5 of each."""
+    decades = np.arange(np.floor(np.log10(values.min())), np.log10(values.max()) + 1)
+    levels = np.outer(10.0**decades, [1, 2, 5]).ravel()
+    return np.asarray(levels[(levels > values.min()) & (levels < values.max())])
+
+
+def _scatter(data: Dataset) -> Figure:
+    """A row for each output, a column for each parameter: every design, and the median over the others."""
+    names = [str(n) for n in data.data_vars]
+    parameters = [str(c) for c in data.coords if str(c) != DESIGN]
+    figure, panels = _figure(
+        len(names), len(parameters), max(2.4, 6.5 / len(parameters)), 1.9, sharey="row", sharex="col"
+    )
+    every = slice(None, None, max(1, data.sizes[DESIGN] // _MOST_POINTS))
+    for j, parameter in enumerate(parameters):
+        x, x_label = _scaled(data[parameter])
+        for i, name in enumerate(names):
+            panel = panels[i, j]
+            y, y_label = _scaled(data[name])
+            panel.plot(x[every], y[every], ".", color=GREY, alpha=0.35, markersize=2.5, rasterized=True)
+            if not _is_words(data[parameter]):
+                centres, medians = _medians(x, y)
+                panel.plot(centres, medians, color=ORANGE, linewidth=1.6)
+            _logarithmic(panel, "y", y[np.isfinite(y)])
+            if j == 0:
+                panel.set_ylabel(y_label.replace(" [", "\n["))
+        panels[-1, j].set_xlabel(x_label)
+    figure.align_ylabels(panels[:, 0])
+    if any(panel.get_lines()[1:] for panel in panels.flat):
+        lines = next(panel.get_lines() for panel in panels.flat if len(panel.get_lines()) > 1)
+        figure.legend(lines[:2], ["a design", "median of neighbours"], loc="outside lower center", fontsize=8, ncols=2,
+                      frameon=False)  # fmt: skip
+    return figure
+
+
+def _medians(x: Array, y: Array) -> tuple[Array, Array]:
+    """Medians of ``y`` over groups of neighbours in ``x``, of equal size."""
+    known = np.flatnonzero(np.isfinite(y))
+    groups = np.array_split(known[np.argsort(x[known], kind="stable")], min(_GROUPS, max(len(known) // 8, 1)))
+    centres = np.array([np.median(x[g]) for g in groups if len(g)])
+    return centres, np.array([np.median(y[g]) for g in groups if len(g)])
+
+
+def _logarithmic(panel: Axes, axis: str, values: Any) -> None:
+    """A logarithmic axis for positive values over more than a decade and a half."""
+    if _wide(values):
+        getattr(panel, f"set_{axis}scale")("log")
+
+
+def _wide(values: Any) -> bool:
+    numbers = values.dtype.kind == "f" and values.size > 0
+    return bool(numbers and np.nanmin(values) > 0 and np.nanmax(values) > 30 * np.nanmin(values))

@@ -1,0 +1,150 @@
+"""A sweep's complete question, its key, and its division into tasks that any process anywhere can solve.
+
+Tasks do not depend on how many workers there are, so neither do results: the designs of one task are solved in the same
+batches wherever it runs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import __version__
+from ..actuator_file import dumps
+from ..circuit.drive import PiecewiseLinear
+from ..errors import InputError
+from ..response import sample_times
+from .evaluate import ENGINES, STUDY_ACCURACY, Evaluation, Progress, evaluate_designs
+from .outputs import WAVEFORMS, choose_outputs
+from .parameters import Base
+from .plan import Column, Plan
+
+Array = NDArray[np.float64]
+
+#: Designs of a task, where circuits are linear and where they are not; and the most bytes that its waveforms may take.
+_DESIGNS, _DESIGNS_NONLINEAR = 256, 16
+_MOST_BYTES = 32e6
+#: Varied, these make a linear strip nonlinear.
+_NONLINEAR = ("emission_voltage", "capacitance_slope")
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """Some designs of a question, and all that it takes to solve them."""
+
+    base: Base
+    columns: dict[str, Column]
+    outputs: tuple[str, ...]
+    engine: str
+    accuracy: float
+    waveforms: tuple[str, ...]
+    times: Array
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+    def part(self, start: int, stop: int) -> Task:
+        """Its designs from ``start`` up to ``stop``."""
+        columns = {name: column[start:stop] for name, column in self.columns.items()}
+        return replace(self, columns=columns)
+
+
+def solve_task(task: Task, progress: Progress | None = None) -> Evaluation:
+    """The outputs of a task's designs."""
+    return evaluate_designs(
+        task.base,
+        task.columns,
+        task.outputs,
+        engine=task.engine,
+        accuracy=task.accuracy,
+        waveforms=task.waveforms,
+        times=task.times,
+        progress=progress,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """All that decides a sweep's result: base, designs, outputs (names), how solved, and waveforms kept.
+
+    ``samples`` is the number of samples of each waveform. Raises InputError for unknown words or numbers out of range.
+    """
+
+    base: Base
+    plan: Plan
+    outputs: tuple[str, ...]
+    engine: str = "ngspice"
+    accuracy: float = STUDY_ACCURACY
+    waveforms: tuple[str, ...] = ()
+    samples: int = 601
+
+    def __post_init__(self) -> None:
+        choose_outputs(self.outputs)
+        if self.engine not in ENGINES:
+            raise InputError(f"engine is '{self.engine}'; choose one of {', '.join(ENGINES)}")
+        if not 1e-11 <= self.accuracy <= 1e-2:
+            raise InputError(f"accuracy {self.accuracy:g} must lie between 1e-11 and 1e-2")
+        unknown = [name for name in self.waveforms if name not in WAVEFORMS]
+        if unknown:
+            raise InputError(f"unknown waveform '{unknown[0]}'; choose from {', '.join(WAVEFORMS)}")
+        if isinstance(self.base.drive, str) and self.base.drive.startswith("file:"):
+            # read once and here: where tasks are solved there may be no such file
+            object.__setattr__(self, "base", replace(self.base, drive=self.base.parsed_drive()))
+        self.base.parsed_drive()  # a text that is no drive is the question's fault
+        _ = self.times
+
+    @cached_property
+    def times(self) -> Array:
+        """Times [s] of the waveforms' samples."""
+        return sample_times(self.base.duration, samples=self.samples)
+
+    @cached_property
+    def task_size(self) -> int:
+        """Designs of a task: as many in each as can be, so that no worker is left with a long last one."""
+        material = self.base.actuator.material
+        nonlinear = any(getattr(material, n) or n in self.plan.names for n in _NONLINEAR)
+        size = _DESIGNS_NONLINEAR if nonlinear else _DESIGNS
+        if self.waveforms:
+            size = min(size, int(_MOST_BYTES / (8 * len(self.times) * len(self.waveforms))))
+        tasks = math.ceil(self.plan.count / max(size, 1))
+        return math.ceil(self.plan.count / tasks)
+
+    @property
+    def task_count(self) -> int:
+        return math.ceil(self.plan.count / self.task_size)
+
+    def bounds(self, number: int) -> tuple[int, int]:
+        """First design of task ``number``, and the one after its last."""
+        start = number * self.task_size
+        return start, min(start + self.task_size, self.plan.count)
+
+    def task(self, number: int) -> Task:
+        columns = self.plan.designs(*self.bounds(number))
+        return Task(self.base, columns, self.outputs, self.engine, self.accuracy, self.waveforms, self.times)
+
+    @cached_property
+    def key(self) -> str:
+        """A digest of the whole question: two questions with the same key have the same answer."""
+        base = self.base
+        drive = base.parsed_drive()
+        digest = hashlib.sha256()
+        settings = (base.drive_text, base.duration, base.tip, base.beam, base.load, self.engine, self.accuracy)
+        for part in (
+            __version__,
+            dumps(base.actuator),
+            *map(repr, (settings, self.outputs, self.waveforms, self.samples, self.task_size, self.plan.grid)),
+            *((drive.times.tobytes(), drive.values.tobytes()) if isinstance(drive, PiecewiseLinear) else ()),
+            *(
+                item
+                for name, column in self.plan.columns.items()
+                for item in (name, str(column.dtype), column.tobytes())
+            ),
+        ):
+            data = part if isinstance(part, bytes) else part.encode()
+            digest.update(len(data).to_bytes(8, "little") + data)
+        return digest.hexdigest()

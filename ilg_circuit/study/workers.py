@@ -1,0 +1,183 @@
+"""Tasks on many processes: one a core by loky, on any `concurrent.futures` executor, or on a dask cluster's.
+
+Workers die: of too little memory, of a crash in ngspice, or because someone kills them. loky then fails all that was
+handed out and takes no more work, so little is handed out at a time; what was, is solved again alone on a new executor.
+A design that kills its worker even alone, twice, is a failed design.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..errors import SolveError
+from .evaluate import Evaluation
+from .outputs import choose_outputs
+from .question import Task, solve_task
+
+#: Tasks handed out for each worker: one in work, one waiting, so that none is idle.
+_AHEAD = 2
+#: How often a task may kill its worker when it runs alone before it is divided.
+_DEATHS = 2
+
+_SINGLE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
+class Pool(Protocol):
+    """Where tasks run. ``deaths`` are the errors that say that a worker died with a task."""
+
+    deaths: tuple[type[BaseException], ...]
+
+    def width(self) -> int:
+        """Workers at present."""
+
+    def submit(self, task: Task) -> Future[Evaluation]:
+        """Hand out a task."""
+
+    def renew(self) -> None:
+        """Make the pool usable again after a death. Raises SolveError where that cannot be."""
+
+
+class LokyPool:
+    """Processes of this machine, started afresh (ngspice does not survive a fork), each with one thread."""
+
+    deaths: tuple[type[BaseException], ...] = (BrokenExecutor,)
+
+    def __init__(self, workers: int) -> None:
+        self._workers = workers
+        self._executor = self._new()
+
+    def _new(self) -> Any:
+        from loky import ProcessPoolExecutor
+
+        return ProcessPoolExecutor(
+            max_workers=self._workers, env=_SINGLE_THREAD, initializer=_end_with, initargs=(os.getpid(),)
+        )
+
+    def width(self) -> int:
+        return self._workers
+
+    def submit(self, task: Task) -> Future[Evaluation]:
+        future: Future[Evaluation] = self._executor.submit(solve_task, task)
+        return future
+
+    def renew(self) -> None:
+        self.close()
+        self._executor = self._new()
+
+    def close(self) -> None:
+        """End the workers, whatever they are doing."""
+        self._executor.shutdown(wait=True, kill_workers=True)
+
+
+def _end_with(parent: int) -> None:
+    """In a worker: end when its parent has ended without a word, killed; nobody would fetch what it solves."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+class GivenPool:
+    """Someone else's executor."""
+
+    def __init__(self, executor: Executor, width: Callable[[], int], deaths: tuple[type[BaseException], ...]) -> None:
+        self._executor, self.width, self.deaths = executor, width, deaths
+
+    def submit(self, task: Task) -> Future[Evaluation]:
+        return self._executor.submit(solve_task, task)
+
+    def renew(self) -> None:
+        if BrokenExecutor in self.deaths:
+            raise SolveError(
+                "the executor lost a worker and takes no more work; start again with a new one to continue"
+            )
+
+
+def solve_on(
+    pool: Pool, numbers: Iterable[int], make: Callable[[int], Task], save: Callable[[int, Evaluation], None]
+) -> None:
+    """Solve the tasks that ``make`` makes of ``numbers`` on ``pool``; ``save`` gets each result as it comes."""
+    waiting = deque(numbers)
+    running: dict[Future[Evaluation], tuple[int, Task]] = {}
+    try:
+        while waiting or running:
+            suspects = []
+            while waiting and len(running) < _AHEAD * max(pool.width(), 1):
+                number = waiting.popleft()
+                task = make(number)
+                try:
+                    running[pool.submit(task)] = number, task
+                except pool.deaths:  # the pool broke while nobody was waiting for it
+                    suspects.append((number, task))
+                    break
+            if running and not suspects:
+                wait(running, return_when=FIRST_COMPLETED)
+            for future in [f for f in running if f.done()]:
+                number, task = running.pop(future)
+                try:
+                    save(number, future.result())
+                except pool.deaths:
+                    suspects.append((number, task))
+            if suspects:
+                # whose fault it was nobody knows: all that was handed out is tried again, one at a time
+                for future in wait(running).done:
+                    number, task = running.pop(future)
+                    try:
+                        save(number, future.result())
+                    except pool.deaths:
+                        suspects.append((number, task))
+                pool.renew()
+                for number, task in suspects:
+                    save(number, _alone(pool, task))
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _alone(pool: Pool, task: Task) -> Evaluation:
+    """A task by itself; divided where it kills its worker again and again, until the design that does so is found."""
+    for _ in range(_DEATHS):
+        try:
+            return pool.submit(task).result()
+        except pool.deaths:
+            pool.renew()
+    if len(task) == 1:
+        return _lost(task)
+    middle = len(task) // 2
+    return _joined(_alone(pool, task.part(0, middle)), _alone(pool, task.part(middle, len(task))))
+
+
+def _lost(task: Task) -> Evaluation:
+    outputs = choose_outputs(task.outputs)
+    reason = "its solve killed the worker process, twice: too little memory, or a crash of ngspice"
+    return Evaluation(
+        outputs,
+        np.full((1, len(outputs)), np.nan),
+        np.full(1, np.nan),
+        {0: reason},
+        task.times,
+        {name: np.full((1, len(task.times)), np.nan) for name in task.waveforms},
+    )
+
+
+def _joined(first: Evaluation, second: Evaluation) -> Evaluation:
+    after = len(first.values)
+    return Evaluation(
+        first.outputs,
+        np.concatenate([first.values, second.values]),
+        np.concatenate([first.errors, second.errors]),
+        first.failures | {after + k: reason for k, reason in second.failures.items()},
+        first.times,
+        {name: np.concatenate([waves, second.waveforms[name]]) for name, waves in first.waveforms.items()},
+    )

@@ -1,0 +1,33 @@
+"""Propagators that are squares of one another give what one exponential for every interval gives."""
+
+import numpy as np
+import pytest
+
+from ilg_circuit.actuator import Actuator
+from ilg_circuit.circuit.drive import parse_drive
+from ilg_circuit.circuit.strip import Load, strip_netlist
+from ilg_circuit.solve.exact import exact_on_panels, exact_outputs
+from ilg_circuit.solve.panels import FRACTIONS, WEIGHTS, design_panels
+from ilg_circuit.solve.state_space import state_space
+
+
+@pytest.mark.parametrize("drive", ["step:4V", "square:-4V..2V,30s,0.3", "sine:2V,0.1Hz", "ramp:1V/s"])
+@pytest.mark.parametrize("strip", ["paper", "rc2 electrodes", "load inside"])
+def test_the_same_as_interval_by_interval(strip: str, drive: str, strips: dict[str, Actuator]) -> None:
+    load = Load(mass=1e-6, stiffness=1e-5, damping=1e-7)
+    system = state_space([strip_netlist(strips[strip], load=load)])
+    source = parse_drive(drive, 300.0)
+    panels = design_panels(system.poles(), source, 300.0)
+    assert panels.starts[0] == 0
+    assert (panels.starts + panels.widths)[:-1] == pytest.approx(panels.starts[1:], rel=1e-12)
+    assert panels.starts[-1] + panels.widths[-1] == pytest.approx(300.0, rel=1e-12)
+    points = panels.points.ravel()
+    values = exact_on_panels(system, source, panels).reshape(1, len(system.output_names), -1)
+    expected = exact_outputs(system, source, points)
+    largest = np.abs(expected).max(axis=2)
+    assert (np.abs(values - expected).max(axis=2) <= 1e-10 * largest).all()
+
+
+def test_the_points_integrate_polynomials() -> None:
+    for degree in range(2 * len(FRACTIONS) - 1):
+        assert (WEIGHTS * FRACTIONS**degree).sum() == pytest.approx(1 / (degree + 1), rel=1e-13)
