@@ -56,14 +56,12 @@ def limits(design: Design) -> list[Limit]:
     question, place = design.question, design.found.place
     feasible = design.feasible
     found = []
-    worst = 0.0 if feasible and question.objective else design.worst_margin
+    level = 0.0 if feasible and question.objective else np.log1p(design.worst_margin)
     for k, r in enumerate(question.requirements):
-        if r.relation != "=" and design.margin(r) - r.guard > max(worst, 0.0 if feasible else worst) + _AT:
+        room = np.log1p(design.margin(r)) - r.reserve
+        if room > (_AT if r.relation == "=" else level + _AT):
             continue
-        if not feasible and design.margin(r) > worst + _AT:
-            continue
-        eased = (*question.requirements[:k], r.relaxed(RELAXED), *question.requirements[k + 1 :])
-        gain = _gain(design, replace(question, requirements=eased))
+        gain = _gain(design, _moved(question, k, r.relaxed(RELAXED)))
         if r.relation == "=":  # either way may be the better one
             gain = max(gain, _gain(design, _moved(question, k, r.relaxed(-RELAXED))))
         found.append(Limit(r.text, gain))

@@ -7,7 +7,7 @@ could be tighter. Where no design meets everything, the nearest one is that whos
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -110,10 +110,7 @@ class Question:
 
     def _margins(self, values: Array, which: Callable[[Requirement], bool]) -> Array:
         columns = [
-            side.score(values[:, self.column(r.quantity)]) - r.guard
-            for r in self.requirements
-            if which(r)
-            for side in r.sides()
+            side.room(values[:, self.column(r.quantity)]) for r in self.requirements if which(r) for side in r.sides()
         ]
         return np.stack(columns, axis=1) if columns else np.zeros((len(values), 0))
 
@@ -136,15 +133,15 @@ class Design:
     error: float
     reach: dict[str, tuple[float, float]]
     failures: int
-    warnings: list[str] = field(default_factory=list)
 
     def margin(self, requirement: Requirement) -> float:
         """How much tighter a requirement could be, by ngspice: 0.1, and at least 4 mm is met as 4.4 mm."""
         return float(np.expm1(requirement.score(np.array([self.simulated[requirement.quantity.name]]))[0]))
 
     def met(self, requirement: Requirement) -> bool:
-        """A size that was chosen equal to its limit may differ by the rounding of a double."""
-        return self.margin(requirement) >= (0.0 if requirement.quantity.outputs else -1e-12)
+        """Whether ngspice finds it met; a size chosen equal to its limit may differ by the rounding of a double."""
+        rounding = 0.0 if requirement.quantity.outputs else 1e-12
+        return self.margin(requirement) >= float(np.expm1(requirement.reserve)) - rounding
 
     @property
     def feasible(self) -> bool:

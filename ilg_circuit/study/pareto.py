@@ -40,14 +40,16 @@ _CHALLENGERS, _CHALLENGE = 16, 0.02
 class Front:
     """Points in order of the first objective: designs, what they do by the search's engine and by ngspice.
 
-    ``columns``: parameter -> (k,) [SI]; ``values`` and ``simulated``: quantity -> (k,) [SI]. ``improvable``: the most
-    that a random design near a point betters it in all objectives at once, in parts of the front's extent.
+    ``columns``: parameter -> (k,) [SI]; ``values`` and ``simulated``: quantity -> (k,) [SI]; ``units`` of all of them.
+    ``improvable``: the most that a random design near a point betters it in all objectives at once, in parts of the
+    front's extent.
     """
 
     objectives: tuple[Objective, ...]
     columns: dict[str, Array]
     values: dict[str, Array]
     simulated: dict[str, Array]
+    units: dict[str, str]
     improvable: float
 
     def __len__(self) -> int:
@@ -76,7 +78,7 @@ def parse_objectives(text: str, varied: Sequence[str]) -> tuple[Objective, ...]:
         found.append(Objective(wanted, -1 if more else 1))
     if not 2 <= len(found) <= 3 or len({o.quantity.name for o in found}) < len(found):
         raise InputError(
-            f"a front of '{text[:60]}': give two or three different quantities, such as displacement_final,force_blocked"
+            f"a front of '{text[:60]}': give two or three quantities, such as displacement_final,force_blocked"
         )
     return tuple(found)
 
@@ -180,7 +182,8 @@ class _Front:
         return new
 
     def result(self) -> Front:
-        order = np.argsort(self.costs[:, 0])
+        apart = nondominated(np.round((self.costs - self.low) / self.extent, 6), _DOMINATED)  # ends may be one point
+        order = apart[np.argsort(self.costs[apart, 0])]
         places, costs = self.places[order], self.costs[order]
         columns = self.space.columns(places)
         cases = self.space.cases(columns)
@@ -192,6 +195,10 @@ class _Front:
             columns,
             dict(zip(names, ours.T, strict=True)),
             dict(zip(names, theirs.T, strict=True)),
+            {
+                **{s.parameter.name: s.parameter.unit for s in self.space.spans},
+                **{q.name: q.unit for q in self.quantities},
+            },
             self._improvable(places, costs),
         )
 
@@ -214,9 +221,7 @@ class _Front:
         costs = np.stack([o.cost(values[:, self._column(o)]) for o in self.objectives], axis=1)
         names = [q.name for q in self.quantities]
         scores = [
-            side.score(values[:, names.index(r.quantity.name)]) - r.guard
-            for r in self.question.requirements
-            for side in r.sides()
+            side.room(values[:, names.index(r.quantity.name)]) for r in self.question.requirements for side in r.sides()
         ]
         return costs, np.stack(scores, axis=1) if scores else np.zeros((len(values), 0))
 

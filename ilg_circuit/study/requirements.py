@@ -30,12 +30,17 @@ REQUIREMENT_FORMS = "displacement_final>=4mm, settling_time<=60s or displacement
 
 @dataclass(frozen=True)
 class Requirement:
-    """``quantity`` related to ``limit`` [SI] by ``>=``, ``<=`` or ``=``; ``guard``: how far inside a search keeps."""
+    """``quantity`` related to ``limit`` [SI] by ``>=``, ``<=`` or ``=``.
+
+    ``reserve``: score that a design must have to count as meeting it, for what is uncertain; ``guard``: how much more
+    a search keeps.
+    """
 
     quantity: Quantity
     relation: str
     limit: float
     guard: float = 0.0
+    reserve: float = 0.0
 
     def __post_init__(self) -> None:
         if self.relation == "=" and self.limit == 0:
@@ -61,6 +66,10 @@ class Requirement:
         ratio = values / self.limit
         logarithm = np.log(np.maximum(ratio, _STRAIGHT)) + np.minimum(ratio / _STRAIGHT - 1, 0.0)
         return np.asarray(sign * np.sign(self.limit) * logarithm)
+
+    def room(self, values: Array) -> Array:
+        """Scores of ``values`` (n,), less what a search keeps of them."""
+        return self.score(values) - self.reserve - self.guard
 
     def sides(self) -> tuple[Requirement, ...]:
         """An ``=`` as the two requirements that it is; any other as itself."""
