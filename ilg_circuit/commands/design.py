@@ -70,9 +70,10 @@ def design(actuator: str, **options: Any) -> None:
     _require_sense(options)
     from ..study.design_text import describe
     from ..study.findings import write_design, write_front
+    from ..study.threads import one_thread
 
     _require_paths(options)
-    with simulation_counter() as count:
+    with simulation_counter() as count, one_thread():
         question, findings = _find(actuator, options, confidence, count)
     feasible = findings.design is None or findings.design.feasible
     if options["json_path"]:
@@ -112,7 +113,7 @@ def _find(
     requirements = parse_requirements(options["required"], space.names, space.base.actuator)
     wanted = Question(space, requirements, objective or (front_of[0] if front_of else None), options["seed"])
     best = bounds = left_out = sure = front = indices = None
-    if requirements or objective:
+    if objective or not front_of or any(r.stretched for r in requirements):
         question = Question(space, requirements, objective, options["seed"])
         extra: tuple[Quantity, ...] = tuple(o.quantity for o in front_of)
         if space.base.actuator.coupling is not None:
@@ -164,7 +165,8 @@ def _require_sense(options: dict[str, Any]) -> None:
     if not (options["required"] or options["minimise"] or options["maximise"]):
         if not options["pareto"]:
             raise InputError(
-                "nothing is asked of the design; give --require displacement_final>=4mm, --minimise, --maximise, --pareto"
+                "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise, or "
+                "--pareto"
             )
         given = next((n for n in ("out", "sensitivity", "confidence") if options[n]), None)
         if given:

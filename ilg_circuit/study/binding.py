@@ -59,7 +59,7 @@ def limits(design: Design) -> list[Limit]:
     level = 0.0 if feasible and question.objective else np.log1p(design.worst_margin)
     for k, r in enumerate(question.requirements):
         room = np.log1p(design.margin(r)) - r.reserve
-        if room > (_AT if r.relation == "=" else level + _AT):
+        if room > (level if r.stretched or not feasible else 0.0) + _AT:
             continue
         gain = _gain(design, _moved(question, k, r.relaxed(RELAXED)))
         if r.relation == "=":  # either way may be the better one

@@ -96,12 +96,12 @@ class Question:
                 np.zeros((len(values), 0)),
                 self._margins(values, lambda r: True),
             )
-        if all(r.relation == "=" for r in self.requirements):
+        if not any(r.stretched for r in self.requirements):
             return self.elastic_terms(values)
         return Terms(
             np.zeros(len(values)),
-            self._margins(values, lambda r: r.relation != "="),
-            self._margins(values, lambda r: r.relation == "="),
+            self._margins(values, lambda r: r.stretched),
+            self._margins(values, lambda r: not r.stretched),
         )
 
     def elastic_terms(self, values: Array) -> Terms:
@@ -149,9 +149,9 @@ class Design:
 
     @property
     def worst_margin(self) -> float:
-        """Among the requirements with a side to be on; of ``=`` alone where there are no others."""
-        sided = [r for r in self.question.requirements if r.relation != "="]
-        return min((self.margin(r) for r in sided or self.question.requirements), default=np.inf)
+        """Among the requirements whose margins were to be large; among all where not all are met."""
+        wanted = [r for r in self.question.requirements if r.stretched] if self.feasible else []
+        return min((self.margin(r) for r in wanted or self.question.requirements), default=np.inf)
 
     @property
     def difference(self) -> float:

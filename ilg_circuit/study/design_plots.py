@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _COLOURS = (BLUE, ORANGE, "#2e8b57", "#8c4fa8", "#b8901c", "#444444", "#c2427a", "#3aa0a0")
+#: Lines that may lie on one another.
+_STYLES = ("-", (0, (5, 2)), "-.", (0, (1, 1)))
 _SLICE = 61
 #: Axes over more than this ratio are logarithmic.
 _DECADES = 8.0
@@ -44,7 +46,8 @@ def plot_design(design: Design, path: str | Path) -> None:
             if r.relation == "=":  # how far off, instead of a tolerance's sliver
                 score = np.log(np.abs(values[j, :, question.column(r.quantity)] / r.limit))
             met = np.exp(np.clip(score, -4, 4))
-            panel.plot(factor * x, met, color=_COLOURS[k % len(_COLOURS)], linewidth=1.6, label=r.text)
+            style: Any = {"color": _COLOURS[k % len(_COLOURS)], "linestyle": _STYLES[k % len(_STYLES)]}
+            panel.plot(factor * x, met, linewidth=1.6, label=r.text, **style)
         if question.objective:
             column = values[j, :, question.column(question.objective.quantity)]
             here = design.exact[question.objective.quantity.name]
@@ -52,8 +55,7 @@ def plot_design(design: Design, path: str | Path) -> None:
                 label = f"{question.objective.quantity.name} / at the design"
                 panel.plot(factor * x, column / here, "--", color=GREY, linewidth=1.2, label=label)
         panel.axvline(factor * design.values[span.parameter.name], color="black", linewidth=0.9, label="design")
-        panel.set_yscale("log")
-        _plain_ticks(panel)
+        _logarithmic(panel, "y")
         low, high = panel.get_ylim()
         low, high = min(low, 0.8), max(high, 1.25)
         panel.set_ylim(low, high)
@@ -86,9 +88,7 @@ def plot_front(front: Front, path: str | Path, design: Design | None = None) -> 
         colours: dict[str, Any] = {"c": data[2], "cmap": "viridis"}
         if _wide(data[2]):
             colours["norm"] = "log"
-        points = panel.scatter(
-            data[0], data[1], s=26, edgecolors="white", linewidths=0.4, label="Pareto front", **colours
-        )
+        points = panel.scatter(data[0], data[1], s=26, edgecolors="white", linewidths=0.4, **colours)
         figure.colorbar(points, ax=panel, label=labels[2])
     if design and all(name in design.simulated for name in names):
         mark = [design.simulated[n] * engineering(front.simulated[n], front.units[n])[0] for n in names[:2]]
@@ -96,8 +96,9 @@ def plot_front(front: Front, path: str | Path, design: Design | None = None) -> 
     for axis, values, label in zip("xy", data, labels, strict=False):
         getattr(panel, f"set_{axis}label")(label)
         if _wide(values):
-            getattr(panel, f"set_{axis}scale")("log")
-    panel.legend(frameon=False, fontsize=8)
+            _logarithmic(panel, axis)
+    if panel.get_lines():
+        panel.legend(frameon=False, fontsize=8)
     _parameters(axes[1], front, data[0], labels[0])
     aims = ", ".join(("min " if o.sense > 0 else "max ") + o.quantity.name for o in front.objectives)
     figure.suptitle(f"Pareto front of {len(front)} designs: {aims}", fontsize=10)
@@ -115,7 +116,7 @@ def _parameters(panel: Axes, front: Front, x: Array, label: str) -> None:
             x, column / largest, style, color=_COLOURS[k % len(_COLOURS)], markersize=3, linewidth=1.0, label=text
         )
     if _wide(x):
-        panel.set_xscale("log")
+        _logarithmic(panel, "x")
     panel.set_ylim(bottom=min(0.0, panel.get_ylim()[0]), top=1.3)
     panel.set_xlabel(label)
     panel.set_ylabel("parameter / its largest on the front")
@@ -165,13 +166,15 @@ def _panels(count: int, columns: int, height: float, width: float = 3.4) -> tupl
     return figure, axes
 
 
-def _plain_ticks(panel: Axes) -> None:
-    """Ticks 0.1, 0.2, 0.5, 1, 2, 5 ... on a logarithmic axis, written as plain numbers."""
+def _logarithmic(panel: Axes, name: str) -> None:
+    """A logarithmic axis with ticks 0.1, 0.2, 0.5, 1, 2, 5 ..., written as plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    panel.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
-    panel.yaxis.set_minor_formatter(NullFormatter())
+    axis = panel.xaxis if name == "x" else panel.yaxis
+    getattr(panel, f"set_{name}scale")("log")
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _label(name: str, unit: str) -> str:

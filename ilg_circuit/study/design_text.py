@@ -177,10 +177,9 @@ def _front(front: Front) -> str:
         f"Pareto front: {aims}; {len(front)} designs, {len(shown)} of them",
         *_aligned([names, *rows], right=range(len(names))),
     ]
-    lines.append(
-        f"no random design near a point betters it in all by more than {front.improvable:.1e} of the front's extent; "
-        f"ngspice differs by at most {front.difference:.1e}"
-    )
+    amount = f" by more than {front.improvable:.1e} of the front's extent" if front.improvable else ""
+    lines.append(f"no random design near a point betters it in all objectives{amount}")
+    lines.append(f"simulated again by ngspice: differs by at most {front.difference:.1e}")
     return "\n".join(lines)
 
 

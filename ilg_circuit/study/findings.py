@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,6 +25,8 @@ from .search import SCOUTS
 from .sensitivity import Sensitivity
 from .sobol import SobolIndices
 
+#: A whole number, which needs no .0.
+_WHOLE = re.compile(r"(\d)\.0(?=\D|$)")
 _DRIVE_NUMBERS = ("voltage", "period", "duty", "frequency", "rate")
 
 
@@ -81,7 +84,9 @@ def design_drive(design: Design) -> str:
     changed = {name: float(values[name]) for name in _DRIVE_NUMBERS if name in values}
     if "voltage" in changed and space.base.drive.partition(":")[0] not in ("step", "sine"):
         return design.case.drive.text
-    return drive_text(space.base.drive, changed).replace(" ", "") if changed else space.base.drive
+    if not changed:
+        return space.base.drive
+    return _WHOLE.sub(r"\1", drive_text(space.base.drive, changed).replace(" ", ""))
 
 
 def write_design(design: Design, path: Path) -> None:

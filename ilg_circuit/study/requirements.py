@@ -47,6 +47,11 @@ class Requirement:
             raise InputError(f"{self.quantity.name}=0 has no scale to come near to; give >= and <= instead")
 
     @property
+    def stretched(self) -> bool:
+        """Whether more than enough of it is worth having: of what a run does, and not of where the model holds."""
+        return self.relation != "=" and bool(self.quantity.outputs) and self.quantity.name not in ASSUMPTIONS
+
+    @property
     def text(self) -> str:
         """Such as ``displacement_final >= 4 mm``."""
         return f"{self.quantity.name} {self.relation} {format_quantity(self.limit, self.quantity.unit, 6)}"
