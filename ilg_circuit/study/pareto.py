@@ -238,6 +238,8 @@ def nondominated(costs: Array, tolerance: float = 0.0) -> NDArray[np.intp]:
     of equal ones the first."""
     keep = np.ones(len(costs), dtype=bool)
     for k, cost in enumerate(costs):
+        if not keep[k]:
+            continue
         others = costs[keep]
         no_worse = (others <= cost + tolerance / 10).all(axis=1)
         keep[k] = not (no_worse & (others < cost - tolerance).any(axis=1)).any()

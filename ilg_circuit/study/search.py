@@ -26,14 +26,14 @@ _IMPOSSIBLE = 1e3
 #: Steps of the central differences, in parts of a range: by the exact engine, and by ngspice, whose error is 1e-6.
 _STEPS = {"exact": 1e-4, "ngspice": 5e-3}
 #: Scattered designs looked at first, by the exact engine and by ngspice.
-SCOUTS = {"exact": 1024, "ngspice": 128}
+SCOUTS = {"exact": 1024, "ngspice": 64}
 #: Local searches.
-STARTS = {"exact": 8, "ngspice": 4}
+STARTS = {"exact": 8, "ngspice": 3}
 _MOST_ITERATIONS = {"exact": 60, "ngspice": 25}
 #: A search ends when so many places in a row brought no gain worth mentioning: kinks can keep one busy for ever.
 _PATIENCE, _WORTH = 25, 1e-6
 #: A search that has converged is tried again around its end, where kinks (a settling time's) may have stopped it.
-_POLISHING_ROUNDS, _POLISHING_DESIGNS = 6, 24
+_POLISHING = {"exact": (6, 24), "ngspice": (3, 8)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ class Search:
     @property
     def spread(self) -> Array:
         """(n,), how far the agreeing starts' designs lie apart, in parts of each range (large: not unique)."""
-        return np.asarray(np.ptp([e.place for e in self._alike], axis=0))
+        return np.asarray(np.ptp([self.best.place, *(e.place for e in self._alike)], axis=0))
 
 
 def scatter(dimension: int, count: int, seed: int) -> Array:
@@ -120,10 +120,19 @@ def search(
     """The best place for ``goal``: from the best of the ``scouted`` places (k, n), whose ``terms`` are known."""
     chosen = apart(scouted, terms.order(), starts or STARTS[space.engine])
     ends = [climb(space, goal, scouted[k]) for k in chosen]
+    best = _best(ends)
+    polished = _polished(space, goal, best, seed)
+    if polished is not best:  # a kink had stopped it: on from beyond that
+        ends.append(climb(space, goal, polished.place))
+        best = _best([polished, ends[-1]])
+    return Search(best, tuple(ends))
+
+
+def _best(ends: list[Found]) -> Found:
     best = ends[0]
     for end in ends[1:]:
         best = end if end.better_than(best) else best
-    return Search(_polished(space, goal, best, seed), tuple(ends))
+    return best
 
 
 def apart(places: Array, order: NDArray[np.intp], count: int) -> list[int]:
@@ -194,6 +203,7 @@ class _Local:
     def __init__(self, goal: Goal, step: float) -> None:
         self._goal, self._step = goal, step
         self._place: Array | None = None
+        self._slopes: Array = np.zeros((0, 0))
         self._best: Found | None = None
         self._idle = 0
 
@@ -217,9 +227,9 @@ class _Local:
         return self._terms
 
     def slopes(self, place: Array) -> Array:
-        """(1 + b + a, n): of the cost, of what is kept, of what is lifted."""
+        """(1 + b + a, n): of the cost, of what is kept, of what is lifted; a copy, which the caller may spoil."""
         self.at(place)
-        return np.asarray(self._slopes)
+        return self._slopes.copy()
 
     def _remember(self, place: Array) -> None:
         here, best = found(place, self._terms), self._best
@@ -245,9 +255,10 @@ def found(place: Array, terms: Terms, k: int = 0) -> Found:
 def _polished(space: Space, goal: Goal, best: Found, seed: int) -> Found:
     """The best of ``best`` and of random places around it, nearer each time."""
     random = np.random.default_rng(seed)
-    for k in range(_POLISHING_ROUNDS):
+    rounds, designs = _POLISHING[space.engine]
+    for k in range(rounds):
         width = 0.1 * 0.3**k
-        places = np.clip(best.place + width * random.uniform(-1, 1, (_POLISHING_DESIGNS, len(best.place))), 0, 1)
+        places = np.clip(best.place + width * random.uniform(-1, 1, (designs, len(best.place))), 0, 1)
         terms = goal(places)
         first = int(terms.order()[0])
         there = found(places[first], terms, first)

@@ -21,6 +21,8 @@ Counter = Callable[[int], None]
 
 #: Digits to which a chosen design's sizes are rounded: what is printed is what was simulated.
 _DIGITS = 6
+#: Designs from the lower to the upper ends of all ranges, one of which must be possible.
+_TRIED = 33
 
 
 def parse_ranges(texts: Sequence[str]) -> tuple[tuple[Span, ...], dict[str, Value]]:
@@ -118,8 +120,11 @@ def measure(
 
 def resolve_engine(base: Base, spans: Sequence[Span], fixed: dict[str, Value], engine: str) -> str:
     """``auto`` as exact where the circuits are linear, else as ngspice. Raises InputError where exact cannot be."""
-    middle = Space(base, tuple(spans), fixed, engine).columns(np.full((1, len(spans)), 0.5))
-    case = apply(base, {**fixed, **{name: float(column[0]) for name, column in middle.items()}})
+    space = Space(base, tuple(spans), fixed, engine)
+    cases = space.cases(space.columns(np.linspace(0, 1, _TRIED)[:, None] * np.ones(len(spans))))
+    case = next((c for c in cases if isinstance(c, Case)), None)
+    if case is None:
+        raise InputError(f"no design between the lower and the upper ends of the ranges can be: {cases[_TRIED // 2]}")
     linear = strip_netlist(case.actuator, tip=case.tip, beam=case.beam, load=case.load).linear
     if engine == "exact" and not linear:
         raise InputError("the exact engine solves linear circuits only, and this one is not; use ngspice or auto")
