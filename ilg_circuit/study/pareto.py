@@ -105,8 +105,8 @@ class _Front:
     """A front while it is made: ``places`` (k, n) of its points and their ``costs`` (k, m)."""
 
     def __init__(self, question: Question, objectives: tuple[Objective, ...], wanted: int) -> None:
-        if not 2 <= wanted <= 1000:
-            raise InputError(f"a front of {wanted} points: give 2 to 1000")
+        if not len(objectives) <= wanted <= 1000:
+            raise InputError(f"a front of {wanted} points: give {len(objectives)} to 1000")
         self.wanted, self.objectives = wanted, objectives
         self.question = replace(question, objective=objectives[0])
         needed = [r.quantity for r in question.requirements] + [o.quantity for o in objectives]
@@ -139,9 +139,10 @@ class _Front:
         self.extent = np.where(self.extent > 1e-9, self.extent, 1.0)
         self.places, self.costs = np.array(feasible), costs[: len(feasible)]
         scattered = first[first >= len(feasible)]
-        if len(scattered):
+        more = min(_FIRST[m], self.wanted - len(feasible))
+        if len(scattered) and more > 0:
             shape = (costs[scattered] - self.low) / self.extent
-            for k in apart(shape, np.arange(len(shape)), min(_FIRST[m], self.wanted)):
+            for k in apart(shape, np.arange(len(shape)), more):
                 self._improve(places[scattered[k]], costs[scattered[k]])
         self.misses = 0
 

@@ -33,7 +33,7 @@ _MOST_ITERATIONS = {"exact": 60, "ngspice": 25}
 #: A search ends when so many places in a row brought no gain worth mentioning: kinks can keep one busy for ever.
 _PATIENCE, _WORTH = 25, 1e-6
 #: A search that has converged is tried again around its end, where kinks (a settling time's) may have stopped it.
-_POLISHING = {"exact": (6, 24), "ngspice": (3, 8)}
+POLISHING = {"exact": (6, 24), "ngspice": (3, 8)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,7 +255,7 @@ def found(place: Array, terms: Terms, k: int = 0) -> Found:
 def _polished(space: Space, goal: Goal, best: Found, seed: int) -> Found:
     """The best of ``best`` and of random places around it, nearer each time."""
     random = np.random.default_rng(seed)
-    rounds, designs = _POLISHING[space.engine]
+    rounds, designs = POLISHING[space.engine]
     for k in range(rounds):
         width = 0.1 * 0.3**k
         places = np.clip(best.place + width * random.uniform(-1, 1, (designs, len(best.place))), 0, 1)

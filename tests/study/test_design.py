@@ -17,6 +17,8 @@ from ilg_circuit.study.quantities import quantity
 from ilg_circuit.study.requirements import GUARD, parse_requirements
 from ilg_circuit.study.space import Space, parse_ranges, resolve_engine
 
+pytestmark = pytest.mark.usefixtures("brisk")
+
 #: Long enough for d(s) to have come to rest: exp(-0.046 * 600) is 1e-12.
 STATIC = Base(PAPER, "step:4V", 600.0, beam="static")
 SIZES = ("thickness=0.2mm:1mm", "free_length=15mm:40mm")
@@ -131,7 +133,7 @@ def test_the_answer_is_what_simulate_gives() -> None:
 def test_a_nonlinear_strip_is_searched_by_ngspice() -> None:
     """Charge q = C U (1 + k U/2) of a capacitance that grows with voltage; C = eps L w/b."""
     strip = replace(PAPER, coupling=None, material=replace(PAPER.material, capacitance_slope=0.1))
-    found = design(["charge_final>=1C"], ("voltage=0.5V:4V",), "min voltage", Base(strip, "step:4V", 60.0))
+    found = design(["charge_final>=1C"], ("voltage=0.5V:4V",), "min voltage", Base(strip, "step:4V", 150.0))
     assert found.question.space.engine == "ngspice"
     voltage = (np.sqrt(1 + 2 * 0.1 * (1 + GUARD) / 0.35) - 1) / 0.1
     assert found.values["voltage"] == pytest.approx(voltage, rel=2e-4)

@@ -12,6 +12,8 @@ from ilg_circuit.errors import InputError
 from ilg_circuit.study.sensitivity import confident_design, sensitivity
 from ilg_circuit.study.sobol import indices, sobol_indices
 
+pytestmark = pytest.mark.usefixtures("brisk")
+
 NAMES = ("coupling_gain", "coupling_zero", "dc_resistance", "dynamic_resistance", "capacitance")
 _SPREAD = np.array([0.03, 0.04, 0.02, 0.01, 0.01])
 _CORRELATION = np.eye(5)
