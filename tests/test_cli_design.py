@@ -71,7 +71,6 @@ def test_a_front(run: Run, tmp_path: Path) -> None:
     assert (tmp_path / "f.png").stat().st_size > 10_000
 
 
-@pytest.mark.filterwarnings("ignore:.*:DeprecationWarning:SALib.*", "ignore:.*:FutureWarning:SALib.*")
 def test_uncertainty_and_indices(run: Run, tmp_path: Path) -> None:
     fit = Uncertainty("rc", ("coupling_gain",), ((0.03**2,),))
     save_actuator(PAPER.__class__(**{**PAPER.__dict__, "uncertainty": fit}), "fitted.toml")

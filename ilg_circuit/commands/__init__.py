@@ -2,7 +2,22 @@
 
 from __future__ import annotations
 
-from . import arm, cpg, demo, design, doctor, identify, impedance, netlist, ogden, reproduce, sense, show, simulate, sweep
+from . import (
+    arm,
+    cpg,
+    demo,
+    design,
+    doctor,
+    identify,
+    impedance,
+    netlist,
+    ogden,
+    reproduce,
+    sense,
+    show,
+    simulate,
+    sweep,
+)
 
 COMMANDS = (
     show.show,

@@ -63,7 +63,7 @@ def design(actuator: str, **options: Any) -> None:
     """Look for the strip, within ranges, that does what is required: best, or on a Pareto front.
 
     Requirements are on outputs of a sweep (displacement_final, force_blocked, settling_time, energy, current_peak,
-    ...), on what is varied, and on deflection, slenderness, window, gravity. Where nothing meets all of them, the
+    ...), on what is varied, and on slenderness, window, gravity. Where nothing meets all of them, the
     nearest strip is shown with what stands in its way, and the exit code is 1.
     """
     confidence = _confidence(options)
@@ -133,7 +133,6 @@ def _find(
 
 def _space(actuator: str, options: dict[str, Any], count: Counter) -> Space:
     from ..actuator_file import load_actuator
-    from ..circuit.drive import parse_drive
     from ..circuit.strip import parse_load
     from ..study.parameters import NO_LOAD, Base
     from ..study.space import Space, parse_ranges, resolve_engine
@@ -147,7 +146,7 @@ def _space(actuator: str, options: dict[str, Any], count: Counter) -> Space:
         options["beam"],
         parse_load(options["load_text"]) or NO_LOAD,
     )
-    parse_drive(base.drive, base.duration)
+    base.parsed_drive()  # a drive that is no drive is told at once
     spans, fixed = parse_ranges(options["varied"])
     return Space(base, spans, fixed, resolve_engine(base, spans, fixed, options["engine"]), count)
 
@@ -180,9 +179,9 @@ def _require_sense(options: dict[str, Any]) -> None:
 
 def _require_paths(options: dict[str, Any]) -> None:
     """Refuse files that cannot be written, and a missing library, before the work is done."""
+    from ..extras import require_sensitivity
     from ..files import require_writable
     from ..plots import require_picture
-    from ..study.sobol import require_salib
 
     paths = [options[n].resolve() for n in ("json_path", "out", "front_path", *_PICTURES) if options[n]]
     if len(set(paths)) < len(paths):
@@ -194,7 +193,7 @@ def _require_paths(options: dict[str, Any]) -> None:
         if options[name]:
             require_picture(options[name])
     if options["sobol"]:
-        require_salib()
+        require_sensitivity()
 
 
 def _draw(findings: Findings, options: dict[str, Any]) -> None:

@@ -80,13 +80,14 @@ def aim(design: Design) -> str:
 def design_drive(design: Design) -> str:
     """The design's drive as ``--drive`` takes it, or in words where a voltage scales a square wave or a file."""
     space = design.question.space
+    drive = space.base.drive
     values = {**space.fixed, **design.values}
     changed = {name: float(values[name]) for name in _DRIVE_NUMBERS if name in values}
-    if "voltage" in changed and space.base.drive.partition(":")[0] not in ("step", "sine"):
-        return design.case.drive.text
     if not changed:
-        return space.base.drive
-    return _WHOLE.sub(r"\1", drive_text(space.base.drive, changed).replace(" ", ""))
+        return space.base.drive_text
+    if not isinstance(drive, str) or ("voltage" in changed and drive.partition(":")[0] not in ("step", "sine")):
+        return design.case.drive.text
+    return _WHOLE.sub(r"\1", rewritten(drive, changed).replace(" ", ""))
 
 
 def write_design(design: Design, path: Path) -> None:

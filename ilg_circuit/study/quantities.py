@@ -12,7 +12,7 @@ from ..elements import lumped_elements
 from ..errors import InputError
 from ..validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS, gravity
 from .evaluate import Evaluation
-from .outputs import OUTPUTS
+from .outputs import OUTPUTS, Output
 from .parameters import PARAMETERS, Case
 
 Array = NDArray[np.float64]
@@ -50,9 +50,9 @@ def _of_case(compute: Callable[[Case], float]) -> Callable[[Designs], Array]:
     return lambda designs: np.array([np.nan if isinstance(c, str) else compute(c) for c in designs.cases])
 
 
-def _deflection(designs: Designs) -> Array:
-    reach = _of_case(lambda c: c.actuator.geometry.load_distance)(designs)
-    return np.asarray(np.abs(designs.evaluation.output("displacement_peak")) / reach)
+def _of_output(output: Output) -> Quantity:
+    name = output.name
+    return Quantity(name, output.unit, output.meaning, lambda designs: designs.evaluation.output(name), (name,))
 
 
 def _gravity(case: Case) -> float:
@@ -61,10 +61,7 @@ def _gravity(case: Case) -> float:
 
 #: Where the model holds, as `ilg_circuit.validity` judges it: quantity and the limit of each assumption.
 ASSUMPTIONS = {
-    "deflection": (
-        Quantity("deflection", "", "largest displacement over L_F", _deflection, ("displacement_peak",)),
-        LARGEST_DEFLECTION,
-    ),
+    "relative_deflection": (_of_output(OUTPUTS["relative_deflection"]), LARGEST_DEFLECTION),
     "slenderness": (
         Quantity(
             "slenderness",
@@ -93,8 +90,7 @@ ASSUMPTIONS = {
 def quantity(name: str, varied: Sequence[str]) -> Quantity:
     """The quantity of that name, ``varied`` being the parameters that a design may choose. Raises InputError."""
     if name in OUTPUTS:
-        output = OUTPUTS[name]
-        return Quantity(name, output.unit, output.meaning, lambda d: d.evaluation.output(name), (name,))
+        return _of_output(OUTPUTS[name])
     if name in ASSUMPTIONS:
         return ASSUMPTIONS[name][0]
     if name in varied:

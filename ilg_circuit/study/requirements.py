@@ -112,7 +112,7 @@ def parse_requirements(texts: Iterable[str], varied: Sequence[str], actuator: Ac
                 Requirement(q, "<=", limit, GUARD if q.outputs else 0.0)
                 for name, (q, limit) in ASSUMPTIONS.items()
                 if not (name == "gravity" and actuator.mounting.orientation == "weightless")
-                and not (name == "deflection" and actuator.coupling is None)
+                and not (name == "relative_deflection" and actuator.coupling is None)
             ]
             continue
         found.append(parse_requirement(text, varied))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, MissingLibraryError
+from ..errors import InputError
+from ..extras import require_sensitivity
 from .quantities import Quantity
 from .space import Space
 
@@ -34,12 +34,6 @@ class SobolIndices:
     total: Array
     total_error: Array
     simulations: int
-
-
-def require_salib() -> None:
-    """Raise MissingLibraryError, with what to do, where SALib is not installed."""
-    if find_spec("SALib") is None:
-        raise MissingLibraryError("Sobol indices need SALib: install with pip install 'ilg-circuit[sensitivity]'")
 
 
 def sobol_indices(
@@ -67,7 +61,7 @@ def indices(
 
     Raises InputError for a number of samples that is no power of two, MissingLibraryError without SALib.
     """
-    require_salib()
+    require_sensitivity()
     from SALib.analyze import sobol as analysis
     from SALib.sample import sobol as sampling
 

@@ -57,10 +57,6 @@ def test_without_a_fit_there_is_nothing_to_carry() -> None:
         confident_design(question(*ASKED, base=BASE), 0.3)
 
 
-pytest_sobol = pytest.mark.filterwarnings("ignore:.*:DeprecationWarning:SALib.*", "ignore:.*:FutureWarning:SALib.*")
-
-
-@pytest_sobol
 def test_ishigami() -> None:
     a, b, pi = 7.0, 0.1, np.pi
 
@@ -79,7 +75,6 @@ def test_ishigami() -> None:
     assert (found.total_error[0] < 0.1).all()
 
 
-@pytest_sobol
 def test_indices_of_a_static_displacement() -> None:
     """y ~ U L^2/b^2, each even in its logarithm: a product of independent factors, whose indices are closed forms."""
     asked = question(["displacement_final>=4mm"], ("thickness=0.5mm:1mm", "free_length=20mm:30mm", "voltage=2V:4V"))
