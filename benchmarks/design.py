@@ -1,20 +1,22 @@
 """How long designs take from the command line, and how near a front comes to the closed form, beside NSGA-II.
 
-Writes DESIGN.md beside this file; NSGA-II is pymoo's, and left out where that is not installed. python benchmarks/design.py
+Writes DESIGN.md beside this file; NSGA-II is pymoo's, and left out where that is not installed.
+python benchmarks/design.py
 """
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter, process_time
 
 import numpy as np
+from machine import conditions
 from numpy.typing import NDArray
 
 from ilg_circuit.actuator import PAPER
@@ -51,10 +53,10 @@ def seconds(arguments: tuple[str, ...]) -> float:
 
 
 def shortfall(displacement: Array, force: Array) -> tuple[float, float]:
-    """By how much y F^2 of a front falls short of (3 d0 U)^3 (E w/4)^2, at most and in the median."""
+    """By how much y F^2 of a front misses (3 d0 U)^3 (E w/4)^2, at most and in the median."""
     d0 = PAPER.coupling.static if PAPER.coupling else np.nan
     most = (12 * d0) ** 3 * (PAPER.material.youngs_modulus * 10e-3 / 4) ** 2
-    short = 1 - displacement * force**2 / most
+    short = np.abs(1 - displacement * force**2 / most)
     return float(short.max()), float(np.median(short))
 
 
@@ -71,13 +73,8 @@ def fronts() -> list[tuple[str, float, float, float]]:
         for generations in (20, 60, 150):
             begin = process_time()
             found = evolved(lambda x: -np.log(space.look(x, quantities)), len(spans), generations)
-            rows.append(
-                (
-                    f"NSGA-II, 50 points, {generations} generations",
-                    process_time() - begin,
-                    *shortfall(*np.exp(-found).T),
-                )
-            )
+            spent = process_time() - begin
+            rows.append((f"NSGA-II, 50 points, {generations} generations", spent, *shortfall(*np.exp(-found).T)))
     return rows
 
 
@@ -98,12 +95,12 @@ def evolved(function: Callable[[Array], Array], dimension: int, generations: int
 
 
 def main() -> None:
-    load = os.getloadavg()[0]
     lines = [
         "# Designs",
         "",
-        f"By `python benchmarks/design.py`, {os.cpu_count()} cores, load {load:.1f} at the beginning. Times of the command "
-        "are of a whole process, its start and the simulation by ngspice at the end included.",
+        *conditions(("numpy", "scipy", "SALib"), *(["pymoo " + version("pymoo")] if find_spec("pymoo") else [])),
+        "",
+        "Times of the command are of a whole process, its start and the simulation by ngspice at the end included.",
         "",
         f"`ilg-circuit design paper` over {', '.join(RANGES)}; step of 4 V, 300 s, dynamic beam:",
         "",

@@ -168,7 +168,7 @@ def _sensitivity(design: Design, found: Sensitivity, confidence: float | None) -
 
 
 def _front(front: Front) -> str:
-    names = [*(o.quantity.name for o in front.objectives), *front.columns]
+    names = list(dict.fromkeys([*(o.quantity.name for o in front.objectives), *front.columns]))
     columns = {**front.simulated, **front.columns}
     aims = ", ".join(("min " if o.sense > 0 else "max ") + o.quantity.name for o in front.objectives)
     shown = np.unique(np.linspace(0, len(front) - 1, min(len(front), 12)).round().astype(int))

@@ -25,7 +25,7 @@ Progress = Callable[[int, int], None]
 #: Points of a front of two, of three objectives where nobody says how many.
 POINTS = {2: 25, 3: 60}
 #: References taken from the scattered designs before gaps are filled.
-_FIRST = {2: 5, 3: 15}
+_FIRST = {2: 2, 3: 12}
 #: Weight of the sum of all objectives beside the improvement alike: without it an end may be weakly optimal only.
 _SUM = 1e-3
 #: In parts of the front's extent: what counts as dominated, and points so near that they are one.
