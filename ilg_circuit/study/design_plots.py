@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..plots import BLUE, GREY, ORANGE, engineering, save
 from .design import Design
+from .findings import aim
 from .pareto import Front
 from .sobol import SobolIndices
 
@@ -55,6 +56,8 @@ def plot_design(design: Design, path: str | Path) -> None:
                 label = f"{question.objective.quantity.name} / at the design"
                 panel.plot(factor * x, column / here, "--", color=GREY, linewidth=1.2, label=label)
         panel.axvline(factor * design.values[span.parameter.name], color="black", linewidth=0.9, label="design")
+        if _wide(x) and span.log:
+            _logarithmic(panel, "x")
         _logarithmic(panel, "y")
         low, high = panel.get_ylim()
         low, high = min(low, 0.8), max(high, 1.25)
@@ -92,7 +95,7 @@ def plot_front(front: Front, path: str | Path, design: Design | None = None) -> 
         figure.colorbar(points, ax=panel, label=labels[2])
     if design and all(name in design.simulated for name in names):
         mark = [design.simulated[n] * engineering(front.simulated[n], front.units[n])[0] for n in names[:2]]
-        panel.plot(*mark, "*", color=ORANGE, markersize=13, markeredgecolor="black", label="best design")
+        panel.plot(*mark, "*", color=ORANGE, markersize=13, markeredgecolor="black", label=f"best design: {aim(design)}")
     for axis, values, label in zip("xy", data, labels, strict=False):
         getattr(panel, f"set_{axis}label")(label)
         if _wide(values):
