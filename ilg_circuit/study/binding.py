@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..units import format_quantity
 from .design import Design, Question
 from .plan import Span
 from .requirements import Requirement
@@ -56,9 +57,9 @@ def limits(design: Design) -> list[Limit]:
     question, place = design.question, design.found.place
     feasible = design.feasible
     found = []
-    level = 0.0 if feasible and question.objective else np.log1p(design.worst_margin)
+    level = 0.0 if feasible and question.objective else design.worst_score
     for k, r in enumerate(question.requirements):
-        room = np.log1p(design.margin(r)) - r.reserve
+        room = design.score(r) - r.reserve
         if room > (level if r.stretched or not feasible else 0.0) + _AT:
             continue
         gain = _gain(design, _moved(question, k, r.relaxed(RELAXED)))
@@ -72,7 +73,8 @@ def limits(design: Design) -> list[Limit]:
             end = span.high if at_high else span.low
             name = span.parameter.name
             gain = _gain(design, replace(question, space=_widened(question.space, j, at_high)))
-            found.append(Limit(f"{name} {'<=' if at_high else '>='}", gain, name, end))
+            text = f"{name} {'<=' if at_high else '>='} {format_quantity(end, span.parameter.unit, 6)}"
+            found.append(Limit(text, gain, name, end))
     return sorted(found, key=lambda limit: -limit.gain)
 
 

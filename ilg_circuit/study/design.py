@@ -134,24 +134,33 @@ class Design:
     reach: dict[str, tuple[float, float]]
     failures: int
 
+    def score(self, requirement: Requirement) -> float:
+        """A requirement's score by ngspice, as in `Requirement.score`."""
+        return float(requirement.score(np.array([self.simulated[requirement.quantity.name]]))[0])
+
     def margin(self, requirement: Requirement) -> float:
         """How much tighter a requirement could be, by ngspice: 0.1, and at least 4 mm is met as 4.4 mm."""
-        return float(np.expm1(requirement.score(np.array([self.simulated[requirement.quantity.name]]))[0]))
+        return float(np.expm1(self.score(requirement)))
 
     def met(self, requirement: Requirement) -> bool:
         """Whether ngspice finds it met; a size chosen equal to its limit may differ by the rounding of a double."""
         rounding = 0.0 if requirement.quantity.outputs else 1e-12
-        return self.margin(requirement) >= float(np.expm1(requirement.reserve)) - rounding
+        return self.score(requirement) >= requirement.reserve - rounding
 
     @property
     def feasible(self) -> bool:
         return all(self.met(r) for r in self.question.requirements)
 
     @property
-    def worst_margin(self) -> float:
+    def worst_score(self) -> float:
         """Among the requirements whose margins were to be large; among all where not all are met."""
         wanted = [r for r in self.question.requirements if r.stretched] if self.feasible else []
-        return min((self.margin(r) for r in wanted or self.question.requirements), default=np.inf)
+        return min((self.score(r) for r in wanted or self.question.requirements), default=np.inf)
+
+    @property
+    def worst_margin(self) -> float:
+        """The margin of that score."""
+        return float(np.expm1(self.worst_score))
 
     @property
     def difference(self) -> float:

@@ -95,7 +95,8 @@ def plot_front(front: Front, path: str | Path, design: Design | None = None) -> 
         figure.colorbar(points, ax=panel, label=labels[2])
     if design and all(name in design.simulated for name in names):
         mark = [design.simulated[n] * engineering(front.simulated[n], front.units[n])[0] for n in names[:2]]
-        panel.plot(*mark, "*", color=ORANGE, markersize=13, markeredgecolor="black", label=f"best design: {aim(design)}")
+        label = f"best design: {aim(design)}"
+        panel.plot(*mark, "*", color=ORANGE, markersize=13, markeredgecolor="black", label=label)
     for axis, values, label in zip("xy", data, labels, strict=False):
         getattr(panel, f"set_{axis}label")(label)
         if _wide(values):

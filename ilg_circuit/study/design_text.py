@@ -98,17 +98,10 @@ def _limits(design: Design, limits: Sequence[Limit]) -> list[str]:
     if binding:
         lines.append(f"what holds it back, and what 1 % more room there does to {what}")
         unit = "%" if objective else "percentage points"
-        lines += _aligned([[_limit(design, x), f"{100 * sign * x.gain:+.3g} {unit}"] for x in binding], right=(1,))
+        lines += _aligned([[x.text, f"{100 * sign * x.gain:+.3g} {unit}"] for x in binding], right=(1,))
     if idle:
-        lines.append("reached, but no gain in moving it: " + "; ".join(_limit(design, x) for x in idle))
+        lines.append("reached, but no gain in moving it: " + "; ".join(x.text for x in idle))
     return lines or ["nothing holds it back: no requirement or end of a range is reached"]
-
-
-def _limit(design: Design, limit: Limit) -> str:
-    if limit.parameter is None or limit.end is None:
-        return limit.text
-    span = next(s for s in design.question.space.spans if s.parameter.name == limit.parameter)
-    return f"{limit.text} {format_quantity(limit.end, span.parameter.unit, 6)}"
 
 
 def _infeasible(design: Design, omissions: Sequence[Omission]) -> list[str]:

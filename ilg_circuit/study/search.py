@@ -68,12 +68,11 @@ Goal = Callable[[Array], Terms]
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Where a search ended: ``place`` (n,), its merit and violation; ``lifted`` (a,) terms there."""
+    """Where a search ended: ``place`` (n,), its merit and violation."""
 
     place: Array
     merit: float
     violation: float
-    lifted: Array
 
     @property
     def feasible(self) -> bool:
@@ -249,7 +248,7 @@ class _Local:
 
 def found(place: Array, terms: Terms, k: int = 0) -> Found:
     """Design k of ``terms``, which stands at ``place`` (n,)."""
-    return Found(place, float(terms.merit()[k]), float(terms.violation()[k]), terms.lifted[k])
+    return Found(place, float(terms.merit()[k]), float(terms.violation()[k]))
 
 
 def _polished(space: Space, goal: Goal, best: Found, seed: int) -> Found:

@@ -77,7 +77,7 @@ def test_multipliers_are_the_closed_form_s() -> None:
     assert gains["displacement_final >= 4 mm"] == pytest.approx(0.01, abs=3e-4)
     assert gains["force_blocked >= 100 nN"] == pytest.approx(0.01, abs=3e-4)
     # (L + 5 mm)/L at 40 mm and 40.4 mm; the transient charge, C U^2, goes the same way
-    assert gains["free_length <="] == pytest.approx(1 - (45.4 / 40.4) / (45 / 40), rel=0.02)
+    assert gains["free_length <= 40 mm"] == pytest.approx(1 - (45.4 / 40.4) / (45 / 40), rel=0.02)
     assert all(not limit.binds for limit in limits(found) if limit.text.startswith(("width", "voltage")))
 
 
@@ -98,7 +98,7 @@ def test_wishes_that_cannot_be_met() -> None:
     assert not found.feasible
     assert found.worst_margin == pytest.approx(factor - 1, abs=1e-4)
     binding = {limit.text for limit in limits(found) if limit.binds}
-    assert binding == {"displacement_final >= 4 mm", "force_blocked >= 300 nN", "voltage <="}
+    assert binding == {"displacement_final >= 4 mm", "force_blocked >= 300 nN", "voltage <= 4 V"}
     without = {o.requirement.quantity.name: o.margin for o in omissions(found)}
     assert without["settling_time"] == pytest.approx(found.worst_margin, abs=1e-3)
     low, high = found.reach["settling_time"]
@@ -155,3 +155,13 @@ def test_what_cannot_be_judged_is_told() -> None:
         design(["energy<=1J"], ("free_length=50mm:90mm", "length=1mm:20mm"))
     with pytest.raises(InputError, match="linear circuits only"):
         design(["energy<=1J"], (*SIZES, "capacitance_slope=0.1 1/V"), engine="exact")
+
+
+def test_a_displacement_of_the_wrong_sign_is_far_from_any_right_one() -> None:
+    found = design(["displacement_final>=4mm"], ("voltage=-4V:-1V",))
+    assert not found.feasible
+    assert found.values["voltage"] == pytest.approx(-1.0)
+    assert -1 < found.worst_margin < -0.9
+    mirrored = design(["displacement_final<=-4mm"], ("voltage=-4V:4V", "thickness=0.2mm:1mm"), "min energy")
+    assert mirrored.feasible
+    assert mirrored.values["voltage"] < 0
