@@ -9,6 +9,7 @@ from .errors import MissingLibraryError
 _ARM = ("numba", "xarray", "h5netcdf", "h5py", "PIL")
 _STUDY = ("loky", "xarray", "h5netcdf", "h5py")
 _CLUSTER = ("distributed",)
+_SENSITIVITY = ("SALib",)
 
 
 def require_arm() -> None:
@@ -21,6 +22,11 @@ def require_study(*, cluster: bool = False) -> None:
     _require(_STUDY, "a sweep", "study")
     if cluster:
         _require(_CLUSTER, "a cluster", "cluster")
+
+
+def require_sensitivity() -> None:
+    """The same for Sobol indices: the extra ``sensitivity``."""
+    _require(_SENSITIVITY, "Sobol indices", "sensitivity")
 
 
 def _require(modules: tuple[str, ...], what: str, extra: str) -> None:

@@ -11,15 +11,16 @@ from .actuator import Actuator
 from .elements import GRAVITY, hanging_stiffness, lumped_elements
 
 if TYPE_CHECKING:
+    from .circuit.drive import Drive
     from .ladder import Ladder
     from .response import Response
 
 #: Electrochemical window [V] of the paper's liquid, BMIMBF4, about.
 ELECTROCHEMICAL_WINDOW = 4.0
-
-
 #: Deflection over L_F up to which the small-deflection beam holds.
 LARGEST_DEFLECTION = 0.2
+#: Thickness over free length up to which a beam is slender.
+LARGEST_SLENDERNESS = 0.1
 
 
 @dataclass(frozen=True)
@@ -83,10 +84,13 @@ def assumptions(
         )
     rows.append(
         Assumption(
-            "thickness over free length b/L0", g.thickness / g.free_length, 0.1, "not slender: shear and clamp matter"
+            "thickness over free length b/L0",
+            g.thickness / g.free_length,
+            LARGEST_SLENDERNESS,
+            "not slender: shear and clamp matter",
         )
     )
-    rows.append(_gravity(actuator, lumped.stiffness))
+    rows.append(gravity(actuator, lumped.stiffness))
     if lumped.port.ladder is not None:
         rows += _ladder(lumped.port.ladder, band)
     if voltage is not None:
@@ -117,7 +121,8 @@ def _ladder(ladder: Ladder, band: tuple[float, float]) -> list[Assumption]:
     ]
 
 
-def _gravity(actuator: Actuator, stiffness: float) -> Assumption:
+def gravity(actuator: Actuator, stiffness: float) -> Assumption:
+    """Gravity's number for a tip of ``stiffness`` K [N/m]: sag/L0 of a horizontal strip, else r."""
     g, m = actuator.geometry, actuator.material
     if actuator.mounting.orientation == "horizontal":
         # rho_m w b g L0^3/(8 EI), and EI = K L_F^3/3; with E alone 1.5 rho_m g L0^3/(E b^2)
@@ -137,11 +142,17 @@ def _gravity(actuator: Actuator, stiffness: float) -> Assumption:
 
 def warnings(response: Response) -> list[str]:
     """What fails for a response, over the band that its duration and drive cover."""
-    end = float(response.time[-1]) or 1.0
-    omega = response.drive.angular_frequency()
-    band = (1 / (2 * np.pi * end), max(omega / (2 * np.pi), 100 / end))
     displacement = float(np.nanmax(np.abs(response.displacement), initial=0.0))
     voltage = float(np.abs(response.voltage).max())
-    rows = assumptions(response.actuator, band=band, voltage=voltage, displacement=displacement)
+    return run_warnings(response.actuator, response.drive, float(response.time[-1]), voltage, displacement)
+
+
+def run_warnings(
+    actuator: Actuator, drive: Drive, duration: float, voltage: float, displacement: float | None
+) -> list[str]:
+    """What fails in a run of ``duration`` [s] that reaches ``voltage`` [V] and ``displacement`` [m] in size."""
+    end = duration or 1.0
+    band = (1 / (2 * np.pi * end), max(drive.angular_frequency() / (2 * np.pi), 100 / end))
+    rows = assumptions(actuator, band=band, voltage=voltage, displacement=displacement)
     # the drive is a voltage here, so what only holds per current (EC (23)) does no harm
     return [row.warning() for row in rows if not row.holds and "EC (23)" not in row.name]

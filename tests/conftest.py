@@ -69,3 +69,17 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
         return Outcome(int(caught.value.code or 0), streams.out, streams.err)
 
     return call
+
+
+@pytest.fixture
+def brisk(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Searches for designs with fewer scattered designs and starts: enough for problems as plain as the tests'."""
+    from ilg_circuit.study import search
+
+    for table, values in (
+        (search.SCOUTS, {"exact": 128, "ngspice": 16}),
+        (search.STARTS, {"exact": 4, "ngspice": 2}),
+        (search.POLISHING, {"exact": (2, 8), "ngspice": (1, 4)}),
+    ):
+        for engine, value in values.items():
+            monkeypatch.setitem(table, engine, value)

@@ -2,7 +2,22 @@
 
 from __future__ import annotations
 
-from . import arm, cpg, demo, doctor, identify, impedance, netlist, ogden, reproduce, sense, show, simulate, sweep
+from . import (
+    arm,
+    cpg,
+    demo,
+    design,
+    doctor,
+    identify,
+    impedance,
+    netlist,
+    ogden,
+    reproduce,
+    sense,
+    show,
+    simulate,
+    sweep,
+)
 
 COMMANDS = (
     show.show,
@@ -15,6 +30,7 @@ COMMANDS = (
     cpg.cpg,
     arm.arm,
     sweep.sweep,
+    design.design,
     reproduce.reproduce,
     demo.demo,
     doctor.doctor,

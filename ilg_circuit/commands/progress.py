@@ -23,6 +23,19 @@ def evaluation_counter() -> Iterator[Callable[[], None]]:
         yield advance
 
 
+@contextmanager
+def simulation_counter() -> Iterator[Callable[[int], None]]:
+    """A count of simulations, for a search whose number of them nobody knows."""
+    from tqdm import tqdm
+
+    with tqdm(delay=1.0, disable=None, leave=False, unit="simulation", desc="searching") as bar:
+
+        def advance(count: int) -> None:
+            bar.update(count)
+
+        yield advance
+
+
 def progress_bar(unit: str = "run", *, begun: bool = False) -> Progress:
     """A bar that is told (done, total), and closes when all is done.
 

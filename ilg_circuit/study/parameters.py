@@ -214,12 +214,12 @@ def _parsed(text: str, duration: float) -> Drive:
 def _drive(given: str | Drive, duration: float, changed: Mapping[str, float]) -> Drive:
     """A drive, or that of a text, with some of its numbers replaced. ``voltage`` scales the whole of it."""
     text = given if isinstance(given, str) else f"file:{given.text}"
-    kind, _, rest = text.partition(":")
+    kind = text.partition(":")[0]
     for name in changed:
         kinds = _DRIVE_KEYS[name][2]
         if kind not in kinds:
             raise InputError(f"{name} is no part of the drive '{text}'; it belongs to {' and '.join(kinds)}")
-    drive = given if not isinstance(given, str) else _parsed(_rewritten(kind, rest.split(","), changed), duration)
+    drive = given if not isinstance(given, str) else _parsed(rewritten(text, changed), duration)
     if "voltage" not in changed or kind in _FIRST_IS_VOLTAGE:
         return drive
     if not drive.largest():
@@ -227,8 +227,10 @@ def _drive(given: str | Drive, duration: float, changed: Mapping[str, float]) ->
     return scaled(drive, changed["voltage"] / drive.largest())
 
 
-def _rewritten(kind: str, parts: list[str], changed: Mapping[str, float]) -> str:
-    """A drive's text with some of its parts replaced."""
+def rewritten(text: str, changed: Mapping[str, float]) -> str:
+    """A drive's text with some of its numbers replaced, but for a voltage that only scales it (of a square, a file)."""
+    kind, _, rest = text.partition(":")
+    parts = rest.split(",")
     texts = {name: f"{value!r} {_DRIVE_KEYS[name][0]}".strip() for name, value in changed.items()}
     if "rate" in changed or ("voltage" in changed and kind in _FIRST_IS_VOLTAGE):
         parts[0] = texts.get("rate") or texts["voltage"]

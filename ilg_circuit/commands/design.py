@@ -1,0 +1,208 @@
+"""The command ``design``: the inverse problem."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..errors import InputError, SolveError
+from .progress import progress_bar, simulation_counter
+
+if TYPE_CHECKING:
+    from ..study.design import Question
+    from ..study.findings import Findings
+    from ..study.quantities import Quantity
+    from ..study.space import Counter, Space
+
+_OUT = click.Path(path_type=Path)
+_PICTURES = ("plot", "sobol_plot")
+
+
+@click.command()
+@click.argument("actuator")
+@click.option(
+    "--require",
+    "required",
+    multiple=True,
+    metavar="NAME>=VALUE",
+    help="displacement_final>=4mm, settling_time<=60s, energy=2J; or the word valid: where the model holds. Several.",
+)
+@click.option(
+    "--vary", "varied", multiple=True, metavar="NAME=FROM:TO", help="thickness=0.2mm:1mm; width=5mm fixes it."
+)
+@click.option("--minimise", help="What is to be small, such as energy.  [default: the largest margin to all]")
+@click.option("--maximise", help="What is to be large, such as displacement_final.")
+@click.option("--pareto", help="Front of two or three: displacement_final,force_blocked,min:time_of_90.")
+@click.option("--points", type=int, help="Points of the front.  [default: 25 of two, 60 of three]")
+@click.option("--drive", required=True, help="step:4V, square:4V,30s[,duty], sine:2V,0.1Hz, ramp:1V/s, file:drive.csv")
+@click.option("--duration", required=True, help="How long, such as 300s.")
+@click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
+@click.option("--beam", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True)
+@click.option("--load", "load_text", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip.")
+@click.option(
+    "--engine",
+    type=click.Choice(["ngspice", "exact", "auto"]),
+    default="auto",
+    show_default=True,
+    help="Of the search; auto: exact for linear circuits, else ngspice. ngspice always simulates the answer.",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the scattered designs.")
+@click.option("--sensitivity", is_flag=True, help="What the uncertainty of the fit makes of the design.")
+@click.option(
+    "--confidence", help="Meet each requirement with this probability, such as 95%, whatever the fit left open."
+)
+@click.option("--sobol", is_flag=True, help="Sobol indices of all that is asked for, over the ranges.")
+@click.option("--json", "json_path", type=_OUT, help="JSON file to write.")
+@click.option("--out", type=_OUT, help="TOML file of the best strip.")
+@click.option("--front", "front_path", type=_OUT, help="CSV file of the front.")
+@click.option("--plot", type=_OUT, help="Picture of the front, or of the design without one (.png, .pdf, .svg).")
+@click.option("--sobol-plot", type=_OUT, help="Picture of the indices.")
+def design(actuator: str, **options: Any) -> None:
+    """Look for the strip, within ranges, that does what is required: best, or on a Pareto front.
+
+    Requirements are on outputs of a sweep (displacement_final, force_blocked, settling_time, energy, current_peak,
+    ...), on what is varied, and on slenderness, window, gravity. Where nothing meets all of them, the
+    nearest strip is shown with what stands in its way, and the exit code is 1.
+    """
+    confidence = _confidence(options)
+    _require_sense(options)
+    from ..study.design_text import describe
+    from ..study.findings import write_design, write_front
+    from ..study.threads import one_thread
+
+    _require_paths(options)
+    with simulation_counter() as count, one_thread():
+        question, findings = _find(actuator, options, confidence, count)
+    feasible = findings.design is None or findings.design.feasible
+    if options["json_path"]:
+        findings.write_json(options["json_path"])
+    if options["out"] and findings.design and feasible:
+        write_design(findings.design, options["out"])
+    if options["front_path"] and findings.front:
+        write_front(findings.front, options["front_path"])
+    _draw(findings, options)
+    click.echo(describe(findings))
+    for line in findings.warnings:
+        click.echo(f"warning: {line}", err=True)
+    if not feasible:
+        asked = " and ".join(r.text for r in question.requirements)
+        raise SolveError(
+            f"no design within the ranges meets {asked}; the nearest one is shown above"
+            + (f" and '{options['out']}' is not written" if options["out"] else "")
+        )
+
+
+def _find(
+    actuator: str, options: dict[str, Any], confidence: float | None, count: Counter
+) -> tuple[Question, Findings]:
+    from ..study.binding import limits, omissions
+    from ..study.design import Objective, Question, best_design
+    from ..study.findings import Findings
+    from ..study.pareto import pareto_front, parse_objectives
+    from ..study.quantities import quantity
+    from ..study.requirements import parse_requirements
+    from ..study.sensitivity import confident_design, sensitivity
+    from ..study.sobol import sobol_indices
+
+    space = _space(actuator, options, count)
+    named, sense = (options["minimise"], 1) if options["minimise"] else (options["maximise"], -1)
+    objective = Objective(quantity(named, space.names), sense) if named else None
+    front_of = parse_objectives(options["pareto"], space.names) if options["pareto"] else ()
+    requirements = parse_requirements(options["required"], space.names, space.base.actuator)
+    wanted = Question(space, requirements, objective or (front_of[0] if front_of else None), options["seed"])
+    best = bounds = left_out = sure = front = indices = None
+    if objective or not front_of or any(r.stretched for r in requirements):
+        question = Question(space, requirements, objective, options["seed"])
+        extra: tuple[Quantity, ...] = tuple(o.quantity for o in front_of)
+        if space.base.actuator.coupling is not None:
+            extra = (*extra, quantity("displacement_peak", space.names))
+        best = confident_design(question, confidence, extra) if confidence else best_design(question, extra)
+        bounds, left_out = limits(best), [] if best.feasible else omissions(best)
+        if options["sensitivity"] or confidence:
+            sure = sensitivity(best)
+        wanted = Question(space, best.question.requirements, wanted.objective, options["seed"])
+    if front_of and (best is None or best.feasible):
+        front = pareto_front(wanted, front_of, points=options["points"], progress=progress_bar("point"))
+    if options["sobol"]:
+        asked = {q.name: q for q in (*wanted.quantities, *(o.quantity for o in front_of)) if q.outputs}
+        indices = sobol_indices(space, tuple(asked.values()), seed=options["seed"])
+    return wanted, Findings(best, bounds or (), left_out or (), sure, confidence, front, indices)
+
+
+def _space(actuator: str, options: dict[str, Any], count: Counter) -> Space:
+    from ..actuator_file import load_actuator
+    from ..circuit.strip import parse_load
+    from ..study.parameters import NO_LOAD, Base
+    from ..study.space import Space, parse_ranges, resolve_engine
+    from ..units import parse
+
+    base = Base(
+        load_actuator(actuator),
+        options["drive"],
+        parse(options["duration"], "s", "--duration"),
+        options["tip"],
+        options["beam"],
+        parse_load(options["load_text"]) or NO_LOAD,
+    )
+    base.parsed_drive()  # a drive that is no drive is told at once
+    spans, fixed = parse_ranges(options["varied"])
+    return Space(base, spans, fixed, resolve_engine(base, spans, fixed, options["engine"]), count)
+
+
+def _confidence(options: dict[str, Any]) -> float | None:
+    from ..units import parse
+
+    return parse(options["confidence"], "", "--confidence") if options["confidence"] else None
+
+
+def _require_sense(options: dict[str, Any]) -> None:
+    """Refuse options that contradict one another, or have nothing to say something about."""
+    if options["minimise"] and options["maximise"]:
+        raise InputError("--minimise and --maximise: give one of them, or --pareto for several")
+    if not (options["required"] or options["minimise"] or options["maximise"]):
+        if not options["pareto"]:
+            raise InputError(
+                "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise, or "
+                "--pareto"
+            )
+        given = next((n for n in ("out", "sensitivity", "confidence") if options[n]), None)
+        if given:
+            raise InputError(f"--{given} is about one best design; give --require, --minimise or --maximise too")
+    if options["confidence"] and not options["required"]:
+        raise InputError("--confidence is that of requirements; give --require")
+    for name, needed in (("points", "pareto"), ("front_path", "pareto"), ("sobol_plot", "sobol")):
+        if options[name] and not options[needed]:
+            raise InputError(f"--{name.removesuffix('_path').replace('_', '-')} goes with --{needed}")
+
+
+def _require_paths(options: dict[str, Any]) -> None:
+    """Refuse files that cannot be written, and a missing library, before the work is done."""
+    from ..extras import require_sensitivity
+    from ..files import require_writable
+    from ..plots import require_picture
+
+    paths = [options[n].resolve() for n in ("json_path", "out", "front_path", *_PICTURES) if options[n]]
+    if len(set(paths)) < len(paths):
+        raise InputError("two of --json, --out, --front, --plot and --sobol-plot name the same file; give each its own")
+    for name in ("json_path", "out", "front_path"):
+        if options[name]:
+            require_writable(options[name])
+    for name in _PICTURES:
+        if options[name]:
+            require_picture(options[name])
+    if options["sobol"]:
+        require_sensitivity()
+
+
+def _draw(findings: Findings, options: dict[str, Any]) -> None:
+    from ..study.design_plots import plot_design, plot_front, plot_sobol
+
+    if options["plot"]:
+        if findings.front:
+            plot_front(findings.front, options["plot"], findings.design)
+        elif findings.design:
+            plot_design(findings.design, options["plot"])
+    if options["sobol_plot"] and findings.sobol:
+        plot_sobol(findings.sobol, options["sobol_plot"])

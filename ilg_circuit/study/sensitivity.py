@@ -1,0 +1,166 @@
+"""How sure a design is: the covariance of the fit that its strip comes from, carried into every quantity asked for.
+
+Standard errors are first-order; probabilities are counted over strips drawn from the covariance. A requirement can be
+given a reserve, so that it is met with a stated confidence.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..actuator import Uncertainty
+from ..errors import IlgError, InputError
+from ..prediction import scaled
+from ..response import sample_times, transient_band
+from .design import Design, Question, best_design
+from .parameters import Case
+from .quantities import Quantity
+from .space import measure
+
+Array = NDArray[np.float64]
+
+#: Strips drawn, and step of the differences in parts of a parameter, by the exact engine and by ngspice.
+_DRAWN = {"exact": 1024, "ngspice": 128}
+_STEPS = {"exact": 1e-3, "ngspice": 1e-2}
+#: Reserves are found when they no longer change by more than this.
+_SETTLED, _MOST_ROUNDS = 1e-4, 6
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Of one design. ``stderr``: quantity -> standard error [SI]; ``shares``: quantity -> fitted parameter -> part of
+    the variance that it alone would bring, of the sum of such parts. ``met``: requirement -> probability that it is;
+    ``all_met``: that all are. ``drawn`` strips counted, ``failed`` of which could not be simulated.
+    """
+
+    stderr: dict[str, float]
+    shares: dict[str, dict[str, float]]
+    met: dict[str, float]
+    all_met: float
+    drawn: int
+    failed: int
+
+    def matters_most(self, name: str) -> str | None:
+        """The fitted parameter whose uncertainty brings most of a quantity's; None where it has none."""
+        shares = self.shares[name]
+        return max(shares, key=lambda p: shares[p]) if self.stderr[name] > 0 else None
+
+
+def require_uncertainty(case: Case, name: str) -> Uncertainty:
+    """The fit's uncertainty. Raises InputError where there is none, or none that still holds for the design."""
+    if case.actuator.uncertainty is None:
+        raise InputError(
+            f"actuator '{name}' has no [uncertainty] that holds for the design: fit one with `ilg-circuit identify ... "
+            "--out`, and vary neither material nor coupling, which the fit determined"
+        )
+    return case.actuator.uncertainty
+
+
+def sensitivity(design: Design) -> Sensitivity:
+    """Standard errors and probabilities of a design. Raises InputError where its strip brings no covariance."""
+    question, case = design.question, design.case
+    engine, quantities = question.space.engine, question.quantities
+    uncertainty = require_uncertainty(case, question.space.base.actuator.name)
+    covariance = np.array(uncertainty.covariance)
+    slopes = _slopes(case, quantities, engine)
+    errors = np.sqrt(np.clip(np.einsum("pq,pr,rq->q", slopes, covariance, slopes), 0.0, None))
+    alone = slopes**2 * np.diag(covariance)[:, None]
+    parts = alone / np.where(alone.sum(axis=0) > 0, alone.sum(axis=0), 1.0)
+
+    random = np.random.default_rng(question.seed)
+    drawn = random.multivariate_normal(
+        np.zeros(len(covariance)), covariance, _DRAWN[engine], check_valid="ignore", method="eigh"
+    )
+    values, failed = _measure(case, np.exp(drawn), quantities, engine)
+    for k, q in enumerate(quantities):
+        if not q.outputs:  # a size that was chosen, which no fit makes uncertain
+            values[:, k] = design.exact[q.name]
+    met = {r.text: r.score(values[:, question.column(r.quantity)]) >= 0 for r in question.requirements}
+    every = np.all(list(met.values()), axis=0) if met else np.ones(len(drawn), dtype=bool)
+    return Sensitivity(
+        {q.name: float(x) for q, x in zip(quantities, errors, strict=True)},
+        {q.name: dict(zip(uncertainty.names, parts[:, k].tolist(), strict=True)) for k, q in enumerate(quantities)},
+        {text: float(each.mean()) for text, each in met.items()},
+        float(every.mean()),
+        len(drawn),
+        failed,
+    )
+
+
+def confident_design(question: Question, confidence: float, extra: tuple[Quantity, ...] = ()) -> Design:
+    """The best design each of whose requirements (``=`` apart) is met with probability ``confidence``.
+
+    The reserve is the fit's standard error at the design, times the normal quantile; design and reserve are found in
+    turn. Raises InputError where the strip brings no covariance.
+    """
+    from scipy.stats import norm
+
+    if not 0.5 <= confidence < 1:
+        raise InputError(f"confidence {confidence:g}: give 50% or more, and less than 100%")
+    quantile = float(norm.ppf(confidence))
+    middle = question.space.case(question.space.rounded(np.full(len(question.space.spans), 0.5)))
+    if isinstance(middle, Case):
+        require_uncertainty(middle, question.space.base.actuator.name)
+    reserves = np.zeros(len(question.requirements))
+    for _ in range(_MOST_ROUNDS):
+        design = best_design(question, extra)
+        wanted = quantile * _score_errors(design)
+        moved = float(np.abs(wanted - reserves).max(initial=0.0))
+        if moved <= _SETTLED:
+            break
+        reserves = wanted
+        kept = [replace(r, reserve=float(x)) for r, x in zip(question.requirements, reserves, strict=True)]
+        question = replace(question, requirements=tuple(kept))
+    return design
+
+
+def _score_errors(design: Design) -> Array:
+    """Standard errors (r,) of the requirements' scores; 0 for an ``=``."""
+    question, case = design.question, design.case
+    slopes = _slopes(case, question.quantities, question.space.engine)
+    covariance = np.array(require_uncertainty(case, question.space.base.actuator.name).covariance)
+    errors = []
+    for r in question.requirements:
+        k = question.column(r.quantity)
+        value = design.exact[r.quantity.name]
+        small = 1e-6 * abs(value)
+        slope = (r.score(np.array([value + small])) - r.score(np.array([value - small])))[0] / (2 * small or 1.0)
+        error = abs(slope) * np.sqrt(max(float(slopes[:, k] @ covariance @ slopes[:, k]), 0.0))
+        errors.append(0.0 if r.relation == "=" else float(error))
+    return np.array(errors)
+
+
+def _slopes(case: Case, quantities: tuple[Quantity, ...], engine: str) -> Array:
+    """Slopes (p, q) of the quantities with respect to the logarithms of the p fitted parameters."""
+    uncertainty = case.actuator.uncertainty
+    assert uncertainty is not None
+    step, n = _STEPS[engine], len(uncertainty.names)
+    factors = np.exp(step * np.concatenate([np.eye(n), -np.eye(n)]))
+    values, _ = _measure(case, factors, quantities, engine)
+    return np.asarray((values[:n] - values[n:]) / (2 * step))
+
+
+def _measure(case: Case, factors: Array, quantities: tuple[Quantity, ...], engine: str) -> tuple[Array, int]:
+    """Values (k, q) for strips whose fitted parameters are multiplied by ``factors`` (k, p), and how many failed.
+
+    Zero for what is no output of a simulation.
+    """
+    uncertainty = case.actuator.uncertainty
+    assert uncertainty is not None
+    band = transient_band(sample_times(case.duration))
+    cases: list[Case | str] = []
+    for row in factors:
+        try:
+            moved = scaled(case.actuator, dict(zip(uncertainty.names, row.tolist(), strict=True)), band)
+        except IlgError as error:
+            cases.append(str(error))
+        else:
+            cases.append(replace(case, actuator=moved))
+    simulated = [q for q in quantities if q.outputs]
+    found, evaluation = measure(cases, {}, simulated, engine)
+    values = np.zeros((len(cases), len(quantities)))
+    values[:, [k for k, q in enumerate(quantities) if q.outputs]] = found
+    return values, len(evaluation.failures)

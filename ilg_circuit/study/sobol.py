@@ -1,0 +1,78 @@
+"""Sobol indices: how much of each quantity's variance over the ranges each parameter brings, by SALib."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..extras import require_sensitivity
+from .quantities import Quantity
+from .space import Space
+
+Array = NDArray[np.float64]
+
+#: Base samples (times parameters + 2 simulations), by the exact engine and by ngspice.
+SAMPLES = {"exact": 1024, "ngspice": 64}
+
+
+@dataclass(frozen=True, eq=False)
+class SobolIndices:
+    """First-order and total indices (q, p) of q quantities and p parameters, with half widths of their 95 % intervals.
+
+    NaN for a quantity that does not vary, or that some design within the ranges does not have. Parameters are spread
+    evenly over their ranges, by ratio where these are positive.
+    """
+
+    quantities: tuple[str, ...]
+    parameters: tuple[str, ...]
+    first: Array
+    first_error: Array
+    total: Array
+    total_error: Array
+    simulations: int
+
+
+def sobol_indices(
+    space: Space, quantities: Sequence[Quantity], *, samples: int | None = None, seed: int = 0
+) -> SobolIndices:
+    """Indices of ``quantities`` over the whole space; ``samples`` is a power of two."""
+    return indices(
+        lambda places: space.look(places, quantities),
+        space.names,
+        tuple(q.name for q in quantities),
+        samples=samples or SAMPLES[space.engine],
+        seed=seed,
+    )
+
+
+def indices(
+    function: Callable[[Array], Array],
+    parameters: tuple[str, ...],
+    quantities: tuple[str, ...],
+    *,
+    samples: int,
+    seed: int = 0,
+) -> SobolIndices:
+    """Indices of ``function``, from places (k, p) in the unit cube to values (k, q).
+
+    Raises InputError for a number of samples that is no power of two, MissingLibraryError without SALib.
+    """
+    require_sensitivity()
+    from SALib.analyze import sobol as analysis
+    from SALib.sample import sobol as sampling
+
+    if samples < 8 or samples & (samples - 1):
+        raise InputError(f"{samples} samples for Sobol indices: give a power of two from 8 on, such as 1024")
+    problem = {"num_vars": len(parameters), "names": list(parameters), "bounds": [[0.0, 1.0]] * len(parameters)}
+    places = sampling.sample(problem, samples, calc_second_order=False, seed=seed)
+    values = function(places)
+    found = np.full((4, len(quantities), len(parameters)), np.nan)
+    for k, column in enumerate(values.T):
+        if np.isfinite(column).all() and np.ptp(column) > 1e-9 * np.abs(column).max():
+            result = analysis.analyze(problem, column, calc_second_order=False, seed=seed)
+            found[:, k] = result["S1"], result["S1_conf"], result["ST"], result["ST_conf"]
+    return SobolIndices(quantities, parameters, found[0], found[1], found[2], found[3], len(places))
