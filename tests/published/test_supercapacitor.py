@@ -60,4 +60,5 @@ def test_no_electron_path_is_claimed(found: SpectrumIdentification) -> None:
 def test_what_the_model_leaves_is_said(found: SpectrumIdentification) -> None:
     told = "\n".join(found.warnings)
     assert "the model is not all that is there" in told
-    assert "the standard errors, which take them as independent, are too small" in told
+    assert "those of a block bootstrap are given" in told
+    assert found.parameters["diffusion_time"].bootstrap is not None
