@@ -23,6 +23,7 @@ from .evaluate import ENGINES, STUDY_ACCURACY, Evaluation, Progress, evaluate_de
 from .outputs import WAVEFORMS, choose_outputs
 from .parameters import Base
 from .plan import Column, Plan
+from .threads import one_thread
 
 Array = NDArray[np.float64]
 
@@ -55,17 +56,18 @@ class Task:
 
 
 def solve_task(task: Task, progress: Progress | None = None) -> Evaluation:
-    """The outputs of a task's designs."""
-    return evaluate_designs(
-        task.base,
-        task.columns,
-        task.outputs,
-        engine=task.engine,
-        accuracy=task.accuracy,
-        waveforms=task.waveforms,
-        times=task.times,
-        progress=progress,
-    )
+    """The outputs of a task's designs, the same wherever it runs."""
+    with one_thread():
+        return evaluate_designs(
+            task.base,
+            task.columns,
+            task.outputs,
+            engine=task.engine,
+            accuracy=task.accuracy,
+            waveforms=task.waveforms,
+            times=task.times,
+            progress=progress,
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,8 +27,6 @@ _AHEAD = 2
 #: How often a task may kill its worker when it runs alone before it is divided.
 _DEATHS = 2
 
-_SINGLE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-
 
 class Pool(Protocol):
     """Where tasks run. ``deaths`` are the errors that say that a worker died with a task."""
@@ -46,7 +44,7 @@ class Pool(Protocol):
 
 
 class LokyPool:
-    """Processes of this machine, started afresh (ngspice does not survive a fork), each with one thread."""
+    """Processes of this machine, started afresh (ngspice does not survive a fork)."""
 
     deaths: tuple[type[BaseException], ...] = (BrokenExecutor,)
 
@@ -57,9 +55,7 @@ class LokyPool:
     def _new(self) -> Any:
         from loky import ProcessPoolExecutor
 
-        return ProcessPoolExecutor(
-            max_workers=self._workers, env=_SINGLE_THREAD, initializer=_end_with, initargs=(os.getpid(),)
-        )
+        return ProcessPoolExecutor(max_workers=self._workers, initializer=_end_with, initargs=(os.getpid(),))
 
     def width(self) -> int:
         return self._workers
