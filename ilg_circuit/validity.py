@@ -156,3 +156,12 @@ def run_warnings(
     rows = assumptions(actuator, band=band, voltage=voltage, displacement=displacement)
     # the drive is a voltage here, so what only holds per current (EC (23)) does no harm
     return [row.warning() for row in rows if not row.holds and "EC (23)" not in row.name]
+
+
+def deflection_warnings(bent: int) -> list[str]:
+    """What to say where ``bent`` of several designs go beyond what the beam is good for."""
+    if not bent:
+        return []
+    designs = "1 design has" if bent == 1 else f"{bent} designs have"
+    where = "where the small-deflection beam overstates the tip's path"
+    return [f"{designs} a relative_deflection beyond {LARGEST_DEFLECTION:g}, {where}"]

@@ -155,7 +155,7 @@ def _report(question: Question, done: Swept) -> None:
     """What came of it, in short."""
     from ..study.outputs import OUTPUTS
     from ..units import format_quantity
-    from ..validity import LARGEST_DEFLECTION
+    from ..validity import deflection_warnings
 
     summary = done.summary
     solved = summary.count - summary.failed
@@ -190,12 +190,8 @@ def _report(question: Question, done: Swept) -> None:
             cell.rjust(w) if k in (1, 3) else cell.ljust(w) for k, (cell, w) in enumerate(zip(row, widths, strict=True))
         )
         click.echo("  ".join(cells).rstrip())
-    if summary.bent:
-        click.echo(
-            f"warning: {summary.bent} designs have a relative_deflection beyond {LARGEST_DEFLECTION:g}, where the "
-            "small-deflection beam overstates the tip's path",
-            err=True,
-        )
+    for line in deflection_warnings(summary.bent):
+        click.echo(f"warning: {line}", err=True)
 
 
 def _design(plan: Plan, number: int) -> str:

@@ -16,7 +16,7 @@ from .. import __version__
 from ..actuator_file import save_actuator
 from ..files import write_text
 from ..units import format_quantity
-from ..validity import run_warnings
+from ..validity import deflection_warnings, run_warnings
 from .binding import Limit, Omission
 from .design import Design
 from .parameters import rewritten
@@ -45,8 +45,9 @@ class Findings:
     @property
     def warnings(self) -> list[str]:
         """Assumptions of the model that fail at the design, and what a reader of its figures should know."""
+        front = deflection_warnings(self.front.bent) if self.front is not None else []
         if self.design is None:
-            return []
+            return front
         case, design = self.design.case, self.design
         moved = design.simulated.get("displacement_peak", math.nan)
         lines = run_warnings(
@@ -55,7 +56,7 @@ class Findings:
         if design.failures:
             total = SCOUTS[design.question.space.engine]
             lines.append(f"{design.failures} of the first {total} designs within the ranges could not be judged")
-        return lines
+        return lines + front
 
     def to_json(self) -> dict[str, Any]:
         """JSON-ready values, SI units; what was not asked for is null."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, SolveError
+from ..validity import LARGEST_DEFLECTION
 from .design import Objective, Question
 from .quantities import quantity
 from .search import FEASIBLE, SCOUTS, Terms, apart, climb, scatter
@@ -42,7 +43,7 @@ class Front:
 
     ``columns``: parameter -> (k,) [SI]; ``values`` and ``simulated``: quantity -> (k,) [SI]; ``units`` of all of them.
     ``improvable``: the most that a random design near a point betters it in all objectives at once, in parts of the
-    front's extent.
+    front's extent. ``deflections`` (k,) are largest displacements over the load's distance, NaN without a coupling.
     """
 
     objectives: tuple[Objective, ...]
@@ -51,9 +52,15 @@ class Front:
     simulated: dict[str, Array]
     units: dict[str, str]
     improvable: float
+    deflections: Array
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
+
+    @property
+    def bent(self) -> int:
+        """Points beyond what the small-deflection beam is good for."""
+        return int((self.deflections > LARGEST_DEFLECTION).sum())
 
     @property
     def difference(self) -> float:
@@ -188,19 +195,21 @@ class _Front:
         places, costs = self.places[order], self.costs[order]
         columns = self.space.columns(places)
         cases = self.space.cases(columns)
-        ours = measure(cases, columns, self.quantities, self.space.engine)[0]
+        deflection = quantity("relative_deflection", self.space.names)
+        *ours, deflections = measure(cases, columns, (*self.quantities, deflection), self.space.engine)[0].T
         theirs = measure(cases, columns, self.quantities, "ngspice")[0]
         names = [q.name for q in self.quantities]
         return Front(
             self.objectives,
             columns,
-            dict(zip(names, ours.T, strict=True)),
+            dict(zip(names, ours, strict=True)),
             dict(zip(names, theirs.T, strict=True)),
             {
                 **{s.parameter.name: s.parameter.unit for s in self.space.spans},
                 **{q.name: q.unit for q in self.quantities},
             },
             self._improvable(places, costs),
+            deflections,
         )
 
     def _improvable(self, places: Array, costs: Array) -> float:

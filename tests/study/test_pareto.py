@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from test_design import D0, SIZES, E, question
 
 from ilg_circuit.errors import InputError, SolveError
+from ilg_circuit.study.findings import Findings
 from ilg_circuit.study.pareto import Front, neighbours, nondominated, pareto_front, parse_objectives
 
 pytestmark = pytest.mark.usefixtures("brisk")
@@ -34,6 +35,11 @@ def test_displacement_against_force_is_the_closed_form() -> None:
     assert found.improvable < 1e-6
     assert found.columns["voltage"] == pytest.approx(np.full(15, 4.0))
     assert found.columns["width"] == pytest.approx(np.full(15, 10e-3))
+    # the small-deflection beam does not hold for all of it, and that is said
+    assert found.deflections == pytest.approx(y / found.columns["free_length"], rel=0.15)  # peak over final
+    bent = int((found.deflections > 0.2).sum())
+    assert 0 < bent < 15
+    assert any(f"{bent} designs have a relative_deflection beyond 0.2" in w for w in Findings(front=found).warnings)
 
 
 def test_three_objectives_against_a_grid() -> None:
