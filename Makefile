@@ -32,7 +32,7 @@ help:
 	@echo 'make test    runs the tests'
 	@echo 'make lint    checks style and types'
 	@echo 'make peers   installs other programs that the tests compare with'
-	@echo 'make bench   measures the speed figures again'
+	@echo 'make bench   measures every figure of the README again, beside its peers; most of an hour'
 	@echo 'make clean   removes .venv and everything generated'
 	@echo 'PYTHON=python3.12 after any of them chooses the Python.'
 
@@ -53,8 +53,8 @@ lint: .venv/.stamp-dev
 peers: .venv/.stamp-dev
 	@$(pip) install -e '.[peers]' || echo 'not all peers could be installed: their tests are skipped'
 
-bench: setup
-	$(bin)/python benchmarks/run.py
+bench: setup .venv/.stamp-bench
+	$(bin)/python benchmarks/all.py
 
 clean:
 	rm -rf .venv build dist demo .mypy_cache .pytest_cache .ruff_cache .hypothesis
@@ -78,6 +78,11 @@ clean:
 .venv/.stamp-dev: .venv/.stamp-package
 	@echo 'Installing the tools for tests and checks into .venv'
 	@$(pip) install -e '.[dev]'
+	@touch $@
+
+.venv/.stamp-bench: .venv/.stamp-package
+	@echo 'Installing the programs that are measured beside this one into .venv'
+	@$(pip) install -e '.[bench]'
 	@touch $@
 
 .venv/.stamp-ngspice: scripts/get_ngspice.py .venv/.stamp-venv

@@ -16,6 +16,7 @@ from pathlib import Path
 from time import perf_counter, process_time
 
 import numpy as np
+from figure import Figure
 from machine import conditions
 from numpy.typing import NDArray
 
@@ -94,7 +95,9 @@ def evolved(function: Callable[[Array], Array], dimension: int, generations: int
     return np.asarray(minimize(Designs(), NSGA2(pop_size=50), ("n_gen", generations), seed=1).F)
 
 
-def main() -> None:
+def main() -> list[Figure]:
+    """Measure and write the page."""
+    times = {name: seconds(arguments) for name, arguments in CALLS.items()}
     lines = [
         "# Designs",
         "",
@@ -106,7 +109,7 @@ def main() -> None:
         "",
         "| call | wall time |",
         "|---|---|",
-        *(f"| {name} | {seconds(arguments):.1f} s |" for name, arguments in CALLS.items()),
+        *(f"| {name} | {time:.1f} s |" for name, time in times.items()),
         "",
         "Front of displacement and force of a static strip, exact engine, against y F² = (3 d0 U)³ (E w/4)²:",
         "",
@@ -114,8 +117,15 @@ def main() -> None:
         "|---|---|---|---|",
     ]
     with one_thread():
-        lines += [f"| {name} | {time:.1f} s | {most:.1e} | {median:.1e} |" for name, time, most, median in fronts()]
+        compared = list(fronts())
+    lines += [f"| {name} | {time:.1f} s | {most:.1e} | {median:.1e} |" for name, time, most, median in compared]
     Path(__file__).with_name("DESIGN.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    print("\n".join(lines))
+    own, *others = (f"{name}: {most:.1e} in {time:.1f} s" for name, time, most, _ in compared)
+    return [
+        *(Figure(f"`design`: {name}", f"{time:.1f} s") for name, time in times.items()),
+        Figure("front of displacement and force, shortfall from the closed form", own, "; ".join(others)),
+    ]
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ import numpy as np
 import ours
 import plain
 from cases import BATCH, NOISE, SPREAD
+from figure import Figure
 from machine import conditions, load
 
 RESULTS = Path(__file__).with_name("RESULTS.md")
@@ -189,7 +190,7 @@ def markdown(report: Report, heading: list[str]) -> str:
     return "\n".join([*lines, "", *(f"- {note}" for note in report.notes), ""])
 
 
-def main() -> None:
+def main() -> list[Figure]:
     """Measure everything, print and write the table."""
     start = perf_counter()
     conditions_now = heading()
@@ -219,6 +220,12 @@ def main() -> None:
     page = markdown(report, conditions_now)
     RESULTS.write_text(page, encoding="utf-8")
     print(page)
+    return [
+        Figure(r.what, r.ours, f"PySpice: {r.halved}, {r.ratios[0]} times; best tuned {r.tuned}, {r.ratios[1]} times")
+        if r.ratios[0]
+        else Figure(r.what, r.ours, r.tuned and f"PySpice: {r.tuned}")
+        for r in report.rows
+    ]
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from figure import Figure
 from machine import conditions
 from numpy.typing import NDArray
 
@@ -127,7 +128,7 @@ def markdown(rows: list[Row]) -> str:
     )
 
 
-def main() -> None:
+def main() -> list[Figure]:
     """Measure, print and write the table; fail where ours misses a model or is slow."""
     with tempfile.TemporaryDirectory() as folder:
         paths = write_spectra(Path(folder))
@@ -143,6 +144,9 @@ def main() -> None:
         raise SystemExit("a spectrum was not fitted by its own model")
     if rows[0].seconds > LIMIT:
         raise SystemExit(f"slower than {LIMIT:.0f} s")
+    each = [f"{r.seconds / r.spectra:.2f} s a spectrum, {r.right} of {r.spectra} found" for r in rows]
+    peers = "; ".join(f"{r.way}: {told}" for r, told in zip(rows[1:], each[1:], strict=True))
+    return [Figure(f"{SPECTRA} spectra by {len(MODELS)} models", f"{rows[0].seconds:.1f} s: {each[0]}", peers)]
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from figure import Figure
 
 from ilg_circuit.actuator import PAPER
 from ilg_circuit.study import Base
@@ -68,7 +69,8 @@ def largest_difference(first: Path, second: Path) -> tuple[float, str]:
     return differences[name], name
 
 
-def main() -> None:
+def main() -> list[Figure]:
+    """Measure, print and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--designs", type=int, default=10_000)
     designs = parser.parse_args().designs
@@ -108,6 +110,13 @@ def main() -> None:
     text = "\n".join(lines) + "\n"
     (Path(__file__).parent / "SWEEP.md").write_text(text, encoding="utf-8")
     print(text)
+    return [
+        Figure(
+            f"{designs} designs of the full circuit by {row.engine}, processes: {row.jobs}",
+            f"{row.wall:.1f} s, {1e3 * row.processor / designs:.2f} ms a design",
+        )
+        for row in rows
+    ]
 
 
 if __name__ == "__main__":
