@@ -8,7 +8,7 @@ from typing import Any
 
 from .. import __version__
 from ..errors import InputError
-from .workers import GivenPool
+from .workers import GivenPool, require_processes
 
 _FORMS = "tcp://HOST:PORT of a dask scheduler, or local:4 for four workers on this machine"
 #: How long [s] to wait for a scheduler and its first worker.
@@ -26,6 +26,7 @@ def cluster_pool(address: str) -> Iterator[GivenPool]:
     if kind == "local":
         if not (number.isdecimal() and 1 <= int(number) <= 1024):
             raise InputError(f"cluster '{address}' is not understood; write {_FORMS}")
+        require_processes()
         # no dashboard: it would need a port and a web server that nobody asked for
         local = library.LocalCluster(n_workers=int(number), threads_per_worker=1, dashboard_address=None)
     elif kind not in ("tcp", "tls", "ucx", "ws", "wss"):

@@ -15,7 +15,7 @@ from .dataset import Summary, write_dataset
 from .evaluate import Evaluation, Progress
 from .question import Question, solve_task
 from .store import Store
-from .workers import GivenPool, LokyPool, Pool, solve_on
+from .workers import GivenPool, LokyPool, Pool, processes_possible, solve_on
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,8 @@ def sweep(
 ) -> Swept:
     """Answer ``question`` into the netCDF file ``out`` (read it with `ilg_circuit.study.read_sweep`).
 
-    Solved by ``jobs`` processes (by default one a core, none beside this one for a single task), on a dask ``cluster``
+    Solved by ``jobs`` processes (by default one a core, none beside this one for a single task or where a machine lets
+    processes share no locks), on a dask ``cluster``
     (see `ilg_circuit.study.cluster`), or on an ``executor`` like those of `concurrent.futures`; the result is the same.
     Finished tasks are kept beside ``out`` until all are, so a sweep that was interrupted goes on where it was.
     ``progress(done, total)`` counts designs, for the first time before any is solved. Raises InputError for what cannot
@@ -60,7 +61,7 @@ def sweep(
         finished = store.finished()
         resumed = sum(stop - start for start, stop in map(question.bounds, finished))
         missing = [k for k in range(question.task_count) if k not in finished]
-        _solve(question, missing, store, jobs or min(_cores(), len(missing)), cluster, executor, progress)
+        _solve(question, missing, store, jobs or _usual_jobs(len(missing)), cluster, executor, progress)
         try:
             summary = write_dataset(path, question, store, command)
         except SolveError:  # nothing is worth keeping where every design failed
@@ -105,6 +106,11 @@ def _solve(
 def _within(progress: Progress | None, before: int, total: int) -> Progress | None:
     """Progress of the whole for a task that tells its own."""
     return None if progress is None else lambda done, _: progress(before + done, total)
+
+
+def _usual_jobs(tasks: int) -> int:
+    """A process a core, one where there is one task only or where there can be no more."""
+    return min(_cores(), tasks) if tasks > 1 and processes_possible() else 1
 
 
 def _cores() -> int:

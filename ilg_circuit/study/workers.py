@@ -7,6 +7,7 @@ A design that kills its worker even alone, twice, is a failed design.
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import threading
 import time
@@ -26,6 +27,24 @@ from .question import Task, solve_task
 _AHEAD = 2
 #: How often a task may kill its worker when it runs alone before it is divided.
 _DEATHS = 2
+
+
+def processes_possible() -> bool:
+    """Whether processes can share locks here: not where /dev/shm is missing or closed to the user."""
+    try:
+        multiprocessing.get_context("spawn").Lock()
+    except (OSError, ImportError):
+        return False
+    return True
+
+
+def require_processes() -> None:
+    """Raise SolveError where no worker processes can be had."""
+    if not processes_possible():
+        raise SolveError(
+            "this machine lets processes share no locks (is /dev/shm missing, or closed to you?), so there can be no "
+            "workers; use --jobs 1"
+        )
 
 
 class Pool(Protocol):
@@ -49,6 +68,7 @@ class LokyPool:
     deaths: tuple[type[BaseException], ...] = (BrokenExecutor,)
 
     def __init__(self, workers: int) -> None:
+        require_processes()
         self._workers = workers
         self._executor = self._new()
 

@@ -19,14 +19,15 @@ from command import Run
 from ilg_circuit import formulas
 from ilg_circuit.actuator import PAPER
 from ilg_circuit.errors import InputError, SolveError
-from ilg_circuit.study import Base
+from ilg_circuit.study import Base, workers
 from ilg_circuit.study import question as questions
+from ilg_circuit.study import sweep as sweeps
 from ilg_circuit.study.evaluate import Evaluation
 from ilg_circuit.study.plan import Plan, grid_plan, random_plan
 from ilg_circuit.study.question import Question, Task, solve_task
 from ilg_circuit.study.store import Store
 from ilg_circuit.study.sweep import sweep
-from ilg_circuit.study.workers import GivenPool, solve_on
+from ilg_circuit.study.workers import GivenPool, LokyPool, processes_possible, solve_on
 
 pytest.importorskip("h5netcdf", reason="netCDF files are an extra")
 from ilg_circuit.study.dataset import read_sweep
@@ -311,6 +312,52 @@ def test_any_executor_will_do(tmp_path: Path, small_tasks: None) -> None:
         sweep(question, tmp_path / "x.nc", jobs=0)
 
 
+with_processes = pytest.mark.skipif(
+    not processes_possible(), reason="this machine lets processes share no locks, so there are no workers"
+)
+
+
+@with_processes
+def test_processes_of_which_one_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(questions, "_DESIGNS", 20)
+    question = _question(count=200)
+    sweep(question, tmp_path / "serial.nc", jobs=1)
+    pools: list[LokyPool] = []
+    killed: list[int] = []
+
+    class Watched(LokyPool):
+        def __init__(self, workers: int) -> None:
+            super().__init__(workers)
+            pools.append(self)
+
+    def kill_one(done: int, _: int) -> None:
+        if done and not killed:
+            killed.append(next(iter(pools[0]._executor._processes)))
+            os.kill(killed[0], signal.SIGKILL)
+
+    monkeypatch.setattr(sweeps, "LokyPool", Watched)
+    done = sweep(question, tmp_path / "two.nc", jobs=2, progress=kill_one)
+    assert len(killed) == 1
+    assert done.summary.failed == 0
+    assert _equal(tmp_path / "serial.nc", tmp_path / "two.nc")
+
+
+def test_a_machine_without_shared_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small_tasks: None) -> None:
+    """One process is what there is without being asked; more are refused in one line."""
+
+    class Closed:
+        def Lock(self) -> None:
+            raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(workers.multiprocessing, "get_context", lambda _: Closed())
+    done = sweep(_question(), tmp_path / "s.nc")
+    assert done.summary.failed == 0
+    for how in ({"jobs": 2}, {"cluster": "local:2"}):
+        with pytest.raises(SolveError, match=r"share no locks.*--jobs 1"):
+            sweep(_question(), tmp_path / "t.nc", **how)
+
+
+@with_processes
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
 def test_a_cluster_that_loses_a_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Three workers on loopback, one of them killed while it works: the file is complete and equal."""
