@@ -18,6 +18,7 @@ from .port import Port
 CANTILEVER_EIGENVALUE = 1.875104068711961
 
 ORIENTATIONS = ("weightless", "hanging", "horizontal")
+BEAMS = ("dynamic", "static")
 
 
 def quantity(unit: str, meaning: str, *, zero: bool = False, default: Any = ...) -> Any:
@@ -175,15 +176,22 @@ class Material:
 
 @dataclass(frozen=True)
 class Coupling:
-    """Electromechanical coupling d(s) = Kd (s + Zd)/(s^2 + 2 zeta' wn' s + wn'^2) [m/V], EC (31)."""
+    """Electromechanical coupling d(s) = Kd (s + Zd)/(s^2 + 2 zeta' wn' s + wn'^2) [m/V], EC (31).
+
+    ``beam`` is the one that d(s) was fitted with, where a fit says so: ``static`` if the tip's whole motion is in d(s),
+    the beam's inertia included, which a ``dynamic`` beam would count again.
+    """
 
     gain: float = quantity("m/(V s)", "Kd")
     zero: float = quantity("1/s", "Zd")
     damping_ratio: float = quantity("", "zeta'")
     natural_frequency: float = quantity("rad/s", "wn'")
+    beam: str | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         validate_quantities(self)
+        if self.beam not in (None, *BEAMS):
+            raise InputError(f"coupling.beam is {self.beam!r}; choose one of {', '.join(BEAMS)}, or leave it out")
 
     @property
     def static(self) -> float:
@@ -235,6 +243,11 @@ class Actuator:
     mounting: Mounting = Mounting()
     name: str = "strip"
     uncertainty: Uncertainty | None = None
+
+    def usual_beam(self, *, loaded: bool = False) -> str:
+        """The beam of a run that names none: the one that d(s) was fitted with, a dynamic one under a load."""
+        fitted = self.coupling.beam if self.coupling is not None else None
+        return "dynamic" if loaded or fitted is None else fitted
 
     @classmethod
     def from_circuit_values(

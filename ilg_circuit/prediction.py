@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .actuator import Actuator, Coupling
+from .actuator import Actuator
 from .circuit.drive import Drive
 from .circuit.strip import Load, strip_netlist
 from .elements import lumped_port
@@ -95,7 +95,7 @@ def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, flo
     coupling = actuator.coupling
     if coupling is not None:
         fields = {f: getattr(coupling, f) * factors.get(name, 1.0) for name, f in COUPLING_FIELDS.items()}
-        coupling = Coupling(**fields)
+        coupling = replace(coupling, **fields)
     ladder = port.ladder
     made = model.port(changed, port.electrode_resistance * factors.get("electrode_resistance", 1.0))
     strip = Actuator.from_port(actuator.geometry, made, base=actuator.material)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from hypothesis import strategies as st
 
-from ilg_circuit.actuator import ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
+from ilg_circuit.actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
 
 
 def log_floats(low: float, high: float) -> st.SearchStrategy[float]:
@@ -72,6 +72,7 @@ def wild_actuators(draw: st.DrawFn) -> Actuator:
         *(draw(zero_or_more) for _ in range(5)),
         further_branches=tuple(draw(st.lists(st.builds(IonBranch, _ANY_POSITIVE, _ANY_POSITIVE), max_size=3))),
     )
-    coupling = draw(st.one_of(st.none(), st.builds(Coupling, *([_ANY_POSITIVE] * 4))))
+    beams = st.sampled_from([None, *BEAMS])
+    coupling = draw(st.one_of(st.none(), st.builds(Coupling, *([_ANY_POSITIVE] * 4), beam=beams)))
     mounting = Mounting(draw(st.sampled_from(ORIENTATIONS)))
     return replace(Actuator(geometry, material, coupling, mounting), name=draw(_ANY_NAME))

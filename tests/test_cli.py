@@ -8,6 +8,7 @@ import shutil
 import stat
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from command import Run, assert_one_line, columns
 
 from ilg_circuit import __version__, files
 from ilg_circuit.actuator import PAPER
-from ilg_circuit.actuator_file import dumps
+from ilg_circuit.actuator_file import dumps, save_actuator
 from ilg_circuit.solve.library import VARIABLE
 
 
@@ -132,6 +133,22 @@ def test_simulate_every_drive(run: Run, drive: str) -> None:
     )
     assert done.code == 0, done.err
     assert columns(Path("run.csv"))["time_s"][-1] == 60.0
+
+
+def test_the_beam_is_the_one_that_the_coupling_was_fitted_with(run: Run) -> None:
+    assert PAPER.coupling is not None
+    fitted = replace(PAPER, coupling=replace(PAPER.coupling, beam="static"))
+    save_actuator(fitted, "fitted.toml")
+    drive = ("--drive", "step:1V", "--duration", "10s")
+    assert "static beam" in run("simulate", "fitted.toml", *drive).out
+    assert "dynamic beam" in run("simulate", "fitted.toml", *drive, "--beam", "dynamic").out
+    assert (
+        "dynamic beam" in run("simulate", "fitted.toml", *drive, "--load", "mass=1mg").out
+    )  # which moves with the tip
+    assert "dynamic beam" in run("simulate", "paper", *drive).out
+    text = Path("fitted.toml").read_text(encoding="utf-8")
+    Path("odd.toml").write_text(text.replace('"static"', '"stiff"'), encoding="utf-8")
+    assert_one_line(run("show", "odd.toml"), "coupling.beam is 'stiff'; choose one of dynamic, static")
 
 
 def test_simulate_draws(run: Run) -> None:

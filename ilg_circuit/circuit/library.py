@@ -72,6 +72,7 @@ def library_parameters(actuator: Actuator) -> tuple[LibraryParameter, ...]:
                 f"coupling_{f.name}", getattr(actuator.coupling, f.name), f.metadata["unit"], f.metadata["meaning"]
             )
             for f in fields(actuator.coupling)
+            if "unit" in f.metadata
         ]
     if m.emission_voltage is not None:
         meaning = "kT/q of your SPICE; the default is that of ngspice at 27 degrees Celsius"
@@ -247,6 +248,11 @@ def _header(actuator: Actuator, lumped: Elements, name: str, pins: str, title: s
             "     to ground by Vtip tip 0 0: free; open: clamped; a load is an element from tip to ground:",
             "     mass m kg: L of 1000 m henry; dashpot c N s/m: R of 1000 c ohm; spring k N/m: C of 0.001/k farad",
         ]
+        if actuator.usual_beam() == "static":
+            lines += [
+                "d(s) was fitted to the tip's whole motion, beam included: for that motion set density to 1e-3 of this",
+                "     strip's, so that the beam's inertia does not count twice",
+            ]
     return [*lines, *_parameter_table(actuator), *_notes(m, lumped, coupled=coupled)]
 
 

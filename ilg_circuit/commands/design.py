@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError, SolveError
+from .options import beam_of, beam_option
 from .progress import progress_bar, simulation_counter
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ _PICTURES = ("plot", "sobol_plot")
 @click.option("--drive", required=True, help="step:4V, square:4V,30s[,duty], sine:2V,0.1Hz, ramp:1V/s, file:drive.csv")
 @click.option("--duration", required=True, help="How long, such as 300s.")
 @click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
-@click.option("--beam", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True)
+@beam_option
 @click.option("--load", "load_text", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip.")
 @click.option(
     "--engine",
@@ -138,13 +139,14 @@ def _space(actuator: str, options: dict[str, Any], count: Counter) -> Space:
     from ..study.space import Space, parse_ranges, resolve_engine
     from ..units import parse
 
+    strip, load = load_actuator(actuator), parse_load(options["load_text"]) or NO_LOAD
     base = Base(
-        load_actuator(actuator),
+        strip,
         options["drive"],
         parse(options["duration"], "s", "--duration"),
         options["tip"],
-        options["beam"],
-        parse_load(options["load_text"]) or NO_LOAD,
+        beam_of(strip, options["beam"], load),
+        load,
     )
     base.parsed_drive()  # a drive that is no drive is told at once
     spans, fixed = parse_ranges(options["varied"])

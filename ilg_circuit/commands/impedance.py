@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from .options import beam_of, beam_option
+
 _OUT = click.Path(path_type=Path)
 
 
@@ -17,7 +19,7 @@ _OUT = click.Path(path_type=Path)
 @click.option("--points", type=int, help="Number of frequencies, even in logarithm.  [default: ten a decade]")
 @click.option("--bias", default="0V", show_default=True, help="Voltage about which the signal is small.")
 @click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
-@click.option("--beam", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True)
+@beam_option
 @click.option("--load", "load_text", help="What hangs on the tip, as for simulate.")
 @click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
 @click.option("--check", is_flag=True, help="Compare with the other engine and the closed form.")
@@ -39,11 +41,12 @@ def impedance(actuator: str, low: str, high: str, load_text: str | None, **optio
         require_writable(options["out"])
     if options["plot"]:
         require_picture(options["plot"])
+    load = parse_load(load_text)
     how = {
         "bias": parse(options["bias"], "V", "--bias"),
         "tip": options["tip"],
-        "beam": options["beam"],
-        "load": parse_load(load_text),
+        "beam": beam_of(strip, options["beam"], load),
+        "load": load,
     }
     found = solve(strip, f, engine=options["engine"], **how)
     if options["out"]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from ..errors import InputError
+from .options import beam_of, beam_option
 
 _OUT = click.Path(path_type=Path)
 
@@ -16,10 +17,12 @@ _OUT = click.Path(path_type=Path)
 @click.option("--drive", default="step:4V", show_default=True, help="Drive of a .cir deck, as for simulate.")
 @click.option("--duration", default="300s", show_default=True, help="Duration of a .cir deck.")
 @click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
-@click.option("--beam", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True)
+@beam_option
 @click.option("--load", "load_text", help="As for simulate.")
 @click.option("--out", type=_OUT, required=True, help=".cir: a deck that runs as it is; .lib: a subcircuit.")
-def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_text: str | None, out: Path) -> None:
+def netlist(
+    actuator: str, drive: str, duration: str, tip: str, beam: str | None, load_text: str | None, out: Path
+) -> None:
     """Write the strip as a SPICE netlist."""
     from ..actuator_file import load_actuator
     from ..circuit.deck import deck
@@ -36,7 +39,8 @@ def netlist(actuator: str, drive: str, duration: str, tip: str, beam: str, load_
         seconds = parse(duration, "s", "--duration")
         if not seconds > 0:
             raise InputError(f"duration {duration} must be more than zero")
-        circuit = strip_netlist(strip, tip=tip, beam=beam, load=parse_load(load_text))
+        load = parse_load(load_text)
+        circuit = strip_netlist(strip, tip=tip, beam=beam_of(strip, beam, load), load=load)
         text = deck(circuit, parse_drive(drive, seconds), seconds, strip)
     else:
         raise InputError(f"cannot tell what to write to '{out}': end its name in .cir (a deck) or .lib (a subcircuit)")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
+from .options import beam_of, beam_option
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ _OUT = click.Path(path_type=Path)
 @click.option("--drive", required=True, help="step:4V, square:4V,30s[,duty], sine:2V,0.1Hz, ramp:1V/s, file:drive.csv")
 @click.option("--duration", required=True, help="How long, such as 300s.")
 @click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
-@click.option("--beam", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True)
+@beam_option
 @click.option("--load", "load_text", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip.")
 @click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
 @click.option(
@@ -59,7 +60,8 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, st
     seconds = parse(duration, "s", "--duration")
     times = sample_times(seconds, samples=options["samples"], step=parse(step, "s", "--step") if step else None)
     source = parse_drive(drive, seconds)
-    how = {"tip": options["tip"], "beam": options["beam"], "load": parse_load(load_text)}
+    load = parse_load(load_text)
+    how = {"tip": options["tip"], "beam": beam_of(strip, options["beam"], load), "load": load}
     if options["out"]:
         require_writable(options["out"])
     if options["plot"]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
+from .options import beam_of, beam_option
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ _MOST_NAMED = 3
 @click.option("--drive", required=True, help="step:4V, square:4V,30s[,duty], sine:2V,0.1Hz, ramp:1V/s, file:drive.csv")
 @click.option("--duration", required=True, help="How long, such as 300s.")
 @click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
-@click.option("--beam", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True)
+@beam_option
 @click.option("--load", "load_text", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip.")
 @click.option(
     "--outputs", help="Names, such as displacement_final,settling_time,force_blocked.  [default: all of one run]"
@@ -109,13 +110,14 @@ def _question(actuator: str, options: dict[str, Any]) -> Question:
     from ..study.question import Question
     from ..units import parse
 
+    strip, load = load_actuator(actuator), parse_load(options["load_text"]) or NO_LOAD
     base = Base(
-        load_actuator(actuator),
+        strip,
         options["drive"],
         parse(options["duration"], "s", "--duration"),
         options["tip"],
-        options["beam"],
-        parse_load(options["load_text"]) or NO_LOAD,
+        beam_of(strip, options["beam"], load),
+        load,
     )
     waveforms = _names(options["waveforms"])
     if options["samples"] is not None and not waveforms:

@@ -242,7 +242,7 @@ class _Problem:
 
     def finish(self, best: _Attempt, scouting: Scouting, *, shortened: bool) -> DisplacementFit:
         t = self.channel.time
-        coupling = Coupling(*best.fit.values)
+        coupling = Coupling(*best.fit.values, beam=best.beam)
         answer = self.model(t, best.sign, best.beam)(best.fit.values[None, :])[0]
         extra = list(best.fit.nuisance)
         rest = self.reference + (extra[0] if best.offset else 0.0)

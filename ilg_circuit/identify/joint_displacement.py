@@ -38,9 +38,16 @@ class JointDisplacement:
     together: Together | None
 
     @property
+    def beam(self) -> str:
+        """The dynamic beam where any record by itself shows its inertia, else the static one."""
+        return "dynamic" if any(fit.beam == "dynamic" for fit in self.own) else "static"
+
+    @property
     def coupling(self) -> Coupling:
         """The joint one, the geometric mean of parameters that records have for themselves."""
-        return Coupling(*self.together.mean.tolist()) if self.together is not None else self.own[0].coupling
+        if self.together is None:
+            return self.own[0].coupling
+        return Coupling(*self.together.mean.tolist(), beam=self.beam)
 
 
 def fit_displacements(
