@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError, SolveError
-from .options import beam_of, beam_option
+from .options import base_of, run_options
 from .progress import progress_bar, simulation_counter
 
 if TYPE_CHECKING:
@@ -37,11 +37,7 @@ _PICTURES = ("plot", "sobol_plot")
 @click.option("--maximise", help="What is to be large, such as displacement_final.")
 @click.option("--pareto", help="Front of two or three: displacement_final,force_blocked,min:time_of_90.")
 @click.option("--points", type=int, help="Points of the front.  [default: 25 of two, 60 of three]")
-@click.option("--drive", required=True, help="step:4V, square:4V,30s[,duty], sine:2V,0.1Hz, ramp:1V/s, file:drive.csv")
-@click.option("--duration", required=True, help="How long, such as 300s.")
-@click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
-@beam_option
-@click.option("--load", "load_text", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip.")
+@run_options
 @click.option(
     "--engine",
     type=click.Choice(["ngspice", "exact", "auto"]),
@@ -133,21 +129,9 @@ def _find(
 
 
 def _space(actuator: str, options: dict[str, Any], count: Counter) -> Space:
-    from ..actuator_file import load_actuator
-    from ..circuit.strip import parse_load
-    from ..study.parameters import NO_LOAD, Base
     from ..study.space import Space, parse_ranges, resolve_engine
-    from ..units import parse
 
-    strip, load = load_actuator(actuator), parse_load(options["load_text"]) or NO_LOAD
-    base = Base(
-        strip,
-        options["drive"],
-        parse(options["duration"], "s", "--duration"),
-        options["tip"],
-        beam_of(strip, options["beam"], load),
-        load,
-    )
+    base = base_of(actuator, options)
     base.parsed_drive()  # a drive that is no drive is told at once
     spans, fixed = parse_ranges(options["varied"])
     return Space(base, spans, fixed, resolve_engine(base, spans, fixed, options["engine"]), count)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
-from .options import beam_of, beam_option
+from .options import beam_of, run_options
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -20,11 +20,7 @@ _OUT = click.Path(path_type=Path)
 
 @click.command()
 @click.argument("actuator")
-@click.option("--drive", required=True, help="step:4V, square:4V,30s[,duty], sine:2V,0.1Hz, ramp:1V/s, file:drive.csv")
-@click.option("--duration", required=True, help="How long, such as 300s.")
-@click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
-@beam_option
-@click.option("--load", "load_text", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip.")
+@run_options
 @click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
 @click.option(
     "--accuracy",

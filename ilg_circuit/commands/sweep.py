@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
-from .options import beam_of, beam_option
+from .options import base_of, run_options
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -39,11 +39,7 @@ _MOST_NAMED = 3
 @click.option("--method", type=click.Choice(["lhs", "sobol", "uniform"]), help="Of random designs.  [default: lhs]")
 @click.option("--seed", type=int, help="Of random designs.  [default: 0]")
 @click.option("--designs", type=_OUT, help="CSV file of designs instead: headers such as thickness_mm, a design a row.")
-@click.option("--drive", required=True, help="step:4V, square:4V,30s[,duty], sine:2V,0.1Hz, ramp:1V/s, file:drive.csv")
-@click.option("--duration", required=True, help="How long, such as 300s.")
-@click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
-@beam_option
-@click.option("--load", "load_text", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip.")
+@run_options
 @click.option(
     "--outputs", help="Names, such as displacement_final,settling_time,force_blocked.  [default: all of one run]"
 )
@@ -103,22 +99,10 @@ def sweep(actuator: str, **options: Any) -> None:
 
 
 def _question(actuator: str, options: dict[str, Any]) -> Question:
-    from ..actuator_file import load_actuator
-    from ..circuit.strip import parse_load
     from ..study.outputs import DEFAULT_OUTPUTS
-    from ..study.parameters import NO_LOAD, Base
     from ..study.question import Question
-    from ..units import parse
 
-    strip, load = load_actuator(actuator), parse_load(options["load_text"]) or NO_LOAD
-    base = Base(
-        strip,
-        options["drive"],
-        parse(options["duration"], "s", "--duration"),
-        options["tip"],
-        beam_of(strip, options["beam"], load),
-        load,
-    )
+    base = base_of(actuator, options)
     waveforms = _names(options["waveforms"])
     if options["samples"] is not None and not waveforms:
         raise InputError("--samples are those of --waveforms; say which to keep, such as --waveforms displacement")

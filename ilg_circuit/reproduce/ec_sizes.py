@@ -33,6 +33,9 @@ LENGTHS = np.linspace(10e-3, 50e-3, 17)
 THICKNESSES = np.linspace(0.2e-3, 1.0e-3, 17)
 WIDTHS = np.linspace(2e-3, 10e-3, 17)
 _LIMIT = 1e-5
+#: One design by itself, and the grids of both figures, by the command line.
+_ONE = "ilg-circuit simulate EC-F12-strip.toml --drive step:4V --duration 400s --beam static"
+_SWEEP = "ilg-circuit sweep paper --drive step:4V --duration 400s --beam static --vary free_length=10mm:50mm:17"
 _RANGES = "The ranges of the paper's axes are not in its text: those drawn here are ours."
 
 
@@ -209,7 +212,10 @@ ITEMS = (
         "Figure 12: displacement over length and thickness",
         "Relationships between the end displacement of the robot and the length and thickness of the actuator.",
         "y(∞) = 3 d(0) U L₀²/b² &nbsp; [(37)], U = 4 V",
-        ("ilg-circuit simulate EC-F12-strip.toml --drive step:4V --duration 400s --beam static --check --out run.csv",),
+        (
+            f"{_SWEEP} --vary thickness=0.2mm:1mm:17 --outputs displacement_final --out displacement.nc --plot map.png",
+            f"{_ONE} --check --out run.csv",
+        ),
         figure_12,
     ),
     Item(
@@ -219,8 +225,8 @@ ITEMS = (
         "free end of the actuator. (a) Actuator L₀ = 30 mm. (b) Actuator w = 5 mm. (c) Actuator thickness b = 0.5 mm.",
         "F(∞) = ¾ E d(0) U b w/L₀ &nbsp; [(39), constant corrected], U = 4 V",
         (
-            "ilg-circuit simulate EC-F12-strip.toml --drive step:4V --duration 400s --tip clamped --beam static "
-            "--check --out run.csv",
+            f"{_SWEEP} --vary width=2mm:10mm:17 --tip clamped --outputs force_final --out force.nc --plot map.png",
+            f"{_ONE} --tip clamped --check --out run.csv",
         ),
         figure_13,
     ),
