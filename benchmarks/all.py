@@ -54,7 +54,7 @@ def main() -> None:
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as fresh:
             try:
                 figures = fresh.submit(measure, script, arguments).result()
-            except (Exception, SystemExit) as error:
+            except (Exception, SystemExit) as error:  # whatever one script ends in, the others are measured
                 failures.append(f"{script}.py: {error}")
                 continue
         lines += [figure.row(page or f"{script}.py") for figure in figures]

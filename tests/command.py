@@ -19,6 +19,9 @@ class Outcome:
 
 Run = Callable[..., Outcome]
 
+#: A simulation as it is usually asked for.
+SIMULATE = ("simulate", "paper", "--drive", "step:4V", "--duration", "100s")
+
 
 def assert_one_line(outcome: Outcome | subprocess.CompletedProcess[str], *hints: str, code: int = 2) -> None:
     """The way every refusal looks: exit code, one line on stderr, nothing on stdout, no traceback."""

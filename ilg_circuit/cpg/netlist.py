@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import __version__
 from ..errors import InputError, SolveError
 from .network import Network, checked_start
-from .rhythm import Rhythm
+from .outcome import Rhythm
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,8 @@ from ..files import write_text
 from ..response import sample_times
 from .flow import Flow, sampled
 from .network import Network, checked_start
-from .rhythm import Rhythm, rhythm
+from .outcome import Rhythm
+from .rhythm import rhythm
 from .symmetry import quotient
 
 Array = NDArray[np.float64]

@@ -42,8 +42,7 @@ class CurrentFit:
     """Fit of one electrical model. ``time`` [s] since the onset, ``data`` and ``fitted`` [A], all (samples,).
 
     ``port`` is what was fitted, R-C branches by ascending time constant; ``offset`` [A] is the instrument's, where one
-    was found at rest; ``scouting`` tells from how many starts, ``identifiability`` which
-    parameters the data determine.
+    was found at rest; ``scouting`` tells from how many starts, ``identifiability`` which parameters the data determine.
     """
 
     model: str

@@ -200,6 +200,7 @@ def uncertainty_of(model: str, fits: list[Fit]) -> Uncertainty:
 
 
 def require_electrode_resistance(held: float, measurement: Measurement) -> None:
+    """Raise InputError for an Re ``held`` [ohm] below zero, or that leaves the peak current no voltage."""
     if not (math.isfinite(held) and held >= 0):
         raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
     after = measurement.current.time >= 0

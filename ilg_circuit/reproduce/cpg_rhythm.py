@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from ..cpg.closed_forms import describing_frequency
 from ..cpg.flow import Flow, sampled
 from ..cpg.network import ADAPTATION, ADAPTATION_TIME, INHIBITION, RISE_TIME, Network, ring, unit
+from ..cpg.outcome import Rhythm
 from ..cpg.report import run
-from ..cpg.rhythm import Rhythm, rhythm
+from ..cpg.rhythm import rhythm
 from ..plots import BLUE, GREY, ORANGE
 from .items import Check, Claim, Item, Made, rows
 from .runs import Runs

@@ -149,6 +149,7 @@ def _by_ngspice(
 
 
 def fastest_modes(system: StateSpace) -> Array:
+    """Magnitude [1/s] of the fastest pole of each netlist (n,); next to nothing where there is none."""
     return np.asarray(np.abs(system.poles()).max(axis=1, initial=1e-300))
 
 

@@ -12,7 +12,8 @@ from scipy.integrate import solve_ivp
 
 from ilg_circuit.cpg.flow import Flow, sampled
 from ilg_circuit.cpg.network import Network, chain, ring, unit
-from ilg_circuit.cpg.rhythm import Rhythm, rhythm
+from ilg_circuit.cpg.outcome import Rhythm
+from ilg_circuit.cpg.rhythm import rhythm
 from ilg_circuit.errors import InputError
 
 FEW = settings(max_examples=25)
