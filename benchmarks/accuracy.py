@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from figure import Figure
 
-from ilg_circuit import formulas
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.circuit.drive import parse_drive
-from ilg_circuit.elements import lumped_elements
-from ilg_circuit.response import SIMULATION_ACCURACY, simulate
+from ilg_circuit.simulation import closed_forms as formulas
+from ilg_circuit.simulation.drives import parse_drive
+from ilg_circuit.simulation.response import SIMULATION_ACCURACY, simulate
+from ilg_circuit.strip.actuator import PAPER
+from ilg_circuit.strip.elements import lumped_elements
 
 DATA = Path(__file__).parents[1].parent / "shared" / "data"
 

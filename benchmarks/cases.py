@@ -8,10 +8,11 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.circuit import Netlist, PiecewiseLinear, electrical_netlist, strip_netlist
-from ilg_circuit.elements import lumped_elements
+from ilg_circuit.circuit import Netlist, electrical_netlist, strip_netlist
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.solve import transient
+from ilg_circuit.strip.actuator import PAPER
+from ilg_circuit.strip.elements import lumped_elements
 
 Array = NDArray[np.float64]
 

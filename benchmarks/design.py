@@ -20,7 +20,7 @@ from figure import Figure
 from machine import conditions
 from numpy.typing import NDArray
 
-from ilg_circuit.actuator import PAPER
+from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study import Base
 from ilg_circuit.study.design import Question
 from ilg_circuit.study.pareto import pareto_front, parse_objectives

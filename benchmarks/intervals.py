@@ -18,14 +18,14 @@ from figure import Figure
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ilg_circuit.circuit.drive import PiecewiseLinear
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
 from ilg_circuit.identify.current import currents, fit_current
-from ilg_circuit.identify.measurement import Measurement, prepare
-from ilg_circuit.identify.spectrum_files import Spectrum
 from ilg_circuit.identify.spectrum_fit import fit_spectrum
-from ilg_circuit.models import electrical_model
-from ilg_circuit.tables import Table
+from ilg_circuit.measurements.prepare import Measurement, prepare
+from ilg_circuit.measurements.spectrum_files import Spectrum
+from ilg_circuit.measurements.table import Table
+from ilg_circuit.strip.models import electrical_model
 
 Array = NDArray[np.float64]
 #: A random generator -> name of each parameter and its interval

@@ -10,9 +10,9 @@ from cases import ACCURACY, DRIVE, TIMES, Array, case, record
 from memory import growth
 
 from ilg_circuit.identify.current import CurrentFit, fit_current
-from ilg_circuit.identify.measurement import prepare
+from ilg_circuit.measurements.prepare import prepare
+from ilg_circuit.measurements.table import Table
 from ilg_circuit.solve import transient
-from ilg_circuit.tables import Table
 
 
 def solve(name: str, count: int) -> Array:

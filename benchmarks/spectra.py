@@ -20,7 +20,7 @@ from machine import conditions
 from numpy.typing import NDArray
 
 from ilg_circuit.identify import identify_spectra
-from ilg_circuit.models import electrical_model
+from ilg_circuit.strip.models import electrical_model
 
 RESULTS = Path(__file__).with_name("SPECTRA.md")
 PACKAGES = ("ilg-circuit", "pyimpspec", "lmfit", "numpy")

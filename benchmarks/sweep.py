@@ -17,7 +17,7 @@ from time import perf_counter
 import numpy as np
 from figure import Figure
 
-from ilg_circuit.actuator import PAPER
+from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study import Base
 from ilg_circuit.study.dataset import read_sweep
 from ilg_circuit.study.outputs import DEFAULT_OUTPUTS

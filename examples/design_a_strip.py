@@ -3,7 +3,7 @@
 Run: python examples/design_a_strip.py
 """
 
-from ilg_circuit.actuator import PAPER
+from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study import Base
 from ilg_circuit.study.binding import limits
 from ilg_circuit.study.design import Objective, Question, best_design

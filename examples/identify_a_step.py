@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.circuit import PiecewiseLinear
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.identify import identify, read_measurement
 from ilg_circuit.identify.report import plot_identification, table, write_actuator
-from ilg_circuit.response import sample_times, simulate
+from ilg_circuit.simulation.response import sample_times, simulate
+from ilg_circuit.strip.actuator import PAPER
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 response = simulate(PAPER, PiecewiseLinear.step(4.0), sample_times(300.0), beam="static")

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.circuit import PiecewiseLinear, strip_netlist
+from ilg_circuit.circuit import strip_netlist
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.solve import transient
+from ilg_circuit.strip.actuator import PAPER
 
 thicknesses = np.linspace(0.3e-3, 1e-3, 20)
 strips = [replace(PAPER, geometry=replace(PAPER.geometry, thickness=float(b))) for b in thicknesses]

@@ -6,11 +6,11 @@ Run: python examples/step_response.py [FOLDER]
 import sys
 from pathlib import Path
 
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.check import check, report
-from ilg_circuit.circuit import PiecewiseLinear
-from ilg_circuit.plots import plot_response
-from ilg_circuit.response import sample_times, simulate
+from ilg_circuit.drive import PiecewiseLinear
+from ilg_circuit.report.plots import plot_response
+from ilg_circuit.simulation.check import check, report
+from ilg_circuit.simulation.response import sample_times, simulate
+from ilg_circuit.strip.actuator import PAPER
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 response = simulate(PAPER, PiecewiseLinear.step(4.0), sample_times(300.0), beam="static")

@@ -6,7 +6,7 @@ Needs the extra `study`. Run: python examples/sweep_strips.py
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from ilg_circuit.actuator import PAPER
+from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study import Base
 from ilg_circuit.study.dataset import read_sweep
 from ilg_circuit.study.plan import random_plan

@@ -5,12 +5,13 @@ Run: python netlists/generate.py
 
 from pathlib import Path
 
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.circuit import PiecewiseLinear, Sine, strip_netlist
+from ilg_circuit.circuit import strip_netlist
 from ilg_circuit.circuit.deck import deck
 from ilg_circuit.circuit.examples import EXAMPLES
 from ilg_circuit.circuit.library import library
+from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.files import write_text
+from ilg_circuit.strip.actuator import PAPER
 
 
 def texts() -> dict[str, str]:

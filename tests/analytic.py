@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ilg_circuit import formulas
-from ilg_circuit.actuator import Actuator
-from ilg_circuit.circuit.drive import Drive, PiecewiseLinear, Sine
-from ilg_circuit.elements import lumped_elements
+from ilg_circuit.drive import Drive, PiecewiseLinear, Sine
+from ilg_circuit.simulation import closed_forms as formulas
+from ilg_circuit.strip.actuator import Actuator
+from ilg_circuit.strip.elements import lumped_elements
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 from command import Outcome, Run
 from hypothesis import settings
+from synthetic import Record, record, step
 
-from ilg_circuit.actuator import PAPER, Actuator, IonBranch
+from ilg_circuit.identify import Identification, identify
+from ilg_circuit.strip.actuator import PAPER, Actuator, IonBranch
 
 # Small matrices: the threads of a linear algebra library would only wait for one another. Set before numpy is loaded.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -83,3 +85,14 @@ def brisk(monkeypatch: pytest.MonkeyPatch) -> None:
     ):
         for engine, value in values.items():
             monkeypatch.setitem(table, engine, value)
+
+
+@pytest.fixture(scope="session")
+def step_record() -> Record:
+    """The paper's strip, 4 V for 300 s, 20 samples of rest, noise of 0.3 %."""
+    return record(step(), 300.0, 301, rest=20, displacement=True, noise=0.003, rest_position=5e-3, seed=11)
+
+
+@pytest.fixture(scope="session")
+def step_fit(step_record: Record) -> Identification:
+    return identify(step_record.measurement(), base=PAPER, model="rc")

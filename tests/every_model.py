@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ilg_circuit.actuator import PAPER, Actuator
 from ilg_circuit.circuit import Load
-from ilg_circuit.models import Ladders, electrical_model, model_names
-from ilg_circuit.port import Port
+from ilg_circuit.strip.actuator import PAPER, Actuator
+from ilg_circuit.strip.models import Ladders, electrical_model, model_names
+from ilg_circuit.strip.port import Port
 
 Complex = NDArray[np.complex128]
 

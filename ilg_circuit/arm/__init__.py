@@ -1,4 +1,7 @@
-"""The soft arm: a plane lattice of masses and springs with cells of constant area, driven segment by segment."""
+"""The soft arm: a plane lattice of masses and springs with cells of constant area, driven segment by segment.
+
+In: an arm and activations, or voltages through strips. Out: a motion. May import: the rooms up to `cpg`.
+"""
 
 from .activation import Activation, activation, passive, sampled, sine, stiffening_wave
 from .dynamics import TOLERANCE, Stiffness, choose, simulate, stiffness

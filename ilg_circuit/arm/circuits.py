@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..actuator import Actuator
 from ..circuit.netlist import Netlist, copies
 from ..circuit.strip import strip_netlist
 from ..cpg.netlist import TOLERANCES, netlist_text
 from ..cpg.network import Network
 from ..errors import SolveError
-from ..response import transient_band
+from ..simulation.response import transient_band
+from ..strip.actuator import Actuator
 
 Array = NDArray[np.float64]
 

@@ -18,15 +18,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..actuator import PAPER, Actuator
 from ..circuit.strip import strip_netlist
 from ..cpg.network import Network
 from ..cpg.report import Run
 from ..cpg.report import run as run_network
 from ..cpg.rhythm import rhythm as rhythm_of
-from ..elements import lumped_elements
 from ..errors import InputError
 from ..solve.spectrum import spectrum
+from ..strip.actuator import PAPER, Actuator
+from ..strip.elements import lumped_elements
 from .activation import Activation, activation
 from .circuits import through_circuits, with_neurons
 from .lattice import Arm

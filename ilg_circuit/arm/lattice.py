@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..actuator import CANTILEVER_EIGENVALUE, ORIENTATIONS, PAPER, Actuator, quantity, validate_quantities
 from ..errors import InputError
+from ..strip.actuator import CANTILEVER_EIGENVALUE, ORIENTATIONS, PAPER, Actuator, quantity, validate_quantities
 from .compiled import Array, Indices
 
 FORMULATIONS = ("beam", "yekutieli")

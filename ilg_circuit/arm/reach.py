@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..actuator import PAPER, Actuator
 from ..cpg.flow import Flow, sampled
 from ..cpg.network import CHAIN_SAME, INHIBITION, TONIC, Network, chain, default_start, ring, unit
 from ..cpg.rhythm import rhythm
 from ..errors import InputError, SolveError
+from ..strip.actuator import PAPER, Actuator
 from ..units import format_quantity
 from .activation import activation
 from .circuits import through_circuits

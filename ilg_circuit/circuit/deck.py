@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..actuator import Actuator
-from .drive import Drive
+from ..drive import Drive
+from ..strip.actuator import Actuator
 from .netlist import GROUND, Element, Netlist, Output, add_elements, plain
 from .provenance import FIRST_STEP, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
 

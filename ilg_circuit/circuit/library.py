@@ -15,9 +15,9 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
-from ..actuator import CANTILEVER_EIGENVALUE, Actuator, Material
-from ..elements import GRAVITY, Elements, lumped_elements
 from ..errors import InputError
+from ..strip.actuator import CANTILEVER_EIGENVALUE, Actuator, Material
+from ..strip.elements import GRAVITY, Elements, lumped_elements
 from ..units import format_quantity
 from .netlist import GROUND, Element, plain
 from .provenance import FIRST_STEP, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance

@@ -14,12 +14,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
-from ..port import hyperbolic_cosine
+from ..strip.port import hyperbolic_cosine
 
 if TYPE_CHECKING:
     from PySpice.Spice.Netlist import Circuit
 
-    from .drive import Drive
+    from ..drive import Drive
 
 GROUND = "0"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .. import __version__
-from ..actuator import Actuator
+from ..strip.actuator import Actuator
 from ..units import format_quantity
 
 #: Tolerances with which ngspice's own step control follows the exact solution within 1e-6 of the maximum.

@@ -17,11 +17,11 @@ import math
 from dataclasses import dataclass
 from typing import Literal, cast
 
-from ..actuator import Actuator, Coupling
-from ..elements import Elements, hanging_stiffness, lumped_elements
 from ..errors import InputError
-from ..ladder import LADDER_BAND
-from ..port import Port
+from ..strip.actuator import Actuator, Coupling
+from ..strip.elements import Elements, hanging_stiffness, lumped_elements
+from ..strip.ladder import LADDER_BAND
+from ..strip.port import Port
 from .netlist import GROUND, Element, Netlist, Output
 
 #: Newtons per mechanical volt and metres per second per mechanical ampere.

@@ -78,8 +78,8 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
     require_arm()
     from ..arm.plots import SNAPSHOT_TIMES, animate, plot_motion, plot_reach, require_animation
     from ..files import require_writable
-    from ..plots import require_picture
-    from ..response import sample_times
+    from ..report.plots import require_picture
+    from ..simulation.response import sample_times
     from ..units import parse
 
     seconds = parse(duration, "s", "--duration")
@@ -154,9 +154,9 @@ def _moved(body: Arm, options: dict[str, Any], seconds: float, times: NDArray[An
 
 def _reached(body: Arm, options: dict[str, Any], seconds: float, times: NDArray[Any]) -> Reached:
     """The motion that comes nearest to a target."""
-    from ..actuator_file import load_actuator
     from ..arm import passive
     from ..arm.reach import reach_target
+    from ..strip.file import load_actuator
     from ..units import parse
 
     cells = options["target"].split(",")
@@ -190,9 +190,9 @@ def _tell_of_compiling() -> None:
 
 def _arm(options: dict[str, Any]) -> Arm:
     """The arm that the options describe."""
-    from ..actuator_file import load_actuator
     from ..arm import OCTOPUS, strip_arm
     from ..arm.lattice import GRAVITY
+    from ..strip.file import load_actuator
 
     segments, mounting = options["segments"], options["mounting"]
     if options["formulation"] == "beam":
@@ -213,9 +213,9 @@ def _arm(options: dict[str, Any]) -> Arm:
 
 def _coupled(body: Arm, options: dict[str, Any], seconds: float) -> Coupled:
     """A rhythm and what the coupling makes of it."""
-    from ..actuator_file import load_actuator
     from ..arm.coupling import couple
     from ..cpg.network import INHIBITION, chain, ring, unit
+    from ..strip.file import load_actuator
     from ..units import parse
 
     if options["amplitude"] is not None:

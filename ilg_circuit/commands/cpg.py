@@ -47,7 +47,7 @@ _SWEPT = {"inhibition": "", "adaptation": "", "tonic": "", "rise-time": "s", "ad
 def cpg(**options: Any) -> None:
     """A central pattern generator: whether it oscillates, period, amplitude, phases, outputs over time."""
     from ..files import require_writable
-    from ..plots import require_picture
+    from ..report.plots import require_picture
 
     _require_apart(options)
     for key in ("out", "deck_path"):
@@ -77,7 +77,7 @@ def _require_apart(options: dict[str, Any]) -> None:
 
 def _run(options: dict[str, Any]) -> None:
     from ..cpg.report import default_times, describe, run, tabulate
-    from ..response import sample_times
+    from ..simulation.response import sample_times
     from ..units import parse
 
     if options["duration"] is None:

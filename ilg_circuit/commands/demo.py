@@ -13,7 +13,7 @@ _OUT = click.Path(path_type=Path)
 @click.option("--out", type=_OUT, default=Path("demo"), show_default=True, help="Folder for the results.")
 def demo(out: Path) -> None:
     """The whole flow once, with pictures: simulate, check, measure with noise, identify, hand out."""
-    from ..demo import run
+    from ..reproduce.demo import run
 
     for line in run(out):
         click.echo(line)

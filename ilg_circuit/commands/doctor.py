@@ -1,14 +1,60 @@
-"""The command ``doctor``."""
+"""The command ``doctor``: versions, the library, and whether a solved step agrees with its closed form."""
 
 from __future__ import annotations
 
+import platform
+from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, version
+
 import click
+
+from .. import __version__
+from ..errors import SolveError
+
+PACKAGES = ("PySpice", "numpy", "scipy", "lmfit", "matplotlib", "click", "pint", "tqdm")
+
+#: The self-check passes below this difference from the closed form, relative to the maximum.
+TOLERANCE = 1e-7
 
 
 @click.command()
 def doctor() -> None:
     """Versions, the ngspice library, and a self-check against the closed form."""
-    from ..doctor import examine
-
     for line in examine():
         click.echo(line)
+
+
+def examine() -> Iterator[str]:
+    """Lines of the report, one after the other; raises an IlgError at the first thing that is broken."""
+    import numpy as np
+
+    from ..drive import PiecewiseLinear
+    from ..simulation import closed_forms, response
+    from ..solve.library import find_library
+    from ..solve.ngspice import session
+    from ..strip.actuator import PAPER
+    from ..strip.elements import lumped_elements
+
+    yield f"ilg-circuit {__version__}, Python {platform.python_version()}, {platform.system()} {platform.machine()}"
+    yield ", ".join(f"{name} {_version(name)}" for name in PACKAGES)
+    yield f"ngspice library: {find_library()}"
+    yield f"ngspice version: {session().version}"
+    t = np.linspace(0, 300, 601)
+    solved = response.simulate(PAPER, PiecewiseLinear.step(4.0), t, beam="static")
+    lumped = lumped_elements(PAPER)
+    constants = closed_forms.current_constants(lumped.dc_resistance, lumped.dynamic_resistance, lumped.capacitance)
+    exact = 4 * closed_forms.current_step(t, *constants)
+    difference = float(np.abs(solved.current - exact).max() / exact.max())
+    if not difference <= TOLERANCE:
+        raise SolveError(
+            f"self-check failed: the step current is {difference:.1e} of its maximum away from EC (4) "
+            f"(allowed: {TOLERANCE:g}); report the versions above"
+        )
+    yield f"self-check: 4 V step of the paper's strip within {difference:.1e} of EC (4) (allowed: {TOLERANCE:g})"
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "missing"

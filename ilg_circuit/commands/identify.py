@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from .command_line import command_line
+from ..provenance import command_line
 from .progress import evaluation_counter
 
 _OUT = click.Path(path_type=Path)
@@ -40,13 +40,13 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     spectrum: frequency_Hz, re_ohm, im_ohm, or what EC-Lab (text), Gamry (.DTA) and ZPlot (.z) export. Several files of
     one strip, records and spectra, are fitted together, and each is predicted from the others.
     """
-    from ..actuator_file import load_actuator
     from ..files import require_writable
     from ..identify import identify as fit
     from ..identify import read_measurement
     from ..identify.report import plot_identification, table, write_actuator, write_json
-    from ..identify.spectrum_files import is_spectrum
-    from ..plots import require_picture
+    from ..measurements.spectrum_files import is_spectrum
+    from ..report.plots import require_picture
+    from ..strip.file import load_actuator
     from .identify_records import identify_together
     from .identify_spectrum import identify_file
 

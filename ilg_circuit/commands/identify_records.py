@@ -9,9 +9,9 @@ from typing import Any, Literal
 
 import click
 
-from ..actuator import Actuator
 from ..errors import InputError
-from .command_line import command_line
+from ..provenance import command_line
+from ..strip.actuator import Actuator
 from .progress import evaluation_counter
 
 
@@ -23,12 +23,12 @@ def identify_together(
 ) -> None:
     """Fit the files at ``paths`` jointly; ``options`` are those of the command."""
     from .. import __version__
-    from ..actuator_file import save_actuator
     from ..files import write_text
     from ..identify import read_measurement, read_spectrum
     from ..identify.joint import fit_jointly
     from ..identify.joint_report import files, joint_table, plot_joint
-    from ..identify.spectrum_files import is_spectrum
+    from ..measurements.spectrum_files import is_spectrum
+    from ..strip.file import save_actuator
 
     spectra = [is_spectrum(path) for path in paths]
     bias = biases(paths, spectra, options["bias"])

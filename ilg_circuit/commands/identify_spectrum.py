@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from ..actuator import Actuator
-from .command_line import command_line
+from ..provenance import command_line
+from ..strip.actuator import Actuator
 from .progress import evaluation_counter
 
 
@@ -24,9 +24,9 @@ def identify_file(
     report: Path | None,
 ) -> None:
     """Fit the spectrum in ``data``, write what was asked for, print the table; Re ``held`` [ohm]."""
-    from ..identify.spectrum_files import read_spectrum
     from ..identify.spectrum_identification import identify_spectrum
     from ..identify.spectrum_report import plot_spectrum, spectrum_table, write_spectrum_actuator, write_spectrum_json
+    from ..measurements.spectrum_files import read_spectrum
 
     spectrum = read_spectrum(data)
     with evaluation_counter() as advance:

@@ -27,12 +27,12 @@ _OUT = click.Path(path_type=Path)
 @click.option("--plot", type=_OUT, help="Bode and Nyquist plot to write (.png, .pdf, .svg).")
 def impedance(actuator: str, low: str, high: str, load_text: str | None, **options: Any) -> None:
     """The small-signal spectrum at the strip's terminals, by AC analysis about a bias voltage."""
-    from ..actuator_file import load_actuator
     from ..circuit.strip import parse_load
     from ..files import require_writable
-    from ..impedance import frequencies
-    from ..impedance import impedance as solve
-    from ..plots import plot_impedance, require_picture
+    from ..report.plots import plot_impedance, require_picture
+    from ..simulation.impedance import frequencies
+    from ..simulation.impedance import impedance as solve
+    from ..strip.file import load_actuator
     from ..units import parse
 
     strip = load_actuator(actuator)
@@ -58,7 +58,7 @@ def impedance(actuator: str, low: str, high: str, load_text: str | None, **optio
     for line in found.warnings():
         click.echo(f"warning: {line}", err=True)
     if options["check"]:
-        from ..check import check_impedance, report, require_agreement
+        from ..simulation.check import check_impedance, report, require_agreement
 
         differences = check_impedance(found, **how)
         click.echo(report(differences))

@@ -24,12 +24,12 @@ def netlist(
     actuator: str, drive: str, duration: str, tip: str, beam: str | None, load_text: str | None, out: Path
 ) -> None:
     """Write the strip as a SPICE netlist."""
-    from ..actuator_file import load_actuator
     from ..circuit.deck import deck
-    from ..circuit.drive import parse_drive
     from ..circuit.library import library
     from ..circuit.strip import parse_load, strip_netlist
     from ..files import write_text
+    from ..simulation.drives import parse_drive
+    from ..strip.file import load_actuator
     from ..units import parse
 
     strip = load_actuator(actuator)

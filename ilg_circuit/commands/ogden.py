@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from ..errors import InputError
-from .command_line import command_line
+from ..provenance import command_line
 
 _PATH = click.Path(path_type=Path)
 
@@ -61,11 +61,11 @@ def ogden(
         missing, there = ("--actuator", "--out") if actuator is None else ("--out", "--actuator")
         raise InputError(f"{there} without {missing}: give the strip to start from and the file to write, or neither")
 
-    from ..actuator_file import load_actuator
     from ..files import require_writable
     from ..hyperelastic import characterise, read_load_test
     from ..hyperelastic.report import plot_characterisation, table, to_json, write_actuator
-    from ..plots import require_picture
+    from ..report.plots import require_picture
+    from ..strip.file import load_actuator
 
     named = [*files.values(), *(path for path in (plot, report, out) if path)]
     if len({path.resolve() for path in named}) < len(named):

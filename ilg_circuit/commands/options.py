@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from ..actuator import Actuator
     from ..circuit.strip import Load
+    from ..strip.actuator import Actuator
     from ..study.parameters import Base
 
 beam_option = click.option(
@@ -44,8 +44,8 @@ def beam_of(actuator: Actuator, given: str | None, load: Load | None) -> str:
 
 def base_of(actuator: str, options: dict[str, Any]) -> Base:
     """The strip and the run that a study varies, of a command's drive, duration, tip, beam and load."""
-    from ..actuator_file import load_actuator
     from ..circuit.strip import parse_load
+    from ..strip.file import load_actuator
     from ..study.parameters import NO_LOAD, Base
     from ..units import parse
 

@@ -22,12 +22,12 @@ _OUT = click.Path(path_type=Path)
 @click.option("--plot", type=_OUT, help="Picture to write (.png, .pdf, .svg).")
 def sense(actuator: str, motion: str, duration: str, step: str | None, **options: Any) -> None:
     """Move a strip's tip and write what its terminals show."""
-    from ..actuator_file import load_actuator
-    from ..circuit.drive import parse_drive
     from ..files import require_writable
-    from ..plots import plot_sensed, require_picture
-    from ..response import sample_times
-    from ..sensing import sense as solve
+    from ..report.plots import plot_sensed, require_picture
+    from ..simulation.drives import parse_drive
+    from ..simulation.response import sample_times
+    from ..simulation.sensing import sense as solve
+    from ..strip.file import load_actuator
     from ..units import parse
 
     strip = load_actuator(actuator)

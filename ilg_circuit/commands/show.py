@@ -17,8 +17,8 @@ from ..errors import InputError
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def show(actuator: str, low: str, high: str, voltage: str | None, as_json: bool) -> None:
     """Geometry, lumped elements, and where the model holds."""
-    from ..actuator_file import load_actuator
-    from ..show import describe, tabulate
+    from ..strip.describe import describe, tabulate
+    from ..strip.file import load_actuator
     from ..units import parse
 
     band = (parse(low, "Hz", "--from"), parse(high, "Hz", "--to"))

@@ -12,8 +12,8 @@ from .options import beam_of, run_options
 from .progress import progress_bar
 
 if TYPE_CHECKING:
-    from ..actuator import Actuator
     from ..identify.comparison import Compared
+    from ..strip.actuator import Actuator
 
 _OUT = click.Path(path_type=Path)
 
@@ -42,14 +42,14 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, st
 
     Where the drive is a file that holds a measured current (and displacement) too, the prediction is compared with it.
     """
-    from ..actuator_file import load_actuator
-    from ..check import check, report, require_agreement
-    from ..circuit.drive import parse_drive
     from ..circuit.strip import parse_load
     from ..files import require_writable
-    from ..plots import plot_response, require_picture
-    from ..response import sample_times
-    from ..response import simulate as solve
+    from ..report.plots import plot_response, require_picture
+    from ..simulation.check import check, report, require_agreement
+    from ..simulation.drives import parse_drive
+    from ..simulation.response import sample_times
+    from ..simulation.response import simulate as solve
+    from ..strip.file import load_actuator
     from ..units import parse
 
     strip = load_actuator(actuator)
@@ -66,7 +66,7 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, st
     response = solve(strip, source, times, **how_solved, **how)
     stderr = None
     if options["band"]:
-        from ..prediction import prediction_band
+        from ..simulation.prediction_band import prediction_band
 
         stderr = prediction_band(strip, source, response.time, engine=options["engine"], **how).stderr
     compared = _compared(strip, options, drive, seconds, how)
@@ -94,8 +94,8 @@ def _compared(
 ) -> tuple[Compared, ...]:
     """The prediction beside what was measured, where the drive's file is a record with a current."""
     from ..identify.comparison import compare
-    from ..identify.measurement import prepare
-    from ..record_files import read_record
+    from ..measurements.prepare import prepare
+    from ..measurements.record_files import read_record
 
     if not drive.startswith("file:"):
         return ()

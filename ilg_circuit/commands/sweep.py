@@ -67,7 +67,7 @@ def sweep(actuator: str, **options: Any) -> None:
     """
     from ..extras import require_study
     from ..files import require_writable
-    from ..plots import require_picture
+    from ..report.plots import require_picture
     from ..study.sweep import sweep as solve
 
     require_study(cluster=bool(options["cluster"]))
@@ -139,9 +139,9 @@ def _names(text: str | None) -> tuple[str, ...]:
 
 def _report(question: Question, done: Swept) -> None:
     """What came of it, in short."""
+    from ..strip.validity import deflection_warnings
     from ..study.outputs import OUTPUTS
     from ..units import format_quantity
-    from ..validity import deflection_warnings
 
     summary = done.summary
     solved = summary.count - summary.failed

@@ -1,5 +1,7 @@
 """Central pattern generator: Matsuoka's neurons, their rhythms, and the same network as an ngspice netlist.
 
+In: a network and its start. Out: its rhythm, as data. May import: the ground floor, `solve`, `circuit`.
+
 Nothing is imported here, so that the command line starts fast:
 
 - `network`: `Network`, wirings (`unit`, `ring`, `chain`), starts, weights from a file

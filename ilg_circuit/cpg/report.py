@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..files import write_text
-from ..response import sample_times
+from ..simulation.response import sample_times
 from .flow import Flow, sampled
 from .network import Network, checked_start
 from .outcome import Rhythm

@@ -1,7 +1,10 @@
-"""Load tests -> hyperelastic material: incompressible Ogden, with neo-Hookean and Mooney-Rivlin as its simple cases."""
+"""Load tests -> hyperelastic material: incompressible Ogden, with neo-Hookean and Mooney-Rivlin as its simple cases.
 
+In: load tests. Out: an Ogden material with its verdict. May import: the ground floor, `fit` and `measurements`.
+"""
+
+from ..measurements.load_test import LoadTest, read_load_test
 from .analysis import Characterisation, characterise
-from .data import LoadTest, read_load_test
 from .fit import HyperelasticFit, fit_model
 from .material import CONVENTION, MODES, OTHER_CONVENTION, Ogden
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..identify.residuals import autocorrelation
+from ..fit.residuals import autocorrelation
+from ..measurements.load_test import LoadTest
 from ..units import format_quantity
-from .data import LoadTest
 from .fit import FIXED, MOST_TERMS, HyperelasticFit, describe, fit_model
 from .material import MODES, Ogden
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .data import LoadTest
+from ..measurements.load_test import LoadTest
 from .material import MODES, Ogden, stress_basis, stress_basis_slope
 
 Array = NDArray[np.float64]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..html_page import Grid, Page, Picture, Prose, Section, picture, repetition, write_page
 from ..identify.html_parts import correlation_section, derived_section, parameter_section
+from ..report.page import Grid, Page, Picture, Prose, Section, picture, repetition, write_page
 from ..units import format_quantity
 from .analysis import Characterisation
 from .fit import HyperelasticFit, describe

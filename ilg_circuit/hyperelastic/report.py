@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
-from ..actuator import Actuator
-from ..actuator_file import save_actuator
 from ..errors import InputError
-from ..identify.parameter import Parameter
-from ..plots import BLUE, GREY, ORANGE, engineering, new_figure, save
+from ..fit.estimate import Parameter
+from ..report.plots import BLUE, GREY, ORANGE, engineering, new_figure, save
+from ..strip.actuator import Actuator
+from ..strip.file import save_actuator
 from ..units import format_quantity
 from .analysis import Characterisation, Prediction, absurd_from, whole_range
 from .fit import HyperelasticFit, describe

@@ -1,10 +1,13 @@
-"""Measurements -> Actuator: steps and waveforms with ngspice in the loop, impedance spectra by their closed form."""
+"""Measurements -> Actuator: steps and waveforms with ngspice in the loop, impedance spectra by their closed form.
 
-from .curve import CurveFit, fit_curve
+In: records and spectra. Out: an `Identification`. May import: the rooms up to `simulation`.
+"""
+
+from ..fit.curve import CurveFit, fit_curve
+from ..measurements.prepare import Measurement, read_measurement
+from ..measurements.spectrum_files import Spectrum, prepare_spectrum, read_spectrum
 from .identification import Identification, identify
 from .joint import JointFit, fit_jointly
-from .measurement import Measurement, read_measurement
-from .spectrum_files import Spectrum, prepare_spectrum, read_spectrum
 from .spectrum_identification import SpectrumIdentification, identify_spectra, identify_spectrum
 
 __all__ = [

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..actuator import Actuator
 from ..circuit.strip import Load
 from ..errors import InputError
-from ..prediction import prediction_band
-from ..response import simulate
+from ..measurements.prepare import Channel, Measurement, noise_level
+from ..simulation.prediction_band import prediction_band
+from ..simulation.response import simulate
+from ..strip.actuator import Actuator
 from ..units import format_quantity
-from .measurement import Channel, Measurement, noise_level
 
 Array = NDArray[np.float64]
 

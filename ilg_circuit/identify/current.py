@@ -8,20 +8,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..circuit.drive import PiecewiseLinear
 from ..circuit.strip import port_netlist
+from ..drive import PiecewiseLinear
 from ..errors import InputError
-from ..models import ElectricalModel, Ladders, electrical_model
-from ..port import Port
-from ..response import transient_band
+from ..fit.identifiability import Identifiability, diagnose
+from ..fit.least_squares import Fit, fit_problem
+from ..fit.problem import Problem, Scales
+from ..fit.residuals import effective_samples, information_criterion, structured
+from ..measurements.prepare import Measurement, noise_level
+from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
+from ..strip.models import ElectricalModel, Ladders, electrical_model
+from ..strip.port import Port
 from ..units import format_quantity
-from .identifiability import Identifiability, diagnose
-from .least_squares import Fit, fit_problem
-from .measurement import Measurement, noise_level
 from .modal import Ports, modal_model
-from .problem import Problem, Scales
-from .residuals import effective_samples, information_criterion, structured
 from .scout import Scouting, fit_from_several, scout
 from .start import model_start
 
@@ -87,7 +87,7 @@ def fit_current(
     engine: str = "ngspice",
     progress: Callable[[], None] | None = None,
 ) -> CurrentFit:
-    """Fit ``model``, any of `ilg_circuit.models`, to the measured current, Re held [ohm].
+    """Fit ``model``, any of `ilg_circuit.strip.models`, to the measured current, Re held [ohm].
 
     Raises InputError or SolveError as `identify` says.
     """

@@ -16,19 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import IlgError, InputError, SolveError
-from ..models import ElectricalModel, Ladders
-from ..port import Port
-from ..response import transient_band
+from ..fit.least_squares import Fit
+from ..fit.residuals import effective_samples, independent_samples, structured
+from ..fit.together import Part
+from ..measurements.prepare import Measurement
+from ..measurements.spectrum_files import Spectrum
+from ..simulation.response import transient_band
+from ..strip.models import ElectricalModel, Ladders
+from ..strip.port import Port
 from .current import currents, fit_current, ladders_for
 from .identification import require_electrode_resistance
 from .kramers_kronig import KramersKronig, kramers_kronig
-from .least_squares import Fit
-from .measurement import Measurement
-from .residuals import effective_samples, independent_samples, structured
 from .selection import scouting_engine
-from .spectrum_files import Spectrum
 from .spectrum_fit import fit_spectrum
-from .together import Part
 
 Array = NDArray[np.float64]
 Progress = Callable[[], None] | None

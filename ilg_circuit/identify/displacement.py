@@ -10,17 +10,17 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..actuator import Actuator, Coupling
-from ..circuit.drive import PiecewiseLinear
 from ..circuit.strip import strip_netlist
-from ..elements import lumped_elements
+from ..drive import PiecewiseLinear
 from ..errors import InputError, SolveError
-from ..port import Port
+from ..fit.least_squares import Fit, fit_circuit
+from ..fit.residuals import effective_samples, information_criterion, structured
+from ..measurements.prepare import Channel, Measurement, noise_level
 from ..solve.transient import DEFAULT_ACCURACY, transient
+from ..strip.actuator import Actuator, Coupling
+from ..strip.elements import lumped_elements
+from ..strip.port import Port
 from ..units import format_quantity
-from .least_squares import Fit, fit_circuit
-from .measurement import Channel, Measurement, noise_level
-from .residuals import effective_samples, information_criterion, structured
 from .scout import Scouting
 from .start import CouplingSearch
 

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..actuator import Actuator
-from ..actuator_file import dumps
 from ..circuit.strip import strip_netlist
-from ..html_page import Grid, Listing, Picture, Prose, Section, picture
-from ..plots import BLUE, GREY, new_figure
+from ..fit.estimate import Method, Parameter
+from ..fit.residuals import autocorrelations
+from ..report.page import Grid, Listing, Picture, Prose, Section, picture
+from ..report.plots import BLUE, GREY, new_figure
+from ..strip.actuator import Actuator
+from ..strip.file import dumps
 from ..units import format_quantity
-from .parameter import Method, Parameter
 from .report import interval_text
-from .residuals import autocorrelations
 
 Array = NDArray[np.float64]
 

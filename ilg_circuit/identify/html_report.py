@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..html_page import Grid, Page, Prose, Section, picture, render, repetition, write_page
+from ..report.page import Grid, Page, Prose, Section, picture, render, repetition, write_page
 from ..units import format_quantity
 from .html_parts import (
     autocorrelation_picture,

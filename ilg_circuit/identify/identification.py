@@ -10,21 +10,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import formulas
-from ..actuator import PAPER, Actuator, Coupling, Uncertainty
-from ..elements import lumped_elements
 from ..errors import InputError, SolveError
-from ..models import electrical_model
+from ..fit.bootstrap import block_bootstrap, correlated
+from ..fit.estimate import Parameter
+from ..fit.intervals import require_method, uncertainties
+from ..fit.least_squares import Fit
+from ..fit.residuals import ResidualWindow, residual_windows
+from ..measurements.prepare import Measurement
+from ..simulation import closed_forms as formulas
+from ..strip.actuator import PAPER, Actuator, Coupling, Uncertainty
+from ..strip.elements import lumped_elements
+from ..strip.models import electrical_model
 from ..units import format_quantity
-from .bootstrap import block_bootstrap, correlated
 from .current import CurrentFit, fit_current
 from .displacement import DisplacementFit, fit_displacement
-from .displacement_figures import DisplacementFigures, displacement_figures
-from .intervals import require_method, uncertainties
-from .least_squares import Fit
-from .measurement import Measurement
-from .parameter import Parameter
-from .residuals import ResidualWindow, residual_windows
+from .displacement_metrics import DisplacementFigures, displacement_figures
 from .selection import Candidate, choose, scouting_engine, single
 
 Array = NDArray[np.float64]
@@ -97,7 +97,7 @@ def identify(
     intervals: str = "covariance",
     progress: Callable[[], None] | None = None,
 ) -> Identification:
-    """Fit the current by ``model`` (of `ilg_circuit.models`, or auto: see `selection`), then the displacement by d(s).
+    """Fit the current by ``model`` (of `strip.models`, or auto: see `selection`), then the displacement by d(s).
 
     ``base`` gives geometry, E and density (default: the paper's, with a warning); ``electrode_resistance`` [ohm] is
     held, because a step fixes only three of the four elements: default is the base's; ``intervals`` is the method of

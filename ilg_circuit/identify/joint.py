@@ -15,23 +15,23 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..actuator import PAPER, Actuator
-from ..elements import lumped_elements
 from ..errors import InputError, SolveError
-from ..port import Port
+from ..fit.estimate import Parameter
+from ..fit.identifiability import DETERMINED
+from ..fit.least_squares import Fit
+from ..measurements.prepare import Measurement
+from ..measurements.spectrum_files import Spectrum
+from ..strip.actuator import PAPER, Actuator
+from ..strip.elements import lumped_elements
+from ..strip.port import Port
 from ..units import format_quantity
 from .datasets import CurrentData, Dataset, Progress, dataset_of, labelled
-from .identifiability import DETERMINED
 from .identification import COUPLING_UNITS
 from .joint_current import JointCurrent, fit_port
 from .joint_displacement import JointDisplacement, fit_displacements
 from .joint_parameters import derived_quantities, parameters_together, uncertainty_together
 from .joint_records import RecordFit, displacement_records, leave_one_port_out, misfits, port_records
 from .joint_selection import JointCandidate, choose
-from .least_squares import Fit
-from .measurement import Measurement
-from .parameter import Parameter
-from .spectrum_files import Spectrum
 
 Array = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def fit_jointly(
     engine: str = "ngspice",
     progress: Progress = None,
 ) -> JointFit:
-    """Fit ``model`` (of `ilg_circuit.models`, or auto) to two records or spectra or more, then d(s) to displacements.
+    """Fit ``model`` (of `strip.models`, or auto) to two records or spectra or more, then d(s) to displacements.
 
     ``electrode_resistance`` [ohm] is held (default: the base's); "fit" with nonlinear models. ``own`` names parameters
     that each record has for itself. ``bias`` [V] is that of each file, of which records take no notice; default 0.

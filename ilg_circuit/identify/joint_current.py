@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import IlgError, InputError, SolveError
-from ..models import ElectricalModel, Ladders, electrical_model
-from ..port import Port
-from .bootstrap import correlated
+from ..fit.bootstrap import correlated
+from ..fit.identifiability import DETERMINED
+from ..fit.together import Parameters, Part, Together, fit_together, squares
+from ..strip.models import ElectricalModel, Ladders, electrical_model
+from ..strip.port import Port
 from .datasets import Dataset, OwnFit, PortModel, Progress, sigma_of
-from .identifiability import DETERMINED
 from .joint_start import suggestions
 from .selection import EVIDENCE
-from .together import Parameters, Part, Together, fit_together, squares
 
 Array = NDArray[np.float64]
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..actuator import Actuator, Coupling
 from ..errors import IlgError
+from ..fit.residuals import independent_samples
+from ..fit.together import Parameters, Part, Together, fit_together
+from ..strip.actuator import Actuator, Coupling
 from .datasets import CurrentData, Progress
 from .displacement import NAMES, DisplacementFit, displacements, fit_displacement, moving_strip
 from .joint_start import combined
-from .residuals import independent_samples
-from .together import Parameters, Part, Together, fit_together
 
 Array = NDArray[np.float64]
 

@@ -8,15 +8,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..actuator import Uncertainty
-from ..port import Port
+from ..fit.estimate import Parameter
+from ..fit.intervals import uncertainties
+from ..fit.together import Together
+from ..strip.actuator import Uncertainty
+from ..strip.port import Port
 from .datasets import ANY_LADDER, PortModel
 from .identification import COUPLING_UNITS, uncertainty_of
-from .intervals import uncertainties
 from .joint_current import JointCurrent
 from .joint_displacement import JointDisplacement
-from .parameter import Parameter
-from .together import Together
 
 Array = NDArray[np.float64]
 

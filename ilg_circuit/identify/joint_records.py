@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import IlgError
-from .bootstrap import correlated
+from ..fit.bootstrap import correlated
+from ..fit.together import Together
 from .datasets import Progress
 from .joint_current import JointCurrent, levels_differ
 from .joint_displacement import JointDisplacement
-from .together import Together
 
 Array = NDArray[np.float64]
 Numbers = NDArray[Any]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import IlgError, SolveError
-from ..models import electrical_model, model_names
+from ..strip.models import electrical_model, model_names
 from .datasets import Dataset, Progress
 from .joint_current import JointCurrent, fit_port, levels_differ
 from .selection import CANDIDATES, EVIDENCE

@@ -12,10 +12,10 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..models import ElectricalModel
+from ..fit.least_squares import Fit
+from ..fit.problem import Scales
+from ..strip.models import ElectricalModel
 from .datasets import Dataset, OwnFit
-from .least_squares import Fit
-from .problem import Scales
 
 Array = NDArray[np.float64]
 

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..ladder import ComplexArray
+from ..fit.residuals import structured
+from ..measurements.spectrum_files import Spectrum
+from ..strip.ladder import ComplexArray
 from ..units import format_quantity
-from .residuals import structured
-from .spectrum_files import Spectrum
 
 Array = NDArray[np.float64]
 

@@ -11,11 +11,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..circuit.drive import PiecewiseLinear
 from ..circuit.strip import port_netlist
-from ..port import Port
+from ..drive import PiecewiseLinear
+from ..fit.problem import Model
 from ..solve.state_space import state_space
-from .problem import Model
+from ..strip.port import Port
 
 Array = NDArray[np.float64]
 #: values (m, parameters) -> the ports that they make

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import __version__
-from ..actuator_file import dumps
 from ..files import write_text
-from ..plots import BLUE, GREY, ORANGE, engineering, new_figure, save
+from ..fit.estimate import Method, Parameter
+from ..report.plots import BLUE, GREY, ORANGE, engineering, new_figure, save
+from ..strip.file import dumps
 from ..units import format_quantity
 from .identification import Identification
-from .parameter import Method, Parameter
 from .selection import table as candidate_table
 
 if TYPE_CHECKING:

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..circuit.drive import PiecewiseLinear
+from ..drive import PiecewiseLinear
 from ..errors import IlgError, InputError, SolveError
-from .least_squares import Fit, fit_problem, require_near
+from ..fit.least_squares import Fit, fit_problem, require_near
+from ..fit.multistart import SAME, Search, gather, search
+from ..fit.problem import Evaluation, Problem
 from .modal import Ports, modal_model
-from .multistart import SAME, Search, gather, search
-from .problem import Evaluation, Problem
 from .start import thinned
 
 Array = NDArray[np.float64]

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InputError, SolveError
+from ..fit.residuals import effective_samples, information_criterion
+from ..measurements.prepare import Measurement
 from .current import CurrentFit
-from .measurement import Measurement
-from .residuals import effective_samples, information_criterion
 
 #: (measurement, electrode resistance [ohm], model) -> fit
 Fitter = Callable[[Measurement, float, str], CurrentFit]

@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, SolveError
-from ..ladder import ComplexArray, Ladder
-from ..models import ElectricalModel, Ladders, electrical_model
-from ..port import Port
+from ..fit.identifiability import DETERMINED
+from ..fit.least_squares import Fit, fit_circuit
+from ..fit.multistart import Search, gather, search
+from ..fit.problem import Scales
+from ..measurements.spectrum_files import Spectrum
+from ..strip.ladder import ComplexArray, Ladder
+from ..strip.models import ElectricalModel, Ladders, electrical_model
+from ..strip.port import Port
 from ..units import format_quantity
-from .identifiability import DETERMINED
-from .least_squares import Fit, fit_circuit
-from .multistart import Search, gather, search
-from .problem import Scales
-from .spectrum_files import Spectrum
 from .spectrum_start import starts
 
 Array = NDArray[np.float64]
@@ -120,7 +120,7 @@ def fit_spectrum(
     seed: int = 0,
     progress: Callable[[], None] | None = None,
 ) -> SpectrumFit:
-    """Fit ``model`` (linear ones of `ilg_circuit.models`) to a spectrum, Re held [ohm].
+    """Fit ``model`` (linear ones of `ilg_circuit.strip.models`) to a spectrum, Re held [ohm].
 
     Raises InputError for a model or an Re that cannot be, or too few points; SolveError for a fit that does not
     converge.

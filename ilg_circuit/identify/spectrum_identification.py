@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from ..actuator import PAPER, Actuator
-from ..elements import lumped_elements
 from ..errors import IlgError, InputError, SolveError
-from ..models import electrical_model
-from .identifiability import Identifiability, diagnose
-from .intervals import require_method, uncertainties
+from ..fit.estimate import Parameter
+from ..fit.identifiability import Identifiability, diagnose
+from ..fit.intervals import require_method, uncertainties
+from ..fit.residuals import information_criterion, structured
+from ..measurements.spectrum_files import Spectrum, read_spectrum
+from ..strip.actuator import PAPER, Actuator
+from ..strip.elements import lumped_elements
+from ..strip.models import electrical_model
 from .kramers_kronig import KramersKronig, kramers_kronig
-from .parameter import Parameter
-from .residuals import information_criterion, structured
-from .spectrum_files import Spectrum, read_spectrum
 from .spectrum_fit import SpectrumFit, Weighting, fit_spectrum, require_electrode_resistance
 
 #: What --model auto chooses from, simple ones first.

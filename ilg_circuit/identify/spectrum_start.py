@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..models import ElectricalModel
-from .spectrum_files import Spectrum
+from ..measurements.spectrum_files import Spectrum
+from ..strip.models import ElectricalModel
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def _branches(count: int, z: NDArray[np.complex128], omega: Array, random: np.ra
 
 def _diffusion(law: str, place: float, z: NDArray[np.complex128], omega: Array, random: np.random.Generator) -> Array:
     """Z = Rs + amount times a shape, by its ``place`` (0 to 1); Rdc beside it at random: often it is hardly seen."""
-    from ..ladder import cpe_impedance, warburg_impedance
+    from ..strip.ladder import cpe_impedance, warburg_impedance
 
     s = 1j * omega
     size = np.abs(z)

@@ -11,12 +11,12 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import formulas
-from ..circuit.drive import PiecewiseLinear
+from ..drive import PiecewiseLinear
 from ..errors import InputError
-from ..models import ElectricalModel
-from ..superposition import superpose
-from .measurement import simplified
+from ..measurements.prepare import simplified
+from ..simulation import closed_forms as formulas
+from ..simulation.superposition import superpose
+from ..strip.models import ElectricalModel
 
 Array = NDArray[np.float64]
 

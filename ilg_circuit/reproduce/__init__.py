@@ -1,4 +1,7 @@
-"""Both papers' tables and figures, remade by our own runs and compared with what is printed."""
+"""Both papers' tables and figures, remade by our own runs and compared with what is printed.
+
+In: the tables of ``data/``. Out: pages, pictures and verdicts. May import: every room but `commands`.
+"""
 
 from .catalogue import ITEMS, chosen
 from .items import Check, Claim, Item, Made, Outcome, Row

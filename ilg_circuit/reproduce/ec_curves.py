@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import formulas
-from ..actuator import PAPER
-from ..elements import lumped_elements
-from ..plots import BLUE, GREY, ORANGE, new_figure
-from ..published import published
+from ..report.plots import BLUE, GREY, ORANGE, new_figure
+from ..simulation import closed_forms as formulas
+from ..strip.actuator import PAPER
+from ..strip.elements import lumped_elements
 from .ec_tables import spread
 from .items import Check, Claim, Item, Made, largest_difference, rows
+from .published import published
 from .runs import VOLTAGE, Runs, coefficient, printed_current, printed_displacement
 
 if TYPE_CHECKING:

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import formulas
-from ..actuator import PAPER, Actuator
-from ..actuator_file import dumps
-from ..circuit.drive import PiecewiseLinear
 from ..circuit.strip import strip_netlist
-from ..elements import lumped_elements
-from ..plots import BLUE, GREY, ORANGE, new_figure
-from ..response import simulate
+from ..drive import PiecewiseLinear
+from ..report.plots import BLUE, GREY, ORANGE, new_figure
+from ..simulation import closed_forms as formulas
+from ..simulation.response import simulate
 from ..solve.spectrum import spectrum
+from ..strip.actuator import PAPER, Actuator
+from ..strip.elements import lumped_elements
+from ..strip.file import dumps
 from .ec_curves import EXACT, FREE, closed_displacement, displacement_checks
 from .items import Check, Claim, Item, Made, largest_difference, rows
 from .runs import VOLTAGE, Runs, coefficient

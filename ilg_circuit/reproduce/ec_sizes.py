@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import formulas
-from ..actuator import PAPER, Actuator
-from ..actuator_file import dumps
-from ..circuit.drive import PiecewiseLinear
 from ..circuit.strip import strip_netlist
+from ..drive import PiecewiseLinear
+from ..simulation import closed_forms as formulas
 from ..solve.transient import transient
+from ..strip.actuator import PAPER, Actuator
+from ..strip.file import dumps
 from .items import Check, Claim, Item, Made
 from .runs import VOLTAGE, Runs, coefficient
 

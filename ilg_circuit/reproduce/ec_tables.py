@@ -8,11 +8,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from .. import formulas
-from ..actuator import PAPER
-from ..elements import lumped_elements
-from ..published import half_a_digit, published
+from ..simulation import closed_forms as formulas
+from ..strip.actuator import PAPER
+from ..strip.elements import lumped_elements
 from .items import Check, Item, Made, Row, rows
+from .published import half_a_digit, published
 from .runs import VOLTAGE, Runs, coefficient
 
 _IDENTIFY = "ilg-circuit identify EC-curves.csv --actuator paper --model rc --json fit.json --plot fit.png"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..published import Published, half_a_digit, published
+from .published import Published, half_a_digit, published
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

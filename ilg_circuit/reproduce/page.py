@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..html import png, render
-from ..published import Published, misprints
+from ..report.html import png, render
 from .items import LIGHTS, Made, Outcome, Row
+from .published import Published, misprints
 
 _PAPERS = {
     "EC": "Electromechanical Coupling Model for Ionic Liquid Gel Soft Actuators",

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..actuator import PAPER, Coupling
-from ..circuit.drive import PiecewiseLinear
-from ..published import published
-from ..response import Response, simulate
+from ..drive import PiecewiseLinear
+from ..simulation.response import Response, simulate
+from ..strip.actuator import PAPER, Coupling
+from .published import published
 
 if TYPE_CHECKING:
     from ..cpg.network import Network
@@ -118,8 +118,8 @@ class Runs:
 def _identified(source: str, record: Array) -> Identification:
     """From a ``record`` of time, voltage, current, displacement (t, 4) [SI]."""
     from ..identify import identify
-    from ..identify.measurement import prepare
-    from ..tables import Table
+    from ..measurements.prepare import prepare
+    from ..measurements.table import Table
 
     columns = dict(zip(("time", "voltage", "current", "displacement"), record.T, strict=True))
     return identify(prepare(Table(columns, source)), base=PAPER, model="rc")

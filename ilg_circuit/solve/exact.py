@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..circuit.drive import Drive
+from ..drive import Drive
 from ..errors import SolveError
 from .panels import FRACTIONS, Panels
 from .state_space import StateSpace

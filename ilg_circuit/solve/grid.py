@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..circuit.drive import Drive
+from ..drive import Drive
 from ..errors import SolveError
 
 Array = NDArray[np.float64]

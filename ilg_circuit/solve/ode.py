@@ -11,9 +11,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..circuit.drive import Drive
+from ..drive import Drive
 from ..errors import SolveError
-from ..port import Port
+from ..strip.port import Port
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from ..circuit.drive import Drive
+from ..drive import Drive
 from ..errors import SolveError
 from .grid import representatives
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..circuit.drive import Drive, drive_times
 from ..circuit.netlist import Netlist, copies
+from ..drive import Drive, drive_times
 from ..errors import InputError, SolveError
 from .grid import Grid, design_grid
 from .state_space import StateSpace, state_space

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import __version__
-from ..actuator_file import dumps
 from ..errors import InputError, MissingLibraryError, SolveError
 from ..files import replacing
-from ..validity import LARGEST_DEFLECTION
+from ..strip.file import dumps
+from ..strip.validity import LARGEST_DEFLECTION
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, WAVEFORMS
 from .parameters import PARAMETERS

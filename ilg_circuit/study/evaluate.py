@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..circuit.drive import Drive, PiecewiseLinear, Sine, drive_times
 from ..circuit.netlist import Netlist
 from ..circuit.strip import strip_netlist
+from ..drive import Drive, PiecewiseLinear, Sine, drive_times
 from ..errors import IlgError, InputError, MissingLibraryError
-from ..response import sample_times, transient_band
+from ..simulation.response import sample_times, transient_band
 from ..solve.exact import exact_on_panels
 from ..solve.panels import design_panels
 from ..solve.state_space import StateSpace, state_space
@@ -99,7 +99,7 @@ def evaluate(
     ``engine`` is ngspice, exact (linear circuits only) or auto, which is exact where it can be. ``accuracy`` is that
     of ngspice's waveforms. ``waveforms`` (of `WAVEFORMS`) are kept at ``times`` [s], by default 601 over the longest
     run; on a jump the right limit, at the run's end the left one. ``times`` also tell the band of a Warburg or CPE
-    ladder, as in `ilg_circuit.response.simulate`. ``progress(done, total)`` counts cases. Raises InputError for unknown
+    ladder, as in `simulation.response.simulate`. ``progress(done, total)`` counts cases. Raises InputError for unknown
     words, MissingLibraryError without ngspice.
     """
     chosen = choose_outputs(outputs)

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..actuator_file import save_actuator
 from ..files import write_text
+from ..strip.file import save_actuator
+from ..strip.validity import deflection_warnings, run_warnings
 from ..units import format_quantity
-from ..validity import deflection_warnings, run_warnings
 from .binding import Limit, Omission
 from .design import Design
 from .parameters import rewritten

@@ -1,6 +1,6 @@
 """What a study reports of each run: numbers drawn from its waveforms, each with its unit and meaning.
 
-Signs are those of `ilg_circuit.response`: displacement and force are positive towards the anode and taken at L_F. "The
+Signs are those of `simulation.response`: displacement and force are positive towards the anode and taken at L_F. "The
 motion" is the displacement, or the force where the tip is clamped. A quantity that a case does not have (a displacement
 without a coupling) is NaN, and so is a time of a motion that ends at zero. Peaks and times are those of the waveform
 itself, not of its samples.

@@ -17,10 +17,11 @@ from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any
 
-from ..actuator import ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
-from ..circuit.drive import Drive, PiecewiseLinear, Sine, parse_drive
 from ..circuit.strip import Load
+from ..drive import Drive, PiecewiseLinear, Sine
 from ..errors import InputError
+from ..simulation.drives import parse_drive
+from ..strip.actuator import ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
 from ..units import parse
 
 #: A value of a parameter: a number in SI units, or a word (an orientation).

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, SolveError
-from ..validity import LARGEST_DEFLECTION
+from ..strip.validity import LARGEST_DEFLECTION
 from .design import Objective, Question
 from .quantities import quantity
 from .search import FEASIBLE, SCOUTS, Terms, apart, climb, scatter

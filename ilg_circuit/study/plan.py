@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..tables import split_header
+from ..measurements.table import split_header
 from ..units import scale
 from .parameters import PARAMETERS, Parameter, Value, parameter
 

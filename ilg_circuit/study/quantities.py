@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import lumped_elements
 from ..errors import InputError
-from ..validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS, gravity
+from ..strip.elements import lumped_elements
+from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS, gravity
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, Output
 from .parameters import PARAMETERS, Case
@@ -59,7 +59,7 @@ def _gravity(case: Case) -> float:
     return gravity(case.actuator, lumped_elements(case.actuator).stiffness).number
 
 
-#: Where the model holds, as `ilg_circuit.validity` judges it: quantity and the limit of each assumption.
+#: Where the model holds, as `ilg_circuit.strip.validity` judges it: quantity and the limit of each assumption.
 ASSUMPTIONS = {
     "relative_deflection": (_of_output(OUTPUTS["relative_deflection"]), LARGEST_DEFLECTION),
     "slenderness": (

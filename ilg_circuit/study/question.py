@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import __version__
-from ..actuator_file import dumps
-from ..circuit.drive import PiecewiseLinear
+from ..drive import PiecewiseLinear
 from ..errors import InputError
-from ..response import sample_times
+from ..simulation.response import sample_times
+from ..strip.file import dumps
 from .evaluate import ENGINES, STUDY_ACCURACY, Evaluation, Progress, evaluate_designs
 from .outputs import WAVEFORMS, choose_outputs
 from .parameters import Base

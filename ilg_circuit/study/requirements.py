@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..actuator import Actuator
 from ..errors import InputError
+from ..strip.actuator import Actuator
 from ..units import format_quantity, parse
 from .quantities import ASSUMPTIONS, Quantity, quantity
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..actuator import Uncertainty
 from ..errors import IlgError, InputError
-from ..prediction import scaled
-from ..response import sample_times, transient_band
+from ..simulation.prediction_band import scaled
+from ..simulation.response import sample_times, transient_band
+from ..strip.actuator import Uncertainty
 from .design import Design, Question, best_design
 from .parameters import Case
 from .quantities import Quantity

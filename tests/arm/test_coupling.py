@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ilg_circuit.actuator import PAPER, Actuator
 from ilg_circuit.arm import circuits, coupling, read_motion, simulate, strip_arm
 from ilg_circuit.arm import plots as arm_plots
 from ilg_circuit.arm.circuits import through_circuits
 from ilg_circuit.arm.coupling import Coupled, couple, lumped_strain, segment_strip, strip_charge, unit_of_segment
-from ilg_circuit.circuit.drive import PiecewiseLinear
 from ilg_circuit.circuit.strip import strip_netlist
 from ilg_circuit.cpg.network import chain, ring, unit
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError, SolveError
-from ilg_circuit.response import transient_band
+from ilg_circuit.simulation.response import transient_band
 from ilg_circuit.solve.transient import transient
+from ilg_circuit.strip.actuator import PAPER, Actuator
 
 Array = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ilg_circuit.actuator import PAPER
 from ilg_circuit.arm import OCTOPUS, Arm, Fluid, Muscle, Plane, strip_arm
 from ilg_circuit.arm.lattice import cell_areas, model
 from ilg_circuit.errors import InputError
+from ilg_circuit.strip.actuator import PAPER
 
 
 def test_straight_rest_shape(strip: Arm) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilg_circuit.actuator import PAPER
 from ilg_circuit.arm import plots as arm_plots
 from ilg_circuit.arm import reach as reaching
 from ilg_circuit.arm import simulate, strip_arm
@@ -16,6 +15,7 @@ from ilg_circuit.arm.coupling import couple
 from ilg_circuit.arm.reach import BOUNDS, Reached, _hypercube, _passing, reach_target
 from ilg_circuit.cpg.network import unit
 from ilg_circuit.errors import InputError, SolveError
+from ilg_circuit.strip.actuator import PAPER
 
 ARM = strip_arm(segments=4)
 DURATION = 3.0

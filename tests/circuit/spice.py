@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ilg_circuit.actuator import PAPER, Actuator, IonBranch, Mounting
+from ilg_circuit.strip.actuator import PAPER, Actuator, IonBranch, Mounting
 
 Array = NDArray[np.float64]
 

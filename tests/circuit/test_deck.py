@@ -14,12 +14,13 @@ import pytest
 from numpy.typing import NDArray
 
 from ilg_circuit import __version__
-from ilg_circuit.actuator import PAPER, Actuator
-from ilg_circuit.circuit import Load, parse_drive, strip_netlist
+from ilg_circuit.circuit import Load, strip_netlist
 from ilg_circuit.circuit.deck import deck
-from ilg_circuit.circuit.drive import PiecewiseLinear
 from ilg_circuit.circuit.library import library
-from ilg_circuit.response import simulate
+from ilg_circuit.drive import PiecewiseLinear
+from ilg_circuit.simulation.drives import parse_drive
+from ilg_circuit.simulation.response import simulate
+from ilg_circuit.strip.actuator import PAPER, Actuator
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ilg_circuit.circuit.drive import NETLIST_RISE, PiecewiseLinear, Sine, parse_drive
+from ilg_circuit.drive import NETLIST_RISE, PiecewiseLinear, Sine
 from ilg_circuit.errors import InputError
+from ilg_circuit.simulation.drives import parse_drive
 
 
 @st.composite

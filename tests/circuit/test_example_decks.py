@@ -14,15 +14,15 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from spice import NGSPICE, ngspice, table
 
-from ilg_circuit.actuator import PAPER, Actuator
-from ilg_circuit.circuit import Element, Load, Netlist, Output, PiecewiseLinear, Sine, strip_netlist
-from ilg_circuit.circuit.drive import Drive
+from ilg_circuit.circuit import Element, Load, Netlist, Output, strip_netlist
 from ilg_circuit.circuit.examples import EXAMPLES, FINGERS, Example
 from ilg_circuit.circuit.netlist import GROUND
-from ilg_circuit.elements import lumped_elements
-from ilg_circuit.response import simulate
-from ilg_circuit.sensing import sense
+from ilg_circuit.drive import Drive, PiecewiseLinear, Sine
+from ilg_circuit.simulation.response import simulate
+from ilg_circuit.simulation.sensing import sense
 from ilg_circuit.solve.transient import transient
+from ilg_circuit.strip.actuator import PAPER, Actuator
+from ilg_circuit.strip.elements import lumped_elements
 
 Array = NDArray[np.float64]
 Results = Callable[[str], dict[str, Array]]

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ilg_circuit.actuator import PAPER, Actuator
-from ilg_circuit.circuit import Element, Netlist, Output, electrical_netlist, parse_drive, strip_netlist
+from ilg_circuit.circuit import Element, Netlist, Output, electrical_netlist, strip_netlist
 from ilg_circuit.circuit.netlist import copies
 from ilg_circuit.errors import InputError
+from ilg_circuit.simulation.drives import parse_drive
+from ilg_circuit.strip.actuator import PAPER, Actuator
 
 DRIVE = Element("Vdrive", ("in", "0"), 0.0)
 CURRENT = Output("current", "A", (("i(Vdrive)", -1.0),))

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from strategies import log_floats
 from strategies import strips as random_strips
 
-from ilg_circuit.actuator import PAPER, Actuator, Mounting
 from ilg_circuit.circuit import Load, Netlist, electrical_netlist, strip_netlist
-from ilg_circuit.elements import hanging_stiffness, lumped_elements
 from ilg_circuit.errors import InputError
 from ilg_circuit.solve.state_space import state_space
+from ilg_circuit.strip.actuator import PAPER, Actuator, Mounting
+from ilg_circuit.strip.elements import hanging_stiffness, lumped_elements
 
 Complex = NDArray[np.complex128]
 

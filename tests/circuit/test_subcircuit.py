@@ -12,14 +12,15 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from spice import LINEAR, MODELS, MOUNTED, elements, gnucap, ngspice, table, with_gnucap, with_ngspice
 
-from ilg_circuit.actuator import PAPER, Actuator, Geometry
-from ilg_circuit.circuit import PiecewiseLinear, strip_netlist
+from ilg_circuit.circuit import strip_netlist
 from ilg_circuit.circuit.deck import deck
 from ilg_circuit.circuit.library import library, library_parameters
-from ilg_circuit.elements import lumped_elements
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError
-from ilg_circuit.ladder import cpe_impedance, warburg_impedance
 from ilg_circuit.solve.transient import transient
+from ilg_circuit.strip.actuator import PAPER, Actuator, Geometry
+from ilg_circuit.strip.elements import lumped_elements
+from ilg_circuit.strip.ladder import cpe_impedance, warburg_impedance
 
 Array = NDArray[np.float64]
 

@@ -17,14 +17,14 @@ from synthetic import Record, record, step, two_branches
 from test_current_fit import assert_recovered, fitted
 from test_ipmc import DATA, STRIP
 
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.circuit.drive import PiecewiseLinear
-from ilg_circuit.elements import lumped_elements
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import IlgError
 from ilg_circuit.identify import identify
 from ilg_circuit.identify.displacement import fit_displacement
-from ilg_circuit.identify.measurement import prepare
-from ilg_circuit.tables import Table
+from ilg_circuit.measurements.prepare import prepare
+from ilg_circuit.measurements.table import Table
+from ilg_circuit.strip.actuator import PAPER
+from ilg_circuit.strip.elements import lumped_elements
 
 HEADER = "time_s,voltage_V,current_A\n"
 

@@ -9,10 +9,10 @@ import pytest
 from command import Run, assert_one_line
 from synthetic import drives, record, step
 
-from ilg_circuit.actuator import PAPER
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify import Identification
 from ilg_circuit.identify.comparison import compare
+from ilg_circuit.strip.actuator import PAPER
 
 NOISE = 0.003
 

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from synthetic import Record, drives, record, scaled, step, two_branches
 
-from ilg_circuit import formulas
-from ilg_circuit.actuator import PAPER, Actuator
-from ilg_circuit.elements import lumped_elements
 from ilg_circuit.errors import IlgError, InputError
 from ilg_circuit.identify import Identification, Measurement, identify
 from ilg_circuit.identify.current import CurrentFit, fit_current
+from ilg_circuit.simulation import closed_forms as formulas
+from ilg_circuit.strip.actuator import PAPER, Actuator
+from ilg_circuit.strip.elements import lumped_elements
 
 Array = NDArray[np.float64]
 

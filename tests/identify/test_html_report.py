@@ -12,9 +12,9 @@ import pytest
 from command import Run
 from spectrum_texts import csv
 
+from ilg_circuit.fit.residuals import autocorrelations, residual_windows
 from ilg_circuit.identify import Identification
 from ilg_circuit.identify.html_report import html, write_report
-from ilg_circuit.identify.residuals import autocorrelations, residual_windows
 
 
 @pytest.fixture(scope="module")

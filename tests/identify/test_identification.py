@@ -13,14 +13,14 @@ import pytest
 from scipy.stats import t as student
 from synthetic import Record, drives, record, step, two_branches
 
-from ilg_circuit import formulas
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.actuator_file import load_actuator, save_actuator
 from ilg_circuit.cli import main
-from ilg_circuit.elements import lumped_elements
+from ilg_circuit.fit.residuals import autocorrelation, effective_samples, structured
 from ilg_circuit.identify import Identification, identify
 from ilg_circuit.identify.report import plot_identification, table, write_actuator, write_json
-from ilg_circuit.identify.residuals import autocorrelation, effective_samples, structured
+from ilg_circuit.simulation import closed_forms as formulas
+from ilg_circuit.strip.actuator import PAPER
+from ilg_circuit.strip.elements import lumped_elements
+from ilg_circuit.strip.file import load_actuator, save_actuator
 
 COUPLING = {"coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_natural_frequency"}
 

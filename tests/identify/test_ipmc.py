@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ilg_circuit.actuator import PAPER, Geometry
-from ilg_circuit.elements import lumped_elements
 from ilg_circuit.identify import Identification, Measurement, identify, read_measurement
 from ilg_circuit.identify.displacement import DisplacementFit, fit_displacement
+from ilg_circuit.strip.actuator import PAPER, Geometry
+from ilg_circuit.strip.elements import lumped_elements
 
 Array = NDArray[np.float64]
 

@@ -11,16 +11,16 @@ import pytest
 from command import Run, assert_one_line
 from synthetic import Record, record, scaled, step
 
-from ilg_circuit.actuator import PAPER, Actuator
-from ilg_circuit.actuator_file import load_actuator
 from ilg_circuit.cli import main
-from ilg_circuit.elements import lumped_elements
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify import identify
 from ilg_circuit.identify.html_report import html
 from ilg_circuit.identify.joint import JointFit, fit_jointly
 from ilg_circuit.identify.joint_report import joint_table
-from ilg_circuit.prediction import prediction_band
+from ilg_circuit.simulation.prediction_band import prediction_band
+from ilg_circuit.strip.actuator import PAPER, Actuator
+from ilg_circuit.strip.elements import lumped_elements
+from ilg_circuit.strip.file import load_actuator
 
 SINH = replace(PAPER, material=replace(PAPER.material, emission_voltage=0.8), coupling=None, name="sinh")
 

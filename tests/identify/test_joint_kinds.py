@@ -13,13 +13,13 @@ import pytest
 from command import Run, assert_one_line
 from synthetic import Record, record, step, two_branches
 
-from ilg_circuit.actuator import PAPER, Actuator
-from ilg_circuit.actuator_file import load_actuator
-from ilg_circuit.elements import lumped_elements
+from ilg_circuit.fit.estimate import Parameter
 from ilg_circuit.identify import Measurement, Spectrum, identify, read_measurement
 from ilg_circuit.identify.joint import JointFit, fit_jointly
 from ilg_circuit.identify.joint_report import joint_figure, joint_table
-from ilg_circuit.identify.parameter import Parameter
+from ilg_circuit.strip.actuator import PAPER, Actuator
+from ilg_circuit.strip.elements import lumped_elements
+from ilg_circuit.strip.file import load_actuator
 
 M = PAPER.material
 DIFFUSING = replace(PAPER, material=replace(M, diffusion_time=30.0), coupling=None, name="diffusing")

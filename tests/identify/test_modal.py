@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ilg_circuit import formulas
-from ilg_circuit.circuit.drive import PiecewiseLinear
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.identify.current import currents
 from ilg_circuit.identify.modal import modal_currents
-from ilg_circuit.models import electrical_model
+from ilg_circuit.simulation import closed_forms as formulas
+from ilg_circuit.strip.models import electrical_model
 
 VALUES = {
     "rc": (233.0, 20.0, 0.2),

@@ -9,13 +9,13 @@ import pytest
 from numpy.typing import NDArray
 from synthetic import record, step, two_branches
 
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.circuit.drive import PiecewiseLinear
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
+from ilg_circuit.fit.least_squares import fit_circuit
 from ilg_circuit.identify import current, identify
 from ilg_circuit.identify.current import fit_current
-from ilg_circuit.identify.least_squares import fit_circuit
 from ilg_circuit.identify.scout import fit_from_several, scout
+from ilg_circuit.strip.actuator import PAPER
 
 Array = NDArray[np.float64]
 T = np.linspace(0.0, 5.0, 100)

@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from ilg_circuit.errors import InputError, SolveError
-from ilg_circuit.identify.spectrum_files import Spectrum
 from ilg_circuit.identify.spectrum_fit import Weighting, fit_spectrum, impedance_of
-from ilg_circuit.models import ElectricalModel, electrical_model
+from ilg_circuit.measurements.spectrum_files import Spectrum
+from ilg_circuit.strip.models import ElectricalModel, electrical_model
 
 F = np.geomspace(1e-3, 1e4, 61)
 TRUTHS = {
@@ -193,7 +193,8 @@ def test_wrong_weighting_and_too_few_points() -> None:
 
 def test_no_convergence_is_no_success(monkeypatch: pytest.MonkeyPatch) -> None:
     """With one evaluation allowed, and starts far away, the answer is an error and not the last point."""
-    from ilg_circuit.identify import least_squares, spectrum_fit
+    from ilg_circuit.fit import least_squares
+    from ilg_circuit.identify import spectrum_fit
 
     def far(kind: ElectricalModel, *_: object) -> NDArray[np.float64]:
         return np.tile(1e3 * np.array(TRUTHS[kind.name][0]), (60, 1))

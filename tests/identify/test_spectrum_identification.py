@@ -11,13 +11,13 @@ import pytest
 from spectrum_texts import FORMATS
 from test_spectrum_fit import TRUTHS, spectrum
 
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.actuator_file import load_actuator
 from ilg_circuit.cli import main
-from ilg_circuit.elements import lumped_elements
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify import Spectrum, identify_spectra, identify_spectrum
 from ilg_circuit.identify.spectrum_report import spectrum_table
+from ilg_circuit.strip.actuator import PAPER
+from ilg_circuit.strip.elements import lumped_elements
+from ilg_circuit.strip.file import load_actuator
 
 
 @pytest.mark.parametrize("model", TRUTHS)
@@ -165,7 +165,7 @@ def test_table_marks_the_chosen_model_and_says_what_is_against_others() -> None:
 
 def test_what_impedance_writes_identify_reads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     strip = replace(PAPER, coupling=None)
-    from ilg_circuit.impedance import frequencies, impedance
+    from ilg_circuit.simulation.impedance import frequencies, impedance
 
     path = tmp_path / "z.csv"
     impedance(strip, frequencies(1e-4, 1e3, 50), engine="exact").write_csv(path)

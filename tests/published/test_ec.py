@@ -11,12 +11,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from ilg_circuit import formulas
-from ilg_circuit.actuator import PAPER, Coupling
-from ilg_circuit.circuit import parse_drive
-from ilg_circuit.elements import lumped_elements
-from ilg_circuit.published import Published, folder, half_a_digit, published, table
-from ilg_circuit.response import Response, simulate
+from ilg_circuit.reproduce.published import Published, folder, half_a_digit, published, table
+from ilg_circuit.simulation import closed_forms as formulas
+from ilg_circuit.simulation.drives import parse_drive
+from ilg_circuit.simulation.response import Response, simulate
+from ilg_circuit.strip.actuator import PAPER, Coupling
+from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.units import parse
 
 TABLES = ("ec_curves", "ec_points", "ec_table1", "ec_table2", "ec_table3")

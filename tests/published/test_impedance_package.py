@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ilg_circuit.models import electrical_model
+from ilg_circuit.strip.models import electrical_model
 
 elements = pytest.importorskip(
     "impedance.models.circuits.elements", reason="the package impedance (with pandas, which it needs) is not installed"

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ilg_circuit.published import Published
 from ilg_circuit.reproduce import Check, Claim, Item, Made, Outcome, Row
+from ilg_circuit.reproduce.published import Published
 
 NUMBER = Published("table", "force", "F", "(39)", "uN", "184", "0.1751", "mm read as m")
 ITEM = Item("EC-X", "title", "", "F = m a", (), lambda runs: Made())

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from ilg_circuit.published import table
 from ilg_circuit.reproduce import ITEMS, Made, Outcome, make
 from ilg_circuit.reproduce.ec_sizes import at_rest, sized
 from ilg_circuit.reproduce.ec_tables import coupling_of_curve, spread
+from ilg_circuit.reproduce.published import table
 
 EC = [item for item in ITEMS if item.id.startswith("EC-")]
 #: Given, and nothing that a run could show.

@@ -12,20 +12,14 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from strategies import strips as random_strips
 
-from ilg_circuit import formulas
-from ilg_circuit.actuator import PAPER, Actuator
-from ilg_circuit.circuit import (
-    Element,
-    Netlist,
-    Output,
-    PiecewiseLinear,
-    electrical_netlist,
-    parse_drive,
-    strip_netlist,
-)
+from ilg_circuit.circuit import Element, Netlist, Output, electrical_netlist, strip_netlist
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError, SolveError
+from ilg_circuit.simulation import closed_forms as formulas
+from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.solve import transient
 from ilg_circuit.solve.state_space import state_space
+from ilg_circuit.strip.actuator import PAPER, Actuator
 
 DRIVES = {
     "step": "step:4V",

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from ilg_circuit.actuator import Actuator
-from ilg_circuit.circuit.drive import parse_drive
 from ilg_circuit.circuit.strip import Load, strip_netlist
+from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.solve.exact import exact_on_panels, exact_outputs
 from ilg_circuit.solve.panels import FRACTIONS, WEIGHTS, design_panels
 from ilg_circuit.solve.state_space import state_space
+from ilg_circuit.strip.actuator import Actuator
 
 
 @pytest.mark.parametrize("drive", ["step:4V", "square:-4V..2V,30s,0.3", "sine:2V,0.1Hz", "ramp:1V/s"])

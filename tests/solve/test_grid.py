@@ -8,11 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import log_floats
 
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.circuit import PiecewiseLinear, parse_drive, strip_netlist
+from ilg_circuit.circuit import strip_netlist
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
+from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.solve.grid import Grid, design_grid
 from ilg_circuit.solve.state_space import state_space
+from ilg_circuit.strip.actuator import PAPER
 
 POLES = state_space([strip_netlist(PAPER)]).poles()[0]
 

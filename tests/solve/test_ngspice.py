@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.circuit import electrical_netlist, parse_drive, strip_netlist
+from ilg_circuit.circuit import electrical_netlist, strip_netlist
 from ilg_circuit.errors import SolveError
+from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.solve import transient
 from ilg_circuit.solve.ngspice import session
+from ilg_circuit.strip.actuator import PAPER
 
 RC = ".title rc\nV1 in 0 1.0\nR1 in out 2.0\nC1 out 0 0.5 ic=0.0\n"
 GRID = np.linspace(0, 5, 501)
@@ -42,8 +43,10 @@ def python(code: str, folder: Path, **environment: str) -> subprocess.CompletedP
 
 SOLVE = """
     import numpy as np
-    from ilg_circuit.actuator import PAPER
-    from ilg_circuit.circuit import PiecewiseLinear, parse_drive, strip_netlist
+    from ilg_circuit.strip.actuator import PAPER
+    from ilg_circuit.circuit import strip_netlist
+    from ilg_circuit.drive import PiecewiseLinear
+    from ilg_circuit.simulation.drives import parse_drive
     from ilg_circuit.errors import IlgError
     from ilg_circuit.solve import transient
 
@@ -279,7 +282,7 @@ def test_messages_of_pyspice_do_not_reach_the_user(tmp_path: Path) -> None:
 def test_importing_loads_no_library(tmp_path: Path) -> None:
     code = """
     import sys
-    import ilg_circuit.solve, ilg_circuit.response, ilg_circuit.circuit
+    import ilg_circuit.solve, ilg_circuit.simulation.response, ilg_circuit.circuit
     assert "PySpice" not in sys.modules
     """
     done = python(code, tmp_path, NGSPICE_LIBRARY_PATH="/nowhere")

@@ -11,12 +11,14 @@ import pytest
 from every_model import port_of, strip_of
 from numpy.typing import NDArray
 
-from ilg_circuit.check import check, report, require_agreement
-from ilg_circuit.circuit import Drive, PiecewiseLinear, parse_drive, port_netlist, strip_netlist
+from ilg_circuit.circuit import port_netlist, strip_netlist
+from ilg_circuit.drive import Drive, PiecewiseLinear
 from ilg_circuit.errors import InputError, SolveError
-from ilg_circuit.port import Port
-from ilg_circuit.response import simulate
+from ilg_circuit.simulation.check import check, report, require_agreement
+from ilg_circuit.simulation.drives import parse_drive
+from ilg_circuit.simulation.response import simulate
 from ilg_circuit.solve import transient
+from ilg_circuit.strip.port import Port
 
 Array = NDArray[np.float64]
 

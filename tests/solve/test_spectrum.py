@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from strategies import log_floats
 from strategies import strips as random_strips
 
-from ilg_circuit.actuator import PAPER, Actuator, Mounting
 from ilg_circuit.circuit import Element, Load, Netlist, Output, electrical_netlist, port_netlist, strip_netlist
 from ilg_circuit.circuit.strip import sensor_netlist
-from ilg_circuit.elements import hanging_stiffness, lumped_elements
 from ilg_circuit.errors import InputError, SolveError
-from ilg_circuit.port import Port
 from ilg_circuit.solve.spectrum import spectrum
+from ilg_circuit.strip.actuator import PAPER, Actuator, Mounting
+from ilg_circuit.strip.elements import hanging_stiffness, lumped_elements
+from ilg_circuit.strip.port import Port
 
 Complex = NDArray[np.complex128]
 

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from strategies import strips as random_strips
 
-from ilg_circuit.actuator import PAPER, Actuator
 from ilg_circuit.circuit import Element, Netlist, Output, electrical_netlist, strip_netlist
-from ilg_circuit.elements import lumped_elements
 from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.solve.state_space import StateSpace, state_space
+from ilg_circuit.strip.actuator import PAPER, Actuator
+from ilg_circuit.strip.elements import lumped_elements
 
 DRIVE = Element("Vdrive", ("in", "0"), 0.0)
 

@@ -16,22 +16,14 @@ from numpy.typing import NDArray
 from strategies import log_floats
 from strategies import strips as random_strips
 
-from ilg_circuit import formulas
-from ilg_circuit.actuator import PAPER, Actuator
-from ilg_circuit.circuit import (
-    Drive,
-    Element,
-    Load,
-    Netlist,
-    Output,
-    PiecewiseLinear,
-    electrical_netlist,
-    parse_drive,
-    strip_netlist,
-)
-from ilg_circuit.elements import lumped_elements
+from ilg_circuit.circuit import Element, Load, Netlist, Output, electrical_netlist, strip_netlist
+from ilg_circuit.drive import Drive, PiecewiseLinear
 from ilg_circuit.errors import InputError, SolveError
+from ilg_circuit.simulation import closed_forms as formulas
+from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.solve import Waveforms, transient
+from ilg_circuit.strip.actuator import PAPER, Actuator
+from ilg_circuit.strip.elements import lumped_elements
 
 Array = NDArray[np.float64]
 

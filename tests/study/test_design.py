@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ilg_circuit.actuator import PAPER
-from ilg_circuit.circuit.drive import parse_drive
 from ilg_circuit.errors import InputError, SolveError
-from ilg_circuit.response import simulate
+from ilg_circuit.simulation.drives import parse_drive
+from ilg_circuit.simulation.response import simulate
+from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study.binding import limits, omissions
 from ilg_circuit.study.design import Design, Objective, Question, best_design
 from ilg_circuit.study.parameters import Base

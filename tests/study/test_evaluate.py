@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
-from ilg_circuit import formulas
-from ilg_circuit.actuator import PAPER, Coupling
-from ilg_circuit.circuit.drive import parse_drive
 from ilg_circuit.circuit.strip import Load
 from ilg_circuit.errors import InputError
-from ilg_circuit.response import simulate
+from ilg_circuit.simulation import closed_forms as formulas
+from ilg_circuit.simulation.drives import parse_drive
+from ilg_circuit.simulation.response import simulate
+from ilg_circuit.strip.actuator import PAPER, Coupling
 from ilg_circuit.study import OUTPUTS, Base, evaluate, evaluate_designs
 
 STATIC = Base(PAPER, "step:4V", 300.0, beam="static")

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ilg_circuit.actuator import PAPER, Coupling, Geometry, Material, Uncertainty
-from ilg_circuit.circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.circuit.strip import Load
+from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.errors import InputError
+from ilg_circuit.strip.actuator import PAPER, Coupling, Geometry, Material, Uncertainty
 from ilg_circuit.study.parameters import PARAMETERS, Base, apply, parameter
 
 BASE = Base(PAPER, "step:4V", 300.0)

@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import norm
 from test_design import SIZES, STATIC, design, question
 
-from ilg_circuit.actuator import PAPER, Uncertainty
 from ilg_circuit.errors import InputError
+from ilg_circuit.strip.actuator import PAPER, Uncertainty
 from ilg_circuit.study.sensitivity import confident_design, sensitivity
 from ilg_circuit.study.sobol import indices, sobol_indices
 

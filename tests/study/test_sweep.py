@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 from command import Run
 
-from ilg_circuit import formulas
-from ilg_circuit.actuator import PAPER
 from ilg_circuit.errors import InputError, SolveError
+from ilg_circuit.simulation import closed_forms as formulas
+from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study import Base, workers
 from ilg_circuit.study import question as questions
 from ilg_circuit.study import sweep as sweeps

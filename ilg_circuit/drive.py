@@ -1,0 +1,213 @@
+"""Drives: the voltage over time that a source puts on the strip. Straight lines between breakpoints, or a sine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import InputError
+from .units import format_quantity
+
+if TYPE_CHECKING:
+    from typing import Self
+
+Array = NDArray[np.float64]
+
+#: Rise time [s] of a jump in a netlist handed out; plain SPICE engines need one.
+NETLIST_RISE = 1e-6
+
+#: Times that differ by this part are the same but for rounding.
+_ROUNDING = 1e-12
+
+
+class Drive(Protocol):
+    """A voltage over time from t = 0 on. A sample on a jump is the right limit."""
+
+    @property
+    def text(self) -> str:
+        """The drive in a few words, with units."""
+
+    def value(self, t: ArrayLike) -> Array:
+        """Voltage [V] at times ``t`` [s] >= 0."""
+
+    def breakpoints(self, duration: float) -> Array:
+        """Times in (0, duration) at which value or slope jumps, ascending."""
+
+    def jumps(self, duration: float) -> Array:
+        """Those of them at which the value jumps."""
+
+    def angular_frequency(self) -> float:
+        """Highest angular frequency [rad/s] of its smooth parts; 0 for straight lines."""
+
+    def largest(self) -> float:
+        """Largest absolute value [V]."""
+
+    def spice(self, duration: float) -> str:
+        """Waveform of a SPICE voltage source over ``duration`` [s]: PWL(...) or SIN(...)."""
+
+
+@dataclass(frozen=True)
+class Sine:
+    """amplitude sin(2 pi f t) [V], f in Hz."""
+
+    amplitude: float
+    frequency: float
+    unit: str = "V"
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.amplitude) and np.isfinite(self.frequency) and self.frequency > 0):
+            raise InputError(
+                f"sine of {self.amplitude:g} {self.unit}, {self.frequency:g} Hz: the frequency must be more than zero"
+            )
+
+    @property
+    def text(self) -> str:
+        return f"sine {format_quantity(self.amplitude, self.unit, 6)}, {format_quantity(self.frequency, 'Hz', 6)}"
+
+    def value(self, t: ArrayLike) -> Array:
+        return np.asarray(self.amplitude * np.sin(self.angular_frequency() * np.asarray(t, dtype=float)))
+
+    def breakpoints(self, duration: float) -> Array:
+        return np.empty(0)
+
+    def jumps(self, duration: float) -> Array:
+        return np.empty(0)
+
+    def angular_frequency(self) -> float:
+        return 2 * np.pi * self.frequency
+
+    def largest(self) -> float:
+        return abs(self.amplitude)
+
+    def spice(self, duration: float) -> str:
+        return f"SIN(0.0 {float(self.amplitude)!r} {float(self.frequency)!r})"
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewiseLinear:
+    """Straight lines through (times, values); a time that stands twice is a jump; held before and after.
+
+    ``times`` [s] do not decrease; ``values`` [V], same length. Raises InputError otherwise.
+    """
+
+    times: Array
+    values: Array
+    text: str = "waveform"
+
+    def __post_init__(self) -> None:
+        times, values = np.asarray(self.times, dtype=float), np.asarray(self.values, dtype=float)
+        if times.ndim != 1 or times.shape != values.shape or not len(times):
+            raise InputError("a waveform needs as many times as values, at least one")
+        if not (np.isfinite(times).all() and np.isfinite(values).all()):
+            raise InputError("a waveform must be finite numbers")
+        if (np.diff(times) < 0).any():
+            raise InputError("the times of a waveform must not decrease")
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "values", values)
+
+    @classmethod
+    def step(cls, voltage: float, at: float = 0.0, unit: str = "V") -> Self:
+        """0 V before ``at`` [s], ``voltage`` from then on."""
+        text = f"step {format_quantity(voltage, unit, 6)}"
+        if at == 0:
+            return cls(np.array([0.0]), np.array([voltage]), text)
+        return cls(np.array([at, at]), np.array([0.0, voltage]), text)
+
+    @classmethod
+    def ramp(cls, rate: float, duration: float, unit: str = "V") -> Self:
+        """``rate`` [V/s] from 0 V for ``duration`` [s], then held."""
+        return cls(np.array([0.0, duration]), np.array([0.0, rate * duration]), f"ramp {rate:g} {unit}/s")
+
+    @classmethod
+    def square(
+        cls, low: float, high: float, period: float, duration: float, duty: float = 0.5, unit: str = "V"
+    ) -> Self:
+        """``high`` for ``duty`` of each period, then ``low``, from t = 0. InputError for a duty not in (0, 1)."""
+        if not period > 0:
+            raise InputError(f"square wave: period {period:g} s must be more than zero")
+        if not 0 < duty < 1:
+            raise InputError(f"square wave: duty {duty:g} must lie between 0 and 1")
+        if duration / period > 1_000_000:
+            raise InputError(
+                f"square wave: {duration / period:.3g} periods are more than 1000000; shorten the duration"
+            )
+        count = int(duration / period * (1 + _ROUNDING)) + 1
+        starts = np.arange(count) * period
+        edges = np.column_stack([starts, starts + duty * period]).ravel()
+        levels = np.tile([high, low], count)
+        times = np.repeat(edges, 2)[1:]
+        values = np.repeat(levels, 2)[:-1]
+        text = f"square {low:g} {unit}..{high:g} {unit}, {format_quantity(period, 's', 6)}, duty {duty:g}"
+        return cls(times, values, text)
+
+    def value(self, t: ArrayLike) -> Array:
+        time = np.asarray(t, dtype=float)
+        # a time that misses an edge by rounding is on it
+        after = np.searchsorted(self.times, time + _ROUNDING * np.abs(time), side="right")
+        left, right = np.clip(after - 1, 0, None), np.clip(after, None, len(self.times) - 1)
+        span = self.times[right] - self.times[left]
+        fraction = np.where(span > 0, (time - self.times[left]) / np.where(span > 0, span, 1), 0.0)
+        return np.asarray(self.values[left] + np.clip(fraction, 0, 1) * (self.values[right] - self.values[left]))
+
+    def breakpoints(self, duration: float) -> Array:
+        return np.unique(self.times[(self.times > 0) & (self.times < duration)])
+
+    def jumps(self, duration: float) -> Array:
+        twice = self.times[1:][np.diff(self.times) == 0]
+        return np.unique(twice[(twice > 0) & (twice < duration)])
+
+    def angular_frequency(self) -> float:
+        return 0.0
+
+    def largest(self) -> float:
+        return float(np.abs(self.values).max())
+
+    def spice(self, duration: float) -> str:
+        times, values = self.widened(duration, NETLIST_RISE)
+        return "PWL(" + " ".join(f"{t!r} {v!r}" for t, v in zip(times.tolist(), values.tolist(), strict=True)) + ")"
+
+    def widened(self, duration: float, rise: float) -> tuple[Array, Array]:
+        """Ascending times and values from 0 to past ``duration``, each jump a ramp of ``rise`` [s] about it."""
+        inside = (self.times > 0) & (self.times < duration)
+        times = np.concatenate([[0.0], self.times[inside], [2 * duration]])
+        values = np.concatenate([self.value([0.0]), self.values[inside], [0.0]])
+        jump = np.flatnonzero(np.diff(times) == 0)
+        keep = np.ones(len(times), dtype=bool)
+        for k in jump:  # of several values at one time the first and the last count
+            keep[k] &= not (k and times[k - 1] == times[k])
+        times, values = times[keep], values[keep]
+        jump = np.flatnonzero(np.diff(times) == 0)
+        # a jump may not reach its neighbours, however near they are
+        gaps = np.diff(times)
+        room = np.minimum(gaps[jump - 1], gaps[np.minimum(jump + 1, len(gaps) - 1)])
+        half = np.minimum(rise / 2, room / 4)
+        shifted = times.copy()
+        shifted[jump] -= half
+        shifted[jump + 1] += half
+        # the last point lies beyond the run, on the line that the run ends on
+        before = values[-2]
+        slope = self._slope_after(times[-2], duration)
+        values[-1] = before + slope * (shifted[-1] - shifted[-2])
+        return shifted, values
+
+    def _slope_after(self, t: float, duration: float) -> float:
+        """Slope of the line that the run ends on; its middle is not touched by a jump at the end."""
+        later = self.times[self.times > t]
+        if not len(later) or duration <= t:
+            return 0.0
+        start, middle = self.value([t, (t + duration) / 2])
+        return float(2 * (middle - start) / (duration - t))
+
+
+def drive_times(drive: Drive, times: Array) -> Array:
+    """``times`` with those that miss an edge of the drive by rounding moved onto it (and so to its right limit)."""
+    edges = drive.breakpoints(float(times[-1]) * (1 + _ROUNDING)) if len(times) else times
+    if not len(edges):
+        return times
+    nearest = np.clip(np.searchsorted(edges, times), 1, len(edges) - 1) if len(edges) > 1 else np.zeros(1, dtype=int)
+    for candidate in (edges[nearest - 1] if len(edges) > 1 else edges[nearest], edges[nearest]):
+        times = np.where(np.abs(times - candidate) <= _ROUNDING * candidate, candidate, times)
+    return times

@@ -1,0 +1,69 @@
+"""Findings: what a result or a file should be known for, as data; one sentence a code, made where it is shown.
+
+Decisions ask for codes and numbers, never for words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from string import Formatter
+from typing import Any
+
+from .units import format_quantity
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One finding: its ``code`` (a key of `SENTENCES`), its ``subject`` (a file, a quantity; may be empty), numbers.
+
+    ``values`` fill the sentence's fields. ``str(finding)`` is the sentence, after its subject.
+    """
+
+    code: str
+    subject: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        sentence = _FORMATTER.vformat(SENTENCES[self.code], (), self.values)
+        return f"{self.subject}: {sentence}" if self.subject else sentence
+
+    def about(self, subject: str) -> Finding:
+        """The same of ``subject``, before what it is about already."""
+        return Finding(self.code, f"{subject}: {self.subject}" if self.subject else subject, self.values)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Code, subject, numbers and sentence, ready for JSON."""
+        return {"code": self.code, "subject": self.subject, "values": dict(self.values), "text": str(self)}
+
+
+def sentences(findings: Iterable[Finding]) -> tuple[str, ...]:
+    """The sentences of ``findings``, each once."""
+    return tuple(dict.fromkeys(map(str, findings)))
+
+
+def codes(findings: Iterable[Finding]) -> set[str]:
+    """The codes of ``findings``."""
+    return {finding.code for finding in findings}
+
+
+class _Formatter(Formatter):
+    """Formats as `str.format`, and ``{x:@V3}`` as a quantity in volt with three digits; lists with commas."""
+
+    def format_field(self, value: Any, format_spec: str) -> Any:
+        if format_spec.startswith("@"):
+            return format_quantity(float(value), format_spec[1:-1], int(format_spec[-1]))
+        if not format_spec and isinstance(value, list | tuple):
+            return ", ".join(map(str, value))
+        return super().format_field(value, format_spec)
+
+
+_FORMATTER = _Formatter()
+
+#: code -> sentence; fields are names in ``values``.
+SENTENCES: dict[str, str] = {
+    # -- intervals --
+    "profile-failed": "no profile of {parameter} ({reason}); its interval is from a block bootstrap",
+    "profile-open": "the data set {parameter} no {sides} limit within a factor of {reach:.0e}",
+    "chain-short": "the Markov chain is short ({chain}); its intervals are rough",
+}

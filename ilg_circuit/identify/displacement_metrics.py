@@ -1,0 +1,166 @@
+"""Peak, overshoot, settling and back-relaxation of a measured displacement, beside those of its fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..drive import PiecewiseLinear
+from ..measurements.smoothing import Smoothed, smoothed, summit
+from ..simulation.step_metrics import SETTLING_BAND, StepFigures, step_figures
+from ..units import format_quantity
+from .displacement import DisplacementFit
+
+Array = NDArray[np.float64]
+
+#: The final value is the mean over this last part of the stretch.
+TAIL = 0.05
+#: The voltage is constant while it stays within this part of its first value.
+_CONSTANT = 0.05
+_FEWEST_SAMPLES = 20
+#: A peak must stand out of the final value by so many standard errors of the smoothed curve.
+_SEEN = 4.0
+
+#: Figures as people read them: name -> (unit, "" for a ratio; what it says in words)
+SHOWN = {
+    "final": ("m", "final value"),
+    "peak": ("m", "peak"),
+    "peak_time": ("s", "time of the peak"),
+    "overshoot": ("", "overshoot"),
+    "settling_time": ("s", f"settling time ({SETTLING_BAND:.0%})"),
+    "back_relaxation": ("m", "back-relaxation"),
+}
+_OF_A_PEAK = ("peak_time", "overshoot", "back_relaxation")
+
+
+@dataclass(frozen=True)
+class DisplacementFigures:
+    """Figures over the first ``until`` [s] under a constant voltage; rest and drift taken off, positive to the anode.
+
+    ``measured`` are those of the smoothed curve, by local parabolas over ``windows`` (least, most) samples; ``error``
+    [m] is its standard error at the peak. ``model`` are the fit's at the same times.
+    """
+
+    until: float
+    measured: StepFigures
+    model: StepFigures
+    windows: tuple[int, int]
+    error: float
+    time: Array
+    smooth: Array
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "until_s": self.until,
+            "tail": TAIL,
+            "settling_band": SETTLING_BAND,
+            "smoothing_samples": list(self.windows),
+            "peak_stderr": self.error,
+            "measured": _json(self.measured),
+            "model": _json(self.model),
+        }
+
+    def lines(self) -> list[str]:
+        """A table for a terminal."""
+        rows = [f"{'figures of the displacement':<28}{'measured':>16}{'model':>18}"]
+        rows += [f"{name:<28}{measured:>16}{model:>18}" for name, measured, model in self.rows()]
+        return [*rows, f"({self.over()};", f"{self.how()})"]
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Name, measured and modelled figure, as text."""
+        return [
+            (title, _text(name, self.measured, unit), _text(name, self.model, unit))
+            for name, (unit, title) in SHOWN.items()
+        ]
+
+    def over(self) -> str:
+        """Of which part of the record, and from where they are counted."""
+        until = format_quantity(self.until, "s", 4)
+        return f"over the first {until} under constant voltage, rest and drift taken off, positive towards the anode"
+
+    def how(self) -> str:
+        """What was done to the data."""
+        low, high = self.windows
+        smoothing = f"smoothed by parabolas over {low} to {high} samples" if high > 1 else "not smoothed"
+        return f"measured: {smoothing}; final value: mean of the last {TAIL:.0%}"
+
+    @property
+    def peak(self) -> tuple[float, float] | None:
+        """Time [s] and height [m] of the measured peak, if one is seen."""
+        at, height = float(self.measured.peak_time), float(self.measured.peak)
+        return (at, height) if np.isfinite(at) else None
+
+
+def displacement_figures(fit: DisplacementFit, drive: PiecewiseLinear) -> DisplacementFigures | None:
+    """The figures over the first stretch of constant voltage, as far as the fit goes.
+
+    A step's stretch is the record, a square wave's its first part. None for a drive that is not constant at first, or
+    a stretch of fewer than 20 samples: they are not defined there.
+    """
+    until = min(constant_until(drive), fit.window)
+    channel = fit.channel
+    inside = (channel.time >= 0) & (channel.time <= until)
+    if inside.sum() < _FEWEST_SAMPLES:
+        return None
+    t = channel.time[inside]
+    base = fit.rest + (fit.drift or 0.0) * t
+    data, model = fit.sign * (channel.values[inside] - base), fit.sign * (fit.fitted[inside] - base)
+    curve = smoothed(t, data)
+    error = float(curve.stderr[np.argmax(np.abs(curve.values))])
+    resolution = _SEEN * float(np.hypot(error, float(np.median(curve.stderr))))
+    return DisplacementFigures(
+        until=float(t[-1]),
+        measured=_with_summit(step_figures(t, curve.values, tail=TAIL, resolution=resolution), t, data, curve),
+        model=step_figures(t, model, tail=TAIL, resolution=1e-6 * float(np.ptp(model))),
+        windows=(int(curve.widths.min()), int(curve.widths.max())),
+        error=error,
+        time=t,
+        smooth=curve.values,
+    )
+
+
+def _with_summit(figures: StepFigures, t: Array, data: Array, curve: Smoothed) -> StepFigures:
+    """The figures with the peak, where there is one, of a cubic through all samples about it."""
+    if not np.isfinite(figures.peak_time):
+        return figures
+    side = float(np.sign(figures.peak))
+    found = summit(t, side * data, replace(curve, values=side * curve.values))
+    if found is None:
+        return figures
+    at, height = found
+    final = side * float(figures.final)
+    fall = max(height - final, 0.0)
+    return replace(
+        figures,
+        peak=np.asarray(side * height),
+        peak_time=np.asarray(at),
+        overshoot=np.asarray(fall / final if final > 0 else np.nan),
+        back_relaxation=np.asarray(fall),
+    )
+
+
+def constant_until(drive: PiecewiseLinear) -> float:
+    """Until when [s] the voltage that the drive begins with is held: inf for a step, 0 for no constant beginning."""
+    start = float(drive.values[0])
+    if not start:
+        return 0.0
+    moved = np.flatnonzero(np.abs(drive.values - start) > _CONSTANT * abs(start))
+    if not len(moved):
+        return float("inf")
+    k = int(moved[0])
+    return float(drive.times[k]) if drive.times[k] == drive.times[k - 1] else 0.0
+
+
+def _json(figures: StepFigures) -> dict[str, float | None]:
+    values = {name: float(value) for name, value in vars(figures).items()}
+    return {name: value if np.isfinite(value) else None for name, value in values.items()}
+
+
+def _text(name: str, figures: StepFigures, unit: str) -> str:
+    number = float(getattr(figures, name))
+    if not np.isfinite(number) or (name in _OF_A_PEAK and not np.isfinite(figures.peak_time)):
+        return "none seen"
+    return format_quantity(number, unit, 4) if unit else f"{number:.1%}"

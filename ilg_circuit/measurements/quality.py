@@ -1,0 +1,185 @@
+"""What is wrong with a record, found before any fit: clipped tops, drop-outs, drift. Each is told with its size."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..drive import PiecewiseLinear
+from ..fit.residuals import effective_samples
+from ..units import format_quantity
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: So many samples side by side at the largest current may be an instrument's limit, if the curve breaks off there.
+_CLIPPED = 3
+#: Where no readings are equal, those within so many noise levels are one.
+_SAME = 4.0
+#: A smooth top that is flat within a noise or resolution does not fall beside it by so many times that.
+_BROKEN = 8.0
+#: After a jump of the voltage the current falls fastest at once: what is flat there, and falls only later, is no top.
+_BROKEN_AFTER_JUMP = 2.0
+#: A top that is no more than this part of the largest current of either sign is none.
+_TOP = 0.2
+#: A plateau of the current is the voltage's, where that changes beside it by this part of its largest, but not in it.
+_DRIVEN = 0.05
+#: A value that stands apart by so many spans of all others is a sensor's sign for "nothing seen"; zero by fewer.
+_APART, _ZERO_APART = 3.0, 0.25
+#: A drift is told when it is so many standard errors, and this part of the largest reading.
+_SURE, _WORTH_TELLING = 5.0, 0.005
+#: A transient's fall slows down; over the last third of a record it is less than this part of the middle third's.
+_SLOWER = 0.6
+_PARTS = 10
+_FEWEST = 60
+
+
+def clipped_tops(t: Array, current: Array, drive: PiecewiseLinear, noise: float) -> tuple[Mask, tuple[str, ...]]:
+    """Samples (n,) at the instrument's limit, positive and negative, and a note for each.
+
+    A flat top is a limit where the curve breaks off: where it falls beside the top by far more than a smooth top would
+    that is as long. ``t`` [s] counts from the onset, ``noise`` [A] is the current's.
+    """
+    dropped = np.zeros(len(t), dtype=bool)
+    notes = []
+    levels = np.diff(np.unique(current))
+    resolution = float(levels.min()) if len(levels) else 0.0
+    u = drive.value(np.maximum(t, 0.0))
+    for sign in (1.0, -1.0):
+        v = sign * current
+        top = float(v.max())
+        if top <= _TOP * float(np.abs(v).max()):
+            continue
+        found = np.zeros(len(t), dtype=bool)
+        for same in (1e-9 * top, _SAME * noise):  # readings that are equal; where none are, those that are alike
+            if found.any():
+                break
+            grain = max(same, resolution)
+            for a, b in _runs(v >= top - same):
+                if b - a >= _CLIPPED and _breaks_off(t, v, u, a, b, grain):
+                    found[a:b] = True
+        if found.any():
+            level = format_quantity(float(np.median(current[found])), "A", 4)
+            notes.append(
+                f"current is clipped at {level}: {found.sum()} samples at the instrument's limit were left out"
+            )
+            dropped |= found
+    return dropped, tuple(notes)
+
+
+def dropouts(values: Array, quantity: str, unit: str) -> tuple[Mask, tuple[str, ...]]:
+    """Readings (n,) of a sensor that saw nothing: blanks, and one value far from all others, between good readings."""
+    blank = np.isnan(values)
+    notes = []
+    if blank.any():
+        notes.append(f"{blank.sum()} of {len(values)} rows have no {quantity} (drop-outs): left out")
+    known = values[~blank]
+    gone = blank.copy()
+    if len(known):
+        for c in dict.fromkeys((float(known.max()), float(known.min()), 0.0)):
+            signs = ~gone & (values == c)
+            others = values[~gone & ~signs]
+            if not signs.any() or len(others) < len(known) / 2 or not _between(signs, gone):
+                continue
+            gap = max(float(others.min()) - c, c - float(others.max()))
+            if gap > (_APART if c else _ZERO_APART) * float(np.ptp(others)):
+                notes.append(
+                    f"{signs.sum()} readings of {format_quantity(c, unit, 5)} stand apart from all others of the "
+                    f"{quantity} (drop-outs): left out"
+                )
+                gone |= signs
+    return gone, tuple(notes)
+
+
+def current_drift(t: Array, current: Array, step: float) -> tuple[str, ...]:
+    """Whether the current under a constant voltage goes up again, or has not come to rest; ``t`` [s] from the step.
+
+    Every linear model's current falls monotonically after a step, so a rise is the strip's or the instrument's drift.
+    """
+    after = t >= 0
+    if after.sum() < _FEWEST:
+        return ()
+    time, v = t[after], np.sign(step) * current[after]
+    peak = float(np.abs(v).max())
+    means, errors, middles = _means(time, v)
+    if len(means) < 3:
+        return ()
+    k = int(np.argmin(means))
+    rise, sure = means[-1] - means[k], _SURE * float(np.hypot(errors[k], errors[-1]))
+    if rise > max(sure, _WORTH_TELLING * peak):
+        size = format_quantity(float(rise), "A", 3)
+        since = format_quantity(float(middles[k]), "s", 3)
+        return (f"the current drifts: it rises again by {size} from {since} on, which no model here does",)
+    if len(means) < _PARTS - 1:
+        return ()
+    early, late = means[-7], means[-4]  # three tenths of the time from one to the next
+    fall = late - means[-1]
+    if fall > max(sure, _WORTH_TELLING * peak, _SLOWER * (early - late)):
+        size = format_quantity(float(fall), "A", 3)
+        return (f"the current has not settled: over the last third it falls by {size}, no slower than before",)
+    return ()
+
+
+def rest_drift(t: Array, values: Array, quantity: str, unit: str) -> tuple[str, ...]:
+    """Whether a quantity wanders before the onset at ``t`` = 0, by a straight line through what was measured there."""
+    rest = t < 0
+    if rest.sum() < 2 * _PARTS:
+        return ()
+    x, y = t[rest], values[rest]
+    line = np.polynomial.Polynomial.fit(x, y, 1)
+    residuals = y - line(x)
+    moved = float(line(x[-1]) - line(x[0]))
+    error = np.sqrt(12 / effective_samples(residuals)) * float(residuals.std())
+    if abs(moved) > max(_SURE * error, 2 * _WORTH_TELLING * float(np.ptp(values))):
+        return (f"the {quantity} drifts by {format_quantity(moved, unit, 3)} while at rest, before the onset",)
+    return ()
+
+
+def _runs(mask: Mask) -> Iterator[tuple[int, int]]:
+    """First index and one past the last of every stretch of True."""
+    edges = np.diff(np.r_[0, mask.astype(int), 0])
+    yield from zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True)
+
+
+def _between(signs: Mask, gone: Mask) -> bool:
+    """Whether good readings stand on both sides of every run of ``signs``: a rest position begins the record."""
+    good = np.flatnonzero(~signs & ~gone)
+    where = np.flatnonzero(signs)
+    return bool(len(good) and good[0] < where[0] and where[-1] < good[-1])
+
+
+def _breaks_off(t: Array, v: Array, u: Array, a: int, b: int, grain: float) -> bool:
+    """Whether on one side of the top v[a:b] the curve, carried on into the top, would rise well beyond ``grain``."""
+    length = t[b - 1] - t[a]
+    largest = float(np.abs(u).max())
+    steady = float(np.ptp(u[a:b])) <= _DRIVEN * largest
+    jumped = a == 0 or t[a - 1] < 0 <= t[a] or abs(u[a] - u[a - 1]) > _DRIVEN * largest
+    limit = grain * (_BROKEN_AFTER_JUMP if steady and jumped else _BROKEN)
+    for edge, far in (
+        (b - 1, int(np.searchsorted(t, t[b - 1] + length, side="right")) - 1),
+        (a, int(np.searchsorted(t, t[a] - length))),
+    ):
+        low, high = sorted((edge, far))
+        if high - low < 2 or t[low] < 0 or float(np.abs(np.diff(u[low : high + 1])).max()) > _DRIVEN * largest:
+            continue  # too little beside it, or a jump of the voltage
+        if steady and abs(u[far] - u[edge]) > _DRIVEN * largest:
+            continue
+        if (v[edge] - v[far]) / 2 > limit:
+            return True
+    return False
+
+
+def _means(time: Array, v: Array) -> tuple[Array, Array, Array]:
+    """Means of ``v`` in windows even in time, after the first, their standard errors, and the windows' middles."""
+    part = np.minimum((_PARTS * time / time[-1]).astype(int), _PARTS - 1)
+    rows = []
+    for k in range(1, _PARTS):
+        x, y = time[part == k], v[part == k]
+        if len(y) < 5:
+            continue
+        rest = y - np.polynomial.Polynomial.fit(x, y, 1)(x)
+        rows.append((float(y.mean()), float(rest.std()) / np.sqrt(effective_samples(rest)), float(x.mean())))
+    means, errors, middles = np.array(rows).reshape(-1, 3).T
+    return means, errors, middles

@@ -1,0 +1,75 @@
+"""The whole flow once: simulate the paper's strip, check it, measure it with noise, identify it, hand it out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ..circuit.deck import deck
+from ..circuit.library import library
+from ..drive import PiecewiseLinear
+from ..errors import InputError
+from ..files import write_text
+from ..identify import identify, read_measurement
+from ..identify.report import plot_identification, table, write_actuator, write_json
+from ..report.plots import plot_response
+from ..simulation.check import check, report, require_agreement
+from ..simulation.response import Response, sample_times, simulate
+from ..strip.actuator import PAPER
+from ..strip.file import save_actuator
+
+#: The demonstration's noise, in parts of each waveform's maximum.
+_NOISE = 0.005
+_REST = 3.0  # seconds at rest before the step
+_REST_POSITION = 5.0e-3
+
+
+def run(folder: Path) -> Iterator[str]:
+    """Write everything into ``folder`` (made if absent), saying line by line what is done. Raises IlgErrors."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make the folder '{folder}': {error.strerror or error}") from None
+    yield f"1  the paper's strip -> {folder / 'paper.toml'}"
+    save_actuator(PAPER, folder / "paper.toml", "the paper's strip, recomputed values")
+    drive = PiecewiseLinear.step(4.0)
+    response = simulate(PAPER, drive, sample_times(300.0), beam="static")
+    response.write_csv(folder / "step.csv", energy=True)
+    plot_response(response, folder / "step.png")
+    yield f"2  4 V step for 300 s, solved by ngspice -> {folder / 'step.csv'}, {folder / 'step.png'}"
+    yield response.summary()
+    differences = check(response, tip="free", beam="static")
+    yield "3  checked against the exact solver and the closed forms"
+    yield report(differences)
+    require_agreement(differences)
+    square = simulate(PAPER, PiecewiseLinear.square(-4.0, 4.0, 60.0, 300.0), sample_times(300.0))
+    plot_response(square, folder / "square.png")
+    yield f"4  square wave, dynamic beam -> {folder / 'square.png'}"
+    _measure(response, folder / "measured.csv")
+    yield f"5  the step as an instrument would record it, with noise and rest -> {folder / 'measured.csv'}"
+    result = identify(read_measurement(folder / "measured.csv"), base=PAPER)
+    write_actuator(result, folder / "fitted.toml")
+    write_json(result, folder / "fit.json")
+    plot_identification(result, folder / "fit.png")
+    yield f"6  identified from it -> {folder / 'fitted.toml'}, {folder / 'fit.json'}, {folder / 'fit.png'}"
+    yield table(result)
+    write_text(folder / "strip.cir", deck(response.netlist, drive, 300.0, PAPER))
+    write_text(folder / "strip.lib", library(PAPER))
+    yield f"7  for plain SPICE -> {folder / 'strip.cir'} (ngspice -b runs it), {folder / 'strip.lib'}"
+
+
+def _measure(response: Response, path: Path) -> None:
+    """A CSV file as a potentiostat and a camera would write it."""
+    random = np.random.default_rng(20190401)
+    rest = np.arange(-_REST, 0.0, 0.5)
+    time = np.concatenate([rest, response.time]) + _REST
+    columns = []
+    for values, start in ((response.voltage, 0.0), (response.current, 0.0), (response.displacement, _REST_POSITION)):
+        noise = 0.0 if values is response.voltage else _NOISE * np.abs(values).max()
+        clean = np.concatenate([np.zeros(len(rest)), values]) + start
+        columns.append(clean + noise * random.standard_normal(len(time)))
+    rows = ["time_s,voltage_V,current_mA,displacement_mm"]
+    rows += [f"{t:.2f},{u:.4f},{1e3 * i:.5f},{1e3 * y:.5f}" for t, u, i, y in zip(time, *columns, strict=True)]
+    write_text(path, "\n".join(rows) + "\n")

@@ -1,0 +1,49 @@
+"""The base of every result: plain data, whose text, picture and page are made in `report` when asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from .provenance import Provenance
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .report.page import Page
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a command or a call of the front door returns; ``provenance`` says where it comes from.
+
+    A subclass names in ``presenter`` the module of `ilg_circuit.report` that shows it: its functions ``summary``,
+    ``figure`` and ``page`` take the result.
+    """
+
+    presenter: ClassVar[str]
+    provenance: Provenance = field(default_factory=Provenance, kw_only=True, compare=False, repr=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the result as plain data, ready for JSON."""
+        raise TypeError(f"{type(self).__name__} has no plain form")
+
+    def summary(self) -> str:
+        """Return the result as text for a terminal."""
+        text: str = self._presented("summary")
+        return text
+
+    def figure(self) -> Figure:
+        """Return the result as a picture; nothing is shown or saved."""
+        figure: Figure = self._presented("figure")
+        return figure
+
+    def page(self) -> Page:
+        """Return the result as a page of HTML sections; `report.page.write_page` writes it."""
+        page: Page = self._presented("page")
+        return page
+
+    def _presented(self, how: str) -> Any:
+        module = import_module(f"{__package__}.report.{self.presenter}")
+        return getattr(module, how)(self)

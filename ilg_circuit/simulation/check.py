@@ -1,0 +1,192 @@
+"""Three independent answers compared: ngspice, the exact solver, and the papers' closed forms where one exists."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..circuit.strip import Load
+from ..drive import Drive
+from ..errors import SolveError
+from ..strip.elements import Elements, hanging_stiffness, lumped_elements
+from . import closed_forms as formulas
+from .impedance import ComplexArray, Impedance, impedance
+from .response import Response, simulate, transient_band
+from .superposition import superpose
+
+Array = NDArray[np.float64]
+
+#: Two answers that differ by more than this part of the maximum do not agree.
+AGREEMENT = 1e-5
+#: The dynamic beam's displacement is a difference of two; below this part of the static one it is rounding.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Largest difference of one quantity between two answers, relative to the reference's largest value."""
+
+    quantity: str
+    reference: str
+    value: float
+
+    @property
+    def agrees(self) -> bool:
+        return self.value <= AGREEMENT
+
+
+def check(response: Response, *, tip: str, beam: str, load: Load | None = None) -> list[Difference]:
+    """Compare a response with the exact engine (or ngspice, if it is the exact one's) and with the closed forms.
+
+    A circuit with nonlinear elements has neither: its current is compared with an integration of the port's own
+    differential equations (`ilg_circuit.solve.ode`).
+    """
+    if not response.netlist.linear:
+        return _check_port(response)
+    other = "exact" if response.engine == "ngspice" else "ngspice"
+    again = simulate(response.actuator, response.drive, response.time, tip=tip, beam=beam, load=load, engine=other)
+    floors = {"displacement": _ROUNDING * _static_displacement(response)}
+    rows = [
+        Difference(
+            name, f"{other} engine", _difference(getattr(response, name), getattr(again, name), floors.get(name, 0.0))
+        )
+        for name in ("current", "charge", "displacement", "force", "energy")
+        if not np.isnan(getattr(response, name)).any()
+    ]
+    for name, values in closed_forms(response, tip=tip, beam=beam).items():
+        rows.append(Difference(name, "closed form", _difference(getattr(response, name), values)))
+    return rows
+
+
+def _check_port(response: Response) -> list[Difference]:
+    from ..solve.ode import port_response
+
+    port = lumped_elements(response.actuator, transient_band(response.time)).port
+    current, charge = port_response(port, response.drive, response.time)
+    return [
+        Difference("current", "port's equations", _difference(response.current, current)),
+        Difference("charge", "port's equations", _difference(response.charge, charge)),
+    ]
+
+
+def check_impedance(found: Impedance, **how: Any) -> list[Difference]:
+    """Compare an impedance with the other engine's, and with EC (1) and (17) solved for it.
+
+    The other engine reads the same netlist: rounding apart they agree. The closed form has the ladder's elements where
+    there is one, and what the motion reflects.
+    """
+    other = "exact" if found.engine == "ngspice" else "ngspice"
+    again = impedance(found.actuator, found.frequency, engine=other, **how)
+    rows = [Difference("impedance", f"{other} engine", _largest(found.impedance, again.impedance))]
+    rows.append(Difference("impedance", "closed form", _largest(found.impedance, _with_motion(found, **how))))
+    return rows
+
+
+def _with_motion(
+    found: Impedance, *, tip: str = "free", beam: str = "dynamic", load: Load | None = None, bias: float = 0.0
+) -> ComplexArray:
+    """Z = Re + Rdc || (Zp + N^2 Zm1 Z_tip/(Zm1 + Z_tip)) [ohm]; about a bias one of the two N keeps Zp of 0 V."""
+    low, high = float(found.frequency.min()), float(found.frequency.max())
+    lumped = lumped_elements(found.actuator, (low * 0.999, high * 1.001))
+    if beam == "static" or lumped.coupling is None:
+        return found.port
+    s = 2j * np.pi * found.frequency
+    compliance = lumped.stiffness / s
+    series = lumped.mass * s + lumped.damping
+    if load is not None:
+        series = series + load.mass * s + load.damping + load.stiffness / s
+    if found.actuator.mounting.orientation == "hanging":
+        g = found.actuator.geometry
+        series = series + hanging_stiffness(found.actuator.material.density, g.width, g.thickness) / s
+    mechanical = compliance if tip == "clamped" else compliance * series / (compliance + series)
+    small = lumped.port.linearised(lumped.port.inner_voltage(bias))
+    ion = small.ion_impedance(s)
+    # N at rest, and N of the biased ions, whose share of Zp differs
+    factor = np.array([lumped.coupling_factor(x) for x in s])
+    reflected = factor**2 * (ion / lumped.port.ion_impedance(s)) * mechanical
+    return np.asarray(lumped.electrode_resistance + 1 / (1 / small.dc_resistance + 1 / (ion + reflected)))
+
+
+def _largest(values: ComplexArray, reference: ComplexArray) -> float:
+    """Largest difference relative to each value's own size."""
+    return float((np.abs(values - reference) / np.abs(reference)).max())
+
+
+def report(differences: list[Difference]) -> str:
+    """The table that `--check` prints."""
+    lines = [f"{'quantity':<14}{'compared with':<18}{'largest difference / maximum':>28}"]
+    lines += [f"{d.quantity:<14}{d.reference:<18}{d.value:>28.1e}" for d in differences]
+    moves = any(d.quantity == "displacement" for d in differences)
+    if moves and not any(d.reference == "closed form" and d.quantity == "displacement" for d in differences):
+        lines.append("(no closed form of the displacement for this case: it exists for --beam static, Re = 0)")
+    return "\n".join(lines)
+
+
+def require_agreement(differences: list[Difference]) -> None:
+    """Raise SolveError naming the worst disagreement, if there is one."""
+    worst = max(differences, key=lambda d: d.value)
+    if not worst.agrees:
+        raise SolveError(
+            f"check failed: {worst.quantity} differs from the {worst.reference} by {worst.value:.1e} of its maximum "
+            f"(allowed: {AGREEMENT:g})"
+        )
+
+
+def closed_forms(response: Response, *, tip: str, beam: str) -> dict[str, Array]:
+    """The papers' closed forms at the response's times, for those quantities that have one.
+
+    Current: one ionic branch, or several without electrode resistance, for a beam that reflects nothing (the dynamic
+    beam's reflected voltage is compared too: it must be negligible, EC (20), (21)). Displacement and clamped force: EC
+    (34), static beam, no electrode resistance, so that the port has the source's voltage.
+    """
+    lumped, drive, t = lumped_elements(response.actuator), response.drive, response.time
+    forms: dict[str, Array] = {}
+    simple = len(lumped.branches) == 1 or (lumped.branches and not lumped.electrode_resistance)
+    if beam == "static" and lumped.port.linear and simple:
+        forms["current"] = _current(lumped, drive, t)
+    if beam == "static" and lumped.coupling is not None and not lumped.electrode_resistance:  # whatever the ion path is
+        free = _displacement(lumped, drive, t)
+        if tip == "free":
+            forms["displacement"] = free
+        else:
+            forms["force"] = free * lumped.stiffness
+    return forms
+
+
+def _current(lumped: Elements, drive: Drive, t: Array) -> Array:
+    parts = [
+        formulas.current_constants(lumped.dc_resistance, r, c, lumped.electrode_resistance) for r, c in lumped.branches
+    ]
+    # with several branches the electron path, in every part's a0, counts once
+    parts = [(a0 if k == 0 else 0.0, a1, rate) for k, (a0, a1, rate) in enumerate(parts)]
+
+    def total(kind: str, time: Array, *more: float) -> Array:
+        return np.asarray(sum(getattr(formulas, f"current_{kind}")(time, *part, *more) for part in parts))
+
+    return superpose(drive, t, total)
+
+
+def _displacement(lumped: Elements, drive: Drive, t: Array) -> Array:
+    k = lumped.coupling
+    assert k is not None
+    constants = (k.gain, k.zero, k.damping_ratio, k.natural_frequency, lumped.bending_ratio)
+
+    def total(kind: str, time: Array, *more: float) -> Array:
+        return np.asarray(getattr(formulas, f"displacement_{kind}")(time, *constants, *more))
+
+    return superpose(drive, t, total)
+
+
+def _static_displacement(response: Response) -> float:
+    """What the largest voltage would make of the tip if it stayed on [m]."""
+    lumped = lumped_elements(response.actuator)
+    static = lumped.coupling.static if lumped.coupling is not None else 0.0
+    return float(lumped.bending_ratio * static * np.abs(response.voltage).max())
+
+
+def _difference(values: Array, reference: Array, floor: float = 0.0) -> float:
+    scale = max(float(np.abs(reference).max()), floor)
+    return float(np.abs(values - reference).max() / scale) if scale else float(np.abs(values).max())

@@ -1,0 +1,167 @@
+"""Where a strip's energy goes: delivered by the source, dissipated and stored by each element, turned mechanical.
+
+The electrical side balances by itself, and so does the mechanical one:
+
+    integral of u i    = stored on the ion capacitors + dissipated in Re, electron path, ion path + integral of u1 i1
+    integral of F1 v1  = stored in beam, mass, springs + dissipated in dashpots
+
+The two transformer terms are equal only where N is constant: with a complex N(s) the coupling is no passive element, so
+both are reported and no more is claimed. The filters that realise d(s) are arithmetic, and no part of any sum.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..circuit.netlist import GROUND, Element, Netlist, Output
+from ..circuit.strip import FORCE_SCALE, VELOCITY_SCALE
+from ..solve.transient import Waveforms
+from ..units import format_quantity
+
+Array = NDArray[np.float64]
+#: power (t,) [W] on the grid of a solve -> energy [J] at the samples
+Integral = Callable[[Array], Array]
+
+#: Joules per mechanical volt-ampere-second.
+_MECHANICAL = FORCE_SCALE * VELOCITY_SCALE
+_MECHANICAL_NAMES = ("Cbeam", "Ltip", "Rtip", "Cgravity", "Rload", "Cload")
+
+
+@dataclass(frozen=True)
+class EnergyAccount:
+    """Energies [J] since t = 0, each (n,) at the response's times.
+
+    ``source`` delivered at the terminals; ``dissipated`` and ``stored`` by element of either side; ``converted`` =
+    integral of u1 i1, taken from the electrical side; ``mechanical`` = integral of F1 v1, given to the beam.
+    """
+
+    source: Array
+    dissipated: dict[str, Array]
+    stored: dict[str, Array]
+    converted: Array
+    mechanical: Array
+
+    def total(self, kind: str, *, mechanical: bool) -> Array:
+        """Sum (n,) of ``kind`` "dissipated" or "stored" over the elements of one side."""
+        parts = [v for k, v in getattr(self, kind).items() if (k in _MECHANICAL_NAMES) == mechanical]
+        return np.asarray(sum(parts, np.zeros_like(self.source)))
+
+    @property
+    def electrical_imbalance(self) -> float:
+        """Largest error of the electrical balance, relative to the largest of its terms."""
+        dissipated, stored = (self.total(kind, mechanical=False) for kind in ("dissipated", "stored"))
+        return _imbalance(self.source, dissipated, stored, self.converted)
+
+    @property
+    def mechanical_imbalance(self) -> float:
+        """Largest error of the mechanical balance, relative to the largest of its terms."""
+        dissipated, stored = (self.total(kind, mechanical=True) for kind in ("dissipated", "stored"))
+        return _imbalance(self.mechanical, dissipated, stored)
+
+    @property
+    def load(self) -> Array:
+        """Energy [J] (n,) that a load has taken up: its spring and dashpot (its mass moves with the strip's)."""
+        parts = {**self.stored, **self.dissipated}
+        return np.asarray(sum((parts[n] for n in ("Rload", "Cload") if n in parts), np.zeros_like(self.source)))
+
+    @property
+    def efficiency(self) -> float:
+        """Largest mechanical energy given to the beam over the energy delivered until then; 0 where nothing moves."""
+        moved = np.abs(self.mechanical)
+        k = int(np.argmax(moved))
+        return float(moved[k] / self.source[k]) if moved[k] and self.source[k] > 0 else 0.0
+
+    def summary(self) -> str:
+        """A table of the energies at the end."""
+        lines = [f"energy delivered until the end  {format_quantity(float(self.source[-1]), 'J', 5)}"]
+        for kind in ("dissipated", "stored"):
+            for mechanical in (False, True):
+                parts = [
+                    f"{name} {format_quantity(float(values[-1]), 'J', 4)}"
+                    for name, values in getattr(self, kind).items()
+                    if (name in _MECHANICAL_NAMES) == mechanical and np.abs(values).max() > 0
+                ]
+                if parts:
+                    side = "mechanically" if mechanical else "electrically"
+                    lines.append(f"  {kind + ' ' + side:<26} {_few(parts)}")
+        if np.abs(self.mechanical).max() > 0:
+            lines.append(
+                f"  given to the beam          {format_quantity(float(self.mechanical[-1]), 'J', 4)}, at most "
+                f"{self.efficiency:.1e} of what was delivered"
+            )
+        return "\n".join(lines)
+
+
+def probes(netlist: Netlist) -> tuple[Output, ...]:
+    """Outputs that an account needs beyond a netlist's own; their errors are not judged."""
+    found = [_across(e) for e in netlist.elements if _counts(e)]
+    elements = {e.name: e for e in netlist.elements}
+    if "Eback" in elements:
+        found += [
+            Output("u1", "V", (("v(back)", 1.0),), probe=True),
+            Output("i1", "A", (("i(Eback)", 1.0),), probe=True),
+        ]
+    if "Gv1a" in elements:
+        terms: dict[str, float] = {}
+        for name in ("Gv1a", "Gv1b"):
+            _, _, plus, minus = elements[name].nodes
+            terms[f"v({plus})"] = terms.get(f"v({plus})", 0.0) + elements[name].value
+            terms[f"v({minus})"] = terms.get(f"v({minus})", 0.0) - elements[name].value
+        found.append(Output("v1", "m/s", tuple(terms.items()), probe=True))
+    return tuple(found)
+
+
+def account(
+    netlist: Netlist, waves: Waveforms, source: Array, integrate: Integral, at: NDArray[np.intp]
+) -> EnergyAccount:
+    """The account at the samples ``at`` of ``waves``; ``integrate`` turns a power (t,) [W] into energies there."""
+    dissipated: dict[str, Array] = {}
+    stored: dict[str, Array] = {}
+    for element in filter(_counts, netlist.elements):
+        scale = _MECHANICAL if element.name in _MECHANICAL_NAMES else 1.0
+        wave = waves.output(f"across {element.name}")
+        if element.kind == "R":
+            dissipated[element.name] = integrate(scale * wave**2 / element.value)
+        elif element.law == "sinh":
+            dissipated[element.name] = integrate(wave * element.value * np.sinh(wave / element.scale))
+        elif element.law == "charge":
+            v = wave[at]
+            stored[element.name] = element.value * (v**2 / 2 + element.scale * np.abs(v) ** 3 / 3)
+        else:  # C: its voltage, L: its current
+            stored[element.name] = scale * element.value * wave[at] ** 2 / 2
+    nothing = np.zeros(len(at))
+    converted = integrate(waves.output("u1") * waves.output("i1")) if "u1" in waves.names else nothing
+    mechanical = nothing
+    if "v1" in waves.names:
+        mechanical = integrate(_MECHANICAL * waves.output("across Cbeam") * waves.output("v1"))
+    return EnergyAccount(source, dissipated, stored, converted, mechanical)
+
+
+def _counts(element: Element) -> bool:
+    """Whether an element is a part of the strip: not arithmetic, not the copy that reflects."""
+    name = element.name
+    if name in _MECHANICAL_NAMES or name in ("Re", "Rdc", "Bdc", "Rion", "Cion"):
+        return True
+    # ion branches and ladder sections; a growing capacitance is its source B, not the capacitor that counts its charge
+    return name.startswith(("Rd", "C", "Bq")) and name[-1].isdigit() and not name.startswith(("Rdx", "Cx", "Cq"))
+
+
+def _across(element: Element) -> Output:
+    if element.kind == "L":
+        return Output(f"across {element.name}", "A", ((f"i({element.name})", 1.0),), probe=True)
+    plus, minus = element.nodes[:2]
+    terms = tuple((f"v({n})", sign) for n, sign in ((plus, 1.0), (minus, -1.0)) if n != GROUND)
+    return Output(f"across {element.name}", "V", terms, probe=True)
+
+
+def _imbalance(given: Array, *taken: Array) -> float:
+    largest = max(float(np.abs(term).max()) for term in (given, *taken))
+    return float(np.abs(given - sum(taken)).max() / largest) if largest else 0.0
+
+
+def _few(parts: list[str]) -> str:
+    return ", ".join(parts if len(parts) <= 6 else [*parts[:5], f"and {len(parts) - 5} more"])

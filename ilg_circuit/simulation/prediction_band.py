@@ -1,0 +1,110 @@
+"""How sure a prediction is: the fit's covariance carried through the circuit, to first order.
+
+Every fitted parameter is moved up and down by a little, all the circuits are solved together, and the slopes S of the
+waveforms with respect to the parameters' logarithms make their variance S C S^T.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..circuit.strip import Load, strip_netlist
+from ..drive import Drive
+from ..errors import InputError
+from ..solve.transient import transient
+from ..strip.actuator import Actuator
+from ..strip.elements import lumped_port
+from ..strip.models import electrical_model
+from .response import transient_band
+
+Array = NDArray[np.float64]
+
+#: Fields of `Coupling` by the names that fits use.
+COUPLING_FIELDS = {
+    "coupling_gain": "gain",
+    "coupling_zero": "zero",
+    "coupling_damping_ratio": "damping_ratio",
+    "coupling_natural_frequency": "natural_frequency",
+}
+
+#: Step of the central differences, in parts of a parameter; far above the solve's error, far below any nonlinearity.
+_STEP = 1e-3
+_ACCURACY = 1e-8
+
+
+@dataclass(frozen=True)
+class Band:
+    """Standard errors (n,) of a response's waveforms at ``time`` [s] (n,), by the names of `Response`'s fields."""
+
+    time: Array
+    stderr: dict[str, Array]
+
+
+def prediction_band(
+    actuator: Actuator,
+    drive: Drive,
+    times: Array,
+    *,
+    tip: str = "free",
+    beam: str = "dynamic",
+    load: Load | None = None,
+    engine: str = "ngspice",
+) -> Band:
+    """The band for `ilg_circuit.simulation.response.simulate` with the same arguments.
+
+    Raises InputError where the actuator brings no covariance (it was not fitted), or one whose names it does not have.
+    """
+    uncertainty = actuator.uncertainty
+    if uncertainty is None:
+        raise InputError(
+            f"actuator '{actuator.name}' has no [uncertainty]: fit one with `ilg-circuit identify ... --out`, or leave "
+            "--band out"
+        )
+    ladders = transient_band(times)
+    moved = [
+        strip_netlist(
+            scaled(actuator, {name: np.exp(sign * _STEP)}, ladders), tip=tip, beam=beam, load=load, band=ladders
+        )
+        for sign in (1.0, -1.0)
+        for name in uncertainty.names
+    ]
+    accuracy = _ACCURACY if moved[0].linear else 1e-6
+    waves = transient(moved, drive, times, engine=engine, accuracy=accuracy, acceptable=1e-5)
+    up, down = np.split(waves.values, 2)
+    slopes = (up - down) / (2 * _STEP)
+    covariance = np.array(uncertainty.covariance)
+    variance = np.einsum("pot,pq,qot->ot", slopes, covariance, slopes)
+    return Band(waves.times, dict(zip(waves.names, np.sqrt(np.clip(variance, 0.0, None)), strict=True)))
+
+
+def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, float]) -> Actuator:
+    """The actuator with fitted parameters multiplied by ``factors``; ``band`` [Hz] is that of a ladder."""
+    uncertainty = actuator.uncertainty
+    assert uncertainty is not None
+    model = electrical_model(uncertainty.model)
+    port = lumped_port(actuator, band)
+    values = model.values(port)
+    known = {*model.names, "electrode_resistance", *(COUPLING_FIELDS if actuator.coupling is not None else ())}
+    for name in factors:
+        if name not in known:
+            raise InputError(f"uncertainty names '{name}', which model {model.name} of this actuator has not")
+    changed = [value * factors.get(name, 1.0) for name, value in zip(model.names, values, strict=True)]
+    coupling = actuator.coupling
+    if coupling is not None:
+        fields = {f: getattr(coupling, f) * factors.get(name, 1.0) for name, f in COUPLING_FIELDS.items()}
+        coupling = replace(coupling, **fields)
+    ladder = port.ladder
+    made = model.port(changed, port.electrode_resistance * factors.get("electrode_resistance", 1.0))
+    strip = Actuator.from_port(actuator.geometry, made, base=actuator.material)
+    if ladder is not None:  # one topology for all: as many sections as the nominal strip's, over the same band
+        material = replace(
+            strip.material,
+            ladder_lowest=ladder.band[0],
+            ladder_highest=ladder.band[1],
+            ladder_sections=float(len(ladder.sections)),
+        )
+        strip = replace(strip, material=material)
+    return replace(strip, coupling=coupling, mounting=actuator.mounting, name=actuator.name)

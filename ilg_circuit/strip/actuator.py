@@ -1,0 +1,324 @@
+"""The description of one actuator strip: geometry, material, coupling, mounting. Everything else is computed from it.
+
+All values are SI floats. Equation numbers "EC (n)" are those of *Electromechanical Coupling Model for Ionic Liquid
+Gel Soft Actuators*.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+from typing import Any, Self
+
+from ..errors import InputError
+from .ladder import LADDER_BAND
+from .port import Port
+
+#: First root of cos(x) cosh(x) = -1, the cantilever's eigenvalue in EC (11).
+CANTILEVER_EIGENVALUE = 1.875104068711961
+
+ORIENTATIONS = ("weightless", "hanging", "horizontal")
+BEAMS = ("dynamic", "static")
+
+
+def quantity(unit: str, meaning: str, *, zero: bool = False, default: Any = ...) -> Any:
+    """A dataclass field that holds an SI float, with its unit and meaning for files, tables and validation."""
+    metadata = {"unit": unit, "meaning": meaning, "zero": zero}
+    return field(metadata=metadata) if default is ... else field(default=default, metadata=metadata)
+
+
+def validate_quantities(record: Any) -> None:
+    """Check every `quantity` field: a finite float, positive, or not negative where zero is allowed."""
+    for item in fields(record):
+        if "unit" not in item.metadata:
+            continue
+        value = getattr(record, item.name)
+        if value is None and item.default is None:
+            continue
+        name = f"{type(record).__name__.lower()}.{item.name}"
+        try:
+            number = float(value) if not isinstance(value, (bool, str)) else math.nan
+        except (TypeError, ValueError, OverflowError):
+            number = math.nan
+        if math.isnan(number) and not isinstance(value, float):
+            raise InputError(f"{name} is {str(value)[:40]!r}; give a number in {item.metadata['unit'] or 'no unit'}")
+        object.__setattr__(record, item.name, number)
+        if not math.isfinite(number):
+            raise InputError(f"{name} is {number}; give a finite value")
+        if number < 0 or (number == 0 and not item.metadata["zero"]):
+            allowed = "zero or more" if item.metadata["zero"] else "more than zero"
+            raise InputError(f"{name} is {number:g}; it must be {allowed}")
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Sizes of the strip, clamped at one end. ``load_position`` is L_F, where load and displacement are taken."""
+
+    length: float = quantity("m", "total length L")
+    free_length: float = quantity("m", "free length L0")
+    width: float = quantity("m", "width w")
+    thickness: float = quantity("m", "total thickness b")
+    load_position: float | None = quantity(
+        "m", "distance L_F of load and displacement from the clamp; free_length if absent", default=None
+    )
+
+    def __post_init__(self) -> None:
+        validate_quantities(self)
+        if self.free_length > self.length:
+            raise InputError(
+                f"geometry.free_length {self.free_length:g} m is longer than geometry.length {self.length:g} m; "
+                "the free part cannot exceed the whole"
+            )
+        if self.load_position is not None and self.load_position > self.free_length:
+            raise InputError(
+                f"geometry.load_position {self.load_position:g} m lies beyond geometry.free_length "
+                f"{self.free_length:g} m; give a distance from the clamp within the free part"
+            )
+
+    @property
+    def load_distance(self) -> float:
+        """L_F [m]: ``load_position``, or the free end where none is given."""
+        return self.free_length if self.load_position is None else self.load_position
+
+
+@dataclass(frozen=True)
+class IonBranch:
+    """One further ionic branch R-C beside the first: its share of resistivity and permittivity."""
+
+    dynamic_resistivity: float = quantity("ohm m", "resistivity rho_d of the branch")
+    permittivity: float = quantity("F/m", "permittivity eps of the branch")
+
+    def __post_init__(self) -> None:
+        validate_quantities(self)
+
+
+@dataclass(frozen=True)
+class Material:
+    """Electrical and mechanical constants of the strip as a whole, independent of its size.
+
+    The ion path is one R-C branch; several with ``further_branches``; a finite Warburg element with ``diffusion_time``;
+    a constant phase element with ``cpe_exponent``. See `ilg_circuit.strip.models` for the equations.
+    """
+
+    dc_resistivity: float = quantity("ohm m", "resistivity rho_dc of the electron path, EC (12)")
+    dynamic_resistivity: float = quantity("ohm m", "resistivity rho_d of the ion path, EC (13)")
+    permittivity: float = quantity("F/m", "permittivity eps of the ion path, EC (14)")
+    youngs_modulus: float = quantity("Pa", "Young's modulus E")
+    density: float = quantity("kg/m^3", "density rho_m; assumed, the paper gives none", default=1250.0)
+    beam_damping_ratio: float = quantity(
+        "", "damping ratio of the beam; assumed, the paper gives none", zero=True, default=0.3
+    )
+    electrode_resistivity_1: float = quantity("ohm m", "resistivity rho_e1 of one electrode", zero=True, default=0.0)
+    electrode_thickness_1: float = quantity("m", "thickness b_e1 of that electrode", zero=True, default=0.0)
+    electrode_resistivity_2: float = quantity(
+        "ohm m", "resistivity rho_e2 of the other electrode", zero=True, default=0.0
+    )
+    electrode_thickness_2: float = quantity("m", "thickness b_e2 of the other electrode", zero=True, default=0.0)
+    diffusion_time: float | None = quantity(
+        "s", "makes the ion path a finite Warburg element of this time constant tau; Rw = tau/C", default=None
+    )
+    cpe_exponent: float | None = quantity(
+        "", "makes the ion path a constant phase element; permittivity is then that at 1 rad/s", default=None
+    )
+    ladder_lowest: float | None = quantity(
+        "Hz", "lower end of the band of a Warburg or CPE ladder; 0.1 mHz if absent", default=None
+    )
+    ladder_highest: float | None = quantity("Hz", "upper end of that band; 10 kHz if absent", default=None)
+    ladder_sections: float | None = quantity(
+        "", "sections of the ladder; as many as its stated error needs if absent", zero=True, default=None
+    )
+    emission_voltage: float | None = quantity(
+        "V", "makes the electron path i = (Vt/Rdc) sinh(v/Vt) with this Vt", default=None
+    )
+    capacitance_slope: float | None = quantity(
+        "1/V", "growth k of the capacitance with voltage: q = C (v + k v abs(v)/2)", default=None
+    )
+    bending_stiffness: float | None = quantity(
+        "N m^2", "EI of the composite strip, in place of E w b^3/12", default=None
+    )
+    further_branches: tuple[IonBranch, ...] = ()
+
+    def __post_init__(self) -> None:
+        validate_quantities(self)
+        object.__setattr__(self, "further_branches", tuple(self.further_branches))
+        diffusing = [n for n in ("diffusion_time", "cpe_exponent") if getattr(self, n) is not None]
+        if len(diffusing) + bool(self.further_branches) > 1:
+            raise InputError(
+                "material has more than one ion path; give one of further_branches, diffusion_time, cpe_exponent"
+            )
+        if diffusing and self.capacitance_slope:
+            raise InputError(
+                f"material.capacitance_slope goes with R-C branches, not with {diffusing[0]}; leave one out"
+            )
+        if self.cpe_exponent is not None and self.cpe_exponent >= 1:
+            raise InputError(
+                f"material.cpe_exponent is {self.cpe_exponent:g}; it must be less than 1 (1 is a capacitor)"
+            )
+        low, high = self.ladder_band()
+        if low >= high:
+            raise InputError(f"material.ladder_lowest {low:g} Hz must be less than ladder_highest {high:g} Hz")
+        if self.ladder_sections is not None and not (self.ladder_sections.is_integer() and self.ladder_sections >= 1):
+            raise InputError(
+                f"material.ladder_sections is {self.ladder_sections:g}; give a whole number from 1 on, or leave it out"
+            )
+
+    def ladder_band(self, default: tuple[float, float] = LADDER_BAND) -> tuple[float, float]:
+        """Band [Hz] over which a Warburg or CPE ladder holds; ``default`` where the strip says nothing."""
+        low, high = default
+        return (low if self.ladder_lowest is None else self.ladder_lowest,
+                high if self.ladder_highest is None else self.ladder_highest)  # fmt: skip
+
+    @property
+    def branches(self) -> tuple[IonBranch, ...]:
+        """All ionic branches, the first one included."""
+        return (IonBranch(self.dynamic_resistivity, self.permittivity), *self.further_branches)
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """Electromechanical coupling d(s) = Kd (s + Zd)/(s^2 + 2 zeta' wn' s + wn'^2) [m/V], EC (31).
+
+    ``beam`` is the one that d(s) was fitted with, where a fit says so: ``static`` if the tip's whole motion is in d(s),
+    the beam's inertia included, which a ``dynamic`` beam would count again.
+    """
+
+    gain: float = quantity("m/(V s)", "Kd")
+    zero: float = quantity("1/s", "Zd")
+    damping_ratio: float = quantity("", "zeta'")
+    natural_frequency: float = quantity("rad/s", "wn'")
+    beam: str | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        validate_quantities(self)
+        if self.beam not in (None, *BEAMS):
+            raise InputError(f"coupling.beam is {self.beam!r}; choose one of {', '.join(BEAMS)}, or leave it out")
+
+    @property
+    def static(self) -> float:
+        """d0 = d(0) = Kd Zd/wn'^2 [m/V]."""
+        return self.gain * self.zero / self.natural_frequency**2
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """How the strip is held against gravity. ``weightless``: the coupling was fitted with gravity already in it."""
+
+    orientation: str = "weightless"
+
+    def __post_init__(self) -> None:
+        if self.orientation not in ORIENTATIONS:
+            raise InputError(f"mounting.orientation is {self.orientation!r}; choose one of {', '.join(ORIENTATIONS)}")
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """What a fit left open: ``covariance`` of the logarithms of the parameters ``names`` of an electrical ``model``."""
+
+    model: str
+    names: tuple[str, ...]
+    covariance: tuple[tuple[float, ...], ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", tuple(self.names))
+        object.__setattr__(self, "covariance", tuple(tuple(float(x) for x in row) for row in self.covariance))
+        n = len(self.names)
+        if not n or len(self.covariance) != n or any(len(row) != n for row in self.covariance):
+            raise InputError(f"uncertainty.covariance must be a table of {n} by {n} numbers, one row a name")
+        for i, row in enumerate(self.covariance):
+            for j, x in enumerate(row):
+                if not math.isfinite(x) or x != self.covariance[j][i] or (i == j and x < 0):
+                    raise InputError("uncertainty.covariance must be finite and symmetric, with no negative diagonal")
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """One strip. ``coupling`` is None where no displacement was ever measured: then only its circuit is known.
+
+    ``uncertainty`` is that of the fit which it comes from, if it comes from one.
+    """
+
+    geometry: Geometry
+    material: Material
+    coupling: Coupling | None = None
+    mounting: Mounting = Mounting()
+    name: str = "strip"
+    uncertainty: Uncertainty | None = None
+
+    def usual_beam(self, *, loaded: bool = False) -> str:
+        """The beam of a run that names none: the one that d(s) was fitted with, a dynamic one under a load."""
+        fitted = self.coupling.beam if self.coupling is not None else None
+        return "dynamic" if loaded or fitted is None else fitted
+
+    @classmethod
+    def from_circuit_values(
+        cls,
+        geometry: Geometry,
+        *,
+        dc_resistance: float,
+        branches: tuple[tuple[float, float], ...],
+        electrode_resistance: float = 0.0,
+        base: Material,
+        **rest: Any,
+    ) -> Self:
+        """The strip whose lumped elements are the given ones; see `from_port`.
+
+        ``branches`` are (resistance [ohm], capacitance [F]) pairs.
+        """
+        port = Port(dc_resistance, tuple(branches), electrode_resistance)
+        return cls.from_port(geometry, port, base=base, **rest)
+
+    @classmethod
+    def from_port(cls, geometry: Geometry, port: Port, *, base: Material, **rest: Any) -> Self:
+        """The strip whose electrical port is the given one: EC (12)-(14) solved for the material.
+
+        What a circuit does not say (E, density, damping, EI) comes from ``base``. An electrode resistance is put into
+        one electrode of 1 um.
+        """
+        area = geometry.length * geometry.width
+        resistive, capacitive = area / geometry.thickness, geometry.thickness / area
+        ladder = port.ladder
+        pairs = port.branches or ((port.series_resistance, 0.0),)
+        ions = [(r * resistive, c * capacitive) for r, c in pairs]
+        diffusion: dict[str, Any] = {}
+        if ladder is not None:
+            diffusion = {"ladder_lowest": ladder.band[0], "ladder_highest": ladder.band[1]}
+            if ladder.law == "warburg":
+                resistance, time_constant = ladder.constants
+                ions = [(ions[0][0], time_constant / resistance * capacitive)]
+                diffusion["diffusion_time"] = time_constant
+            else:
+                ions = [(ions[0][0], ladder.constants[0] * capacitive)]
+                diffusion["cpe_exponent"] = ladder.constants[1]
+        thickness = 1e-6 if port.electrode_resistance else 0.0
+        material = Material(
+            dc_resistivity=port.dc_resistance * resistive,
+            dynamic_resistivity=ions[0][0],
+            permittivity=ions[0][1],
+            youngs_modulus=base.youngs_modulus,
+            density=base.density,
+            beam_damping_ratio=base.beam_damping_ratio,
+            bending_stiffness=base.bending_stiffness,
+            electrode_resistivity_1=port.electrode_resistance * area / thickness if thickness else 0.0,
+            electrode_thickness_1=thickness,
+            emission_voltage=port.emission_voltage,
+            capacitance_slope=port.capacitance_slope or None,
+            further_branches=tuple(IonBranch(r, c) for r, c in ions[1:]),
+            **diffusion,
+        )
+        return cls(geometry, material, **rest)
+
+
+#: Recomputed from EC (30), Tables 1-3 and the sample's size; density and beam damping are assumed.
+PAPER = Actuator(
+    name="paper",
+    geometry=Geometry(length=35e-3, free_length=30e-3, width=5e-3, thickness=0.5e-3),
+    material=Material(
+        dc_resistivity=4 / 0.0060 * 0.35,
+        dynamic_resistivity=4 / 0.2058 * 0.35,
+        permittivity=1.0,
+        youngs_modulus=7600.0,
+    ),
+    coupling=Coupling(gain=2.4448e-9, zero=0.2075, damping_ratio=0.6212, natural_frequency=0.0742),
+)
+
+PRESETS = {"paper": PAPER}

@@ -1,0 +1,122 @@
+"""What `ilg-circuit show` tells of an actuator: sizes, lumped elements, and where the model holds."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from ..units import format_quantity
+from .actuator import Actuator
+from .elements import lumped_elements
+from .port import Port
+from .validity import assumptions
+
+
+def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | None = None) -> dict[str, Any]:
+    """A JSON-ready description, SI values with their units. ``band`` [Hz]; ``voltage`` [V] of use, if known."""
+    lumped = lumped_elements(actuator, band)
+    elements = [*_electrical(lumped.port)]
+    given = actuator.material.bending_stiffness is not None
+    elements += [
+        ("stiffness", lumped.stiffness, "N/m", "K = 3 EI/L_F^3" if given else "EC (10): K = E w b^3/(4 L_F^3)"),
+        ("mass", lumped.mass, "kg", "EC (11): m = 3 L0^4 rho_m w b/(L_F^3 Gamma^4)"),
+        ("damping", lumped.damping, "N s/m", "Rm = 2 zeta sqrt(K m), assumed"),
+        ("resonance", (lumped.stiffness / lumped.mass) ** 0.5, "rad/s", "sqrt(K/m)"),
+    ]
+    displacement = None
+    if lumped.coupling is not None:
+        per_volt = lumped.bending_ratio * lumped.coupling.static
+        displacement = per_volt * voltage if voltage is not None else None
+        elements += [
+            ("coupling_factor_static", abs(lumped.coupling_factor(0)), "m/C", "EC (17): N(0)"),
+            ("displacement_per_volt", per_volt, "m/V", "EC (37): 3 L_F^2 d0/b^2"),
+            ("clamped_force_per_volt", per_volt * lumped.stiffness, "N/V", "EC (39): 3/4 d0 E b w/L_F"),
+        ]
+    rows = assumptions(actuator, band=band, voltage=voltage, displacement=displacement)
+    return {
+        "name": actuator.name,
+        "geometry": _record(actuator.geometry) | {"load_distance": _value(actuator.geometry.load_distance, "m")},
+        "material": _record(actuator.material),
+        "coupling": _record(actuator.coupling) if actuator.coupling else None,
+        "mounting": actuator.mounting.orientation,
+        "elements": {name: _value(value, unit) | {"equation": note} for name, value, unit, note in elements},
+        "band_Hz": list(band),
+        "holds": [
+            {"assumption": a.name, "number": a.number, "limit": a.limit, "holds": a.holds, "consequence": a.consequence}
+            for a in rows
+        ],
+    }
+
+
+def _electrical(port: Port) -> list[tuple[str, float, str, str]]:
+    """Name, value, unit and equation of every element of the electrical side."""
+    elements = [
+        ("electrode_resistance", port.electrode_resistance, "ohm", "EC (13): Re = sum of rho_ek b_ek/(L w)"),
+        ("dc_resistance", port.dc_resistance, "ohm", "EC (12): Rdc = rho_dc b/(L w)"),
+    ]
+    if port.emission_voltage is not None:
+        elements += [
+            ("emission_voltage", port.emission_voltage, "V", "electron path i = Is sinh(v/Vt)"),
+            ("saturation_current", port.saturation_current, "A", "Is = Vt/Rdc"),
+        ]
+    for k, (r, c) in enumerate(port.branches, 1):
+        ending = f"_{k}" if len(port.branches) > 1 else ""
+        elements += [
+            (f"resistance{ending}" if ending else "dynamic_resistance", r, "ohm", "EC (13): Rd = rho_d b/(L w)"),
+            (f"capacitance{ending}", c, "F", "EC (14): C = eps L w/b"),
+            (f"time_constant{ending}", r * c, "s", "Rd C"),
+        ]
+    if port.capacitance_slope:
+        elements.append(("capacitance_slope", port.capacitance_slope, "1/V", "q = C (v + k v abs(v)/2)"))
+    ladder = port.ladder
+    if ladder is not None:
+        elements.append(("series_resistance", port.series_resistance, "ohm", "EC (13): Rs = rho_d b/(L w)"))
+        first, second = ladder.constants
+        if ladder.law == "warburg":
+            elements += [
+                ("warburg_resistance", first, "ohm", "Z = Rw coth(sqrt(s tau))/sqrt(s tau), Rw = tau/C"),
+                ("diffusion_time", second, "s", "tau"),
+                ("capacitance", second / first, "F", "EC (14): C = eps L w/b"),
+            ]
+        else:
+            elements += [
+                ("cpe_coefficient", first, "F s^(a-1)", "Z = 1/(Q s^a); Q is the capacitance at 1 rad/s"),
+                ("cpe_exponent", second, "", "a"),
+            ]
+        elements += [
+            ("ladder_sections", float(len(ladder.sections)), "", "R parallel C sections that realise it"),
+            ("ladder_error", ladder.error, "", f"its largest error from {ladder.band[0]:g} to {ladder.band[1]:g} Hz"),
+        ]
+    return elements
+
+
+def tabulate(description: dict[str, Any]) -> str:
+    """The same as text."""
+    lines = [f"actuator {description['name']}, mounting {description['mounting']}"]
+    for section in ("geometry", "material", "coupling"):
+        if description[section] is None:
+            lines += ["", f"{section}: not known (no displacement was measured)"]
+            continue
+        lines += ["", section]
+        lines += [f"  {k:<26}{format_quantity(v['value'], v['unit'], 6)}" for k, v in description[section].items()]
+    lines += ["", "elements"]
+    for name, entry in description["elements"].items():
+        lines.append(f"  {name:<26}{format_quantity(entry['value'], entry['unit'], 6):<20}{entry['equation']}")
+    low, high = (format_quantity(f, "Hz", 4) for f in description["band_Hz"])
+    lines += ["", f"where the model holds, from {low} to {high}"]
+    for row in description["holds"]:
+        verdict = "holds" if row["holds"] else f"FAILS (limit {row['limit']:g}): {row['consequence']}"
+        lines.append(f"  {row['assumption']:<58}{row['number']:<11.3g}{verdict}")
+    return "\n".join(lines)
+
+
+def _record(record: Any) -> dict[str, Any]:
+    return {
+        item.name: _value(getattr(record, item.name), item.metadata["unit"])
+        for item in fields(record)
+        if "unit" in item.metadata and getattr(record, item.name) is not None
+    }
+
+
+def _value(value: float, unit: str) -> dict[str, Any]:
+    return {"value": value, "unit": unit}

@@ -1,0 +1,160 @@
+"""Strip -> lumped elements, EC (10)-(14). Pure functions of SI values, each with its equation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ..errors import InputError
+from .actuator import CANTILEVER_EIGENVALUE, Actuator, Coupling
+from .ladder import LADDER_BAND, cpe_ladder, warburg_ladder
+from .models import ElectricalModel, electrical_model
+from .port import Port
+
+GRAVITY = 9.80665
+
+
+def resistance(resistivity: float, length: float, width: float, thickness: float) -> float:
+    """Resistance through the thickness [ohm], EC (12), (13): R = rho b/(L w); rho [ohm m], sizes [m]."""
+    return resistivity * thickness / (length * width)
+
+
+def capacitance(permittivity: float, length: float, width: float, thickness: float) -> float:
+    """Capacitance of the strip [F], EC (14): C = eps L w/b; eps [F/m], sizes [m]."""
+    return permittivity * length * width / thickness
+
+
+def tip_stiffness(youngs_modulus: float, width: float, thickness: float, load_distance: float) -> float:
+    """Bending stiffness at the load [N/m], EC (10): K = E w b^3/(4 L_F^3)."""
+    return youngs_modulus * width * thickness**3 / (4 * load_distance**3)
+
+
+def tip_mass(density: float, free_length: float, width: float, thickness: float, load_distance: float) -> float:
+    """Equivalent mass at the load [kg], EC (11): m = 3 L0^4 rho_m w b/(L_F^3 Gamma^4), Gamma = 1.8751041."""
+    return 3 * free_length**4 * density * width * thickness / (load_distance**3 * CANTILEVER_EIGENVALUE**4)
+
+
+def tip_damping(damping_ratio: float, stiffness: float, mass: float) -> float:
+    """Dashpot in series with the mass [N s/m]: Rm = 2 zeta sqrt(K m); assumed, not in the paper."""
+    return 2 * damping_ratio * math.sqrt(stiffness * mass)
+
+
+def hanging_stiffness(density: float, width: float, thickness: float) -> float:
+    """Stiffness [N/m] that gravity adds at the tip of a hanging strip: (3/8) rho_m w b g."""
+    return 3 / 8 * density * width * thickness * GRAVITY
+
+
+def horizontal_force(density: float, width: float, thickness: float, free_length: float) -> float:
+    """Tip force [N] that stands for the weight of a horizontal strip: (3/8) rho_m w b L0 g."""
+    return 3 / 8 * density * width * thickness * free_length * GRAVITY
+
+
+@dataclass(frozen=True)
+class Elements:
+    """Lumped elements of one strip; the mechanical ones are at the load position L_F.
+
+    ``port`` is its electrical side; ``bending_ratio`` is 3 L_F^2/b^2: times d [m/V] and volts it is the displacement.
+    """
+
+    port: Port
+    stiffness: float
+    mass: float
+    damping: float
+    bending_ratio: float
+    coupling: Coupling | None
+
+    @property
+    def dc_resistance(self) -> float:
+        """Rdc [ohm], near 0 V."""
+        return self.port.dc_resistance
+
+    @property
+    def branches(self) -> tuple[tuple[float, float], ...]:
+        """The ionic (resistance [ohm], capacitance [F]) pairs; none where the ions diffuse."""
+        return self.port.branches
+
+    @property
+    def electrode_resistance(self) -> float:
+        """Re [ohm]."""
+        return self.port.electrode_resistance
+
+    @property
+    def dynamic_resistance(self) -> float:
+        """Rd [ohm] of the first ionic branch, or the resistance before a ladder."""
+        return self.branches[0][0] if self.branches else self.port.series_resistance
+
+    @property
+    def capacitance(self) -> float:
+        """C [F]: sum over the ionic branches, or a ladder's."""
+        return self.port.capacitance
+
+    def ion_impedance(self, s: complex) -> complex:
+        """Zp(s) [ohm] of the ion path near 0 V; for one branch Rd + 1/(C s)."""
+        return complex(self.port.ion_impedance(s))
+
+    def coupling_factor(self, s: complex) -> complex:
+        """N(s) = (3 L_F^2/b^2) d(s) s Zp(s) [m/C], EC (17); for one branch (1 + Rd C s)/C replaces s Zp."""
+        if self.coupling is None:
+            return 0j
+        k = self.coupling
+        d = k.gain * (s + k.zero) / (s**2 + 2 * k.damping_ratio * k.natural_frequency * s + k.natural_frequency**2)
+        return self.bending_ratio * d * complex(self.port.ion_elastance(s))
+
+
+def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND) -> Elements:
+    """The elements of a strip, EC (10)-(14). ``band`` [Hz] is that of a ladder where the strip gives none."""
+    g, m = actuator.geometry, actuator.material
+    stiffness = tip_stiffness(m.youngs_modulus, g.width, g.thickness, g.load_distance)
+    if m.bending_stiffness is not None:
+        stiffness = 3 * m.bending_stiffness / g.load_distance**3
+    mass = tip_mass(m.density, g.free_length, g.width, g.thickness, g.load_distance)
+    return Elements(
+        port=lumped_port(actuator, band),
+        stiffness=stiffness,
+        mass=mass,
+        damping=tip_damping(m.beam_damping_ratio, stiffness, mass),
+        bending_ratio=3 * g.load_distance**2 / g.thickness**2,
+        coupling=actuator.coupling,
+    )
+
+
+def lumped_port(actuator: Actuator, band: tuple[float, float] = LADDER_BAND) -> Port:
+    """The electrical side of a strip, EC (12)-(14); ``band`` as for `lumped_elements`."""
+    g, m = actuator.geometry, actuator.material
+    size = (g.length, g.width, g.thickness)
+    pairs = [(resistance(b.dynamic_resistivity, *size), capacitance(b.permittivity, *size)) for b in m.branches]
+    dc = resistance(m.dc_resistivity, *size)
+    electrodes = (
+        m.electrode_resistivity_1 * m.electrode_thickness_1 + m.electrode_resistivity_2 * m.electrode_thickness_2
+    ) / (g.length * g.width)
+    (series, total), *_ = pairs
+    ladder = None
+    band, sections = m.ladder_band(band), int(m.ladder_sections) if m.ladder_sections else None
+    if m.diffusion_time is not None:
+        ladder = warburg_ladder(m.diffusion_time / total, m.diffusion_time, band, sections)
+    elif m.cpe_exponent is not None:
+        ladder = cpe_ladder(total, m.cpe_exponent, band, sections)
+    return Port(
+        dc_resistance=dc,
+        branches=() if ladder else tuple(pairs),
+        electrode_resistance=electrodes,
+        ladder=ladder,
+        series_resistance=series if ladder else 0.0,
+        emission_voltage=m.emission_voltage,
+        capacitance_slope=m.capacitance_slope or 0.0,
+    )
+
+
+def electrical_model_of(actuator: Actuator) -> ElectricalModel:
+    """The model of `ilg_circuit.strip.models` that the strip's material is of."""
+    m = actuator.material
+    if m.diffusion_time is not None:
+        name = "warburg"
+    elif m.cpe_exponent is not None:
+        name = "cpe"
+    else:
+        name = {1: "rc", 2: "rc2", 3: "rc3"}.get(len(m.branches), "")
+    if not name:
+        raise InputError(f"{len(m.branches)} ionic branches make no model of the list; it has rc, rc2 and rc3")
+    name += "+growing" if m.capacitance_slope else ""
+    return electrical_model(name + ("+sinh" if m.emission_voltage is not None else ""))

@@ -1,0 +1,163 @@
+"""An `Actuator` as a TOML file with units, lossless both ways."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..files import write_text
+from ..units import format_quantity, parse
+from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting, Uncertainty
+from .models import electrical_model
+
+_SECTIONS: dict[str, type] = {"geometry": Geometry, "material": Material, "coupling": Coupling, "mounting": Mounting}
+
+
+def load_actuator(source: str | Path) -> Actuator:
+    """The preset or TOML file that ``source`` names.
+
+    Raises InputError when it is neither, or when the file has unknown keys, missing or wrong units, or values out
+    of range; the message names the file and the key.
+    """
+    if str(source) in PRESETS:
+        return PRESETS[str(source)]
+    path = Path(source)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        known = ", ".join(PRESETS)
+        raise InputError(f"no actuator '{source}': give a TOML file that exists or a preset ({known})") from None
+    except OSError as error:
+        raise InputError(f"cannot read '{source}': {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{source}: not a text file; an actuator is a TOML file in UTF-8") from None
+    try:
+        return loads(text)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+
+
+def loads(text: str) -> Actuator:
+    """Parse the TOML text of an actuator; see `load_actuator` for the errors."""
+    try:
+        table = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # also numbers of thousands of digits, brackets without end
+        raise InputError(f"not valid TOML: {str(error)[:120]}") from None
+    name = table.pop("name", "strip")
+    if not isinstance(name, str):
+        raise InputError(f"name is {name!r}; write it in quotes")
+    uncertainty = _uncertainty(table.pop("uncertainty")) if "uncertainty" in table else None
+    _refuse_unknown(table, (*_SECTIONS, "uncertainty"), "section")
+    for section in ("geometry", "material"):
+        if section not in table:
+            raise InputError(f"section [{section}] is missing; an actuator needs [geometry] and [material]")
+    parts = {section: _record(kind, table[section], section) for section, kind in _SECTIONS.items() if section in table}
+    return Actuator(name=name, uncertainty=uncertainty, **parts)
+
+
+def dumps(actuator: Actuator, comment: str = "") -> str:
+    """TOML text of an actuator; ``loads(dumps(a)) == a`` exactly. ``comment`` becomes ``#`` lines at the top."""
+    printable = ("".join(c if c.isprintable() else " " for c in line) for line in comment.splitlines())
+    lines = [f"# {line}".rstrip() for line in printable]
+    lines.append(f"name = {_toml_string(actuator.name)}")
+    for section in _SECTIONS:
+        record = getattr(actuator, section)
+        if record is None:
+            continue
+        lines += ["", f"[{section}]", *_entries(record)]
+        for branch in getattr(record, "further_branches", ()):
+            lines += ["", f"[[{section}.further_branches]]", *_entries(branch)]
+    if actuator.uncertainty is not None:
+        u = actuator.uncertainty
+        lines += ["", "[uncertainty] # covariance of the logarithms of fitted parameters"]
+        lines.append(f"model = {_toml_string(u.model)}")
+        lines.append(f"names = [{', '.join(map(_toml_string, u.names))}]")
+        lines += ["covariance = [", *(f"    [{', '.join(map(repr, row))}]," for row in u.covariance), "]"]
+    return "\n".join(lines) + "\n"
+
+
+def save_actuator(actuator: Actuator, path: str | Path, comment: str = "") -> None:
+    """Write the TOML file, whole or not at all."""
+    write_text(Path(path), dumps(actuator, comment))
+
+
+def _uncertainty(table: Any) -> Uncertainty:
+    keys = ("model", "names", "covariance")
+    if not isinstance(table, dict) or set(table) != set(keys):
+        raise InputError(f"section [uncertainty] must have exactly the keys {', '.join(keys)}")
+    names, rows = table["names"], table["covariance"]
+    if not isinstance(table["model"], str) or not (isinstance(names, list) and all(isinstance(n, str) for n in names)):
+        raise InputError("uncertainty.model must be a text in quotes, uncertainty.names a list of them")
+    electrical_model(table["model"])
+    if not (isinstance(rows, list) and all(isinstance(row, list) for row in rows)):
+        raise InputError("uncertainty.covariance must be a list of rows of numbers")
+    for x in (x for row in rows for x in row):
+        if isinstance(x, bool) or not isinstance(x, (int, float)):
+            raise InputError(f"uncertainty.covariance has {x!r} in it; give numbers without units")
+    return Uncertainty(table["model"], tuple(names), tuple(tuple(row) for row in rows))
+
+
+def _entries(record: Any) -> list[str]:
+    entries = []
+    value: Any
+    for item in fields(record):
+        value = getattr(record, item.name)
+        if item.name == "further_branches":
+            continue
+        if isinstance(value, str):
+            entries.append(f"{item.name} = {_toml_string(value)}")
+        elif isinstance(value, float):
+            unit = item.metadata["unit"]
+            entries.append(f"{item.name} = " + (f'"{format_quantity(value, unit)}"' if unit else repr(value)))
+    return entries
+
+
+def _toml_string(text: str) -> str:
+    escaped = "".join(f"\\u{ord(c):04X}" if c in '"\\' or ord(c) < 32 or ord(c) == 127 else c for c in text)
+    return f'"{escaped}"'
+
+
+def _refuse_unknown(table: dict[str, Any], known: Any, what: str, where: str = "") -> None:
+    for key in table:
+        if key not in known:
+            raise InputError(f"unknown {what} '{where}{key}'; known are {', '.join(known)}")
+
+
+def _record(kind: type, table: Any, where: str) -> Any:
+    if not isinstance(table, dict):
+        raise InputError(f"'{where}' must be a section [{where}] with keys in it")
+    known = {item.name: item for item in fields(kind)}
+    _refuse_unknown(table, known, "key", f"{where}.")
+    for item in known.values():
+        if item.default is MISSING and item.default_factory is MISSING and item.name not in table:
+            raise InputError(f"key '{where}.{item.name}' is missing; give it in {item.metadata['unit'] or 'no unit'}")
+    values: dict[str, Any] = {}
+    for key, value in table.items():
+        name = f"{where}.{key}"
+        if key == "further_branches":
+            if not isinstance(value, list):
+                raise InputError(f"'{name}' must be written as [[{name}]] sections")
+            values[key] = tuple(_record(IonBranch, entry, name) for entry in value)
+        elif "unit" not in known[key].metadata:
+            if not isinstance(value, str):
+                raise InputError(f"{name} is {value!r}; write it in quotes")
+            values[key] = value
+        else:
+            values[key] = _quantity(value, known[key].metadata["unit"], name)
+    return kind(**values)
+
+
+def _quantity(value: Any, unit: str, name: str) -> float:
+    if isinstance(value, str):
+        return parse(value, unit, name)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(f'{name} is {value!r}; write a number with its unit in quotes, like "30 {unit}"')
+    if unit:
+        raise InputError(f'{name} = {value} has no unit; write it in quotes, like "{value} {unit}"')
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(f"{name} is out of range; give a number of ordinary size") from None

@@ -1,0 +1,126 @@
+"""The strip's electrical port as lumped values: electrodes, electron path, ion path. EC (1)-(5) and its extensions.
+
+    drive -- Re --+-- electron path: Rdc, or i = Is sinh(v/Vt) with Rdc = Vt/Is at 0 V
+                  +-- ion path: R-C branches in parallel, or a resistor in series with a ladder (Warburg, CPE)
+
+A capacitance may grow with voltage (Zubieta and Bonert 2000): q = C (v + slope v abs(v)/2).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError, SolveError
+from .ladder import ComplexArray, Ladder
+
+Array = NDArray[np.float64]
+
+
+def hyperbolic_cosine(x: float) -> float:
+    """cosh(x). Raises SolveError where it is beyond all measure, as it is to ngspice."""
+    try:
+        return math.cosh(x)
+    except OverflowError:
+        raise SolveError(
+            f"the electron path's sinh law has no finite current at {abs(x):.3g} times its emission voltage; lower the "
+            "voltage or raise the emission voltage"
+        ) from None
+
+
+@dataclass(frozen=True)
+class Port:
+    """Lumped values of one strip's electrical side.
+
+    ``dc_resistance`` Rdc [ohm] of the electron path near 0 V; for the ions ``branches`` ((R [ohm], C [F]), ...), or a
+    ``ladder`` behind ``series_resistance`` [ohm]; ``electrode_resistance`` Re [ohm]; ``emission_voltage`` Vt [V] of a
+    sinh electron path, None for an ohmic one; ``capacitance_slope`` [1/V], relative to C.
+    """
+
+    dc_resistance: float
+    branches: tuple[tuple[float, float], ...] = ()
+    electrode_resistance: float = 0.0
+    ladder: Ladder | None = None
+    series_resistance: float = 0.0
+    emission_voltage: float | None = None
+    capacitance_slope: float = 0.0
+
+    def __post_init__(self) -> None:
+        if bool(self.branches) == (self.ladder is not None):
+            raise InputError("an ion path is either R-C branches or one ladder")
+        if self.capacitance_slope and self.ladder is not None:
+            raise InputError("a capacitance that grows with voltage goes with R-C branches, not with a ladder")
+
+    @property
+    def linear(self) -> bool:
+        return self.emission_voltage is None and not self.capacitance_slope
+
+    @property
+    def capacitance(self) -> float:
+        """What the ion path stores at rest per volt near 0 V [F]."""
+        return self.ladder.capacitance if self.ladder is not None else sum(c for _, c in self.branches)
+
+    @property
+    def saturation_current(self) -> float:
+        """Is = Vt/Rdc [A] of a sinh electron path; infinite for an ohmic one."""
+        return math.inf if self.emission_voltage is None else self.emission_voltage / self.dc_resistance
+
+    def electron_current(self, voltage: ArrayLike) -> Array:
+        """Current [A] through the electron path at ``voltage`` [V] across it."""
+        v = np.asarray(voltage, dtype=float)
+        if self.emission_voltage is None:
+            return v / self.dc_resistance
+        return np.asarray(self.saturation_current * np.sinh(v / self.emission_voltage))
+
+    def inner_voltage(self, terminal: float) -> float:
+        """Voltage [V] behind Re once the ions are at rest under ``terminal`` [V]."""
+        if self.emission_voltage is None or not self.electrode_resistance:
+            return terminal * self.dc_resistance / (self.dc_resistance + self.electrode_resistance)
+        from scipy.optimize import brentq
+
+        size = abs(terminal)
+        if not size:
+            return 0.0
+        # sinh runs away: no more than the voltage at which it alone would take the whole current
+        most = min(size, self.emission_voltage * math.asinh(size / self.electrode_resistance / self.saturation_current))
+        most *= 1 + 1e-9  # beyond the root whatever the last digits do
+        root = brentq(
+            lambda v: v + self.electrode_resistance * float(self.electron_current(v)) - size, 0.0, most, xtol=1e-15
+        )
+        return math.copysign(float(root), terminal)
+
+    def linearised(self, inner_voltage: float = 0.0) -> Port:
+        """The port that a small signal meets, at rest under ``inner_voltage`` [V] behind Re."""
+        dc = self.dc_resistance
+        if self.emission_voltage is not None:
+            dc /= hyperbolic_cosine(inner_voltage / self.emission_voltage)
+        growth = 1 + self.capacitance_slope * abs(inner_voltage)
+        branches = tuple((r, c * growth) for r, c in self.branches)
+        return replace(self, dc_resistance=dc, branches=branches, emission_voltage=None, capacitance_slope=0.0)
+
+    def ion_impedance(self, s: ArrayLike, *, ideal: bool = False) -> ComplexArray:
+        """Zp(s) [ohm] of the ion path near 0 V; ``ideal``: of the Warburg element or CPE in place of its ladder."""
+        points = np.asarray(s, dtype=complex)
+        if self.ladder is not None:
+            diffusion = self.ladder.ideal(points) if ideal else self.ladder.impedance(points)
+            return np.asarray(self.series_resistance + diffusion)
+        return np.asarray(1 / sum(c * points / (1 + r * c * points) for r, c in self.branches))
+
+    def ion_elastance(self, s: ArrayLike) -> ComplexArray:
+        """s Zp(s) [1/F], written without the pole of Zp at s = 0."""
+        points = np.asarray(s, dtype=complex)
+        if self.ladder is None:
+            return np.asarray(1 / sum(c / (1 + r * c * points) for r, c in self.branches))
+        relaxing = sum(r / (1 + r * c * points) for r, c in self.ladder.sections)
+        return np.asarray(
+            points * (self.series_resistance + self.ladder.resistance + relaxing) + 1 / self.ladder.capacitance
+        )
+
+    def impedance(self, s: ArrayLike, bias: float = 0.0, *, ideal: bool = False) -> ComplexArray:
+        """Z(s) [ohm] between the terminals for a small signal about ``bias`` [V], EC (1): Re + Rdc || Zp."""
+        small = self.linearised(self.inner_voltage(bias))
+        ion = small.ion_impedance(s, ideal=ideal)
+        return np.asarray(self.electrode_resistance + 1 / (1 / small.dc_resistance + 1 / ion))

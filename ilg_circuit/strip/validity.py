@@ -1,0 +1,159 @@
+"""Where the model holds: every assumption of the two papers as a number, over the band a strip is used in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .actuator import Actuator
+from .elements import GRAVITY, hanging_stiffness, lumped_elements
+
+if TYPE_CHECKING:
+    from ..drive import Drive
+    from .ladder import Ladder
+
+#: Electrochemical window [V] of the paper's liquid, BMIMBF4, about.
+ELECTROCHEMICAL_WINDOW = 4.0
+#: Deflection over L_F up to which the small-deflection beam holds.
+LARGEST_DEFLECTION = 0.2
+#: Thickness over free length up to which a beam is slender.
+LARGEST_SLENDERNESS = 0.1
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One assumption: its number, the largest number at which it counts as holding, and what follows if it fails."""
+
+    name: str
+    number: float
+    limit: float
+    consequence: str
+
+    @property
+    def holds(self) -> bool:
+        return self.number <= self.limit
+
+    def warning(self) -> str:
+        return f"{self.name}: {self.number:.3g} exceeds {self.limit:g}; {self.consequence}"
+
+
+def assumptions(
+    actuator: Actuator,
+    *,
+    band: tuple[float, float] = (1e-4, 10.0),
+    voltage: float | None = None,
+    displacement: float | None = None,
+) -> list[Assumption]:
+    """The table for use between ``band`` [Hz], up to ``voltage`` [V] and ``displacement`` [m] where known."""
+    lumped, g = lumped_elements(actuator, band), actuator.geometry
+    s = 2j * np.pi * np.geomspace(*band, 400)
+    ion = np.array([lumped.ion_impedance(x) for x in s])
+    rows = []
+    if lumped.coupling is not None:
+        n = np.array([lumped.coupling_factor(x) for x in s])
+        compliance, inertia = lumped.stiffness / s, lumped.mass * s + lumped.damping
+        clamped = np.abs(n**2 * compliance / ion).max()
+        free = np.abs(n**2 * compliance * inertia / ((compliance + inertia) * ion)).max()
+        rows.append(
+            Assumption(
+                "reflected impedance over Zp, EC (20), (21)",
+                float(max(clamped, free)),
+                1e-2,
+                "the motion acts back on the current: use the dynamic beam, not EC (26)-(29)",
+            )
+        )
+    rows.append(
+        Assumption(
+            "abs(Zp/Rdc), EC (23)",
+            float(np.abs(ion / lumped.dc_resistance).max()),
+            0.1,
+            "EC (24), (27) per current do not hold at the low end of the band; harmless under voltage drive",
+        )
+    )
+    if displacement is not None:
+        rows.append(
+            Assumption(
+                "deflection y/L_F",
+                abs(displacement) / g.load_distance,
+                LARGEST_DEFLECTION,
+                "the small-deflection beam overstates the tip's path",
+            )
+        )
+    rows.append(
+        Assumption(
+            "thickness over free length b/L0",
+            g.thickness / g.free_length,
+            LARGEST_SLENDERNESS,
+            "not slender: shear and clamp matter",
+        )
+    )
+    rows.append(gravity(actuator, lumped.stiffness))
+    if lumped.port.ladder is not None:
+        rows += _ladder(lumped.port.ladder, band)
+    if voltage is not None:
+        rows.append(
+            Assumption(
+                "abs(u) over the electrochemical window of 4 V (BMIMBF4)",
+                abs(voltage) / ELECTROCHEMICAL_WINDOW,
+                1.0,
+                "the liquid decomposes: a linear circuit says nothing about that",
+            )
+        )
+    return rows
+
+
+def _ladder(ladder: Ladder, band: tuple[float, float]) -> list[Assumption]:
+    name = "Warburg" if ladder.law == "warburg" else "CPE"
+    low, high = ladder.band
+    # a Warburg element's slow modes are all in its ladder, so that it holds down to any frequency
+    beyond = max(low / band[0] if ladder.law == "cpe" else 0.0, band[1] / high)
+    return [
+        Assumption(f"{name} ladder's error", ladder.error, 0.01, "more ladder_sections, or a narrower band, needed"),
+        Assumption(
+            f"band of use over the {name} ladder's",
+            beyond,
+            1.0 + 1e-6,
+            f"beyond {low:g} Hz to {high:g} Hz the ladder is no {name} element; widen ladder_lowest and ladder_highest",
+        ),
+    ]
+
+
+def gravity(actuator: Actuator, stiffness: float) -> Assumption:
+    """Gravity's number for a tip of ``stiffness`` K [N/m]: sag/L0 of a horizontal strip, else r."""
+    g, m = actuator.geometry, actuator.material
+    if actuator.mounting.orientation == "horizontal":
+        # rho_m w b g L0^3/(8 EI), and EI = K L_F^3/3; with E alone 1.5 rho_m g L0^3/(E b^2)
+        load = m.density * g.width * g.thickness * GRAVITY
+        sag = 3 * load * (g.free_length / g.load_distance) ** 3 / (8 * stiffness)
+        return Assumption("gravity, horizontal: sag/L0", sag, 0.2, "the strip sags beyond small deflection")
+    ratio = hanging_stiffness(m.density, g.width, g.thickness) / stiffness
+    consequence = "the strip is too soft to hang against gravity: the tip spring holds for r up to 1"
+    if actuator.mounting.orientation == "weightless":
+        what = "E" if m.bending_stiffness is None else "EI"
+        consequence = (
+            f"{what} alone cannot hold the strip against gravity; the fitted coupling has gravity in it, so it holds "
+            "for this mounting and size only"
+        )
+    return Assumption("gravity, hanging: r = (3/8) rho_m w b g/K", ratio, 1.0, consequence)
+
+
+def run_warnings(
+    actuator: Actuator, drive: Drive, duration: float, voltage: float, displacement: float | None
+) -> list[str]:
+    """What fails in a run of ``duration`` [s] that reaches ``voltage`` [V] and ``displacement`` [m] in size."""
+    end = duration or 1.0
+    band = (1 / (2 * np.pi * end), max(drive.angular_frequency() / (2 * np.pi), 100 / end))
+    rows = assumptions(actuator, band=band, voltage=voltage, displacement=displacement)
+    # the drive is a voltage here, so what only holds per current (EC (23)) does no harm
+    return [row.warning() for row in rows if not row.holds and "EC (23)" not in row.name]
+
+
+def deflection_warnings(bent: int) -> list[str]:
+    """What to say where ``bent`` of several designs go beyond what the beam is good for."""
+    if not bent:
+        return []
+    designs = "1 design has" if bent == 1 else f"{bent} designs have"
+    where = "where the small-deflection beam overstates the tip's path"
+    return [f"{designs} a relative_deflection beyond {LARGEST_DEFLECTION:g}, {where}"]

@@ -1,0 +1,109 @@
+"""Records over time from files: every format gives the same step, what was dropped is told, bad files are one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import Run, assert_one_line
+from damage import read_or_refused
+from record_texts import FORMATS, I, T, U, Y, csv, ec_lab, gamry
+
+from ilg_circuit.identify import read_measurement
+from ilg_circuit.measurements.record_files import read_record, read_waveform
+from ilg_circuit.measurements.spectrum_files import is_spectrum
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_every_format_gives_the_same_step(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "step.txt"
+    path.write_text(FORMATS[name](), encoding="utf-8", newline="")
+    table = read_record(path, ("time", "voltage", "current"))
+    assert not is_spectrum(path)
+    assert table.time == pytest.approx(T, abs=1e-9)
+    assert table.columns["voltage"] == pytest.approx(U, abs=1e-9)
+    assert table.columns["current"] == pytest.approx(I, abs=1e-9)
+    if "displacement" in table.columns:
+        assert table.columns["displacement"] == pytest.approx(Y, abs=1e-12)
+    m = read_measurement(path)
+    assert m.step == pytest.approx(1.5)
+    assert m.onset == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.parametrize("text", [csv, ec_lab])
+def test_encodings(encoding: str, text: type[str], tmp_path: Path) -> None:
+    path = tmp_path / "step.csv"
+    path.write_bytes(text().encode(encoding))
+    assert len(read_record(path).time) == len(T)
+
+
+def test_the_voltage_that_is_taken_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "step.mpt"
+    path.write_text(ec_lab(), encoding="utf-8")
+    assert "voltage is the column Ewe/V" in read_record(path).notes
+    path.write_text(ec_lab(voltage="Ewe-Ece/V"), encoding="utf-8")
+    assert "voltage is the column Ewe-Ece/V" in read_record(path).notes
+    path.write_text(ec_lab(voltage="Temperature/C"), encoding="utf-8")
+    found = read_record(path)
+    assert "voltage is the column control/V" in found.notes
+    assert found.columns["voltage"] == pytest.approx(U + 0.01, abs=1e-6)
+
+
+def test_two_readings_at_one_time_leave_the_later(tmp_path: Path) -> None:
+    lines = ec_lab(preamble=False).splitlines()
+    k = 1 + int(np.argmax(U > 0))
+    before = lines[k].split("\t")
+    before[9], before[10] = "0.0", "0.0"
+    path = tmp_path / "step.mpt"
+    path.write_text("\n".join([*lines[:k], "\t".join(before), *lines[k:]]), encoding="utf-8")
+    found = read_record(path)
+    assert "1 readings at the time of the next one were left out" in found.notes
+    assert found.columns["voltage"] == pytest.approx(U, abs=1e-9)
+
+
+def test_overloaded_readings_have_no_current(tmp_path: Path) -> None:
+    path = tmp_path / "step.DTA"
+    path.write_text(gamry(range(40, 44)), encoding="utf-8")
+    found = read_record(path)
+    assert np.flatnonzero(np.isnan(found.columns["current"])).tolist() == [40, 41, 42, 43]
+    (note,) = read_measurement(path).notes
+    assert note.startswith("4 readings that the instrument marks as overloaded")
+
+
+def test_they_are_drives_too(tmp_path: Path, run: Run) -> None:
+    Path("step.DTA").write_text(gamry(), encoding="utf-8")
+    times, values = read_waveform(Path("step.DTA"), "voltage")
+    assert values == pytest.approx(U)
+    assert times == pytest.approx(T)
+    outcome = run("simulate", "paper", "--drive", "file:step.DTA", "--duration", "12s", "--engine", "exact")
+    assert outcome.code == 0, outcome.err
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (ec_lab().replace("<I>", "Q"), "line 9: no column for current among"),
+        (ec_lab(preamble=False).replace("time/s", "cycle"), "line 1: no column for time"),
+        (ec_lab().replace("/mA\t", "/flurb\t"), "unit 'flurb'"),
+        (ec_lab().replace("1.500000000E+00", "abc"), "line 50, column 'voltage [V]': 'abc' is not a number"),
+        (gamry().replace("\tIm\t", "\tXx\t"), "no column Im in its CURVE table"),
+        (gamry().replace("CURVE\tTABLE", "CURVE\tTABEL"), "without a ZCURVE table"),
+        ("EC-Lab ASCII FILE\nNb header lines : 2\n\n", "no column for time"),
+    ],
+)
+def test_bad_files_are_one_line(text: str, said: str, run: Run) -> None:
+    Path("s.txt").write_text(text, encoding="utf-8")
+    assert_one_line(run("identify", "s.txt", "--model", "rc"), said, "s.txt: ")
+
+
+def test_damaged_files_end_in_a_record_or_one_line(tmp_path: Path) -> None:
+    def read(path: Path) -> None:
+        is_spectrum(path)
+        found = read_measurement(path)
+        assert np.isfinite(found.current.values).all()
+        assert (np.diff(found.current.time) > 0).all()
+
+    outcomes = read_or_refused(tmp_path / "s.txt", range(400), FORMATS, read)
+    assert min(outcomes.values()) > 60, outcomes
