@@ -1,4 +1,4 @@
-"""Uncertainty where neighbouring residuals are alike: the circular block bootstrap, to first order.
+"""Block bootstrap, to first order: uncertainty where residuals are autocorrelated.
 
 Blocks of residuals are drawn with replacement and put in place of the residuals; what they do to the parameters is
 their projection on the model's slopes at the fit, by the coordinates (logarithms), so that no draw needs a fit of its
@@ -9,25 +9,22 @@ and Romano 1992).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .least_squares import Fit
-from .residuals import autocorrelation, structured
-
-Array = NDArray[np.float64]
+from ..arrays import Array
+from .criteria import autocorrelation, structured
+from .result import FitResult
 
 DRAWS = 2000
-_SEED = 20190412
+SEED = 20190412
 
 
 @dataclass(frozen=True)
 class Bootstrap:
     """Of a fit's parameters (n,), in their units: ``errors``, 95 % ``intervals`` (n, 2), and their ``covariance``.
 
-    ``block`` is the length of the blocks, the longest where several data sets were fitted.
+    ``block`` is the length of the blocks, the longest of several observations.
     """
 
     errors: Array
@@ -36,23 +33,22 @@ class Bootstrap:
     block: int
 
 
-def block_bootstrap(fit: Fit, draws: int = DRAWS, seed: int = _SEED) -> Bootstrap:
-    """The block bootstrap of ``fit``; its nuisance terms take part and are left out of the result.
+def block_bootstrap(fit: FitResult, draws: int = DRAWS, seed: int = SEED) -> Bootstrap:
+    """Return the circular block bootstrap of ``fit``; linear terms take part and are left out of the result.
 
-    Each data set of a joint fit is drawn from its own residuals.
+    Each observation is drawn from its own residuals.
     """
     n = len(fit.values)
-    samples, unknowns = fit.slopes.shape
     size = np.linalg.norm(fit.slopes, axis=0)
     projection = (np.linalg.pinv(fit.slopes / size) / size[:, None])[:n]
-    # a fit's residuals are smaller than the noise by the degrees of freedom that it took
-    growth = np.sqrt(samples / max(samples - unknowns, 1))
-    rng = np.random.default_rng(seed)
     moves = np.zeros((draws, n))  # of the coordinates
     longest = 0
-    for part in data_sets(fit):
+    for which, part in enumerate(fit.problem.slices):
         residuals = fit.residuals[part]
         length = len(residuals)
+        # a fit's residuals are smaller than the noise by the degrees of freedom that it took
+        growth = np.sqrt(length / max(length - fit.leverage[which], 1))
+        rng = np.random.default_rng([seed, which] if which else seed)
         centred = growth * (residuals - residuals.mean())
         block = block_length(residuals)
         longest = max(longest, block)
@@ -71,29 +67,44 @@ def block_bootstrap(fit: Fit, draws: int = DRAWS, seed: int = _SEED) -> Bootstra
     )
 
 
-def widening(fit: Fit) -> Array:
-    """By which factor (n,) the errors of alike residuals exceed those of independent ones; 1 where they are not alike.
+def reported_covariance(fit: FitResult) -> Array:
+    """Return the covariance (n, n) of the values: the bootstrap's where residuals are autocorrelated.
 
-    The root of the adjustment of the profile likelihood of Royall and Tsou (2003), the sandwich's variance by blocks.
+    Components of a fit are treated one by one.
     """
-    if not correlated(fit):
-        return np.ones(len(fit.values))
-    return np.asarray(block_bootstrap(fit).errors / fit.errors)
+    n = len(fit.values)
+    if fit.components:
+        covariance = np.zeros((n, n))
+        for part in fit.components:
+            at = [fit.labels.index(label) for label in part.labels]
+            covariance[np.ix_(at, at)] = reported_covariance(part)
+        return covariance
+    return block_bootstrap(fit).covariance if correlated(fit) else fit.covariance[:n, :n]
 
 
-def data_sets(fit: Fit) -> list[slice]:
-    """Where the residuals of each data set of a fit stand; one of all for a fit of one."""
-    ends = np.cumsum([0, *(fit.parts or (len(fit.residuals),))]).tolist()
-    return [slice(a, b) for a, b in pairwise(ends)]
+def reported_errors(fit: FitResult) -> Array:
+    """Return the standard errors (n,) of `reported_covariance`."""
+    return np.sqrt(np.diag(reported_covariance(fit)))
 
 
-def correlated(fit: Fit) -> bool:
-    """Whether neighbouring residuals of any of its data sets are alike."""
-    return any(structured(fit.residuals[part]) for part in data_sets(fit))
+def widening(fit: FitResult) -> Array:
+    """Return the factor (n,) by which reported errors exceed those of independent residuals of one variance.
+
+    Its square is the adjustment of the profile likelihood of Royall and Tsou (2003).
+    """
+    return reported_errors(fit) / fit.pooled_errors
+
+
+def correlated(fit: FitResult) -> bool:
+    """Return True if the residuals of any observation are autocorrelated."""
+    return any(structured(fit.residuals[part]) for part in fit.problem.slices)
 
 
 def block_length(residuals: Array) -> int:
-    """Length that balances the bootstrap's bias and variance for an AR(1) of this correlation (Carlstein 1986)."""
+    """Return the length that balances the bootstrap's bias and variance for an AR(1) of this correlation.
+
+    Source: Carlstein 1986.
+    """
     samples = len(residuals)
     rho = min(max(autocorrelation(residuals), 0.0), 0.99)
     length = samples ** (1 / 3) * (2 * rho / (1 - rho**2)) ** (2 / 3)

@@ -9,17 +9,21 @@ that has none, or hides it, raises SolveError.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..errors import InputError, SolveError
-from .multistart import Run, Search, gather, search
-from .residuals import structured
-
-Array = NDArray[np.float64]
+from .criteria import structured
+from .fitting import finished, with_starts
+from .minimise import HUGE, Run
+from .multistart import Search, StartSummary, gather, search
+from .observation import Observation
+from .parameter import Parameter
+from .problem import Problem
+from .result import FitResult
 
 #: Relative step of central differences: rounding and truncation then cost about as much.
 _STEP = 6e-6
@@ -28,59 +32,6 @@ _SCATTERED, _FITS = 60, 8
 _ROUNDS = 5
 #: Scattered starts lie within so many decades of the given one, in turn.
 _DECADES = (0.1, 0.5, 1.0, 2.0, 4.0)
-#: A curve or residuals beyond this are no values.
-_HUGE = 1e100
-
-
-@dataclass(frozen=True)
-class CurveFit:
-    """A fit that converged. ``errors`` are standard errors; ``residuals`` = y - model(x), of y's shape and kind.
-
-    ``squares`` is the weighted sum of squares, with ``freedom`` degrees of freedom; ``agreeing`` of ``starts`` ended
-    here.
-    """
-
-    names: tuple[str, ...]
-    values: Array
-    errors: Array
-    covariance: Array
-    residuals: NDArray[Any]
-    squares: float
-    freedom: int
-    starts: int
-    agreeing: int
-
-    @property
-    def residual_deviation(self) -> float:
-        """Standard deviation of the (weighted) residuals."""
-        return float(np.sqrt(self.squares / self.freedom))
-
-    @property
-    def correlations(self) -> Array:
-        """Correlation matrix (n, n)."""
-        return np.asarray(self.covariance / np.outer(self.errors, self.errors))
-
-    @property
-    def intervals(self) -> Array:
-        """95 % intervals (n, 2), by Student's t."""
-        from scipy.stats import t as student
-
-        half = float(student.ppf(0.975, self.freedom)) * self.errors
-        return np.column_stack([self.values - half, self.values + half])
-
-    @property
-    def aic(self) -> float:
-        """Akaike's criterion, n log(squares/n) + 2 k."""
-        return self._likelihood() + 2 * len(self.values)
-
-    @property
-    def bic(self) -> float:
-        """Schwarz's criterion, n log(squares/n) + k log n."""
-        return self._likelihood() + float(np.log(self.freedom + len(self.values))) * len(self.values)
-
-    def _likelihood(self) -> float:
-        n = self.freedom + len(self.values)
-        return float(n * np.log(max(self.squares, np.finfo(float).tiny) / n))
 
 
 def fit_curve(
@@ -93,17 +44,38 @@ def fit_curve(
     absolute_sigma: bool = False,
     names: Sequence[str] = (),
     seed: int = 0,
-) -> CurveFit:
-    """Fit ``y`` (m,), real or complex, by ``model(x, *parameters)`` (m,); ``x`` is handed over as it is.
+) -> FitResult:
+    """Return the fit of ``y`` (m,), real or complex, by ``model(x, *parameters)`` (m,).
 
-    ``start`` (n,) need not be near, but its signs and rough sizes help. ``sigma`` are standard deviations of y,
-    relative ones unless ``absolute_sigma``. The same ``seed`` gives the same answer.
+    Parameters
+    ----------
+    model, x
+        ``x`` is handed to the model as it is.
+    start
+        Values (n,) that need not be near, but their signs and rough sizes help.
+    sigma, absolute_sigma
+        Standard deviations of y, relative ones unless ``absolute_sigma``.
+    seed
+        The same seed gives the same answer.
 
-    Raises InputError for data that cannot be fitted, SolveError where no minimum was found twice, or a parameter is not
-    determined.
+    Raises
+    ------
+    InputError
+        The data cannot be fitted.
+    SolveError
+        No minimum was found twice, or a parameter is not determined.
+
+    Examples
+    --------
+    >>> x = np.linspace(0, 5, 20)
+    >>> fit = fit_curve(lambda x, a, b: a * np.exp(-b * x), x, 3 * np.exp(-2 * x), [1, 1], names=("a", "b"))
+    >>> fit.labels, fit.values.round(9).tolist()
+    (('a', 'b'), [3.0, 2.0])
     """
-    problem = _Problem(model, x, y, sigma, np.atleast_1d(np.asarray(start, dtype=float)))
-    found, own = _searched(problem, np.random.default_rng(seed))
+    curve = _Curve(model, x, y, sigma, np.atleast_1d(np.asarray(start, dtype=float)))
+    if names and len(names) != len(curve.start):
+        raise InputError(f"{len(names)} names for {len(curve.start)} parameters")
+    found, own = _searched(curve, np.random.default_rng(seed))
     best = found.best
     if best.degenerate:
         raise SolveError(
@@ -116,10 +88,23 @@ def fit_curve(
             f"the best of {len(found.runs)} fits was not reached a second time: it may not be the least; give a "
             "better start"
         )
-    return _finished(problem, found, _nearest(found, own, problem.start), tuple(names), absolute_sigma)
+    p = _nearest(found, own, curve.start)
+    labels = tuple(names) or tuple(f"b{k}" for k in range(1, len(p) + 1))
+    problem = Problem((curve.observation(labels),), tuple(Parameter(label, lower=-np.inf) for label in labels))
+    result = finished(
+        problem,
+        p,
+        np.empty(0),
+        -curve.residuals(p),
+        curve.jacobian(p),
+        offset=best.offset,
+        evaluations=0,
+        variance=1.0 if absolute_sigma else None,
+    )
+    return with_starts(result, StartSummary(len(found.runs), found.agreeing))
 
 
-class _Problem:
+class _Curve:
     """Weighted residuals of a curve as real numbers (m,), their Jacobian, and the parameters that enter linearly."""
 
     def __init__(self, model: Callable[..., Any], x: Any, y: ArrayLike, sigma: ArrayLike | None, start: Array) -> None:
@@ -131,13 +116,40 @@ class _Problem:
         deviation = np.ones(len(self.y)) if sigma is None else np.broadcast_to(np.asarray(sigma, float), self.y.shape)
         if not (np.isfinite(deviation).all() and (deviation > 0).all()):
             raise InputError("standard deviations of y must be positive and finite")
-        self._model, self._x, self._weight, self.start = model, x, 1 / deviation, start
-        self.data = self._flat(self.y * self._weight)
+        self._model, self._x, self.start = model, x, start
+        self._channels = 2 if np.iscomplexobj(self.y) else 1
+        self.sigma = np.tile(deviation, self._channels)
+        self.data = self._flat(self.y) / self.sigma
         if len(self.data) <= len(start):
             raise InputError(f"{len(self.data)} numbers do not determine {len(start)} parameters; more are needed")
         # what rounding of y and of the model leaves
         self.rounding = float(len(self.data) * (2 * np.finfo(float).eps * np.abs(self.data).max(initial=0.0)) ** 2)
         self.curve(start, check=True)
+
+    def observation(self, names: tuple[str, ...]) -> Observation:
+        """Return the curve as an observation of the fit."""
+
+        def predict(sets: Array) -> Array:
+            return np.array([self.curve(p) * self.sigma for p in sets])
+
+        places = np.asarray(self._x) if np.shape(self._x) == self.y.shape else np.arange(len(self.y), dtype=float)
+        data, nothing = self._flat(self.y), np.zeros((len(self.data), 0))
+        return Observation(
+            source="data",
+            quantity="data",
+            unit="",
+            x=places,
+            data=data,
+            names=names,
+            predict=predict,
+            nuisance=nothing,
+            sigma=self.sigma,
+            channels=self._channels,
+            derivatives=self._unweighted,
+        )
+
+    def _unweighted(self, p: Array) -> Array:
+        return self.jacobian(p) * self.sigma[:, None]
 
     def curve(self, p: Array, check: bool = False) -> Array:
         """The weighted model (m,), NaN where it has no value."""
@@ -150,30 +162,27 @@ class _Problem:
             return np.full(len(self.data), np.nan)
         if check and value.shape != self.y.shape:
             raise InputError(f"the model gives an answer of shape {value.shape} for y of shape {self.y.shape}")
-        if np.iscomplexobj(value) and not np.iscomplexobj(self.y):
+        if np.iscomplexobj(value) and self._channels == 1:
             return np.full(len(self.data), np.nan)
-        return self._flat(value * self._weight)
+        return self._flat(value) / self.sigma
 
     def _flat(self, values: NDArray[Any]) -> Array:
-        if np.iscomplexobj(self.y):
-            return np.concatenate([values.real, values.imag]).astype(float)
-        return np.asarray(values, dtype=float)
+        return np.concatenate([values.real, values.imag] if self._channels == 2 else [values]).astype(float)
 
     def residuals(self, p: Array) -> Array:
         return self.curve(p) - self.data
 
     def structured(self, p: Array) -> bool:
-        """Whether residuals of neighbours along x are alike; in the order given where x is no row of numbers."""
+        """True if residuals are autocorrelated along x, or in the order given where x is no row of numbers."""
         x = np.asarray(self._x)
         order = np.argsort(x, kind="stable") if x.shape == self.y.shape else np.arange(len(self.y))
-        parts = self.residuals(p).reshape(-1, len(self.y))
-        return any(structured(part[order]) for part in parts)
+        return any(structured(part[order]) for part in np.split(self.residuals(p), self._channels))
 
     def jacobian(self, p: Array) -> Array:
         """Central differences; each step fits the length over which the curve changes by its own size."""
         columns = []
         here = self.curve(p)
-        size = float(np.linalg.norm(here)) if (np.abs(here) < _HUGE).all() else 1.0
+        size = float(np.linalg.norm(here)) if (np.abs(here) < HUGE).all() else 1.0
         for k in range(len(p)):
             usual = _STEP * (abs(self.start[k]) or 1.0)
             step = _STEP * abs(p[k]) or usual
@@ -194,8 +203,8 @@ class _Problem:
         ahead[k] += step
         behind[k] -= step
         with np.errstate(all="ignore"):
-            column = np.asarray((self.curve(ahead) - self.curve(behind)) / (ahead[k] - behind[k]))
-        return column, float(np.linalg.norm(column)) if (np.abs(column) < _HUGE).all() else 0.0
+            column = (self.curve(ahead) - self.curve(behind)) / (ahead[k] - behind[k])
+        return column, float(np.linalg.norm(column)) if (np.abs(column) < HUGE).all() else 0.0
 
     def linear(self, random: np.random.Generator) -> list[int]:
         """Parameters in which the curve is affine, together: by second and mixed differences at a few points."""
@@ -227,7 +236,7 @@ class _Problem:
             unit[k] = 1.0
             columns.append(self.curve(unit) - rest)
         matrix = np.column_stack(columns)
-        if not (np.abs(matrix) < _HUGE).all() or not (np.abs(rest) < _HUGE).all():
+        if not (np.abs(matrix) < HUGE).all() or not (np.abs(rest) < HUGE).all():
             return p
         size = np.linalg.norm(matrix, axis=0)
         size[size == 0] = 1.0
@@ -235,36 +244,35 @@ class _Problem:
         return base
 
 
-def _searched(problem: _Problem, random: np.random.Generator) -> tuple[Search, Run]:
+def _searched(curve: _Curve, random: np.random.Generator) -> tuple[Search, Run]:
     """Fits from the start (whose own run is the second answer) and from ever more scattered ones.
 
-    They end when two rounds had the same best, reached twice; where its residuals have a structure, as those of a
-    merely local minimum do, not before all rounds.
+    They end when two rounds had the same best, reached twice; where its residuals are autocorrelated, as those of a
+    merely local minimum are, not before all rounds.
     """
-    linear = problem.linear(random)
-    free = [k for k in range(len(problem.start)) if k not in linear]
-    first = search(problem.residuals, problem.jacobian, [problem.start], rounding=problem.rounding)
-    runs = list(first.runs)
-    found = first
+    linear = curve.linear(random)
+    free = [k for k in range(len(curve.start)) if k not in linear]
+    found = search(curve.residuals, curve.jacobian, [curve.start], rounding=curve.rounding)
+    runs, first = list(found.runs), found.best
     trusted = 0
     for turn in range(_ROUNDS):
-        starts = [] if turn else [problem.projected(problem.start, linear)]
-        starts += _scattered(problem, problem.start, linear, free, random, _FITS)
-        if np.isfinite(found.best.squares):
-            starts += _scattered(problem, found.best.parameters, linear, free, random, _FITS if turn else 1)
+        starts = [] if turn else [curve.projected(curve.start, linear)]
+        starts += _scattered(curve, curve.start, linear, free, random, _FITS)
+        if np.isfinite(found.best.sum_of_squares):
+            starts += _scattered(curve, found.best.parameters, linear, free, random, _FITS if turn else 1)
         if not starts:
             raise SolveError("the curve has no finite value at or around the start; give a better one")
-        before = found.best.squares
-        runs += search(problem.residuals, problem.jacobian, starts, rounding=problem.rounding).runs
-        found = gather(runs, problem.rounding)
-        trusted += found.agreeing >= 2 and found.best.squares >= before * (1 - 1e-9) - problem.rounding
-        if trusted and (not free or (turn and not problem.structured(found.best.parameters))):
+        before = found.best.sum_of_squares
+        runs += search(curve.residuals, curve.jacobian, starts, rounding=curve.rounding).runs
+        found = gather(runs, curve.rounding)
+        trusted += found.agreeing >= 2 and found.best.sum_of_squares >= before * (1 - 1e-9) - curve.rounding
+        if trusted and (not free or (turn and not curve.structured(found.best.parameters))):
             break
-    return found, first.best
+    return found, first
 
 
 def _scattered(
-    problem: _Problem, centre: Array, linear: list[int], free: list[int], random: np.random.Generator, count: int
+    curve: _Curve, centre: Array, linear: list[int], free: list[int], random: np.random.Generator, count: int
 ) -> list[Array]:
     """The best ``count`` of many starts around ``centre``, no two of them alike."""
     candidates: list[tuple[float, Array]] = []
@@ -277,9 +285,9 @@ def _scattered(
         p[moved] *= 10.0 ** random.uniform(-decades, decades, int(moved.sum()))
         if k % 4 == 3:
             p *= random.choice([-1.0, 1.0], len(p))
-        p = problem.projected(p, linear)
-        r = problem.residuals(p)
-        if (np.abs(r) < _HUGE).all():
+        p = curve.projected(p, linear)
+        r = curve.residuals(p)
+        if (np.abs(r) < HUGE).all():
             candidates.append((float(r @ r), p))
     candidates.sort(key=lambda pair: pair[0])
     chosen: list[tuple[float, Array]] = []
@@ -302,27 +310,3 @@ def _nearest(found: Search, own: Run, start: Array) -> Array:
         return float((((run.parameters - start) / np.where(size > 0, size, 1.0)) ** 2).sum())
 
     return min(equal, key=distance).parameters
-
-
-def _finished(problem: _Problem, found: Search, p: Array, names: tuple[str, ...], absolute: bool) -> CurveFit:
-    if names and len(names) != len(p):
-        raise InputError(f"{len(names)} names for {len(p)} parameters")
-    j = problem.jacobian(p)
-    size = np.linalg.norm(j, axis=0)
-    inverse = np.linalg.inv(np.linalg.qr(j / size, mode="r")) / size[:, None]
-    freedom = len(problem.data) - len(p)
-    covariance = inverse @ inverse.T * (1.0 if absolute else found.best.squares / freedom)
-    flat = problem.data - problem.curve(p)
-    half = len(flat) // 2
-    weighted = flat[:half] + 1j * flat[half:] if np.iscomplexobj(problem.y) else flat
-    return CurveFit(
-        names=names or tuple(f"b{k}" for k in range(1, len(p) + 1)),
-        values=p,
-        errors=np.sqrt(np.diag(covariance)),
-        covariance=covariance,
-        residuals=weighted / problem._weight,
-        squares=found.best.squares,
-        freedom=freedom,
-        starts=len(found.runs),
-        agreeing=found.agreeing,
-    )

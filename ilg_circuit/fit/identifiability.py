@@ -1,4 +1,4 @@
-"""Whether data determine the parameters of a fit: rank, condition, standard errors, and open profiles, by name.
+"""Identifiability: whether data determine the parameters of a fit, by rank, condition, standard errors, open profiles.
 
 The sensitivities, by the logarithms and in units of the residuals' standard deviation, say how far every direction of
 the parameters is felt: a singular value s has the standard error 1/s. Their rank counts the directions known to better
@@ -13,13 +13,11 @@ from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import IlgError
-from .bootstrap import widening
-from .least_squares import Fit, fit_problem
-
-Array = NDArray[np.float64]
+from .bootstrap import reported_errors
+from .fitting import fit
+from .result import FitResult
 
 #: A parameter whose standard error exceeds this part of it is not determined by the data.
 DETERMINED = 0.5
@@ -38,7 +36,8 @@ class Identifiability:
     """Of a fit of ``parameters``: ``rank`` and ``condition`` (see the module), and what is not determined.
 
     ``loose`` have a standard error over `DETERMINED`; ``alike`` pairs act alike, (name, name, correlation), and
-    ``merged`` are branches that are one; ``open`` says which parameter has no upper or lower limit.
+    ``merged`` are branches that are one; ``open`` says which parameter has no upper or lower limit; ``unfelt`` are
+    parameters that were fixed because the data do not feel them.
     """
 
     parameters: int
@@ -48,27 +47,31 @@ class Identifiability:
     alike: tuple[tuple[str, str, float], ...]
     merged: tuple[str, ...]
     open: tuple[str, ...]
+    unfelt: tuple[str, ...] = ()
 
     @property
     def determined(self) -> bool:
-        return not self.reason
+        """True if the data determine every parameter."""
+        return not (self.loose or self.merged or self.open or self.unfelt or self.rank < self.parameters)
 
     @property
     def reason(self) -> str:
-        """Why the data do not determine every parameter; empty where they do."""
-        told = []
+        """Why the data do not determine every parameter, in words; empty where they do."""
+        reasons = []
+        if self.unfelt:
+            reasons.append(f"no effect on the data: {', '.join(self.unfelt)}")
         if self.loose:
-            told.append(f"standard error over {DETERMINED:.0%}: {', '.join(self.loose)}")
-            told += [f"{a} and {b} act alike (correlation {value:+.3f})" for a, b, value in self.alike]
+            reasons.append(f"standard error over {DETERMINED:.0%}: {', '.join(self.loose)}")
+            reasons += [f"{a} and {b} act alike (correlation {value:+.3f})" for a, b, value in self.alike]
         if self.rank < self.parameters:
-            told.append(f"rank {self.rank} of {self.parameters}")
+            reasons.append(f"rank {self.rank} of {self.parameters}")
         if self.merged:
-            told.append(f"branches with one time constant: {', '.join(self.merged)}")
+            reasons.append(f"branches with one time constant: {', '.join(self.merged)}")
         if self.open:
-            told.append(f"profile open: {', '.join(self.open)}")
-        return "; ".join(told)
+            reasons.append(f"profile open: {', '.join(self.open)}")
+        return "; ".join(reasons)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         return {
             "parameters": self.parameters,
             "rank": self.rank,
@@ -78,49 +81,60 @@ class Identifiability:
             "alike": [{"parameters": [a, b], "correlation": value} for a, b, value in self.alike],
             "merged_branches": list(self.merged),
             "open": list(self.open),
+            "unfelt": list(self.unfelt),
         }
 
 
-def diagnose(fit: Fit, branches: Sequence[tuple[float, float]] = ()) -> Identifiability:
-    """What the data of ``fit`` determine; ``branches`` ((R [ohm], C [F]), ...) by ascending time constant."""
-    wider = widening(fit)
-    errors = wider * fit.errors
-    n = len(fit.values)
-    felt = fit.problem.projected((fit.slopes[:, :n] * fit.units).T)
-    deviation = float(np.sqrt(fit.residuals @ fit.residuals / fit.freedom)) or np.finfo(float).tiny
+def diagnose(
+    found: FitResult, branches: Sequence[tuple[float, float]] = (), unfelt: Sequence[str] = ()
+) -> Identifiability:
+    """Return what the data of a fit determine.
+
+    ``branches`` ((R [ohm], C [F]), ...) are by ascending time constant; ``unfelt`` are parameters that were fixed
+    because the data do not feel them.
+    """
+    errors, labels, n = reported_errors(found), found.labels, len(found.values)
+    wider = errors / found.pooled_errors
+    felt = found.problem.projected((found.slopes[:, :n] * found.units).T)
     with np.errstate(over="ignore"):  # of data without noise
-        strengths = np.linalg.svd(felt / wider[:, None] / deviation, compute_uv=False)
+        strengths = np.linalg.svd(felt / wider[:, None] / (found.deviation or np.finfo(float).tiny), compute_uv=False)
     lengths = np.linalg.norm(felt, axis=1, keepdims=True)
     constants = [r * c for r, c in branches]
     merged = [f"{k} and {k + 1}" for k, (a, b) in enumerate(pairwise(constants), 1) if not b > _DISTINCT * a]
-    matrix = fit.correlations()
+    matrix = found.correlations
     alike = [(i, j) for i, j in combinations(range(n), 2) if abs(matrix[i, j]) > _ALIKE]
+    vague = [k for k in range(n) if not errors[k] <= _SURE * found.values[k]]
     return Identifiability(
         parameters=n,
         rank=int((strengths > 1).sum()),
         condition=float(np.linalg.cond(felt / lengths)),
-        loose=tuple(fit.names[k] for k in range(n) if not errors[k] <= DETERMINED * fit.values[k]),
-        alike=tuple((fit.names[i], fit.names[j], float(matrix[i, j])) for i, j in alike),
+        loose=tuple(labels[k] for k in range(n) if not errors[k] <= DETERMINED * found.values[k]),
+        alike=tuple((labels[i], labels[j], float(matrix[i, j])) for i, j in alike),
         merged=tuple(merged),
-        open=tuple(
-            side for k in range(n) if not errors[k] <= _SURE * fit.values[k] for side in _open_sides(fit, k, wider[k])
-        ),
+        open=tuple(side for k in vague for side in _open_sides(found, k, float(wider[k]))),
+        unfelt=tuple(unfelt),
     )
 
 
-def _open_sides(fit: Fit, k: int, widening: float) -> list[str]:
-    """Sides on which the data do not object to parameter ``k`` far away, all others fitted anew."""
+def _open_sides(found: FitResult, k: int, widening: float) -> list[str]:
+    """Return the sides on which the data do not object to parameter ``k`` far away, all others fitted anew."""
     from scipy.stats import f as fisher
 
-    limit = 1 + float(fisher.ppf(0.95, 1, fit.freedom)) * widening**2 / fit.freedom
-    rest = np.delete(fit.values, k)
-    found = []
+    freedom, label = found.degrees_of_freedom, found.labels[k]
+    limit = 1 + float(fisher.ppf(0.95, 1, freedom)) * widening**2 / freedom
+    rest = np.delete(found.values, k)
+    sides = []
     for sign, name in ((-1.0, "lower"), (1.0, "upper")):
-        moved = float(fit.coordinates[k]) + sign * np.log(_FAR)
+        x = found.coordinates.copy()
+        x[k] += sign * np.log(_FAR)
+        held = found.problem.holding(label, float(found.problem.scales.values(x)[k]))
         try:
-            squares = fit_problem(fit.problem.holding(k, moved), rest, tolerance=1e-6).residuals
+            if len(rest):
+                squares = fit(held, rest, tolerance=1e-6).sum_of_squares
+            else:
+                squares = float(held.sum_of_squares(np.empty((1, 0)))[0])
         except IlgError:
             continue  # no fit can live with it
-        if float(squares @ squares) <= limit * float(fit.residuals @ fit.residuals):
-            found.append(f"{fit.names[k]} has no {name} limit")
-    return found
+        if squares <= limit * found.sum_of_squares:
+            sides.append(f"{label} has no {name} limit")
+    return sides

@@ -1,35 +1,37 @@
-"""95 % intervals of a fit's parameters, by the method that the user asks for, and what became of it.
+"""95 % intervals of a fit's parameters, by the method that the user asks for.
 
-``covariance`` is the default: from the slopes at the fit, by a block bootstrap where neighbouring residuals are alike.
+``covariance`` is the default: from the slopes at the fit, by a block bootstrap where residuals are autocorrelated.
 ``bootstrap`` is that bootstrap whatever the residuals, ``profile`` the profile likelihood, which falls back to the
 bootstrap parameter by parameter where it fails, ``mcmc`` the posterior's quantiles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, get_args
 
 from ..errors import InputError
+from ..findings import Finding
 from .bootstrap import Bootstrap, block_bootstrap, correlated, widening
-from .estimate import Method, Parameter
-from .least_squares import Fit
+from .estimate import Estimate, Method
 from .mcmc import sample
+from .problem import Progress
 from .profile import REACH, profile
+from .result import FitResult
 
 
 @dataclass(frozen=True)
 class Uncertainties:
-    """The parameters of one fit with their intervals, what to warn of, and ``details`` for the statistics."""
+    """The estimates of one fit by label, findings, and ``details`` of the method by component."""
 
-    parameters: dict[str, Parameter]
-    warnings: tuple[str, ...] = ()
-    details: dict[str, Any] | None = None
+    estimates: dict[str, Estimate]
+    findings: tuple[Finding, ...] = ()
+    details: tuple[Mapping[str, Any], ...] = ()
 
 
 def require_method(method: str) -> Method:
-    """The method of that name. Raises InputError that lists them."""
+    """Return the method of that name. Raises InputError that lists them."""
     methods: tuple[Method, ...] = get_args(Method)
     for known in methods:
         if method == known:
@@ -37,18 +39,26 @@ def require_method(method: str) -> Method:
     raise InputError(f"intervals are '{method}'; choose one of {', '.join(get_args(Method))}")
 
 
-def uncertainties(
-    fit: Fit, units: dict[str, str], method: Method = "covariance", progress: Callable[[], None] | None = None
-) -> Uncertainties:
-    """Parameters of ``fit`` with ``units`` and intervals by ``method``. Raises InputError where emcee is missing."""
-    alike = correlated(fit)
-    blocks = block_bootstrap(fit) if alike or method == "bootstrap" else None
-    plain = {
-        name: Parameter(value, units[name], error, (low, high))
-        for name, value, error, (low, high) in zip(
-            fit.names, fit.values.tolist(), fit.errors.tolist(), fit.intervals.tolist(), strict=True
-        )
-    }
+def uncertainties(fit: FitResult, method: Method = "covariance", progress: Progress = None) -> Uncertainties:
+    """Return the estimates of ``fit`` with intervals by ``method``, component by component.
+
+    Raises InputError where emcee is missing.
+    """
+    parts = [_of_component(part, method, progress) for part in fit.parts]
+    every = {label: estimate for part in parts for label, estimate in part.estimates.items()}
+    return Uncertainties(
+        {label: every[label] for label in fit.labels},
+        tuple(finding for part in parts for finding in part.findings),
+        tuple(details for part in parts for details in part.details),
+    )
+
+
+def _of_component(fit: FitResult, method: Method, progress: Progress) -> Uncertainties:
+    blocks = block_bootstrap(fit) if correlated(fit) or method == "bootstrap" else None
+    rows = zip(
+        fit.labels, fit.problem.moved, fit.values.tolist(), fit.errors.tolist(), fit.intervals.tolist(), strict=True
+    )
+    plain = {label: Estimate(value, p.unit, error, (low, high)) for label, p, value, error, (low, high) in rows}
     if blocks is not None:
         plain = _with_bootstrap(plain, blocks)
     if method == "profile":
@@ -58,44 +68,44 @@ def uncertainties(
     return Uncertainties(plain)
 
 
-def _with_bootstrap(parameters: dict[str, Parameter], blocks: Bootstrap, note: str = "") -> dict[str, Parameter]:
+def _with_bootstrap(estimates: dict[str, Estimate], blocks: Bootstrap, note: str = "") -> dict[str, Estimate]:
+    rows = zip(estimates.items(), blocks.errors.tolist(), blocks.intervals.tolist(), strict=True)
     return {
-        name: replace(p, bootstrap=error, ci95_bootstrap=(low, high), method="bootstrap", note=note)
-        for (name, p), error, (low, high) in zip(
-            parameters.items(), blocks.errors.tolist(), blocks.intervals.tolist(), strict=True
-        )
+        label: replace(e, bootstrap=error, ci95_bootstrap=(low, high), method="bootstrap", note=note)
+        for (label, e), error, (low, high) in rows
     }
 
 
 def _profiled(
-    fit: Fit, plain: dict[str, Parameter], blocks: Bootstrap | None, progress: Callable[[], None] | None
+    fit: FitResult, plain: dict[str, Estimate], blocks: Bootstrap | None, progress: Progress
 ) -> Uncertainties:
-    found = dict(zip(fit.names, profile(fit, widening(fit), progress), strict=True))
-    result, warnings = {}, []
+    found = dict(zip(fit.labels, profile(fit, widening(fit), progress), strict=True))
+    result, findings = {}, []
     fallback = plain
     if blocks is None and any(p.failure for p in found.values()):
         fallback = _with_bootstrap(plain, block_bootstrap(fit))
-    for name, p in found.items():
+    for label, p in found.items():
         if p.failure:
-            result[name] = replace(fallback[name], note=f"{p.failure}; a bootstrap's instead")
-            warnings.append(f"no profile of {name} ({p.failure}): its interval is a bootstrap's")
+            result[label] = replace(fallback[label], note=f"{p.failure}; a bootstrap's instead")
+            findings.append(Finding("profile-failed", values={"parameter": label, "reason": p.failure}))
             continue
         sides = [side for side, missing in (("lower", p.open_below), ("upper", p.open_above)) if missing]
         note = f"no {' and no '.join(sides)} limit within a factor of {REACH:.0e}" if sides else ""
-        result[name] = replace(plain[name], ci95_profile=(p.low, p.high), method="profile", note=note)
+        result[label] = replace(plain[label], ci95_profile=(p.low, p.high), method="profile", note=note)
         if sides:
-            warnings.append(f"the data set {name} {note}")
-    details = {"method": "profile", "failed": [name for name, p in found.items() if p.failure]}
-    return Uncertainties(result, tuple(warnings), details)
+            values = {"parameter": label, "sides": " and no ".join(sides), "reach": REACH}
+            findings.append(Finding("profile-open", values=values))
+    details = {"method": "profile", "failed": [label for label, p in found.items() if p.failure]}
+    return Uncertainties(result, tuple(findings), (details,))
 
 
-def _sampled(fit: Fit, plain: dict[str, Parameter], progress: Callable[[], None] | None) -> Uncertainties:
+def _sampled(fit: FitResult, plain: dict[str, Estimate], progress: Progress) -> Uncertainties:
     chain = sample(fit, widening(fit), progress)
     result = {
-        name: replace(p, ci95_mcmc=(low, high), method="mcmc")
-        for (name, p), (low, high) in zip(plain.items(), chain.intervals.tolist(), strict=True)
+        label: replace(e, ci95_mcmc=(low, high), method="mcmc")
+        for (label, e), (low, high) in zip(plain.items(), chain.intervals.tolist(), strict=True)
     }
-    warnings = [] if chain.converged else [f"the Markov chain is short ({chain.told}): its intervals are rough"]
+    findings = () if chain.converged else (Finding("chain-short", values={"chain": chain.length}),)
     details = {
         "method": "mcmc",
         "walkers": chain.walkers,
@@ -104,4 +114,4 @@ def _sampled(fit: Fit, plain: dict[str, Parameter], progress: Callable[[], None]
         "acceptance": chain.acceptance,
         "converged": chain.converged,
     }
-    return Uncertainties(result, tuple(warnings), details)
+    return Uncertainties(result, findings, (details,))

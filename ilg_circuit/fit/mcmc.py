@@ -3,21 +3,19 @@
 The prior is flat in the coordinates, the logarithms, within a factor of a thousand about the fit. The noise's
 variance (prior 1/variance) and the linear nuisance terms (flat) are integrated out: what is left is
 squares^(-(samples - k)/2), squares those of the best k nuisance terms, for a linear model Student's t about the fit.
-Where neighbouring residuals are alike the rise of squares above the fit's counts for less, as in `profile`.
+Where residuals are autocorrelated the rise of squares above the fit's counts for less, as in `profile`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import IlgError, InputError
-from .least_squares import Fit
-
-Array = NDArray[np.float64]
+from .problem import Progress
+from .result import FitResult
 
 #: The prior's half width, in logarithms.
 _REACH = float(np.log(1e3))
@@ -46,22 +44,22 @@ class Chain:
         return self.steps >= _LONG * self.autocorrelation
 
     @property
-    def told(self) -> str:
-        """How long the chain is, for the user."""
+    def length(self) -> str:
+        """How long the chain is, in words."""
         times = self.steps / self.autocorrelation
         verdict = "" if self.converged else f", less than the {_LONG:.0f} that a converged chain has"
         return f"{self.walkers} walkers, {self.steps} steps, {times:.0f} autocorrelation times{verdict}"
 
 
 def sample(
-    fit: Fit,
+    fit: FitResult,
     widening: Array,
-    progress: Callable[[], None] | None = None,
+    progress: Progress = None,
     *,
     seed: int = 0,
     most_steps: int = _MOST_STEPS,
 ) -> Chain:
-    """The chain of ``fit``, whose errors alike residuals make larger by ``widening`` (n,).
+    """Return the chain of ``fit``; ``widening`` (n,) is `bootstrap.widening`.
 
     It ends when it is long enough to be trusted, or after ``most_steps``, and says which. The walkers of half the
     ensemble move together: their circuits are solved at once. Raises InputError where emcee is not installed.
@@ -73,11 +71,13 @@ def sample(
 
     n = len(fit.values)
     origin, problem = fit.coordinates, fit.problem
-    steps = widening * fit.errors / fit.units
-    shape = np.linalg.cholesky(fit.covariance[:n, :n] / np.outer(fit.units, fit.units)) * float(np.mean(widening))
+    steps = widening * fit.pooled_errors / fit.units
+    shape = np.linalg.cholesky(fit.covariance[:n, :n] / np.outer(fit.units, fit.units)) * float(
+        np.mean(steps * fit.units / fit.errors)
+    )
     weight = float(np.exp(-2 * np.mean(np.log(widening))))
-    exponent = -0.5 * (fit.freedom + n)
-    least = float(problem.squares(origin[None])[0])
+    exponent = -0.5 * (fit.degrees_of_freedom + n)
+    least = float(problem.sum_of_squares(origin[None])[0])
 
     def log_posterior(x: Array) -> Array:
         result = np.full(len(x), -np.inf)
@@ -119,10 +119,10 @@ def _moves() -> list[tuple[object, float]]:
     return [(moves.DEMove(), 0.8), (moves.DESnookerMove(), 0.2)]
 
 
-def _squares(fit: Fit, x: Array) -> Array:
+def _squares(fit: FitResult, x: Array) -> Array:
     """Sums of squares (m,) at coordinates (m, n), infinite where the circuit cannot be solved."""
     try:
-        return fit.problem.squares(x)
+        return fit.problem.sum_of_squares(x)
     except IlgError:
         if len(x) == 1:
             return np.full(1, np.inf)

@@ -1,25 +1,25 @@
 """Parameters of a fit: what each is called and within what limits it lies, and the coordinates that a fit moves in.
 
-A positive parameter is fitted by its logarithm, one between zero and a limit by log(p/(1 - p/limit)), one without
-limits as it is: no step of a fit can leave the limits.
+A positive parameter is fitted by its logarithm, one between two limits by a logit, one without limits as it is, so that
+no step of a fit can leave the limits.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Mask
 
 
 @dataclass(frozen=True)
 class Parameter:
     """One parameter: name in files, symbol, SI unit, meaning, and the limits between which it lies.
 
-    ``lower`` is 0 (the parameter is positive) or minus infinity (any real number); ``upper`` may be finite if ``lower``
-    is 0.
+    ``lower`` is finite (0: the parameter is positive), or minus infinity together with an infinite ``upper``.
     """
 
     name: str
@@ -32,32 +32,50 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class Scales:
-    """Maps parameters (n,) between their limits to coordinates without limits, and back.
+    """Maps parameters (n,) between their limits ``lower`` and ``upper`` (n,) to coordinates without limits, and back.
 
-    ``upper`` (n,) are upper limits, infinite where there is none; ``free`` (n,) marks parameters of any sign.
+    With w = p - lower and W = upper - lower the coordinate is log(w/(1 - w/W)); of a parameter without limits, p.
     """
 
+    lower: Array
     upper: Array
-    free: np.ndarray
 
     @classmethod
-    def of(cls, parameters: tuple[Parameter, ...]) -> Scales:
-        """The scales of some parameters, in their order."""
-        return cls(np.array([p.upper for p in parameters]), np.array([p.lower < 0 for p in parameters], dtype=bool))
+    def of(cls, parameters: Sequence[Parameter]) -> Scales:
+        """Return the scales of ``parameters``, in their order."""
+        return cls(np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters]))
+
+    @property
+    def free(self) -> Mask:
+        """True for parameters without limits (n,)."""
+        return np.isinf(self.lower)
 
     def coordinates(self, values: Array) -> Array:
-        """Coordinates (..., n) of ``values`` (..., n)."""
-        positive = np.where(self.free, 1.0, values)
-        logarithm = np.log(positive) - np.where(np.isinf(self.upper), 0.0, np.log1p(-positive / self.upper))
-        return np.asarray(np.where(self.free, values, logarithm))
+        """Return coordinates (..., n) of ``values`` (..., n)."""
+        w = np.where(self.free, 1.0, values - self._lower)
+        logit = np.log(w) - np.where(np.isinf(self._width), 0.0, np.log1p(-w / self._width))
+        return np.where(self.free, values, logit)
 
     def values(self, x: Array) -> Array:
-        """Values (..., n) at coordinates ``x`` (..., n)."""
+        """Return values (..., n) at coordinates ``x`` (..., n)."""
         with np.errstate(over="ignore", divide="ignore"):  # beyond all numbers: at the limit, or infinite
             e = np.exp(np.where(self.free, 0.0, x))
-            return np.asarray(np.where(self.free, x, np.where(np.isinf(self.upper), e, 1 / (1 / e + 1 / self.upper))))
+            w = np.where(np.isinf(self._width), e, 1 / (1 / e + 1 / self._width))
+        return np.where(self.free, x, self._lower + w)
 
     def slopes(self, x: Array) -> Array:
-        """d values / d coordinates (..., n)."""
-        v = self.values(x)
-        return np.asarray(np.where(self.free, 1.0, v * (1 - v / self.upper)))
+        """Return d values / d coordinates (..., n)."""
+        w = self.values(x) - self._lower
+        return np.where(self.free, 1.0, w * (1 - w / self._width))
+
+    def part(self, chosen: Array | Sequence[int]) -> Scales:
+        """Return the scales of the ``chosen`` parameters."""
+        return Scales(self.lower[chosen], self.upper[chosen])
+
+    @property
+    def _lower(self) -> Array:
+        return np.where(self.free, 0.0, self.lower)
+
+    @property
+    def _width(self) -> Array:
+        return self.upper - self._lower

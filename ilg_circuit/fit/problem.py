@@ -1,130 +1,226 @@
-"""A least-squares problem whose model is a circuit: data, parameters, and the coordinates that fits move in.
-
-All parameters are positive, so their logarithms are the coordinates, or log(p/(1 - p)) where they stay below a limit.
-"""
+"""One least-squares problem: observations of any kind, their parameters shared or one a record."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError, SolveError
+from .observation import Observation, Predict
+from .parameter import Parameter, Scales
 
-Array = NDArray[np.float64]
-
-#: values (m, parameters) -> model (m, samples)
-Model = Callable[[Array], Array]
+Progress = Callable[[], None] | None
 
 RAN_AWAY = "the fit ran away: the data do not determine every parameter of this model"
 _STEP = 1e-4
-#: So far from its start a coordinate is no sensible value any more, whatever the solver makes of it.
+#: Distance from its start at which a coordinate is no sensible value any more, whatever the solver makes of it.
 _FAR = 5.0
-#: A step that leaves this distance is taken back unsolved.
+#: A step that leaves this distance is rejected unsolved.
 _FENCE = 16.0
-
-
-@dataclass(frozen=True)
-class Scales:
-    """Coordinates without limits for positive parameters, some of them ``below`` a limit (infinite: none)."""
-
-    below: Array
-
-    def coordinates(self, values: Array) -> Array:
-        return np.asarray(np.log(values) - np.where(np.isinf(self.below), 0.0, np.log1p(-values / self.below)))
-
-    def values(self, x: Array) -> Array:
-        with np.errstate(over="ignore", divide="ignore"):  # beyond all numbers: at the limit, or infinite
-            e = np.exp(x)
-            return np.asarray(np.where(np.isinf(self.below), e, 1 / (1 / e + 1 / self.below)))
-
-    def slopes(self, x: Array) -> Array:
-        """d values / d coordinates."""
-        v = self.values(x)
-        return np.asarray(v * (1 - v / self.below))
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """``data`` (samples,) to be met by ``model`` with parameters ``names``, plus linear ``nuisance`` (samples, k)."""
+    """``observations`` to be predicted by ``parameters``; those in ``per_record`` have one value a source.
 
-    model: Model
-    data: Array
-    names: tuple[str, ...]
-    scales: Scales
-    nuisance: Array
+    ``fixed`` are values of parameters, by label, that a fit does not move. A label is a parameter's name, with its
+    source in brackets where it is per record.
+    """
 
-    def waves(self, x: Array) -> Array:
-        """The model (m, samples) at coordinates (m, n)."""
-        return self.model(self.scales.values(x))
+    observations: tuple[Observation, ...]
+    parameters: tuple[Parameter, ...]
+    per_record: frozenset[str] = frozenset()
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
-    def squares(self, x: Array) -> Array:
-        """Sums of squares (m,) at coordinates (m, n), the nuisance terms at their best."""
-        return np.asarray((self.projected(self.data - self.waves(x)) ** 2).sum(axis=-1))
+    @cached_property
+    def labelled(self) -> tuple[tuple[str, Parameter], ...]:
+        """All labels, of fixed values too, each with its parameter."""
+        found: list[tuple[str, Parameter]] = []
+        for p in self.parameters:
+            if p.name in self.per_record:
+                sources = dict.fromkeys(o.source for o in self.observations if p.name in o.names)
+                found += [(f"{p.name}[{source}]", p) for source in sources]
+            else:
+                found.append((p.name, p))
+        return tuple(found)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Labels (n,) of the values that a fit moves."""
+        return tuple(label for label, _ in self.labelled if label not in self.fixed)
+
+    @cached_property
+    def moved(self) -> tuple[Parameter, ...]:
+        """The parameter of each label (n,)."""
+        return tuple(p for label, p in self.labelled if label not in self.fixed)
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Limits and coordinates of the values that a fit moves."""
+        return Scales.of(self.moved)
+
+    @cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """Where each observation's samples stand among all."""
+        return tuple(
+            slice(a, b) for a, b in pairwise(np.cumsum([0, *(len(o.data) for o in self.observations)]).tolist())
+        )
+
+    @cached_property
+    def data(self) -> Array:
+        """All data over their sigmas (samples,)."""
+        return np.concatenate([o.data / o.sigma for o in self.observations])
+
+    @cached_property
+    def nuisance(self) -> Array:
+        """All linear terms over the sigmas (samples, q), each observation's in columns of its own."""
+        whole = np.zeros((len(self.data), sum(o.nuisance.shape[1] for o in self.observations)))
+        at = 0
+        for o, rows in zip(self.observations, self.slices, strict=True):
+            whole[rows, at : at + o.nuisance.shape[1]] = o.nuisance / np.atleast_1d(o.sigma)[:, None]
+            at += o.nuisance.shape[1]
+        return whole
+
+    @cached_property
+    def places(self) -> tuple[NDArray[np.intp], ...]:
+        """For each observation where its ``names`` stand among all labels, fixed ones last."""
+        order = {label: k for k, label in enumerate([*self.labels, *self.fixed])}
+
+        def place(name: str, source: str) -> int:
+            return order[f"{name}[{source}]" if name in self.per_record else name]
+
+        return tuple(np.array([place(n, o.source) for n in o.names], dtype=np.intp) for o in self.observations)
+
+    def predictions(self, x: Array) -> Array:
+        """Return the predictions over the sigmas (k, samples) at coordinates (k, n)."""
+        return self.predicted(self.scales.values(x))
+
+    def predicted(self, values: Array) -> Array:
+        """Return the predictions over the sigmas (k, samples) of values (k, n)."""
+        constant = np.array(list(self.fixed.values()))
+        every = np.hstack([values, np.broadcast_to(constant, (len(values), len(constant)))])
+        parts = [
+            _each_once(o.predict, every[:, at]) / o.sigma for o, at in zip(self.observations, self.places, strict=True)
+        ]
+        return np.concatenate(parts, axis=1)
+
+    def derivatives(self, x: Array) -> tuple[Array, Array]:
+        """Return the prediction (samples,) and its derivatives (samples, n) by the coordinates ``x`` (n,).
+
+        Derivatives that an observation does not give are central differences; their 2 n + 1 sets are predicted at once.
+        """
+        n = len(x)
+        steps = np.concatenate([np.zeros((1, n)), _STEP * np.eye(n), -_STEP * np.eye(n)])
+        if any(o.derivatives for o in self.observations):
+            return self._given_derivatives(x)
+        sets = self.predictions(x + steps)
+        return sets[0], ((sets[1 : n + 1] - sets[n + 1 :]) / (2 * _STEP)).T
+
+    def _given_derivatives(self, x: Array) -> tuple[Array, Array]:
+        values = np.concatenate([self.scales.values(x), list(self.fixed.values())])
+        slopes = np.zeros((len(self.data), len(values)))
+        for o, rows, at in zip(self.observations, self.slices, self.places, strict=True):
+            assert o.derivatives is not None
+            slopes[rows, at] = o.derivatives(values[at]) / np.atleast_1d(o.sigma)[:, None]
+        return self.predictions(x[None])[0], slopes[:, : len(x)] * self.scales.slopes(x)
+
+    def sum_of_squares(self, x: Array) -> Array:
+        """Return sums of squares (k,) at coordinates (k, n), the linear terms at their best."""
+        return (self.projected(self.data - self.predictions(x)) ** 2).sum(axis=-1)
 
     def projected(self, rows: Array) -> Array:
-        """``rows`` (..., samples) without what nuisance terms explain."""
+        """Return ``rows`` (..., samples) without what linear terms explain."""
         if not self.nuisance.shape[1]:
             return rows
-        basis = np.linalg.qr(self.nuisance)[0]
-        return np.asarray(rows - (rows @ basis) @ basis.T)
+        return rows - (rows @ self._basis) @ self._basis.T
 
-    def holding(self, k: int, coordinate: float) -> Problem:
-        """The problem that is left when parameter ``k`` is held."""
+    @cached_property
+    def _basis(self) -> Array:
+        return np.linalg.qr(self.nuisance)[0]
 
-        def model(values: Array) -> Array:
-            return self.model(np.insert(values, k, self.scales.values(held)[k], axis=1))
+    def holding(self, label: str, value: float) -> Problem:
+        """Return the problem with one more value fixed."""
+        return replace(self, fixed={**self.fixed, label: value})
 
-        held = np.zeros(len(self.names))
-        held[k] = coordinate
-        names = self.names[:k] + self.names[k + 1 :]
-        return replace(self, model=model, names=names, scales=Scales(np.delete(self.scales.below, k)))
+    def predicting(self, predict: Sequence[Predict | None]) -> Problem:
+        """Return the problem with other predictions of its observations, where one is given."""
+        pairs = zip(self.observations, predict, strict=True)
+        return replace(self, observations=tuple(replace(o, predict=p) if p else o for o, p in pairs))
+
+    def of(self, chosen: Iterable[int]) -> Problem:
+        """Return the problem of the ``chosen`` observations alone, with the parameters that these depend on."""
+        kept = tuple(self.observations[k] for k in chosen)
+        names = {name for o in kept for name in o.names}
+        part = Problem(kept, tuple(p for p in self.parameters if p.name in names), self.per_record)
+        known = {label for label, _ in part.labelled}
+        return replace(part, fixed={label: value for label, value in self.fixed.items() if label in known})
+
+    def components(self) -> list[list[int]]:
+        """Return the observations in groups that share no parameter: each is a problem by itself."""
+        groups: list[tuple[set[int], list[int]]] = []
+        for k, at in enumerate(self.places):
+            labels = {int(i) for i in at if i < len(self.labels)}
+            near = [g for g in groups if g[0] & labels]
+            groups = [g for g in groups if not g[0] & labels]
+            groups.append((labels.union(*(g[0] for g in near)), sorted([k, *(j for g in near for j in g[1])])))
+        return sorted(members for _, members in groups)
+
+
+def _each_once(predict: Predict, values: Array) -> Array:
+    """Return predictions of every row, no row solved twice: other observations' parameters change nothing here."""
+    rows, back = np.unique(values, axis=0, return_inverse=True)
+    return predict(rows)[back.ravel()] if len(rows) < len(values) else predict(values)
 
 
 class Evaluation:
-    """Model and Jacobian at a point, solved together and kept for the other of the two callbacks.
+    """Predictions of a problem and their derivatives, solved together and kept for a minimiser's other callback."""
 
-    The Jacobian's columns are central differences; their 2 n + 1 circuits share one netlist.
-    """
-
-    def __init__(self, problem: Problem, progress: Callable[[], None] | None = None) -> None:
-        self._problem, self._n, self._progress = problem, len(problem.names), progress
-        self._at = self._start = np.full(self._n, np.nan)
+    def __init__(self, problem: Problem, progress: Progress = None) -> None:
+        self._problem, self._progress = problem, progress
+        self._at = self._start = np.full(len(problem.labels), np.nan)
         self._result: tuple[Array, Array] = (np.empty(0), np.empty(0))
         self.count = 0
 
     def __call__(self, x: Array) -> tuple[Array, Array]:
-        """Model (samples,) and its derivatives (samples, n) by the coordinates.
+        """Return the prediction (samples,) and its derivatives (samples, n) by the coordinates.
 
         Raises SolveError where the fit has run away, or its first circuit cannot be solved.
         """
         if not self.count:
             self._start = x.copy()
         if not np.array_equal(x, self._at):
-            steps = np.concatenate([np.zeros((1, self._n)), _STEP * np.eye(self._n), -_STEP * np.eye(self._n)])
-            if np.abs(x - self._start).max() > _FENCE:
-                return self._too_far()
+            distance = self._distance(x)
+            if distance > _FENCE:
+                return self._rejected()
             try:
-                waves = self._problem.waves(x + steps)
+                result = self._problem.derivatives(x)
             except InputError:  # a value beyond all measure
                 raise SolveError(RAN_AWAY) from None
             except SolveError:  # or one that is still a number, but no circuit that can be solved
-                if np.abs(x - self._start).max() >= _FAR:
+                if distance >= _FAR:
                     raise SolveError(RAN_AWAY) from None
                 if not self.count:
                     raise
-                return self._too_far()
-            central = (waves[1 : self._n + 1] - waves[self._n + 1 :]) / (2 * _STEP)
-            self._at, self._result = x.copy(), (waves[0], central.T)
+                return self._rejected()
+            self._at, self._result = x.copy(), result
             self.count += 1
             if self._progress:
                 self._progress()
         return self._result
 
-    def _too_far(self) -> tuple[Array, Array]:
-        """So large a misfit that the step is taken back."""
+    def _distance(self, x: Array) -> float:
+        """Largest distance of a logarithm from its start; parameters without limits have none."""
+        bounded = ~self._problem.scales.free
+        return float(np.abs(x - self._start)[bounded].max(initial=0.0))
+
+    def _rejected(self) -> tuple[Array, Array]:
+        """Return so large a misfit that the step is taken back."""
         kept, slopes = self._result
         self.count += 1
         return kept + 1e3 * np.abs(kept).max(), slopes

@@ -1,28 +1,26 @@
 """Profile likelihood: how far a parameter can be moved, all others fitted anew, before the data object.
 
-lmfit's `conf_interval` walks and finds the ends; the criterion is the F test's. Where neighbouring residuals are alike
-the likelihood is adjusted by what a block bootstrap makes of the standard error (Royall and Tsou 2003, J. R. Stat. Soc.
-B 65, 391). A profile that never reaches the criterion is open on that side: the data set no limit there.
+lmfit's `conf_interval` walks and finds the ends; the criterion is the F test's. Where residuals are autocorrelated the
+likelihood is adjusted by the block bootstrap's standard error (Royall and Tsou 2003, J. R. Stat. Soc. B 65, 391). A
+profile that never reaches the criterion is open on that side: the data set no limit there.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import IlgError, SolveError
-from .least_squares import Fit
-from .problem import Evaluation
+from .problem import Evaluation, Progress
+from .result import FitResult
 
 if TYPE_CHECKING:
     import lmfit
-
-Array = NDArray[np.float64]
 
 #: A parameter without a limit within this factor has none.
 REACH = 1e6
@@ -54,12 +52,12 @@ class ProfileInterval:
         return bool(np.isinf(self.high))
 
 
-def profile(fit: Fit, widening: Array, progress: Callable[[], None] | None = None) -> tuple[ProfileInterval, ...]:
-    """Profile intervals of the parameters of ``fit``, whose errors alike residuals make larger by ``widening`` (n,)."""
+def profile(fit: FitResult, widening: Array, progress: Progress = None) -> tuple[ProfileInterval, ...]:
+    """Return profile intervals of the parameters of ``fit``; ``widening`` (n,) is `bootstrap.widening`."""
     return tuple(_interval(fit, k, float(widening[k]), progress) for k in range(len(fit.values)))
 
 
-def _interval(fit: Fit, k: int, widening: float, progress: Callable[[], None] | None) -> ProfileInterval:
+def _interval(fit: FitResult, k: int, widening: float, progress: Progress) -> ProfileInterval:
     import lmfit
     from scipy.stats import f as fisher
 
@@ -73,17 +71,17 @@ def _interval(fit: Fit, k: int, widening: float, progress: Callable[[], None] | 
         nonlocal lowest
         gain = new.chisqr / best.chisqr - 1
         lowest = min(lowest, gain)
-        ratio = max(gain, 0.0) * fit.freedom / widening**2
+        ratio = max(gain, 0.0) * fit.degrees_of_freedom / widening**2
         if ratio > _JUMP:
             raise SolveError("within a standard error it jumps, where no circuit can be solved")
-        return float(fisher.cdf(ratio, 1, fit.freedom))
+        return float(fisher.cdf(ratio, 1, fit.degrees_of_freedom))
 
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")  # lmfit warns of an open side, which the result says
             best = minimizer.leastsq()
             walk.bound(best.params)
-            found = lmfit.conf_interval(
+            ends_found = lmfit.conf_interval(
                 minimizer,
                 best,
                 p_names=[walk.name(k)],
@@ -91,7 +89,7 @@ def _interval(fit: Fit, k: int, widening: float, progress: Callable[[], None] | 
                 prob_func=probability,
                 min_rel_change=_LEVEL_GAIN,
             )[walk.name(k)]
-            ends = found[0][1], found[-1][1]
+            ends = ends_found[0][1], ends_found[-1][1]
             for end in ends:
                 # lmfit takes a profile that falls back for a level one: only what lies further out can tell
                 if np.isinf(end) and any(probability(best, at) > _LEVEL for at in walk.beyond(minimizer, best, end)):
@@ -109,14 +107,13 @@ def _interval(fit: Fit, k: int, widening: float, progress: Callable[[], None] | 
 class _Walk:
     """The fit in lmfit's hands: coordinates in standard errors about `_CENTRE`, the nuisance terms among them."""
 
-    def __init__(self, fit: Fit, k: int, widening: float, progress: Callable[[], None] | None) -> None:
+    def __init__(self, fit: FitResult, k: int, widening: float, progress: Progress) -> None:
         import lmfit
 
         self._fit, self._k = fit, k
         self._evaluate = Evaluation(fit.problem, progress)
         self._n = len(fit.values)
-        everything = np.sqrt(np.diag(fit.covariance))
-        self._steps = np.concatenate([widening * everything[: self._n] / fit.units, everything[self._n :]])
+        self._steps = np.concatenate([widening * fit.pooled_errors / fit.units, fit.nuisance_errors])
         self._middle = np.concatenate([fit.coordinates, fit.nuisance])
         self._size = float(np.abs(fit.problem.data).max()) or 1.0
         self.parameters = lmfit.Parameters()

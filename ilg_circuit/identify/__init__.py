@@ -3,7 +3,7 @@
 In: records and spectra. Out: an `Identification`. May import: the rooms up to `simulation`.
 """
 
-from ..fit.curve import CurveFit, fit_curve
+from ..fit.curve import fit_curve
 from ..measurements.prepare import Measurement, read_measurement
 from ..measurements.spectrum_files import Spectrum, prepare_spectrum, read_spectrum
 from .identification import Identification, identify
@@ -11,7 +11,6 @@ from .joint import JointFit, fit_jointly
 from .spectrum_identification import SpectrumIdentification, identify_spectra, identify_spectrum
 
 __all__ = [
-    "CurveFit",
     "Identification",
     "JointFit",
     "Measurement",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ilg_circuit.errors import InputError, SolveError
-from ilg_circuit.identify import fit_curve
+from ilg_circuit.fit.curve import fit_curve
 
 X = np.linspace(0.0, 5.0, 40)
 RANDOM = np.random.default_rng(0)
@@ -25,11 +25,11 @@ def test_a_line_is_linear_regression() -> None:
     matrix = np.column_stack([np.ones(40), X])
     expected, squares = np.linalg.lstsq(matrix, y, rcond=None)[:2]
     covariance = float(squares[0]) / 38 * np.linalg.inv(matrix.T @ matrix)
-    assert found.names == ("a", "b")
+    assert found.labels == ("a", "b")
     assert found.values == pytest.approx(expected, rel=1e-10)
     assert found.covariance == pytest.approx(covariance, rel=1e-7)
-    assert found.residuals == pytest.approx(y - matrix @ expected, abs=1e-10)
-    assert found.residual_deviation == pytest.approx(np.sqrt(float(squares[0]) / 38))
+    assert found.residuals_of(0) == pytest.approx(y - matrix @ expected, abs=1e-10)
+    assert found.deviation == pytest.approx(np.sqrt(float(squares[0]) / 38))
     assert found.correlations[0, 1] == pytest.approx(covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1]))
     from scipy.stats import t
 
@@ -44,7 +44,7 @@ def test_weights() -> None:
     twice = fit_curve(decay, X, y, [1, 1], sigma=2 * sigma)
     absolute = fit_curve(decay, X, y, [1, 1], sigma=sigma, absolute_sigma=True)
     assert twice.errors == pytest.approx(relative.errors, rel=1e-6)
-    assert absolute.errors == pytest.approx(relative.errors / relative.residual_deviation, rel=1e-6)
+    assert absolute.errors == pytest.approx(relative.errors / relative.deviation, rel=1e-6)
     assert np.abs(relative.values - [3, 0.5]).max() < 0.01
 
 
@@ -53,8 +53,9 @@ def test_complex_curves() -> None:
     y = truth + 0.01 * (NOISE + 1j * np.random.default_rng(1).standard_normal(40))
     found = fit_curve(lambda x, a, b: a / (1 + 1j * b * x), X, y, [1, 1])
     assert found.values == pytest.approx([3, 2], rel=0.02)
-    assert found.freedom == 78
-    assert found.residuals == pytest.approx(y - found.values[0] / (1 + 1j * found.values[1] * X))
+    assert found.degrees_of_freedom == 78
+    real, imaginary = np.split(found.residuals_of(0), 2)
+    assert real + 1j * imaginary == pytest.approx(y - found.values[0] / (1 + 1j * found.values[1] * X))
 
 
 def test_exact_data_leave_no_error() -> None:
@@ -115,7 +116,7 @@ def _only_one_run(original: Any) -> Any:
 
 def test_a_point_with_a_slope_is_no_success(monkeypatch: pytest.MonkeyPatch) -> None:
     """No offset is small enough: every run then counts as one that still moves."""
-    monkeypatch.setattr("ilg_circuit.fit.multistart.OFFSET", 0.0)
+    monkeypatch.setattr("ilg_circuit.fit.minimise.OFFSET", 0.0)
     with pytest.raises(SolveError, match="did not converge"):
         fit_curve(decay, X, decay(X, 3, 2) + 0.01 * NOISE, [1, 0.1])
 

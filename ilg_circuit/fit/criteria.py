@@ -1,4 +1,4 @@
-"""What residuals tell: whether they are noise, or hold a structure that the model misses."""
+"""Criteria computed from residuals: autocorrelation, effective sample size, likelihood, information criteria."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ..arrays import Array
 
 #: Neighbouring residuals that correlate by more than this are a structure, not noise.
 _CORRELATED = 0.3
@@ -45,13 +44,13 @@ def residual_windows(time: Array, residuals: Array, last: float) -> tuple[Residu
 
 
 def autocorrelation(residuals: Array) -> float:
-    """Correlation of neighbouring residuals (lag 1), 0 for white noise."""
+    """Return the correlation of neighbouring residuals (lag 1), 0 for white noise."""
     power = float(residuals @ residuals)
     return float(residuals[1:] @ residuals[:-1] / power) if power else 0.0
 
 
 def autocorrelations(residuals: Array, most: int = 60) -> Array:
-    """Correlation of ``residuals`` with themselves, their mean taken off, at lags 0, 1, ... up to ``most``."""
+    """Return the autocorrelation of ``residuals`` about their mean at lags 0, 1, ... up to ``most``."""
     centred = residuals - residuals.mean()
     power = float(centred @ centred)
     lags = range(min(most, len(residuals) - 1) + 1)
@@ -59,22 +58,34 @@ def autocorrelations(residuals: Array, most: int = 60) -> Array:
 
 
 def structured(residuals: Array) -> bool:
-    """Whether neighbouring residuals are alike: beyond chance, and by more than a little."""
+    """Return True if residuals are autocorrelated: beyond chance, and by more than a little."""
     return bool(autocorrelation(residuals) > max(_CORRELATED, 4 / np.sqrt(len(residuals))))
 
 
 def effective_samples(residuals: Array) -> float:
-    """Number of independent samples that residuals with this autocorrelation amount to (AR(1))."""
+    """Return the number of independent samples that residuals with this autocorrelation amount to (AR(1))."""
     correlation = min(max(autocorrelation(residuals), 0.0), 0.999)
     return max(len(residuals) * (1 - correlation) / (1 + correlation), 5.0)
 
 
-def independent_samples(residuals: Array) -> float:
-    """All samples of white residuals, the `effective_samples` of those whose neighbours are alike."""
-    return effective_samples(residuals) if structured(residuals) else float(len(residuals))
+def independent_samples(residuals: Array, channels: int = 1) -> float:
+    """Return the number of independent samples: all if white, the `effective_samples` if autocorrelated.
+
+    ``channels`` is the number of equal parts of the residuals, such as real and imaginary ones, one after the other.
+    """
+    parts = np.split(residuals, channels)
+    if not any(structured(part) for part in parts):
+        return float(len(residuals))
+    return max(sum(effective_samples(part) for part in parts), 5.0)
+
+
+def likelihood(residuals: Array) -> float:
+    """Return -2 log(likelihood) of normal residuals at their best variance, up to a constant: m log(squares/m)."""
+    samples = len(residuals)
+    return float(samples * np.log(max(float(residuals @ residuals), np.finfo(float).tiny) / samples))
 
 
 def information_criterion(residuals: Array, unknowns: int, samples: float) -> float:
-    """BIC for ``samples`` independent samples out of all residuals."""
+    """Return the BIC for ``samples`` independent samples out of all residuals."""
     variance = max(float(np.mean(residuals**2)), np.finfo(float).tiny)
     return float(samples * np.log(variance) + np.log(samples) * unknowns)

@@ -1,0 +1,255 @@
+"""Fits of a problem: lmfit descends, the end is tested, and the covariance is made.
+
+A fit counts only where it stands at a minimum (relative offset, see `minimise`) and every parameter is felt; everything
+else is an error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import SolveError
+from .minimise import gauss_newton, levenberg_marquardt
+from .multistart import StartSummary
+from .observation import Predict, observation
+from .parameter import Parameter
+from .problem import RAN_AWAY, Evaluation, Problem, Progress
+from .result import FitResult
+
+MOST_EVALUATIONS = 200
+#: A logarithm that leaves this distance from its start has run away: the data do not hold it.
+_RUNAWAY = 12.0
+#: Relative offset of a fit that has converged: its parameters are within this part of their standard errors.
+_OFFSET = 1e-2
+#: Or the next step would move no logarithm by more: data without noise, met to the solver's accuracy.
+_CLOSE = 1e-6
+#: Condition of the Jacobian, its columns of equal length, beyond which two parameters act alike.
+_CONDITION = 1e9
+#: Parameters with this share of the direction that the data do not feel are named.
+_SHARE = 0.3
+#: A fit that begins at the first-order answer of leaving an observation out moves no logarithm further at first.
+_LONGEST_STEP = 1.0
+#: Relative change of the sum of squares at which the fit of all observations but some ends.
+_LEFT_OUT = 1e-8
+
+
+def fit(problem: Problem, start: Array, progress: Progress = None, tolerance: float = 1e-10) -> FitResult:
+    """Return the fit of ``problem`` from values ``start`` (n,), in the order of its labels.
+
+    ``tolerance`` is the relative change of the sum of squares at which the descent ends. Observations that share no
+    parameter are fitted by themselves.
+
+    Raises
+    ------
+    SolveError
+        The fit does not converge, or the data do not determine a parameter.
+    """
+    groups = problem.components()
+    if len(groups) == 1:
+        return _fit_connected(problem, start, progress, tolerance)
+    at = dict(zip(problem.labels, start.tolist(), strict=True))
+    parts = []
+    for group in groups:
+        part = problem.of(group)
+        parts.append(_fit_connected(part, np.array([at[label] for label in part.labels]), progress, tolerance))
+    return assembled(problem, groups, parts)
+
+
+def fit_data(
+    predict: Predict,
+    data: Array,
+    names: Sequence[str],
+    start: Array,
+    nuisance: Array | None = None,
+    progress: Progress = None,
+    tolerance: float = 1e-10,
+    upper: Array | None = None,
+) -> FitResult:
+    """Return the fit of plain ``data`` (m,) by ``predict`` with positive parameters ``names`` from ``start`` (n,).
+
+    ``nuisance`` (m, q) are linear terms; ``upper`` (n,) are upper limits of the parameters. Raises SolveError as `fit`.
+    """
+    limits = np.full(len(names), np.inf) if upper is None else upper
+    parameters = tuple(Parameter(name, upper=limit) for name, limit in zip(names, limits.tolist(), strict=True))
+    return fit(Problem((observation(predict, data, names, nuisance=nuisance),), parameters), start, progress, tolerance)
+
+
+def fit_without(found: FitResult, left_out: Sequence[int], progress: Progress = None) -> FitResult:
+    """Return the fit of all observations but ``left_out``, begun where the slopes say that it ends.
+
+    Raises SolveError where the others do not determine every parameter.
+    """
+    problem = found.problem
+    rest = problem.of([k for k in range(len(problem.observations)) if k not in left_out])
+    rows = np.concatenate([np.arange(len(problem.data))[s] for k, s in enumerate(problem.slices) if k not in left_out])
+    used = np.array([problem.labels.index(label) for label in rest.labels])
+    columns = np.concatenate([used, np.arange(len(found.values), found.count)])
+    slopes = found.slopes[np.ix_(rows, columns)]
+    slopes[:, : len(used)] *= found.units[used]
+    size = np.linalg.norm(slopes, axis=0)
+    size[size == 0] = 1.0
+    step = np.linalg.lstsq(slopes / size, found.residuals[rows], rcond=1e-9)[0] / size
+    x = found.coordinates[used] + np.clip(step[: len(used)], -_LONGEST_STEP, _LONGEST_STEP)
+    return fit(rest, rest.scales.values(x), progress, _LEFT_OUT)
+
+
+def _fit_connected(problem: Problem, start: Array, progress: Progress, tolerance: float) -> FitResult:
+    n = len(problem.labels)
+    scale = float(np.abs(problem.data).max()) or 1.0
+    columns = np.abs(problem.nuisance).max(axis=0)
+    weights = problem.nuisance / columns
+    evaluate = Evaluation(problem, progress)
+    origin = problem.scales.coordinates(start)
+
+    def residuals(p: Array) -> Array:
+        return (evaluate(p[:n])[0] - problem.data) / scale + weights @ p[n:]
+
+    def jacobian(p: Array) -> Array:
+        return np.column_stack([evaluate(p[:n])[1] / scale, weights])
+
+    begin = np.concatenate([origin, np.zeros(len(columns))])
+    how = {"ftol": tolerance, "xtol": tolerance**0.8}
+    end = levenberg_marquardt(residuals, jacobian, begin, most=MOST_EVALUATIONS, **how)
+    require_near(problem, end[:n], origin)
+    offset = _require_converged(problem, jacobian(end), residuals(end), tolerance, evaluate.count)
+    amounts = end[n:] * scale / columns
+    slopes = np.column_stack([evaluate(end[:n])[1], problem.nuisance])
+    return finished(
+        problem, end[:n], amounts, -residuals(end) * scale, slopes, offset=offset, evaluations=evaluate.count
+    )
+
+
+def finished(
+    problem: Problem,
+    x: Array,
+    amounts: Array,
+    residuals: Array,
+    slopes: Array,
+    *,
+    offset: float,
+    evaluations: int,
+    variance: float | None = None,
+) -> FitResult:
+    """Return the result at coordinates ``x`` (n,), with its covariance.
+
+    ``residuals`` (samples,) and ``slopes`` (samples, n + q) by coordinates and amounts are over the sigmas. Every
+    observation has a variance of its own, its sum of squares over its degrees of freedom; with J = Q R the covariance
+    is R^-1 (sum of v_k Q_k^T Q_k) R^-T, for one observation s^2 (J^T J)^-1. Degrees of freedom of each error are
+    Satterthwaite's. ``variance`` states the variance instead.
+    """
+    size = np.linalg.norm(slopes, axis=0)
+    q, upper = np.linalg.qr(slopes / size)
+    inverse = np.linalg.inv(upper) / size[:, None]
+    units = np.concatenate([problem.scales.slopes(x), np.ones(len(amounts))])
+    samples, unknowns = slopes.shape
+    if len(problem.observations) == 1 or variance is not None:
+        leverage = np.array(
+            [float(unknowns)] if len(problem.observations) == 1 else [(q[s] ** 2).sum() for s in problem.slices]
+        )
+        freedom = np.full(len(x), float(max(samples - unknowns, 1)))
+        own = float(residuals @ residuals) / max(samples - unknowns, 1) if variance is None else variance
+        covariance = own * (inverse @ inverse.T)
+    else:
+        leverage = np.array([(q[s] ** 2).sum() for s in problem.slices])
+        spare = np.array([max(s.stop - s.start - p, 1.0) for s, p in zip(problem.slices, leverage, strict=True)])
+        squares = np.array([residuals[s] @ residuals[s] for s in problem.slices]) / spare
+        parts = np.array(
+            [v * inverse @ (q[s].T @ q[s]) @ inverse.T for v, s in zip(squares, problem.slices, strict=True)]
+        )
+        covariance = parts.sum(axis=0)
+        shares = np.diagonal(parts, axis1=1, axis2=2)[:, : len(x)]
+        least = np.finfo(float).tiny
+        freedom = shares.sum(axis=0) ** 2 / np.maximum((shares**2 / spare[:, None]).sum(axis=0), least)
+    return FitResult(
+        problem=problem,
+        values=problem.scales.values(x),
+        nuisance=amounts,
+        covariance=covariance * np.outer(units, units),
+        residuals=residuals,
+        slopes=slopes / units,
+        leverage=leverage,
+        freedom=freedom,
+        offset=offset,
+        evaluations=evaluations,
+    )
+
+
+def assembled(problem: Problem, groups: Sequence[Sequence[int]], parts: Sequence[FitResult]) -> FitResult:
+    """Return the result of ``problem`` out of those of its components; ``groups`` are their observations."""
+    n = len(problem.labels)
+    starts = np.cumsum([0, *(o.nuisance.shape[1] for o in problem.observations)]).tolist()
+    count = n + starts[-1]
+    values, freedom, leverage = np.empty(n), np.empty(n), np.empty(len(problem.observations))
+    nuisance, residuals = np.empty(starts[-1]), np.empty(len(problem.data))
+    covariance, slopes = np.zeros((count, count)), np.zeros((len(problem.data), count))
+    for group, part in zip(groups, parts, strict=True):
+        rows = np.concatenate([np.arange(len(problem.data))[problem.slices[k]] for k in group])
+        linear = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in group]).astype(int)
+        moved = np.array([problem.labels.index(label) for label in part.labels], dtype=int)
+        columns = np.concatenate([moved, n + linear])
+        values[moved], freedom[moved], nuisance[linear] = part.values, part.freedom, part.nuisance
+        residuals[rows], leverage[list(group)] = part.residuals, part.leverage
+        covariance[np.ix_(columns, columns)] = part.covariance
+        slopes[np.ix_(rows, columns)] = part.slopes
+    return FitResult(
+        problem=problem,
+        values=values,
+        nuisance=nuisance,
+        covariance=covariance,
+        residuals=residuals,
+        slopes=slopes,
+        leverage=leverage,
+        freedom=freedom,
+        offset=max(part.offset for part in parts),
+        evaluations=sum(part.evaluations for part in parts),
+        starts=min((part.starts for part in parts), key=lambda s: s.agreeing),
+        components=tuple(parts),
+    )
+
+
+def with_starts(found: FitResult, starts: StartSummary) -> FitResult:
+    """Return the fit with word of how many starts led to it."""
+    return replace(found, starts=starts)
+
+
+def require_near(problem: Problem, x: Array, origin: Array) -> None:
+    """Raise SolveError where coordinates (n,) have run away from their ``origin``, by name."""
+    far = (np.abs(x - origin) > _RUNAWAY) & ~problem.scales.free
+    lost = [label for label, away in zip(problem.labels, far, strict=True) if away]
+    if lost:
+        raise SolveError(f"{RAN_AWAY} ({', '.join(lost)})")
+
+
+def _require_converged(problem: Problem, slope: Array, residuals: Array, tolerance: float, count: int) -> float:
+    """Return the relative offset of a fit that stands at a minimum.
+
+    Raises SolveError where it does not: it ended early, on a plain, or where two parameters act alike.
+    """
+    size = np.linalg.norm(slope, axis=0)
+    unfelt = [label for label, felt in zip(problem.labels, size, strict=False) if not felt > 0]
+    if unfelt:
+        raise SolveError(f"the data do not determine every parameter of this model: {', '.join(unfelt)} is not felt")
+    step, offset, condition = gauss_newton(slope, residuals)
+    if not condition < _CONDITION:
+        *others, last = acting_alike(slope, problem.labels)
+        alike = f"{', '.join(others)} and {last}" if others else last
+        raise SolveError(f"the data do not determine every parameter of this model: {alike} act alike")
+    # a fit told to end early may end as far from the minimum as its tolerance allows
+    limit = max(_OFFSET, 10 * float(np.sqrt(tolerance * len(residuals) / len(size))))
+    if offset > limit and np.abs(step[: len(problem.labels)]).max(initial=0.0) > _CLOSE:
+        raise SolveError(
+            f"the fit did not converge in {count} evaluations: the data do not determine this model; try --model rc"
+        )
+    return offset
+
+
+def acting_alike(slope: Array, labels: Sequence[str]) -> tuple[str, ...]:
+    """Return the parameters, at least two, of the direction that ``slope`` (samples, parameters first) feels least."""
+    direction = np.abs(np.linalg.svd(slope / np.linalg.norm(slope, axis=0))[2][-1])
+    felt = direction[: len(labels)]
+    chosen = felt >= min(_SHARE, float(np.sort(felt)[-min(2, len(felt))]))
+    return tuple(label for label, member in zip(labels, chosen, strict=True) if member)

@@ -1,0 +1,72 @@
+"""Observations: what was measured of one quantity in one file, and how a model predicts it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from .criteria import independent_samples
+
+#: values (k, p) -> predictions (k, m): k sets of parameters at once
+Predict = Callable[[Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """One row of measured numbers and the model of it.
+
+    ``data`` (m,) are real numbers in ``unit``; ``x`` are the places where they were measured. ``predict`` takes sets of
+    the parameters ``names`` (k, p) to (k, m); ``derivatives``, given for all observations of a problem or none, takes
+    one set (p,) to the derivatives (m, p), which are central differences otherwise. ``nuisance`` (m, q) are linear
+    terms of this observation alone, such as an offset. ``sigma`` [unit], one or one a sample (m,), is the unit in which
+    residuals count; ``size`` [unit] is what they are compared with. ``channels`` is the number of equal parts of
+    ``data``, such as real and imaginary ones, one after the other.
+    """
+
+    source: str
+    quantity: str
+    unit: str
+    x: Array
+    data: Array
+    names: tuple[str, ...]
+    predict: Predict
+    nuisance: Array
+    sigma: float | Array = 1.0
+    size: float = 1.0
+    channels: int = 1
+    derivatives: Callable[[Array], Array] | None = None
+
+    def fitted(self, values: Array) -> Array:
+        """Return the prediction (m,) of the parameters (p,) with the best linear terms."""
+        prediction = self.predict(values[None])[0]
+        if self.nuisance.shape[1]:
+            prediction = (
+                prediction + self.nuisance @ np.linalg.lstsq(self.nuisance, self.data - prediction, rcond=None)[0]
+            )
+        return prediction
+
+    def independent_samples(self, residuals: Array) -> float:
+        """Return the number of independent samples that ``residuals`` (m,) amount to."""
+        return independent_samples(residuals, self.channels)
+
+    def rms(self, fitted: Array) -> float:
+        """Return the root mean square of data - ``fitted`` [unit]."""
+        return float(np.sqrt(np.mean((self.data - fitted) ** 2)))
+
+
+def observation(
+    predict: Predict,
+    data: Array,
+    names: Sequence[str],
+    *,
+    nuisance: Array | None = None,
+    x: Array | None = None,
+    derivatives: Callable[[Array], Array] | None = None,
+) -> Observation:
+    """Return an observation of plain ``data`` (m,) without source or unit; ``x`` defaults to 0, 1, ..."""
+    linear = np.zeros((len(data), 0)) if nuisance is None else nuisance
+    places = np.arange(len(data), dtype=float) if x is None else x
+    return Observation("data", "data", "", places, data, tuple(names), predict, linear, derivatives=derivatives)

@@ -1,0 +1,187 @@
+"""The result of a fit: values, covariance and residuals of a problem that stands at a minimum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..arrays import Array
+from .criteria import likelihood
+from .multistart import ONE_START, StartSummary
+from .problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class FitResult:
+    """A converged fit of ``problem``.
+
+    ``values`` (n,) are in the order of ``problem.labels``, ``nuisance`` (q,) the linear terms' amounts. ``covariance``
+    (n + q, n + q) is that of (values, nuisance), in their units. ``residuals`` = data - prediction (samples,) and
+    ``slopes`` (samples, n + q) of the prediction are over the sigmas. ``leverage`` says how many unknowns each
+    observation determines; ``freedom`` (n,) are the degrees of freedom of each error. ``offset`` tells how well the fit
+    has converged. ``components`` are the fits that a problem falls into whose observations share no parameter.
+    """
+
+    problem: Problem
+    values: Array
+    nuisance: Array
+    covariance: Array
+    residuals: Array
+    slopes: Array
+    leverage: Array
+    freedom: Array
+    offset: float
+    evaluations: int
+    starts: StartSummary = ONE_START
+    components: tuple[FitResult, ...] = ()
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels (n,) of the values."""
+        return self.problem.labels
+
+    @property
+    def parts(self) -> tuple[FitResult, ...]:
+        """The fits of the problem's components, itself if there is one."""
+        return self.components or (self,)
+
+    @cached_property
+    def errors(self) -> Array:
+        """Standard errors (n,) by the covariance."""
+        return np.sqrt(np.diag(self.covariance))[: len(self.values)]
+
+    @cached_property
+    def pooled_errors(self) -> Array:
+        """Standard errors (n,) that one variance for all observations gives, s^2 (J^T J)^-1."""
+        if len(self.problem.observations) == 1:
+            return self.errors
+        size = np.linalg.norm(self.slopes, axis=0)
+        inverse = np.linalg.inv(np.linalg.qr(self.slopes / size, mode="r")) / size[:, None]
+        return self.deviation * np.linalg.norm(inverse, axis=1)[: len(self.values)]
+
+    @cached_property
+    def nuisance_errors(self) -> Array:
+        """Standard errors (q,) of the linear terms."""
+        return np.sqrt(np.diag(self.covariance))[len(self.values) :]
+
+    @property
+    def count(self) -> int:
+        """Number of unknowns, linear terms included."""
+        return len(self.values) + len(self.nuisance)
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        return max(len(self.residuals) - self.count, 1)
+
+    @property
+    def sum_of_squares(self) -> float:
+        return float(self.residuals @ self.residuals)
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the residuals, over the sigmas."""
+        return float(np.sqrt(self.sum_of_squares / self.degrees_of_freedom))
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square of all residuals, over the sigmas."""
+        return float(np.sqrt(np.mean(self.residuals**2)))
+
+    @property
+    def coordinates(self) -> Array:
+        """Coordinates (n,) of the values."""
+        return self.problem.scales.coordinates(self.values)
+
+    @property
+    def units(self) -> Array:
+        """d values / d coordinates (n,)."""
+        return self.problem.scales.slopes(self.coordinates)
+
+    @cached_property
+    def intervals(self) -> Array:
+        """95 % intervals (n, 2) by the covariance and Student's t, symmetric about the coordinates.
+
+        No end leaves the parameter's limits, and a resistance is treated as the conductance that it is the inverse of.
+        """
+        from scipy.stats import t as student
+
+        middle, half = self.coordinates, student.ppf(0.975, self.freedom) * self.errors / self.units
+        return np.column_stack([self.problem.scales.values(middle + sign * half) for sign in (-1.0, 1.0)])
+
+    @property
+    def correlations(self) -> Array:
+        """Correlation matrix (n, n) of the values."""
+        n = len(self.values)
+        return self.covariance[:n, :n] / np.outer(self.errors, self.errors)
+
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion, m log(sum of squares/m) + 2 k."""
+        return likelihood(self.residuals) + 2 * self.count
+
+    @property
+    def bic(self) -> float:
+        """Schwarz's criterion, m log(sum of squares/m) + k log m."""
+        return likelihood(self.residuals) + float(np.log(len(self.residuals))) * self.count
+
+    def residuals_of(self, k: int) -> Array:
+        """Return data - prediction of observation ``k``, in its unit."""
+        return self.residuals[self.problem.slices[k]] * self.problem.observations[k].sigma
+
+    def fitted(self, k: int) -> Array:
+        """Return the prediction of observation ``k``, linear terms included, in its unit."""
+        return self.problem.observations[k].data - self.residuals_of(k)
+
+    def rms_of(self, k: int) -> float:
+        """Return the root mean square of the residuals of observation ``k``, in its unit."""
+        return float(np.sqrt(np.mean(self.residuals_of(k) ** 2)))
+
+    def nuisance_of(self, k: int) -> Array:
+        """Return the amounts of the linear terms of observation ``k``."""
+        widths = [o.nuisance.shape[1] for o in self.problem.observations]
+        start = sum(widths[:k])
+        return self.nuisance[start : start + widths[k]]
+
+    def statistics_of(self, k: int) -> dict[str, float]:
+        """Return rmse [unit], AIC, BIC and n of observation ``k``, by as many unknowns as it determines."""
+        residuals = self.residuals_of(k)
+        unknowns, size = float(self.leverage[k]), likelihood(residuals)
+        bic = size + float(np.log(len(residuals))) * unknowns
+        return {"rmse": self.rms_of(k), "aic": size + 2 * unknowns, "bic": bic, "n": len(residuals)}
+
+    def independent_samples(self, k: int) -> float:
+        """Return the number of independent samples that the residuals of observation ``k`` amount to."""
+        return self.problem.observations[k].independent_samples(self.residuals_of(k))
+
+    def by_label(self) -> Mapping[str, float]:
+        """Return the values by their labels, fixed ones included."""
+        return {**dict(zip(self.labels, self.values.tolist(), strict=True)), **self.problem.fixed}
+
+    @cached_property
+    def means(self) -> dict[str, float]:
+        """The parameters by name, the geometric mean of those with a value a source."""
+        known = self.by_label()
+        each: dict[str, list[float]] = {}
+        for label, p in self.problem.labelled:
+            each.setdefault(p.name, []).append(known[label])
+        return {name: v[0] if len(v) == 1 else float(np.exp(np.mean(np.log(v)))) for name, v in each.items()}
+
+    @cached_property
+    def averaging(self) -> tuple[tuple[str, ...], Array]:
+        """Names (p,) that a fit moved, and the matrix (p, n) from logarithms of values to those of `means`."""
+        names = tuple(dict.fromkeys(p.name for p in self.problem.moved))
+        matrix = np.array([[float(p.name == name) for p in self.problem.moved] for name in names]).reshape(
+            len(names), -1
+        )
+        return names, matrix / matrix.sum(axis=1, keepdims=True)
+
+    def predicting(self, problem: Problem) -> FitResult:
+        """Return the same result with another problem of the same data, such as one that is cheaper to predict."""
+        parts = self.components
+        if parts:
+            groups = problem.components()
+            parts = tuple(part.predicting(problem.of(g)) for part, g in zip(parts, groups, strict=True))
+        return replace(self, problem=problem, components=parts)
