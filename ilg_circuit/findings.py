@@ -62,6 +62,81 @@ _FORMATTER = _Formatter()
 
 #: code -> sentence; fields are names in ``values``.
 SENTENCES: dict[str, str] = {
+    # -- identification: the port --
+    "one-pole-not-enough": (
+        "one pole is not enough: the residuals ({share:.1%} rms of the peak current) are autocorrelated; try --model rc2"
+    ),
+    "residuals-structured": (
+        "model {model} does not describe all of the current: its residuals ({share:.1%} rms of the peak) are "
+        "autocorrelated"
+    ),
+    "residuals-autocorrelated": "residuals are autocorrelated; standard errors are from a block bootstrap",
+    "spectrum-misfit": (
+        "the residuals of model {model} are {share:.2%} rms of abs(Z), the spectrum's own noise is {noise:.2%}: the "
+        "model does not describe all of it"
+    ),
+    "resolution-coarse": (
+        "the current's resolution of {step:@A2} is coarser than the residuals: what lies below it, such as the steady "
+        "current, is not known as well as the standard errors say"
+    ),
+    "electron-path-open": "dc_resistance: {reason}; the strip is given {given:.3g} ohm",
+    "electrode-resistance-not-determined": (
+        "the electrode resistance is not determined by these data ({reason}): it is held at zero"
+    ),
+    "not-determined": "not determined by these data ({reason})",
+    "no-model-determined": "no model is fully determined by these data: the simplest that could be fitted is given",
+    "start-not-confirmed": (
+        "the best of {starts} fits was not reached from a second start: it may not be the global minimum"
+    ),
+    "file-not-described": "no port describes {files} even by itself: look at the file, or leave it out",
+    "files-inconsistent": (
+        "one port does not hold for all files: the individual fits are {ratio:g} times better or more for {files}"
+    ),
+    "file-outlying": (
+        "without {file} one port holds for all others: is it of another strip, or of another state of it?"
+    ),
+    "kramers-kronig-points": (
+        "{count} of {of} points break the Kramers-Kronig relations (by up to {worst:.1%} of abs(Z)): {frequencies}; they "
+        "are left out of the fit"
+    ),
+    "kramers-kronig-residuals": (
+        "Kramers-Kronig residuals are {rms:.1%} rms of abs(Z){structure}, largest at {at:@Hz4}: the strip drifted or "
+        "answered nonlinearly while it was measured, or the readings are noisy; no circuit can fit better"
+    ),
+    # -- identification: the coupling --
+    "displacement-not-fitted": "no displacement fit: {reason}",
+    "displacements-inconsistent": (
+        "the displacements could not be fitted together ({reason}): the strip is given no coupling"
+    ),
+    "displacement-opposed": (
+        "its displacement moves against the others': was the camera's axis or the strip's polarity reversed? it was "
+        "left out of the coupling"
+    ),
+    "displacement-shortened": (
+        "displacement fitted over the first {window:.4g} s only: later it drifts up to {away:@m3} away from the model"
+    ),
+    "displacement-not-described": (
+        "d(s) does not describe the displacement: its residuals are more than noise at any length"
+    ),
+    "displacement-axis-reversed": (
+        "the displacement falls as the voltage rises: its axis was taken to point away from the anode"
+    ),
+    "displacement-drifts": "the displacement drifts by {rate:@m3} a second: fitted as a straight line beside d(s)",
+    "displacement-shows-inertia": (
+        "the displacement shows the beam's inertia: E, density and damping are the actuator's"
+    ),
+    "displacement-autocorrelated": (
+        "residuals of the displacement are autocorrelated; standard errors are from a block bootstrap"
+    ),
+    "no-actuator": (
+        "no --actuator given: geometry and Young's modulus are the paper's; resistances and capacitances do not depend "
+        "on them"
+    ),
+    "no-actuator-coupling": (
+        "no --actuator given: geometry and Young's modulus are the paper's; resistances and capacitances do not depend "
+        "on them, the coupling gain is in proportion to b^2/L_F^2"
+    ),
+    "coupling-not-fitted": "the coupling was not fitted: it is that of the given actuator",
     # -- intervals --
     "profile-failed": "no profile of {parameter} ({reason}); its interval is from a block bootstrap",
     "profile-open": "the data set {parameter} no {sides} limit within a factor of {reach:.0e}",

@@ -25,7 +25,7 @@ class ResidualWindow:
     count: int
     rms: float
 
-    def to_json(self) -> dict[str, float]:
+    def to_dict(self) -> dict[str, float]:
         return {"from_s": self.start, "to_s": self.end, "n": self.count, "rms": self.rms}
 
 

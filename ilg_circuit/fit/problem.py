@@ -200,6 +200,8 @@ class Evaluation:
                 return self._rejected()
             try:
                 result = self._problem.derivatives(x)
+                if not np.isfinite(result[0]).all():
+                    raise SolveError("the model has no finite value there")
             except InputError:  # a value beyond all measure
                 raise SolveError(RAN_AWAY) from None
             except SolveError:  # or one that is still a number, but no circuit that can be solved

@@ -3,25 +3,7 @@
 In: records and spectra. Out: an `Identification`. May import: the rooms up to `simulation`.
 """
 
-from ..fit.curve import fit_curve
-from ..measurements.prepare import Measurement, read_measurement
-from ..measurements.spectrum_files import Spectrum, prepare_spectrum, read_spectrum
-from .identification import Identification, identify
-from .joint import JointFit, fit_jointly
-from .spectrum_identification import SpectrumIdentification, identify_spectra, identify_spectrum
+from .identification import Identification
+from .identify import identify, identify_each
 
-__all__ = [
-    "Identification",
-    "JointFit",
-    "Measurement",
-    "Spectrum",
-    "SpectrumIdentification",
-    "fit_curve",
-    "fit_jointly",
-    "identify",
-    "identify_spectra",
-    "identify_spectrum",
-    "prepare_spectrum",
-    "read_measurement",
-    "read_spectrum",
-]
+__all__ = ["Identification", "identify", "identify_each"]

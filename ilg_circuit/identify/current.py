@@ -1,164 +1,176 @@
-"""The electrical fit: any model of the port to a measured current."""
+"""The measured current as an observation of the port, and its fit by itself."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Mask
 from ..circuit.strip import port_netlist
 from ..drive import PiecewiseLinear
 from ..errors import InputError
-from ..fit.identifiability import Identifiability, diagnose
-from ..fit.least_squares import Fit, fit_problem
-from ..fit.problem import Problem, Scales
-from ..fit.residuals import effective_samples, information_criterion, structured
-from ..measurements.prepare import Measurement, noise_level
+from ..findings import Finding
+from ..fit.fitting import fit, with_starts
+from ..fit.observation import Observation, Predict
+from ..fit.problem import Progress
+from ..measurements.prepare import Measurement
 from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
-from ..strip.models import ElectricalModel, Ladders, electrical_model
+from ..strip.models import ElectricalModel
 from ..strip.port import Port
 from ..units import format_quantity
-from .modal import Ports, modal_model
-from .scout import Scouting, fit_from_several, scout
+from .current_search import fit_from_several, search_starts
+from .modal import Ports, modal_currents
+from .port_model import IndividualFit, PortModel, port_problem, quickened
 from .start import model_start
-
-Array = NDArray[np.float64]
 
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
 _NONLINEAR_ACCURACY = 1e-6
-#: A diffusion time may grow so much beyond its starting value before its ladder ends below the band.
-_REACH = 3.0
-#: Steps whose voltages differ by less than this part tell nothing about a nonlinearity.
-_SAME_VOLTAGE = 0.2
-#: Residuals below this part of the peak are of no interest, whatever their structure.
-_NEGLIGIBLE = 1e-4
+#: So many samples before the onset tell the instrument's offset.
+_REST = 5
+#: ngspice needs a fine grid after every jump; the exact engine an exponential for every width of an interval.
+_MANY_JUMPS, _FEW_WIDTHS = 12, 40
+#: Models of two relaxations or fewer are small circuits.
+_SMALL = 2
 
 
 @dataclass(frozen=True)
-class CurrentFit:
-    """Fit of one electrical model. ``time`` [s] since the onset, ``data`` and ``fitted`` [A], all (samples,).
+class CurrentData:
+    """The current of a record over time since the onset [s]; samples at rest only where they tell the offset."""
 
-    ``port`` is what was fitted, R-C branches by ascending time constant; ``offset`` [A] is the instrument's, where one
-    was found at rest; ``scouting`` tells from how many starts, ``identifiability`` which parameters the data determine.
-    """
+    record: Measurement
+    engine: str
+    source: str
 
-    model: str
-    fit: Fit
-    port: Port
-    time: Array
-    data: Array
-    offset: float | None
-    scouting: Scouting
-    identifiability: Identifiability
-    warnings: tuple[str, ...]
+    quantity = "current"
+    unit = "A"
 
     @property
-    def unreliable(self) -> str:
-        """Why the fit should not be chosen; empty where nothing speaks against it."""
-        return self.identifiability.reason or self.scouting.doubt
+    def notes(self) -> tuple[Finding, ...]:
+        return self.record.notes
 
     @property
-    def fitted(self) -> Array:
-        return self.data - self.fit.residuals
+    def voltage(self) -> float:
+        """Largest voltage applied [V], with its sign."""
+        values = self.record.drive.values
+        return float(values[np.argmax(np.abs(values))])
 
     @property
-    def dc_resistance(self) -> float:
-        """Rdc [ohm]."""
-        return self.port.dc_resistance
+    def level(self) -> float | None:
+        return self.record.step
 
     @property
-    def branches(self) -> tuple[tuple[float, float], ...]:
-        """(resistance [ohm], capacitance [F]) by ascending time constant; none where the ions diffuse."""
-        return self.port.branches
+    def has_offset(self) -> bool:
+        """True if there are enough samples before the onset to fit the current offset."""
+        return int(self.record.current.rest.sum()) >= _REST
 
-    def effective_bic(self, simplest: CurrentFit) -> float:
-        """BIC on as many samples as are independent, by the better model's residuals; see `residuals`."""
-        samples = max(effective_samples(self.fit.residuals), effective_samples(simplest.fit.residuals))
-        return information_criterion(self.fit.residuals, self.fit.count, samples)
+    @property
+    def _kept(self) -> Mask:
+        rest = self.record.current.rest
+        return np.ones(len(rest), dtype=bool) if self.has_offset else ~rest
 
+    @property
+    def abscissa(self) -> Array:
+        return self.record.current.time[self._kept]
 
-def fit_current(
-    measurement: Measurement,
-    electrode_resistance: float,
-    model: str,
-    engine: str = "ngspice",
-    progress: Callable[[], None] | None = None,
-) -> CurrentFit:
-    """Fit ``model``, any of `ilg_circuit.strip.models`, to the measured current, Re held [ohm].
+    @property
+    def data(self) -> Array:
+        return self.record.current.values[self._kept]
 
-    Raises InputError or SolveError as `identify` says.
-    """
-    kind = electrical_model(model)
-    require_voltages(kind, [measurement])
-    channel, drive = measurement.current, measurement.drive
-    rest = channel.rest
-    offset = rest_offset(channel.values[rest])
-    keep = np.ones(len(rest), dtype=bool) if offset is not None else ~rest
-    t, data = channel.time[keep], channel.values[keep]
-    after = t >= 0
-    start = model_start(kind, t[after], data[after] - (offset or 0.0), drive, electrode_resistance)
-    nuisance = np.ones((len(t), int(offset is not None)))
-    scales = Scales(np.array([p.below for p in kind.parameters]))
+    @property
+    def size(self) -> float:
+        return float(np.abs(self.data).max())
 
-    def problem(ladders: Ladders) -> tuple[Problem, Ports]:
-        def ports(values: Array) -> list[Port]:
-            return [kind.port(v, electrode_resistance, ladders) for v in values.tolist()]
+    @property
+    def band(self) -> tuple[float, float]:
+        return transient_band(self.abscissa[self.abscissa >= 0])
 
-        return Problem(lambda v: currents(ports(v), drive, t, engine), data, kind.names, scales, nuisance), ports
+    def shown(self, numbers: Array) -> Array:
+        return numbers
 
-    ladders = ladders_for(kind, start, t[after])
-    if kind.linear:
-        scouting, check = scout(*problem(ladders), drive, t, start)
-        ladders = ladders_for(kind, scouting.values, t[after])
-        whole, ports = problem(ladders)
-        # the closed form of all samples leaves little to do for the engine, and serves whoever moves the parameters
-        quick = replace(whole, model=modal_model(ports, drive, t))
-        fit = fit_problem(whole, fit_problem(quick, scouting.values).values, progress)
-        check(fit.values)
-        fit = replace(fit, problem=quick)
-    else:
-        scouting, fit = fit_from_several(problem(ladders)[0], start, progress)
-    fit = in_order(fit, model)
-    found = kind.port(fit.values.tolist(), electrode_resistance, ladders)
-    identifiability = diagnose(fit, found.branches)
-    warnings = [*_warnings(model, fit, data), *_resolution_warnings(fit, data)]
-    if scouting.doubt:
-        warnings.append(f"{scouting.doubt}: it may not be the least")
-    if not identifiability.determined:
-        warnings.append(f"not determined by these data ({identifiability.reason})")
-    return CurrentFit(
-        model=model,
-        fit=fit,
-        port=found,
-        time=t,
-        data=data,
-        offset=float(fit.nuisance[0]) if offset is not None else None,
-        scouting=scouting,
-        identifiability=identifiability,
-        warnings=tuple(warnings),
-    )
+    def ports(self, model: PortModel) -> Ports:
+        """Return the function from values (k, n) to the ports that they make, with ladders for this record."""
+        ladders = model.kind.ladders(np.array(model.typical), self.band)
+        return lambda values: [model.port(v, ladders) for v in values]
 
+    def observation(self, model: PortModel, sigma: float = 1.0) -> Observation:
+        t, ports = self.abscissa, self.ports(model)
 
-def require_voltages(model: ElectricalModel, measurements: Sequence[Measurement]) -> None:
-    """Raise InputError where steps of one voltage are all that a sinh electron path is to be fitted to.
+        def predict(values: Array) -> Array:
+            return currents(ports(values), self.record.drive, t, self.engine)
 
-    Under a constant voltage it is a resistor, whichever its emission voltage.
-    """
-    steps = [abs(m.step) for m in measurements if m.step is not None]
-    if "emission_voltage" not in model.names or len(steps) < len(measurements):
-        return
-    if max(steps) < (1 + _SAME_VOLTAGE) * min(steps):
-        raise InputError(
-            f"model {model.name} needs several voltages: under a step of {max(steps):.3g} V alone its electron path is "
-            "a resistor; give files of different voltages, a waveform, or another model"
-        )
+        nuisance = np.ones((len(t), int(self.has_offset)))
+        how = {"sigma": sigma, "size": self.size}
+        return Observation(self.source, self.quantity, self.unit, t, self.data, model.names, predict, nuisance, **how)
+
+    def quick(self, model: PortModel) -> Predict | None:
+        return self.modal(model, self.abscissa) if model.kind.linear else None
+
+    def modal(self, model: PortModel, t: Array) -> Predict:
+        """Return the prediction of a linear model at ``t`` [s] as a sum of modes, zero before the onset at 0."""
+        after, ports = t >= 0, self.ports(model)
+
+        def predict(values: Array) -> Array:
+            waveforms = np.zeros((len(values), len(t)))
+            waveforms[:, after] = modal_currents(ports(values), self.record.drive, t[after])
+            return waveforms
+
+        return predict
+
+    def require_electrode_resistance(self, held: float) -> None:
+        if not (math.isfinite(held) and held >= 0):
+            raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
+        after = self.record.current.time >= 0
+        i, u = self.record.current.values[after], self.record.drive.value(self.record.current.time[after])
+        k = int(np.argmax(np.abs(i)))
+        if held and held * abs(i[k]) >= abs(u[k]):
+            peak = format_quantity(abs(i[k]), "A", 4)
+            raise InputError(
+                f"electrode resistance {held:g} ohm is too large: the peak current of {peak} allows less than "
+                f"{abs(u[k] / i[k]):.4g} ohm"
+            )
+
+    def holds(self, kind: ElectricalModel) -> bool:
+        # one step does not tell a sinh electron path from a resistor
+        return not (kind.constant_voltage_hides and self.level is not None)
+
+    def trial_engine(self, kind: ElectricalModel) -> str:
+        """Return the engine that tries a model: the exact one for large circuits where many jumps make ngspice slow.
+
+        Its answer is ngspice's to eight digits; the model that is chosen is fitted by the engine of record.
+        """
+        if not kind.linear or kind.branch_count <= _SMALL or len(self.record.drive.times) < _MANY_JUMPS:
+            return self.engine
+        t = self.record.current.time
+        widths = np.diff(np.union1d(t[t >= 0], self.record.drive.times))
+        return "exact" if len(np.unique(np.round(widths / widths.max(), 9))) <= _FEW_WIDTHS else self.engine
+
+    def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
+        self.require_electrode_resistance(held)
+        t, data, drive = self.abscissa, self.data, self.record.drive
+        offset = float(data[t < 0].mean()) if self.has_offset else 0.0
+        start = model_start(kind, t[t >= 0], data[t >= 0] - offset, drive, held)
+        model = PortModel(kind, held, tuple(start.tolist()))
+        if not kind.linear:
+            return IndividualFit(model, fit_from_several(port_problem((self,), model, (1.0,)), start, progress))
+        # multi-start by the closed form of few samples, then of all, which leaves little to do for the engine
+        problem = quickened(port_problem((self,), model, (1.0,)), (self,), model)
+        values, starts, check = search_starts(problem, lambda t: self.modal(model, t), start)
+        model = PortModel(kind, held, tuple(values.tolist()))
+        tried = replace(self, engine=self.trial_engine(kind))
+        whole = port_problem((tried,), model, (1.0,))
+        quick = quickened(whole, (self,), model)
+        near = fit(quick, values).values
+        found = fit(whole, near[kind.order(near)], progress)
+        check(found.values)
+        return IndividualFit(model, with_starts(found.predicting(quick), starts))
 
 
 def currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: str) -> Array:
-    """Currents [A] (ports, samples) into ``ports`` of one model at ``t`` [s]; zero before the onset at 0."""
+    """Return currents [A] (ports, samples) into ``ports`` of one model at ``t`` [s]; zero before the onset at 0."""
     after = t >= 0
     result = np.zeros((len(ports), len(t)))
     linear = ports[0].linear
@@ -168,74 +180,3 @@ def currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: st
     found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=acceptable)
     result[:, after] = found.values[:, 0]
     return result
-
-
-def ladders_for(model: ElectricalModel, start: Array, t: Array) -> Ladders:
-    """Ladders that stay the same but for their scale while a fit moves their parameters."""
-    low, high = transient_band(t)
-    values = dict(zip(model.names, start.tolist(), strict=True))
-    if "diffusion_time" in values:
-        ladders = Ladders((low, high), reach=2 * np.pi * high * values["diffusion_time"] * _REACH)
-    elif "cpe_exponent" in values:
-        ladders = Ladders((low, high))
-    else:
-        return Ladders()
-    made = model.port(start.tolist(), ladders=ladders).ladder
-    assert made is not None
-    return replace(ladders, sections=len(made.sections))
-
-
-def rest_offset(rest: Array) -> float | None:
-    """Mean current at rest, where it is beyond chance; None otherwise."""
-    if len(rest) < 5:
-        return None
-    mean, spread = float(rest.mean()), float(rest.std(ddof=1))
-    return mean if abs(mean) > 4 * spread / np.sqrt(len(rest)) and mean else None
-
-
-def in_order(fit: Fit, model: str) -> Fit:
-    """The fit with its branches by ascending time constant (a sum of branches is unique up to their order)."""
-    if not model.startswith(("rc2", "rc3")):
-        return fit
-    branches = int(model[2])
-    pairs = fit.values[1 : 2 * branches + 1].reshape(-1, 2)
-    order = np.argsort(pairs.prod(axis=1))
-    arranged = np.concatenate([[0], *([2 * k + 1, 2 * k + 2] for k in order)]).astype(int)
-    index = np.concatenate([arranged, np.arange(len(arranged), len(fit.values))])
-    everything = np.concatenate([index, np.arange(len(index), fit.count)])
-    return replace(
-        fit,
-        values=fit.values[index],
-        errors=fit.errors[index],
-        covariance=fit.covariance[np.ix_(everything, everything)],
-        slopes=fit.slopes[:, everything],
-    )
-
-
-def _warnings(model: str, fit: Fit, data: Array) -> tuple[str, ...]:
-    found = []
-    peak = float(np.abs(data).max())
-    if structured(fit.residuals) and fit.rmse > max(1.5 * noise_level(data), _NEGLIGIBLE * peak):
-        share = f"{fit.rmse / peak:.1%} of the peak current rms"
-        if model == "rc":
-            found.append(f"one pole is not enough: the residuals ({share}) have a structure; try --model rc2")
-        else:
-            what = "two branches do" if model == "rc2" else f"model {model} does"
-            found.append(f"the residuals ({share}) still have a structure that {what} not hold")
-        found.append(
-            "residuals of neighbouring samples are alike: standard errors that take them as independent are too small, "
-            "those of a block bootstrap are given"
-        )
-    return tuple(found)
-
-
-def _resolution_warnings(fit: Fit, data: Array) -> list[str]:
-    """What a coarse instrument leaves open beyond the standard errors."""
-    found = []
-    steps = np.diff(np.unique(data))
-    if len(steps) and float(steps.min()) > 2 * fit.rmse and len(steps) < len(data) / 4:
-        found.append(
-            f"the current's resolution of {format_quantity(float(steps.min()), 'A', 2)} is coarser than the residuals: "
-            "what lies below it, such as the steady current, is not known as well as the standard errors say"
-        )
-    return found

@@ -6,15 +6,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..measurements.smoothing import Smoothed, smoothed, summit
-from ..simulation.step_metrics import SETTLING_BAND, StepFigures, step_figures
-from ..units import format_quantity
+from ..simulation.step_metrics import SETTLING_BAND
+from ..simulation.step_metrics import StepFigures as StepMetrics
+from ..simulation.step_metrics import step_figures as step_metrics
 from .displacement import DisplacementFit
-
-Array = NDArray[np.float64]
 
 #: The final value is the mean over this last part of the stretch.
 TAIL = 0.05
@@ -24,20 +23,9 @@ _FEWEST_SAMPLES = 20
 #: A peak must stand out of the final value by so many standard errors of the smoothed curve.
 _SEEN = 4.0
 
-#: Figures as people read them: name -> (unit, "" for a ratio; what it says in words)
-SHOWN = {
-    "final": ("m", "final value"),
-    "peak": ("m", "peak"),
-    "peak_time": ("s", "time of the peak"),
-    "overshoot": ("", "overshoot"),
-    "settling_time": ("s", f"settling time ({SETTLING_BAND:.0%})"),
-    "back_relaxation": ("m", "back-relaxation"),
-}
-_OF_A_PEAK = ("peak_time", "overshoot", "back_relaxation")
-
 
 @dataclass(frozen=True)
-class DisplacementFigures:
+class DisplacementMetrics:
     """Figures over the first ``until`` [s] under a constant voltage; rest and drift taken off, positive to the anode.
 
     ``measured`` are those of the smoothed curve, by local parabolas over ``windows`` (least, most) samples; ``error``
@@ -45,14 +33,14 @@ class DisplacementFigures:
     """
 
     until: float
-    measured: StepFigures
-    model: StepFigures
+    measured: StepMetrics
+    model: StepMetrics
     windows: tuple[int, int]
     error: float
     time: Array
     smooth: Array
 
-    def to_json(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         return {
             "until_s": self.until,
             "tail": TAIL,
@@ -63,30 +51,6 @@ class DisplacementFigures:
             "model": _json(self.model),
         }
 
-    def lines(self) -> list[str]:
-        """A table for a terminal."""
-        rows = [f"{'figures of the displacement':<28}{'measured':>16}{'model':>18}"]
-        rows += [f"{name:<28}{measured:>16}{model:>18}" for name, measured, model in self.rows()]
-        return [*rows, f"({self.over()};", f"{self.how()})"]
-
-    def rows(self) -> list[tuple[str, str, str]]:
-        """Name, measured and modelled figure, as text."""
-        return [
-            (title, _text(name, self.measured, unit), _text(name, self.model, unit))
-            for name, (unit, title) in SHOWN.items()
-        ]
-
-    def over(self) -> str:
-        """Of which part of the record, and from where they are counted."""
-        until = format_quantity(self.until, "s", 4)
-        return f"over the first {until} under constant voltage, rest and drift taken off, positive towards the anode"
-
-    def how(self) -> str:
-        """What was done to the data."""
-        low, high = self.windows
-        smoothing = f"smoothed by parabolas over {low} to {high} samples" if high > 1 else "not smoothed"
-        return f"measured: {smoothing}; final value: mean of the last {TAIL:.0%}"
-
     @property
     def peak(self) -> tuple[float, float] | None:
         """Time [s] and height [m] of the measured peak, if one is seen."""
@@ -94,27 +58,28 @@ class DisplacementFigures:
         return (at, height) if np.isfinite(at) else None
 
 
-def displacement_figures(fit: DisplacementFit, drive: PiecewiseLinear) -> DisplacementFigures | None:
-    """The figures over the first stretch of constant voltage, as far as the fit goes.
+def displacement_metrics(fit: DisplacementFit) -> DisplacementMetrics | None:
+    """Return the metrics over the first stretch of constant voltage, as far as the fit goes.
 
     A step's stretch is the record, a square wave's its first part. None for a drive that is not constant at first, or
     a stretch of fewer than 20 samples: they are not defined there.
     """
-    until = min(constant_until(drive), fit.window)
-    channel = fit.channel
+    until = min(constant_until(fit.data.drive), fit.data.window)
+    channel = fit.data.channel
     inside = (channel.time >= 0) & (channel.time <= until)
     if inside.sum() < _FEWEST_SAMPLES:
         return None
     t = channel.time[inside]
     base = fit.rest + (fit.drift or 0.0) * t
-    data, model = fit.sign * (channel.values[inside] - base), fit.sign * (fit.fitted[inside] - base)
+    sign = fit.data.sign
+    data, model = sign * (channel.values[inside] - base), sign * (fit.fitted[inside] - base)
     curve = smoothed(t, data)
     error = float(curve.stderr[np.argmax(np.abs(curve.values))])
     resolution = _SEEN * float(np.hypot(error, float(np.median(curve.stderr))))
-    return DisplacementFigures(
+    return DisplacementMetrics(
         until=float(t[-1]),
-        measured=_with_summit(step_figures(t, curve.values, tail=TAIL, resolution=resolution), t, data, curve),
-        model=step_figures(t, model, tail=TAIL, resolution=1e-6 * float(np.ptp(model))),
+        measured=_with_summit(step_metrics(t, curve.values, tail=TAIL, resolution=resolution), t, data, curve),
+        model=step_metrics(t, model, tail=TAIL, resolution=1e-6 * float(np.ptp(model))),
         windows=(int(curve.widths.min()), int(curve.widths.max())),
         error=error,
         time=t,
@@ -122,7 +87,7 @@ def displacement_figures(fit: DisplacementFit, drive: PiecewiseLinear) -> Displa
     )
 
 
-def _with_summit(figures: StepFigures, t: Array, data: Array, curve: Smoothed) -> StepFigures:
+def _with_summit(figures: StepMetrics, t: Array, data: Array, curve: Smoothed) -> StepMetrics:
     """The figures with the peak, where there is one, of a cubic through all samples about it."""
     if not np.isfinite(figures.peak_time):
         return figures
@@ -154,13 +119,6 @@ def constant_until(drive: PiecewiseLinear) -> float:
     return float(drive.times[k]) if drive.times[k] == drive.times[k - 1] else 0.0
 
 
-def _json(figures: StepFigures) -> dict[str, float | None]:
+def _json(figures: StepMetrics) -> dict[str, float | None]:
     values = {name: float(value) for name, value in vars(figures).items()}
     return {name: value if np.isfinite(value) else None for name, value in values.items()}
-
-
-def _text(name: str, figures: StepFigures, unit: str) -> str:
-    number = float(getattr(figures, name))
-    if not np.isfinite(number) or (name in _OF_A_PEAK and not np.isfinite(figures.peak_time)):
-        return "none seen"
-    return format_quantity(number, unit, 4) if unit else f"{number:.1%}"

@@ -1,293 +1,116 @@
-"""A measurement -> the strip: current first, then displacement, each fitted with the ngspice transient in the loop."""
+"""The result of an identification: what the measurements of one strip say of it."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
+from ..findings import Finding, sentences
+from ..fit.criteria import ResidualWindow
+from ..fit.estimate import Estimate
+from ..fit.result import FitResult
+from ..fit.selection import Candidate
+from ..result import Result
+from ..strip.actuator import Actuator
+from .coupling_fit import CouplingFit
+from .displacement_metrics import DisplacementMetrics
+from .kramers_kronig import KramersKronig
+from .observation_fit import ObservationFit
+from .port_fit import PortFit
 
-from ..errors import InputError, SolveError
-from ..fit.bootstrap import block_bootstrap, correlated
-from ..fit.estimate import Parameter
-from ..fit.intervals import require_method, uncertainties
-from ..fit.least_squares import Fit
-from ..fit.residuals import ResidualWindow, residual_windows
-from ..measurements.prepare import Measurement
-from ..simulation import closed_forms as formulas
-from ..strip.actuator import PAPER, Actuator, Coupling, Uncertainty
-from ..strip.elements import lumped_elements
-from ..strip.models import electrical_model
-from ..units import format_quantity
-from .current import CurrentFit, fit_current
-from .displacement import DisplacementFit, fit_displacement
-from .displacement_metrics import DisplacementFigures, displacement_figures
-from .selection import Candidate, choose, scouting_engine, single
-
-Array = NDArray[np.float64]
-
-COUPLING_UNITS = {
-    "coupling_gain": "m/(V s)",
-    "coupling_zero": "1/s",
-    "coupling_damping_ratio": "",
-    "coupling_natural_frequency": "rad/s",
-}
+#: Of fit.json.
+SCHEMA_VERSION = 2
 
 
-@dataclass(frozen=True)
-class Identification:
-    """What a measurement says of a strip. ``actuator`` has the fitted circuit and, if one was fitted, the coupling."""
+@dataclass(frozen=True, eq=False)
+class Identification(Result):
+    """What one file or several say of a strip; ``actuator`` has the fitted circuit and, if one was fitted, the coupling.
 
-    model: str
-    measurement: Measurement
+    ``fit`` is that of all observations in one parameter space; ``port`` and ``coupling`` are views of it, with the
+    individual fits of the files. ``parameters`` are the strip's: of those that each file has for itself the geometric
+    mean, the single ones being in ``own`` by file. ``observations`` are the currents and impedances in the order given,
+    then the displacements.
+    """
+
+    presenter: ClassVar[str] = "identification"
+
     actuator: Actuator
-    parameters: dict[str, Parameter]
-    derived: dict[str, Parameter]
-    statistics: dict[str, Any]
-    correlations: dict[str, Any]
-    warnings: tuple[str, ...]
-    current: CurrentFit
-    displacement: DisplacementFit | None
+    fit: FitResult
+    port: PortFit
+    coupling: CouplingFit | None
+    parameters: Mapping[str, Estimate]
+    own: Mapping[str, Mapping[str, Estimate]]
+    derived: Mapping[str, Estimate]
+    statistics: Mapping[str, Any]
+    correlations: Mapping[str, float]
+    observations: tuple[ObservationFit, ...]
+    candidates: tuple[Candidate, ...]
+    findings: tuple[Finding, ...]
     engine: str
-    candidates: tuple[Candidate, ...] = field(default=())
+    asked_for: str = field(default="auto")
 
     @property
-    def figures(self) -> DisplacementFigures | None:
-        """Peak, overshoot, settling, back-relaxation; None without a displacement or a constant voltage at first."""
-        return displacement_figures(self.displacement, self.measurement.drive) if self.displacement else None
+    def model(self) -> str:
+        """Name of the electrical model."""
+        return self.port.kind.name
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """The files, in the order given."""
+        return tuple(d.source for d in self.port.data)
+
+    @property
+    def single(self) -> bool:
+        """True if one file was given."""
+        return len(self.port.data) == 1
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The findings as sentences."""
+        return sentences(self.findings)
+
+    @property
+    def metrics(self) -> DisplacementMetrics | None:
+        """Peak, overshoot, settling, back-relaxation of a single file; None where they are not defined."""
+        return next((o.metrics for o in self.observations if o.metrics is not None), None) if self.single else None
+
+    @property
+    def check(self) -> KramersKronig | None:
+        """The Kramers-Kronig check of a single spectrum."""
+        return self.observations[0].check if self.single else None
 
     @property
     def residual_windows(self) -> dict[str, tuple[ResidualWindow, ...]]:
-        """Of current [A] and displacement [m], the latter as far as it was fitted."""
-        last = float(self.current.time[-1])
-        windows = {"current": residual_windows(self.current.time, self.current.fit.residuals, last)}
-        if self.displacement is not None:
-            t = self.displacement.channel.until(self.displacement.window).time
-            windows["displacement"] = residual_windows(t, self.displacement.fit.residuals, last)
-        return windows
+        """Residuals by windows of time for each quantity of a single record."""
+        if not self.single or self.observations[0].quantity == "impedance":
+            return {}
+        last = float(self.observations[0].abscissa[-1])
+        return {o.quantity: o.windows(last) for o in self.observations}
 
-    def to_json(self) -> dict[str, Any]:
-        """The contract's fit.json: model, parameters, derived, statistics, correlations, warnings."""
-        figures = self.figures
+    def to_dict(self) -> dict[str, Any]:
+        """Return fit.json: one schema for one file or several, of any kind."""
+        metrics = self.metrics
         return {
+            "schema_version": SCHEMA_VERSION,
             "model": self.model,
-            "source": self.measurement.source,
+            "source": ", ".join(self.sources),
             "engine": self.engine,
-            "parameters": {name: p.to_json() for name, p in self.parameters.items()},
-            "derived": {name: p.to_json() for name, p in self.derived.items()},
-            "statistics": self.statistics,
-            "residual_windows": {name: [w.to_json() for w in rows] for name, rows in self.residual_windows.items()},
-            "displacement": {"figures": figures.to_json() if figures else None},
-            "correlations": self.correlations,
-            "candidates": [c.to_json() for c in self.candidates],
+            "parameters": _plain(self.parameters),
+            "own": {source: _plain(found) for source, found in self.own.items()},
+            "derived": _plain(self.derived),
+            "statistics": dict(self.statistics),
+            "residual_windows": {name: [w.to_dict() for w in rows] for name, rows in self.residual_windows.items()},
+            "displacement": {"figures": metrics.to_dict() if metrics else None},
+            "kramers_kronig": self.check.to_dict() if self.check else None,
+            "correlations": dict(self.correlations),
+            "records": [o.to_dict() for o in self.observations],
+            "candidates": [c.to_dict() for c in self.candidates],
             "warnings": list(self.warnings),
+            "findings": [f.to_dict() for f in self.findings],
+            "provenance": self.provenance.to_dict(),
         }
 
 
-def identify(
-    measurement: Measurement,
-    *,
-    base: Actuator | None = None,
-    model: str = "auto",
-    electrode_resistance: float | None = None,
-    engine: str = "ngspice",
-    intervals: str = "covariance",
-    progress: Callable[[], None] | None = None,
-) -> Identification:
-    """Fit the current by ``model`` (of `strip.models`, or auto: see `selection`), then the displacement by d(s).
-
-    ``base`` gives geometry, E and density (default: the paper's, with a warning); ``electrode_resistance`` [ohm] is
-    held, because a step fixes only three of the four elements: default is the base's; ``intervals`` is the method of
-    the 95 % intervals, see `intervals`. Raises InputError for data that hold no answer, SolveError for a fit that does
-    not converge.
-    """
-    method = require_method(intervals)
-    if model != "auto":
-        electrical_model(model)
-    strip = base or PAPER
-    held = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
-    require_electrode_resistance(held, measurement)
-    warnings = list(measurement.notes)
-
-    def fit(measurement: Measurement, held: float, model: str) -> CurrentFit:
-        return fit_current(measurement, held, model, engine, progress)
-
-    def scout(measurement: Measurement, held: float, model: str) -> CurrentFit:
-        return fit_current(measurement, held, model, scouting_engine(measurement, model, engine), progress)
-
-    if model == "auto":
-        current, candidates = choose(measurement, held, scout, warnings)
-        if scouting_engine(measurement, current.model, engine) != engine:
-            current = fit(measurement, held, current.model)
-            candidates = tuple(replace(c, fit=current) if c.chosen else c for c in candidates)
-    else:
-        current, candidates = single(measurement, held, model, fit)
-    warnings += current.warnings
-    fitted = Actuator.from_port(
-        strip.geometry,
-        current.port,
-        base=strip.material,
-        coupling=None,
-        mounting=strip.mounting,
-        name=measurement.source.rsplit(".", 1)[0],
-    )
-    displacement = None
-    if measurement.displacement is not None:
-        try:
-            displacement = fit_displacement(measurement, fitted, engine, progress)
-        except (InputError, SolveError) as error:
-            warnings.append(f"no displacement fit: {error}")
-    if displacement is not None:
-        fitted = _with_coupling(fitted, displacement.coupling)
-        warnings += displacement.warnings
-    elif base is not None and base.coupling is not None:
-        fitted = _with_coupling(fitted, base.coupling)
-        warnings.append("the coupling was not fitted: it is that of the given actuator")
-    if base is None and displacement is not None:
-        warnings.append(
-            "no --actuator given: geometry and Young's modulus are the paper's; resistances and capacitances do not "
-            "depend on them, the coupling gain is in proportion to b^2/L_F^2"
-        )
-    fits = [current.fit] + ([displacement.fit] if displacement is not None else [])
-    fitted = replace(fitted, uncertainty=uncertainty_of(current.model, fits))
-    units = {p.name: p.unit for p in electrical_model(current.model).parameters}
-    found = {"current": uncertainties(current.fit, units, method, progress)}
-    if displacement is not None:
-        found["displacement"] = uncertainties(displacement.fit, COUPLING_UNITS, method, progress)
-    warnings += [line for each in found.values() for line in each.warnings]
-    parameters = found["current"].parameters | {"electrode_resistance": _held(held)}
-    if displacement is not None:
-        parameters |= found["displacement"].parameters
-    statistics = _statistics(measurement, current, displacement)
-    details = {name: each.details for name, each in found.items() if each.details is not None}
-    return Identification(
-        model=current.model,
-        measurement=measurement,
-        actuator=fitted,
-        parameters=parameters,
-        derived=_derived(current, held, measurement, displacement),
-        statistics=statistics | ({"intervals": details} if details else {}),
-        correlations=_correlations(current, displacement),
-        warnings=tuple(dict.fromkeys(warnings)),
-        current=current,
-        displacement=displacement,
-        engine=engine,
-        candidates=candidates,
-    )
-
-
-def _with_coupling(actuator: Actuator, coupling: Coupling) -> Actuator:
-    return replace(actuator, coupling=coupling)
-
-
-def uncertainty_of(model: str, fits: list[Fit]) -> Uncertainty:
-    """The covariances of the fits, which share no data, as one of all parameters' logarithms."""
-    values = np.concatenate([fit.values for fit in fits])
-    covariance = np.zeros((len(values), len(values)))
-    start = 0
-    for fit in fits:
-        n = len(fit.values)
-        # where neighbouring residuals are alike the bootstrap's is the honest one
-        honest = block_bootstrap(fit).covariance if correlated(fit) else fit.covariance[:n, :n]
-        covariance[start : start + n, start : start + n] = honest
-        start += n
-    relative = covariance / np.outer(values, values)
-    relative = (relative + relative.T) / 2  # symmetric to the last digit
-    return Uncertainty(model, tuple(name for fit in fits for name in fit.names), tuple(map(tuple, relative.tolist())))
-
-
-def require_electrode_resistance(held: float, measurement: Measurement) -> None:
-    """Raise InputError for an Re ``held`` [ohm] below zero, or that leaves the peak current no voltage."""
-    if not (math.isfinite(held) and held >= 0):
-        raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
-    after = measurement.current.time >= 0
-    i, u = measurement.current.values[after], measurement.drive.value(measurement.current.time[after])
-    k = int(np.argmax(np.abs(i)))
-    if held and held * abs(i[k]) >= abs(u[k]):
-        raise InputError(
-            f"electrode resistance {held:g} ohm is too large: the peak current of {format_quantity(abs(i[k]), 'A', 4)} "
-            f"allows less than {abs(u[k] / i[k]):.4g} ohm"
-        )
-
-
-def _held(held: float) -> Parameter:
-    how = "held at the value given" if held else "held at zero, since nothing else is known of the electrodes"
-    return Parameter(held, "ohm", held=f"a step fixes three of four elements: {how}")
-
-
-def _derived(
-    current: CurrentFit, held: float, measurement: Measurement, displacement: DisplacementFit | None
-) -> dict[str, Parameter]:
-    """Quantities computed from the fit; per-volt answers do not depend on what was held or assumed."""
-    derived: dict[str, Parameter] = {"onset": Parameter(measurement.onset, "s")}
-    if measurement.step is not None:
-        derived["step_voltage"] = Parameter(measurement.step, "V")
-    if current.model == "rc":
-        (pair,) = current.branches
-        a0, a1, rate = formulas.current_constants(current.dc_resistance, *pair, held)
-        derived |= {
-            "steady_conductance": Parameter(a0, "S"),
-            "transient_conductance": Parameter(a1, "S"),
-            "rate": Parameter(rate, "1/s"),
-        }
-    for k, (r, c) in enumerate(current.branches, 1):
-        ending = f"_{k}" if len(current.branches) > 1 else ""
-        derived[f"time_constant{ending}"] = Parameter(r * c, "s")
-    if current.offset is not None:
-        derived["current_offset"] = Parameter(current.offset, "A")
-    if displacement is not None:
-        derived |= {
-            "rest_position": Parameter(displacement.rest, "m"),
-            "displacement_per_volt": Parameter(displacement.per_volt, "m/V"),
-            "displacement_window": Parameter(displacement.window, "s"),
-        }
-        if displacement.drift is not None:
-            derived["displacement_drift"] = Parameter(displacement.drift, "m/s")
-    return derived
-
-
-def _statistics(measurement: Measurement, current: CurrentFit, displacement: DisplacementFit | None) -> dict[str, Any]:
-    """Of the current fit; "displacement" holds those of the displacement fit."""
-    peak = float(np.abs(current.data).max())
-    statistics: dict[str, Any] = {
-        "rmse": current.fit.rmse,
-        "rmse_unit": "A",
-        "rmse_over_peak": current.fit.rmse / peak,
-        "aic": current.fit.aic,
-        "bic": current.fit.bic,
-        "n": len(current.data),
-        "evaluations": current.fit.evaluations,
-        "starts": current.scouting.starts,
-        "starts_agreeing": current.scouting.agreeing,
-        "relative_offset": current.fit.offset,
-        "identifiability": current.identifiability.to_json(),
-    }
-    if displacement is not None:
-        statistics["displacement"] = {
-            "rmse": displacement.fit.rmse,
-            "rmse_unit": "m",
-            "aic": displacement.fit.aic,
-            "bic": displacement.fit.bic,
-            "n": len(displacement.fit.residuals),
-            "window_s": displacement.window,
-            "beam": displacement.beam,
-            "evaluations": displacement.fit.evaluations,
-            "starts": displacement.scouting.starts,
-            "starts_agreeing": displacement.scouting.agreeing,
-            "relative_offset": displacement.fit.offset,
-        }
-    return statistics
-
-
-def _correlations(current: CurrentFit, displacement: DisplacementFit | None) -> dict[str, Any]:
-    fits = [current.fit] + ([displacement.fit] if displacement is not None else [])
-    pairs = {}
-    for fit in fits:
-        matrix = fit.correlations()
-        for a in range(len(fit.names)):
-            for b in range(a):
-                pairs[f"{fit.names[b]}, {fit.names[a]}"] = float(matrix[b, a])
-    return pairs
+def _plain(estimates: Mapping[str, Estimate]) -> dict[str, Any]:
+    return {name: e.to_dict() for name, e in estimates.items()}

@@ -12,17 +12,16 @@ such thing explains. Points that stand far out of the others' residuals are name
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, ComplexArray, Mask
 from ..errors import InputError
-from ..fit.residuals import structured
+from ..findings import Finding
+from ..fit.criteria import structured
 from ..measurements.spectrum_files import Spectrum
-from ..strip.ladder import ComplexArray
 from ..units import format_quantity
-
-Array = NDArray[np.float64]
 
 #: Time constants a decade at most, and the part of the readings that the unknowns may use up.
 _PER_DECADE = 7.0
@@ -46,14 +45,23 @@ class KramersKronig:
     frequency: Array
     modelled: ComplexArray
     residuals: ComplexArray
-    bad: NDArray[np.bool_]
+    bad: Mask
     terms: int
     rms: float
-    warnings: tuple[str, ...]
+    findings: tuple[Finding, ...]
 
     @property
     def consistent(self) -> bool:
-        return not self.warnings
+        """True if nothing speaks against a linear, steady, causal system."""
+        return not self.findings
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "rms": self.rms,
+            "terms": self.terms,
+            "consistent": self.consistent,
+            "bad_frequencies_Hz": self.frequency[self.bad].tolist(),
+        }
 
 
 def kramers_kronig(spectrum: Spectrum) -> KramersKronig:
@@ -76,10 +84,10 @@ def kramers_kronig(spectrum: Spectrum) -> KramersKronig:
     residuals = (z - modelled) / np.abs(z)
     kept = residuals[~bad]
     rms = float(np.sqrt(np.mean(kept.real**2 + kept.imag**2) / 2))
-    return KramersKronig(f, modelled, residuals, bad, terms, rms, _warnings(f, residuals, bad, rms))
+    return KramersKronig(f, modelled, residuals, bad, terms, rms, _findings(f, residuals, bad, rms))
 
 
-def _worst(z: ComplexArray, modelled: ComplexArray, bad: NDArray[np.bool_]) -> int | None:
+def _worst(z: ComplexArray, modelled: ComplexArray, bad: Mask) -> int | None:
     """The point that stands farthest out of the others' residuals, if one does."""
     size = np.where(bad, 0.0, np.abs(z - modelled) / np.abs(z))
     # the median of the size of a complex normal of unit parts is sqrt(2 ln 2)
@@ -88,7 +96,7 @@ def _worst(z: ComplexArray, modelled: ComplexArray, bad: NDArray[np.bool_]) -> i
     return k if size[k] > max(_FAR_OUT * spread, _LEAST) else None
 
 
-def _measurement_model(f: Array, z: ComplexArray, kept: NDArray[np.bool_]) -> tuple[ComplexArray, int]:
+def _measurement_model(f: Array, z: ComplexArray, kept: Mask) -> tuple[ComplexArray, int]:
     """Impedance at every frequency of the measurement model of least BIC on the points ``kept``, and its terms."""
     omega = 2 * np.pi * f
     weight = 1 / np.abs(z)
@@ -114,22 +122,17 @@ def _measurement_model(f: Array, z: ComplexArray, kept: NDArray[np.bool_]) -> tu
     return best[1], best[2]
 
 
-def _warnings(f: Array, residuals: ComplexArray, bad: NDArray[np.bool_], rms: float) -> tuple[str, ...]:
+def _findings(f: Array, residuals: ComplexArray, bad: Mask, rms: float) -> tuple[Finding, ...]:
     found = []
     if bad.any():
-        where = ", ".join(format_quantity(float(x), "Hz", 4) for x in f[bad][:6]) + (" ..." if bad.sum() > 6 else "")
+        where = [format_quantity(float(x), "Hz", 4) for x in f[bad][:6]] + ["..."] * (bad.sum() > 6)
         worst = float(np.abs(residuals[bad]).max())
-        found.append(
-            f"{int(bad.sum())} of {len(f)} points break the Kramers-Kronig relations (by up to {worst:.1%} of abs(Z)): "
-            f"{where}; they are left out of the fit"
-        )
+        values = {"count": int(bad.sum()), "of": len(f), "worst": worst, "frequencies": where}
+        found.append(Finding("kramers-kronig-points", values=values))
     kept = residuals[~bad]
     shaped = structured(kept.real) or structured(kept.imag)
     if rms > (_STRUCTURED if shaped else _NOISY):
-        part = " with a structure" if shaped else ""
-        worst_at = format_quantity(float(f[~bad][int(np.argmax(np.abs(kept)))]), "Hz", 4)
-        found.append(
-            f"Kramers-Kronig residuals are {rms:.1%} rms of abs(Z){part}, most at {worst_at}: the strip drifted or "
-            "answered nonlinearly while it was measured, or the readings are noisy; no circuit can fit better"
-        )
+        worst_at = float(f[~bad][int(np.argmax(np.abs(kept)))])
+        values = {"rms": rms, "structure": " with a structure" if shaped else "", "at": worst_at}
+        found.append(Finding("kramers-kronig-residuals", values=values))
     return tuple(found)

@@ -9,15 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..circuit.strip import port_netlist
 from ..drive import PiecewiseLinear
-from ..fit.problem import Model
 from ..solve.state_space import state_space
 from ..strip.port import Port
 
-Array = NDArray[np.float64]
 #: values (m, parameters) -> the ports that they make
 Ports = Callable[[Array], list[Port]]
 
@@ -25,20 +23,8 @@ Ports = Callable[[Array], list[Port]]
 _BLOCK = 2000
 
 
-def modal_model(ports: Ports, drive: PiecewiseLinear, t: Array) -> Model:
-    """values (m, parameters) -> currents [A] (m, samples) at ``t`` [s], zero before the onset at 0."""
-    after = t >= 0
-
-    def model(values: Array) -> Array:
-        waves = np.zeros((len(values), len(t)))
-        waves[:, after] = modal_currents(ports(values), drive, t[after])
-        return waves
-
-    return model
-
-
 def modal_currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
-    """Currents [A] (ports, samples) into linear ``ports`` of one model at ``t`` >= 0 [s], each a sum of modes.
+    """Return currents [A] (ports, samples) into linear ``ports`` of one model at ``t`` >= 0 [s], each a sum of modes.
 
     Between samples and breakpoints the drive is a straight line, so that one multiplication advances a mode exactly.
     """

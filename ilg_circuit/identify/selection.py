@@ -1,140 +1,169 @@
-"""Which electrical model a measured current supports: candidates fitted, compared by BIC, and the verdict on each."""
+"""Which electrical model the data of a strip support: candidates fitted, compared by BIC, and the verdict on each."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from ..errors import InputError, SolveError
-from ..fit.residuals import effective_samples, information_criterion
-from ..measurements.prepare import Measurement
-from .current import CurrentFit
+from ..arrays import Array
+from ..errors import IlgError, SolveError
+from ..fit.identifiability import Identifiability
+from ..fit.problem import Progress
+from ..fit.selection import EVIDENCE, Candidate, bic_on_independent, simplest_of_best
+from ..strip.models import candidates, electrical_model, model_names
+from .impedance import ImpedanceData
+from .port_fit import NEGLIGIBLE, PortFit, by_engine_of_record, fit_port, levels_differ
+from .port_model import PortData
 
-#: (measurement, electrode resistance [ohm], model) -> fit
-Fitter = Callable[[Measurement, float, str], CurrentFit]
-
-#: Tried by ``auto`` in this order; the last two only where one pole leaves more than noise.
-CANDIDATES = ("rc", "rc2", "rc3", "warburg")
-#: ngspice needs a fine grid after every jump; the exact engine an exponential for every width of an interval.
-_MANY_JUMPS, _FEW_WIDTHS = 12, 40
-#: A model with more parameters must be better by this much BIC (very strong evidence).
-EVIDENCE = 10.0
+#: Tried even where a simpler model's residuals are only noise: the check that one pole is enough.
+_CHECK = "rc2"
 
 
-@dataclass(frozen=True)
-class Candidate:
-    """A model that was tried: its ``fit`` (None if there is none), ``bic`` on independent samples, and the verdict."""
-
-    model: str
-    fit: CurrentFit | None
-    bic: float | None
-    verdict: str
-    chosen: bool = False
-
-    def to_json(self) -> dict[str, object]:
-        fit = self.fit
-        return {
-            "model": self.model,
-            "parameters": len(fit.fit.values) if fit else None,
-            "rmse": fit.fit.rmse if fit else None,
-            "bic": self.bic,
-            "identifiability": fit.identifiability.to_json() if fit else None,
-            "starts": fit.scouting.starts if fit else None,
-            "starts_agreeing": fit.scouting.agreeing if fit else None,
-            "chosen": self.chosen,
-            "verdict": self.verdict,
-        }
+def fit_named(
+    data: Sequence[PortData], model: str, held: float | None, per_record: frozenset[str], progress: Progress
+) -> tuple[PortFit, tuple[Candidate, ...]]:
+    """Return the fit of the model asked for, as the only candidate."""
+    found = by_engine_of_record(fit_port(data, model, held, per_record, progress), progress)
+    identifiability = found.identifiability()
+    row = _row(found, _bic(found, found.independent()), identifiability, _against(found, identifiability))
+    return found, (_judged(row, "asked for", chosen=True),)
 
 
-def scouting_engine(measurement: Measurement, model: str, engine: str) -> str:
-    """The engine that tries ``model``: the exact one for large circuits where many jumps make ngspice slow.
+def fit_best(
+    data: Sequence[PortData], held: float, per_record: frozenset[str], progress: Progress
+) -> tuple[PortFit, tuple[Candidate, ...]]:
+    """Return the fit of the best model of all data together, by BIC on independent samples, and all candidates.
 
-    Its answer is ngspice's to eight digits; the model that is chosen is fitted again with the ``engine`` asked for.
+    A model with a parameter that is not determined, or whose best fit was reached from one start only, is not chosen.
+    A sinh electron path or a growing capacitance is tried where voltages differ and the best linear model's residuals
+    are larger than those of the individual fits. Raises SolveError where no model can be fitted.
     """
-    if model in ("rc", "rc2") or len(measurement.drive.times) < _MANY_JUMPS:
-        return engine
-    grid = np.union1d(measurement.current.time[measurement.current.time >= 0], measurement.drive.times)
-    widths = np.unique(np.round(np.diff(grid) / np.diff(grid).max(), 9))
-    return "exact" if len(widths) <= _FEW_WIDTHS else engine
+    contest = _Contest(data, held, per_record, progress)
+    kinds = {"spectrum" if d.quantity == "impedance" else "record" for d in data}
+    first, *others = candidates(kinds)
+    contest.enter(first)
+    contest.enter_nonlinear(first)
+    for model in others:
+        contest.enter(model)
+    linear = [m for m in contest.fits if electrical_model(m).linear]
+    contest.enter_nonlinear(contest.best(linear) if linear else first)
+    winner = contest.best(list(contest.fits))
+    rows = contest.rows(winner)
+    return by_engine_of_record(contest.fits[winner], progress), rows
 
 
-def single(measurement: Measurement, held: float, model: str, fit: Fitter) -> tuple[CurrentFit, tuple[Candidate, ...]]:
-    """The model asked for, as the only candidate."""
-    found = fit(measurement, held, model)
-    return found, (Candidate(model, found, _bic(found, _independent([found])), "asked for", chosen=True),)
+class _Contest:
+    """All fits so far, each model's or why there is none."""
 
+    def __init__(self, data: Sequence[PortData], held: float, per_record: frozenset[str], progress: Progress) -> None:
+        self._data, self._held, self._per_record, self._progress = data, held, per_record, progress
+        self.fits: dict[str, PortFit] = {}
+        self.failures: dict[str, str] = {}
+        self._identifiability: dict[str, Identifiability] = {}
 
-def choose(
-    measurement: Measurement, held: float, fit: Fitter, warnings: list[str]
-) -> tuple[CurrentFit, tuple[Candidate, ...]]:
-    """The best of `CANDIDATES`: of those that the data determine, the simplest within `EVIDENCE` of the best.
-
-    A model with a parameter that is not determined (see `identifiability`), or whose best fit was reached from one
-    start only, is not chosen, and its verdict says why.
-
-    BIC counts independent samples: as many as the whitest residuals amount to. What could not be fitted though one pole
-    is not enough is told in ``warnings``.
-    """
-    fits: dict[str, CurrentFit] = {"rc": fit(measurement, held, "rc")}
-    failures: dict[str, str] = {}
-    lacking = any("one pole" in line for line in fits["rc"].warnings)
-    for model in CANDIDATES[1:]:
-        if model != "rc2" and not lacking:
-            failures[model] = "not tried: one pole leaves nothing but noise"
-            continue
+    def enter(self, model: str) -> None:
+        """Fit a model, unless a simpler one's residuals are only noise."""
+        count = len(electrical_model(model).parameters)
+        for other, found in self.fits.items():
+            if model != _CHECK and found.only_noise and count >= len(found.kind.parameters):
+                self.failures[model] = f"not tried: the residuals of {other} are only noise"
+                return
         try:
-            fits[model] = fit(measurement, held, model)
-        except (InputError, SolveError) as error:
-            failures[model] = f"could not be fitted: {error}"
-            # a second branch that the data do not hold is the usual answer for clean one-pole data, and no news
-            if lacking:
-                warnings.append(f"{model} could not be fitted: {error}")
-    samples = _independent(list(fits.values()))
-    bics = {model: _bic(found, samples) for model, found in fits.items()}
-    # rc is always there: undetermined as it may be, nothing simpler exists
-    admitted = [m for m, found in fits.items() if m == "rc" or not found.unreliable]
-    best = min(bics[m] for m in admitted)
-    near = [m for m in admitted if bics[m] <= best + EVIDENCE]
-    winner = min(near, key=lambda m: (len(fits[m].fit.values), bics[m]))
-    rows = [
-        Candidate(
-            m, fits.get(m), bics.get(m), failures.get(m) or _verdict(m, fits[m], bics, admitted, winner), m == winner
-        )
-        for m in CANDIDATES
-    ]
-    return fits[winner], tuple(rows)
+            self.fits[model] = fit_port(self._data, model, self._held, self._per_record, self._progress)
+        except IlgError as error:
+            self.failures[model] = f"could not be fitted: {error}"
+
+    def enter_nonlinear(self, ions: str) -> None:
+        """Fit ``ions`` with each addition that is not linear, where anything can speak for it."""
+        for model in (m for m in model_names() if m.startswith(f"{ions}+")):
+            kind = electrical_model(model)
+            if model in self.fits or kind.linear or not kind.auto:
+                continue
+            if not levels_differ(self._data):
+                self.failures[model] = "not tried: it needs several voltages, and these are the same"
+            elif ions in self.fits and self.fits[ions].beyond_individual(self.samples) < EVIDENCE:
+                self.failures[model] = f"not tried: the residuals of {ions} are no larger than those of individual fits"
+            else:
+                self.enter(model)
+
+    @property
+    def samples(self) -> Array:
+        """Independent samples of each file: by the model with most of them."""
+        return np.max([found.independent() for found in self.fits.values()], axis=0)
+
+    @property
+    def bics(self) -> dict[str, float]:
+        samples = self.samples
+        return {m: _bic(found, samples) for m, found in self.fits.items()}
+
+    def against(self, model: str) -> str:
+        """Return why a model that was fitted is not to be chosen; empty where nothing speaks against it."""
+        if model not in self._identifiability:
+            self._identifiability[model] = self.fits[model].identifiability()
+        return _against(self.fits[model], self._identifiability[model])
+
+    def best(self, among: list[str]) -> str:
+        """Return the simplest of the best models that nothing speaks against."""
+        if not among:
+            raise SolveError("no model could be fitted: " + "; ".join(f"{m}: {w}" for m, w in self.failures.items()))
+        bics = {m: bic for m, bic in self.bics.items() if m in among}
+        unknowns = {m: self.fits[m].fit.count for m in among}
+        return simplest_of_best(bics, unknowns, [m for m in among if not self.against(m)])
+
+    def rows(self, winner: str) -> tuple[Candidate, ...]:
+        """Return all candidates in the order of the models' names."""
+        bics = self.bics
+        rows = []
+        for model in (m for m in model_names() if m in self.fits or m in self.failures):
+            if model not in self.fits:
+                why = self.failures[model]
+                rows.append(Candidate(model, against=why, verdict=why))
+                continue
+            against = self.against(model)
+            row = _row(self.fits[model], bics[model], self._identifiability[model], against)
+            if model == winner:
+                verdict = "chosen"
+            elif against:
+                verdict = against
+            else:
+                worse = bics[model] > bics[winner]
+                verdict = "worse" if worse else "better by less than the evidence that more parameters need"
+            rows.append(_judged(row, verdict, chosen=model == winner))
+        return tuple(rows)
 
 
-def table(candidates: tuple[Candidate, ...]) -> list[str]:
-    """One line a candidate: parameters, rmse over the peak, BIC above the best, verdict."""
-    known = [c.bic for c in candidates if c.bic is not None]
-    best = min(known, default=0.0)
-    lines = [f"{'model':<10}{'parameters':>11}{'rmse/peak':>11}{'BIC - best':>12}   verdict"]
-    for c in candidates:
-        if c.fit is None or c.bic is None:
-            lines.append(f"{c.model:<10}{'':>34}   {c.verdict}")
-            continue
-        peak = float(np.abs(c.fit.data).max())
-        lines.append(
-            f"{c.model:<10}{len(c.fit.fit.values):>11}{c.fit.fit.rmse / peak:>11.2%}{c.bic - best:>12.1f}   {c.verdict}"
-        )
-    return lines
+def _bic(found: PortFit, samples: Array) -> float:
+    floor = np.array([NEGLIGIBLE * d.size for d in found.data])
+    return bic_on_independent(np.maximum(found.rms, floor), samples, found.fit.count)
 
 
-def _independent(fits: list[CurrentFit]) -> float:
-    return max(effective_samples(found.fit.residuals) for found in fits)
+def _against(found: PortFit, identifiability: Identifiability) -> str:
+    if not identifiability.determined:
+        return f"not determined by these data ({identifiability.reason})"
+    starts = found.fit.starts
+    return "" if starts.confirmed else f"the best of {starts.starts} fits was not reached a second time"
 
 
-def _bic(found: CurrentFit, samples: float) -> float:
-    return information_criterion(found.fit.residuals, found.fit.count, samples)
+def _row(found: PortFit, bic: float, identifiability: Identifiability, against: str) -> Candidate:
+    first, single = found.data[0], len(found.data) == 1
+    relative = found.rms[0] / first.size if first.quantity == "current" else None
+    if isinstance(first, ImpedanceData):
+        relative = first.relative_rms(found.fit.residuals_of(0))
+    return Candidate(
+        model=found.kind.name,
+        parameters=len(found.fit.values),
+        rmse=float(found.rms[0]) if single else None,
+        relative_rms=relative if single else None,
+        misfit=found.misfit,
+        bic=bic,
+        identifiability=identifiability,
+        starts=found.fit.starts.starts,
+        starts_agreeing=found.fit.starts.agreeing,
+        against=against,
+    )
 
 
-def _verdict(model: str, found: CurrentFit, bics: dict[str, float], admitted: list[str], winner: str) -> str:
-    if model == winner:
-        return "chosen"
-    if model not in admitted:
-        reason = found.identifiability.reason
-        return f"not determined by these data ({reason})" if reason else found.scouting.doubt
-    return "worse" if bics[model] > bics[winner] else "better by less than the evidence that more parameters need"
+def _judged(row: Candidate, verdict: str, *, chosen: bool) -> Candidate:
+    return replace(row, verdict=verdict, chosen=chosen)

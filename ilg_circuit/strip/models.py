@@ -12,19 +12,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from ..errors import InputError
+from ..fit.parameter import Parameter
 from .ladder import LADDER_BAND, cpe_ladder, warburg_ladder
 from .port import Port
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One positive parameter: name in files, symbol, SI unit, meaning, and the value that it stays below."""
-
-    name: str
-    symbol: str
-    unit: str
-    meaning: str
-    below: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -62,13 +52,93 @@ class ElectricalModel:
         if len(values) != len(self.parameters):
             raise InputError(f"model {self.name} takes {len(self.parameters)} values, not {len(values)}")
         for parameter, value in zip(self.parameters, values, strict=True):
-            if not (math.isfinite(value) and 0 < value < parameter.below):
-                limit = f" and less than {parameter.below:g}" if math.isfinite(parameter.below) else ""
+            if not (math.isfinite(value) and 0 < value < parameter.upper):
+                limit = f" and less than {parameter.upper:g}" if math.isfinite(parameter.upper) else ""
                 raise InputError(f"{parameter.name} is {value:g} {parameter.unit}; it must be more than zero{limit}")
         port = self._ions(tuple(values[: self._ion_count]), ladders or Ladders())
         extra = dict(zip(self.names[self._ion_count :], values[self._ion_count :], strict=True))
         fields = {name: getattr(port, name) for name in Port.__dataclass_fields__}
         return Port(**(fields | {"electrode_resistance": electrode_resistance} | extra))
+
+    # -- shim --
+    @property
+    def plain(self):
+        return self.name.split("+")[0]
+
+    auto = True
+
+    @property
+    def needs_several_voltages(self):
+        return tuple(n for n in ("emission_voltage", "capacitance_slope") if n in self.names)
+
+    @property
+    def constant_voltage_hides(self):
+        return tuple(n for n in ("emission_voltage",) if n in self.names)
+
+    @property
+    def branch_count(self):
+        return {"rc": 1, "rc2": 2, "rc3": 3}.get(self.plain, 3)
+
+    def impedance(self, values, s, electrode_resistance=0.0):
+        import numpy as np
+        from .ladder import Ladder
+
+        columns = values.T[:, :, None]
+        dc, rest = columns[0], columns[1:]
+        port = Port
+        ladder = Ladder
+        if self.name in ("warburg", "cpe"):
+            bare = ladder(self.name, (rest[1], rest[2]), 0.0, np.inf, (), (0.0, 0.0), np.inf)
+            made = port(dc, electrode_resistance=electrode_resistance, ladder=bare, series_resistance=rest[0])
+        else:
+            made = port(dc, tuple(zip(rest[0::2], rest[1::2], strict=True)), electrode_resistance)
+        with np.errstate(all="ignore"):
+            return np.asarray(made.impedance(s, ideal=True))
+
+    def order(self, values):
+        import numpy as np
+
+        n = len(values)
+        index = np.arange(n)
+        if self.plain in ("rc2", "rc3"):
+            b = int(self.plain[2])
+            o = np.argsort(np.asarray(values)[1 : 2 * b + 1].reshape(-1, 2).prod(axis=1))
+            index[1 : 2 * b + 1] = np.concatenate([[2 * k + 1, 2 * k + 2] for k in o])
+        return index
+
+    def ladders(self, typical, band):
+        import numpy as np
+        from dataclasses import replace
+
+        low, high = band
+        v = dict(zip(self.names, typical.tolist(), strict=True))
+        if "diffusion_time" in v:
+            l = Ladders((low, high), reach=2 * np.pi * high * v["diffusion_time"] * 3.0)
+        elif "cpe_exponent" in v:
+            l = Ladders((low, high))
+        else:
+            return Ladders()
+        return replace(l, sections=len(self.port(typical.tolist(), ladders=l).ladder.sections))
+
+    def spectrum_starts(self, z, omega, random):
+        from types import SimpleNamespace
+        from ..identify.spectrum_start import starts
+
+        return starts(self, SimpleNamespace(impedance=z, frequency=omega / (2 * math.pi)), 0.0, random)
+
+    def derived(self, values):
+        v = dict(zip(self.names, [float(x) for x in values], strict=True))
+        d = {}
+        pairs = [(v[f"resistance_{k}"], v[f"capacitance_{k}"]) for k in (1, 2, 3) if f"resistance_{k}" in v] or (
+            [(v["dynamic_resistance"], v["capacitance"])] if "capacitance" in v else []
+        )
+        for k, (r, c) in enumerate(pairs, 1):
+            d["time_constant" + (f"_{k}" if len(pairs) > 1 else "")] = (r * c, "s")
+        if "diffusion_time" in v:
+            d["diffusion_capacitance"] = (v["diffusion_time"] / v["warburg_resistance"], "F")
+        if len(pairs) > 1:
+            d["total_capacitance"] = (sum(c for _, c in pairs), "F")
+        return d
 
     def values(self, port: Port) -> tuple[float, ...]:
         """The parameters' values in a ``port`` of this model: the inverse of `port`."""
@@ -174,7 +244,7 @@ _IONS = {
             _RDC,
             _SERIES,
             Parameter("cpe_coefficient", "Q", "F s^(a-1)", "constant phase element"),
-            Parameter("cpe_exponent", "a", "", "constant phase element: 1 a capacitor, 1/2 diffusion", below=1.0),
+            Parameter("cpe_exponent", "a", "", "constant phase element: 1 a capacitor, 1/2 diffusion", upper=1.0),
         ),
         _cpe,
     ),
@@ -189,3 +259,7 @@ _ADDITIONS = {
         Parameter("capacitance_slope", "k", "1/V", "growth of the capacitance with voltage, relative to it"),
     ),
 }
+
+
+def candidates(kinds):
+    return ("rc", "rc2", "rc3", "warburg", *(("cpe",) if "spectrum" in kinds else ()))

@@ -124,3 +124,12 @@ class Port:
         small = self.linearised(self.inner_voltage(bias))
         ion = small.ion_impedance(s, ideal=ideal)
         return np.asarray(self.electrode_resistance + 1 / (1 / small.dc_resistance + 1 / ion))
+
+
+def _high(port):
+    ions = port.series_resistance if port.ladder is not None else 1 / sum(1 / r for r, _ in port.branches)
+    return port.electrode_resistance + 1 / (1 / port.dc_resistance + 1 / ions)
+
+
+Port.high_frequency_resistance = property(_high)
+Port.steady_resistance = property(lambda port: port.dc_resistance + port.electrode_resistance)

@@ -1,0 +1,92 @@
+"""The coupling d(s) from one record or several: one for all that have a displacement.
+
+Each record keeps what its individual fit found: how long d(s) describes it, and whether it drifts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import IlgError
+from ..findings import Finding
+from ..fit.fitting import fit
+from ..fit.problem import Problem, Progress
+from ..fit.result import FitResult
+from ..strip.actuator import Actuator, Coupling
+from .current import CurrentData
+from .displacement import DisplacementFit, fit_displacement
+from .motion import COUPLING, NAMES, DisplacementData, Motion
+from .port_model import sigma_of
+from .port_start import combined
+
+
+@dataclass(frozen=True)
+class CouplingFit:
+    """d(s) of all records: the fit of all, and each record's ``individual`` one."""
+
+    individual: tuple[DisplacementFit, ...]
+    fit: FitResult
+    motion: Motion
+
+    @property
+    def coupling(self) -> Coupling:
+        """The coupling, the geometric mean of parameters that records have for themselves."""
+        return Coupling(*(self.fit.means[name] for name in NAMES), beam=self.motion.beam)
+
+    @property
+    def data(self) -> tuple[DisplacementData, ...]:
+        """The displacements that were fitted, each relative to its rest."""
+        if len(self.individual) == 1:
+            return (self.individual[0].data,)
+        return tuple(replace(i.data, reference=i.rest) for i in self.individual)
+
+    def sigmas(self) -> tuple[float, ...]:
+        """Return the units [m] in which the residuals of each record count."""
+        return tuple(sigma_of(i.fit, float(np.ptp(i.data.part.values))) for i in self.individual)
+
+
+def fit_coupling(
+    records: Sequence[CurrentData], actuator: Actuator, per_record: frozenset[str], progress: Progress = None
+) -> tuple[CouplingFit | None, list[Finding]]:
+    """Return the fit of d(s) to all records that have a displacement, and findings on it.
+
+    None where no displacement can be fitted, or all together cannot.
+    """
+    fits: list[DisplacementFit] = []
+    findings: list[Finding] = []
+    for record in records:
+        if record.record.displacement is None:
+            continue
+        try:
+            fits.append(fit_displacement(record, actuator, progress))
+        except IlgError as error:
+            findings.append(Finding("displacement-not-fitted", record.source, {"reason": str(error)}))
+    fits, against = _of_one_sign(fits)
+    findings += against
+    findings += [finding.about(i.data.source) for i in fits for finding in i.findings]
+    if len(fits) < 2:
+        return (CouplingFit((fits[0],), fits[0].fit, fits[0].motion) if fits else None), findings
+    # the dynamic beam where any record by itself shows its inertia
+    beam = "dynamic" if any(i.motion.beam == "dynamic" for i in fits) else "static"
+    found = CouplingFit(tuple(fits), fits[0].fit, Motion(actuator, beam, records[0].engine))
+    pairs = zip(found.data, fits, found.sigmas(), strict=True)
+    observations = tuple(d.observation(found.motion, sigma, i.span) for d, i, sigma in pairs)
+    problem = Problem(observations, COUPLING, per_record)
+    start = combined(COUPLING, [i.fit for i in fits], [i.fit.independent_samples(0) for i in fits])
+    at = dict(zip(NAMES, start.tolist(), strict=True))
+    try:
+        joint = fit(problem, np.array([at[p.name] for p in problem.moved]), progress)
+    except IlgError as error:
+        findings.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
+        return None, findings
+    return replace(found, fit=joint), findings
+
+
+def _of_one_sign(fits: list[DisplacementFit]) -> tuple[list[DisplacementFit], list[Finding]]:
+    """Return the records whose displacement follows the voltage in the direction of most, and findings on the others."""
+    sign = 1.0 if sum(i.data.sign for i in fits) >= 0 else -1.0
+    against = [Finding("displacement-opposed", i.data.source) for i in fits if i.data.sign != sign]
+    return [i for i in fits if i.data.sign == sign], against

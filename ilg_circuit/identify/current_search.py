@@ -1,0 +1,130 @@
+"""Multi-start for a fit of the current: descents from many starts on a thinned record, cheap since they need no engine.
+
+Starts scattered over decades descend by the closed form of a linear port (see `modal`); the engine of record then fits
+from the best end, and how many descents ended there says how far it can be trusted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import IlgError, InputError, SolveError
+from ..fit.fitting import fit, require_near, with_starts
+from ..fit.multistart import SAME, Search, StartSummary, gather, search
+from ..fit.observation import Predict
+from ..fit.problem import Evaluation, Problem, Progress
+from ..fit.result import FitResult
+from .start import thinned
+
+_SETS = 64
+#: Scattered starts lie within so many decades of the suggested one, in turn.
+_DECADES = (0.3, 1.0, 2.0)
+_FITS, _MORE_FITS = 5, 8
+_EVALUATIONS = 100
+_SAMPLES = 300
+#: Residuals below this part of the data are the closed form's rounding.
+_ROUNDING = 1e-11
+#: The final fit may leave so much more than its start: they do not see the same samples.
+_COME_BACK = 1.5
+#: Where every fit needs ngspice: starts besides the suggested one, how far scattered, and which ends are one.
+_FEW, _NEAR, _SAME_MISFIT = 2, 0.5, 1e-5
+
+
+def search_starts(
+    problem: Problem, at_times: Callable[[Array], Predict], start: Array, seed: int = 0
+) -> tuple[Array, StartSummary, Callable[[Array], None]]:
+    """Return the best start (n,) of ``problem``, one observation of a current, from ``start`` (n,) and around it.
+
+    ``at_times`` makes the prediction at other times [s]. The third answer is a check that the final fit's values must
+    pass: it raises SolveError where they are not at the best minimum that was found.
+    """
+    cheap = _thinned_problem(problem, at_times)
+    size = float(np.abs(cheap.data).max()) or 1.0
+    rounding = len(cheap.data) * (_ROUNDING * size) ** 2
+    random = np.random.default_rng(seed)
+    origin = cheap.scales.coordinates(start)
+    found = _descents(cheap, [origin, *_scattered(cheap, origin, random, _FITS)], rounding)
+    if found.near(1e2 * SAME) < 2:
+        around = [origin, *_scattered(cheap, found.best.parameters, random, _MORE_FITS)]
+        found = gather([*found.runs, *_descents(cheap, around, rounding).runs], rounding)
+    best = found.best.sum_of_squares
+    require_near(cheap, found.best.parameters, origin)
+
+    def check(values: Array) -> None:
+        squares = float(cheap.sum_of_squares(cheap.scales.coordinates(values)[None])[0])
+        # what the engine of record may be away from the closed form
+        blur = len(cheap.data) * (1e-5 * size) ** 2
+        if squares > _COME_BACK * best + blur:
+            raise SolveError(
+                f"the fit did not come back to the best of its {len(found.runs)} starts: the data do not determine "
+                "this model"
+            )
+
+    summary = StartSummary(len(found.runs), found.near(1e2 * SAME))
+    return cheap.scales.values(found.best.parameters), summary, check
+
+
+def fit_from_several(problem: Problem, start: Array, progress: Progress, seed: int = 0) -> FitResult:
+    """Return the best fit from ``start`` and a few starts around it, where there is no closed form to search with.
+
+    Raises SolveError where none of them converges.
+    """
+    random = np.random.default_rng(seed)
+    origin = problem.scales.coordinates(start)
+    starts = [origin, *(origin + random.uniform(-_NEAR, _NEAR, (_FEW, len(origin))))]
+    fits: list[FitResult] = []
+    failures: list[IlgError] = []
+    for x in starts:
+        try:
+            fits.append(fit(problem, problem.scales.values(x), progress))
+        except (InputError, SolveError) as error:
+            failures.append(error)
+    if not fits:
+        raise failures[0]
+    best = min(fits, key=lambda found: found.rmse)
+    agreeing = sum(found.rmse <= best.rmse * (1 + _SAME_MISFIT) for found in fits)
+    return with_starts(best, StartSummary(len(starts), agreeing))
+
+
+def _thinned_problem(problem: Problem, at_times: Callable[[Array], Predict]) -> Problem:
+    """Return the problem with few samples, each weighted by how many it stands for: its minimum is near that of all."""
+    (o,) = problem.observations
+    keep = thinned(o.x, _SAMPLES)
+    edges = np.concatenate([[0.0], (keep[1:] + keep[:-1] + 1) / 2, [float(len(o.x))]])
+    few = {"x": o.x[keep], "data": o.data[keep], "nuisance": o.nuisance[keep]}
+    part = replace(o, predict=at_times(o.x[keep]), sigma=o.sigma / np.sqrt(np.diff(edges)), **few)
+    return replace(problem, observations=(part,))
+
+
+def _descents(problem: Problem, starts: Sequence[Array], rounding: float) -> Search:
+    evaluate = Evaluation(problem)
+    nothing = np.full(len(problem.data), np.nan)
+
+    def solved(x: Array) -> tuple[Array, Array]:
+        try:
+            prediction, slopes = evaluate(x)
+        except SolveError:  # no circuit, or no value at all
+            return nothing, np.zeros((len(nothing), len(x)))
+        return problem.projected(prediction - problem.data), problem.projected(slopes.T).T
+
+    how = {"tolerance": 1e-9, "rounding": rounding}
+    return search(lambda x: solved(x)[0], lambda x: solved(x)[1], starts, most=_EVALUATIONS, polishes=4, **how)
+
+
+def _scattered(problem: Problem, centre: Array, random: np.random.Generator, count: int) -> list[Array]:
+    """Return the best of each of ``count`` groups of starts around ``centre``."""
+    decades = np.resize(_DECADES, _SETS)[:, None] * np.log(10)
+    sets = centre + decades * random.uniform(-1, 1, (_SETS, len(centre)))
+    groups = []
+    for group in np.array_split(sets, count):
+        try:
+            squares = problem.sum_of_squares(group)
+        except (InputError, SolveError):
+            continue
+        if np.isfinite(squares).any():
+            groups.append(group[int(np.nanargmin(squares))])
+    return groups

@@ -1,0 +1,141 @@
+"""What a fit says of the strip: parameters and derived quantities with their errors, and the covariance for predictions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+from ..fit.bootstrap import reported_covariance
+from ..fit.estimate import Estimate
+from ..fit.intervals import Uncertainties
+from ..fit.result import FitResult
+from ..simulation import closed_forms
+from ..strip.actuator import Uncertainty
+from .current import CurrentData
+from .displacement import DisplacementFit
+from .impedance import ImpedanceData
+from .port_fit import PortFit
+from .port_model import ANY_LADDER, ELECTRODE_RESISTANCE, PortData
+
+_STEP = 1e-4
+
+Estimates = dict[str, Estimate]
+
+
+def uncertainty_of(model: str, fit: FitResult) -> Uncertainty:
+    """Return the covariance of the logarithms of the parameters of ``fit``; those per record are averaged."""
+    names, averaging = fit.averaging
+    relative = reported_covariance(fit) / np.outer(fit.values, fit.values)
+    covariance = averaging @ relative @ averaging.T
+    covariance = (covariance + covariance.T) / 2  # symmetric to the last digit
+    return Uncertainty(model, names, tuple(map(tuple, covariance.tolist())))
+
+
+def parameter_estimates(
+    fit: FitResult, port: PortFit, intervals: Uncertainties, uncertainty: Uncertainty
+) -> tuple[Estimates, dict[str, Estimates]]:
+    """Return the strip's parameters, and by file those that each has for itself (above: their geometric mean)."""
+    errors = dict(zip(uncertainty.names, np.sqrt(np.diag(np.array(uncertainty.covariance))).tolist(), strict=True))
+    values, fixed, per_record = port.values, port.fixed, fit.problem.per_record
+    found: Estimates = {}
+    own: dict[str, Estimates] = {}
+    labelled = fit.problem.labelled
+    for p in fit.problem.parameters:
+        if p.name in fixed:
+            found[p.name] = Estimate(values[p.name], p.unit, fixed_because=fixed[p.name])
+        elif p.name not in per_record:
+            found[p.name] = intervals.estimates[p.name]
+        else:
+            found[p.name] = Estimate.from_logarithm(fit.means[p.name], p.unit, errors[p.name])
+            for source in dict.fromkeys(o.source for o in fit.problem.observations if p.name in o.names):
+                label = f"{p.name}[{source}]"
+                assert any(label == known for known, _ in labelled)
+                own.setdefault(source, {})[p.name] = intervals.estimates[label]
+    if port.model.held is not None:
+        electrode = Estimate(port.model.held, "ohm", fixed_because=_held_because(port))
+        names = list(port.kind.names)
+        before = {name: found.pop(name) for name in names}
+        found = before | {ELECTRODE_RESISTANCE.name: electrode} | found
+    return found, own
+
+
+def _held_because(port: PortFit) -> str:
+    """Return why Re was not fitted, and how far that matters."""
+    how = (
+        "held at the value given" if port.model.held else "held at zero, since nothing else is known of the electrodes"
+    )
+    if not port.kind.linear:
+        return f"not fitted: {how} (--electrode-resistance fit frees it)"
+    limit = port.port.high_frequency_resistance
+    return f"no current or spectrum of a linear port fixes it (any Re below {limit:.4g} ohm fits as well): {how}"
+
+
+def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty) -> Estimates:
+    """Return the port's resistance at both ends of the spectrum, which no choice of Re changes, and what else follows.
+
+    These are time constants, total and diffusion capacitance, and of one pole the constants of EC (4).
+    """
+    values, model = port.values, port.model
+    names = [name for name in model.names if name in uncertainty.names]
+    at = [uncertainty.names.index(name) for name in names]
+    covariance = np.array(uncertainty.covariance)[np.ix_(at, at)]
+    logs = np.log([values[name] for name in names])
+
+    def ends(x: Array) -> Array:
+        moved = {**values, **dict(zip(names, np.exp(x).tolist(), strict=True))}
+        made = model.port(np.array([moved[name] for name in model.names]), ANY_LADDER)
+        return np.log([made.steady_resistance, made.high_frequency_resistance])
+
+    slopes = np.array([(ends(logs + step) - ends(logs - step)) / (2 * _STEP) for step in _STEP * np.eye(len(logs))])
+    errors = np.sqrt(np.diag(slopes.T @ covariance @ slopes)).tolist()
+    found = {
+        name: Estimate.from_logarithm(value, "ohm", error)
+        for name, value, error in zip(
+            ("steady_resistance", "high_frequency_resistance"), np.exp(ends(logs)).tolist(), errors, strict=True
+        )
+    }
+    derived = port.kind.derived(np.array([values[name] for name in port.kind.names]))
+    found |= {name: Estimate(value, unit) for name, (value, unit) in derived.items()}
+    made = port.port
+    if len(made.branches) == 1 and made.linear:
+        constants = closed_forms.current_constants(made.dc_resistance, *made.branches[0], made.electrode_resistance)
+        units = {"steady_conductance": "S", "transient_conductance": "S", "rate": "1/s"}
+        found |= {name: Estimate(v, unit) for (name, unit), v in zip(units.items(), constants, strict=True)}
+    return found
+
+
+def file_quantities(data: PortData, fit: FitResult, k: int) -> Estimates:
+    """Return what is derived of one file of port data, observation ``k`` of ``fit``."""
+    if isinstance(data, ImpedanceData):
+        f = data.abscissa
+        ends = {"lowest_frequency": float(f[0]), "highest_frequency": float(f[-1])}
+        return {name: Estimate(value, "Hz") for name, value in ends.items()}
+    assert isinstance(data, CurrentData)
+    found = {"onset": Estimate(data.record.onset, "s")}
+    if data.record.step is not None:
+        found["step_voltage"] = Estimate(data.record.step, "V")
+    if data.has_offset:
+        found["current_offset"] = Estimate(float(fit.nuisance_of(k)[0]), "A")
+    return found
+
+
+def displacement_quantities(own: DisplacementFit, reference: float, amounts: Array, per_volt: float) -> Estimates:
+    """Return what is derived of one displacement; ``amounts`` are its linear terms, relative to ``reference`` [m]."""
+    found = {
+        "rest_position": Estimate(reference + float(amounts[0]), "m"),
+        "displacement_per_volt": Estimate(per_volt, "m/V"),
+        "displacement_window": Estimate(own.data.window, "s"),
+    }
+    return found | ({"displacement_drift": Estimate(float(amounts[1]), "m/s")} if own.data.drift else {})
+
+
+def correlations(fit: FitResult) -> dict[str, float]:
+    """Return the correlation of every pair of values, by their labels."""
+    labels, matrix = fit.labels, fit.correlations
+    parts = [set(part.labels) for part in fit.parts]
+    return {
+        f"{labels[b]}, {labels[a]}": float(matrix[b, a])
+        for a in range(len(labels))
+        for b in range(a)
+        if any({labels[a], labels[b]} <= part for part in parts)
+    }

@@ -1,0 +1,391 @@
+"""Measurements -> strip: current, impedance and displacement of one file or several, fitted as one problem."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from ..errors import IlgError, InputError, SolveError
+from ..findings import Finding
+from ..fit.criteria import structured
+from ..fit.identifiability import DETERMINED
+from ..fit.intervals import Uncertainties, require_method, uncertainties
+from ..fit.problem import Progress
+from ..fit.result import FitResult
+from ..fit.selection import Candidate
+from ..measurements.prepare import Measurement, noise_level
+from ..measurements.spectrum_files import Spectrum, read_spectrum
+from ..provenance import Provenance
+from ..strip.actuator import PAPER, Actuator
+from ..strip.elements import lumped_elements
+from ..strip.models import electrical_model
+from ..units import format_quantity
+from .coupling_fit import CouplingFit, fit_coupling
+from .current import CurrentData
+from .displacement import start_findings
+from .displacement_metrics import displacement_metrics
+from .estimates import (
+    correlations,
+    displacement_quantities,
+    file_quantities,
+    parameter_estimates,
+    port_quantities,
+    uncertainty_of,
+)
+from .identification import Identification
+from .impedance import DC, ImpedanceData, Weighting
+from .joint import joined
+from .motion import NAMES
+from .observation_fit import (
+    ObservationFit,
+    consistency_findings,
+    displacement_observations,
+    leave_one_port_out,
+    port_observations,
+)
+from .port_fit import PortFit
+from .port_model import PortData
+from .selection import fit_best, fit_named
+
+#: Residuals count as autocorrelated where they exceed this factor of the data's white noise, and this part of the size.
+_OVER_NOISE, _NEGLIGIBLE = 1.5, 1e-4
+#: A spectrum's misfit is worth a word beyond this factor of its own noise, and this part of abs(Z).
+_MISFIT, _NEGLIGIBLE_MISFIT = 2.0, 1e-3
+
+Data = Measurement | Spectrum
+
+
+def identify(
+    data: Data | Sequence[Data],
+    *,
+    base: Actuator | None = None,
+    model: str = "auto",
+    electrode_resistance: float | Literal["fit"] | None = None,
+    own: Sequence[str] = (),
+    bias: Sequence[float] | None = None,
+    engine: str = "ngspice",
+    intervals: str = "covariance",
+    weighting: Weighting = "modulus",
+    progress: Progress = None,
+) -> Identification:
+    """Return what records and spectra of one strip say of it.
+
+    The port is fitted to all currents and impedances, the coupling d(s) to all displacements; the last step is one fit
+    of all observations.
+
+    Parameters
+    ----------
+    data
+        One record or spectrum, or several.
+    base
+        Geometry, E and density (default: the paper's, with a finding).
+    model
+        Of `strip.models`, or auto: the simplest of the best by BIC.
+    electrode_resistance
+        Re [ohm], held, because no current or spectrum of a linear port fixes it (default: the base's); "fit" with
+        nonlinear models.
+    own
+        Parameters that each file has for itself.
+    bias
+        Bias [V] of each file, of which records take no notice (default 0).
+    intervals
+        Method of the 95 % intervals, see `fit.intervals`.
+    weighting
+        Of spectra, see `impedance.ImpedanceData`.
+
+    Raises
+    ------
+    InputError
+        The data hold no answer, or two files hold the same readings.
+    SolveError
+        A fit of the port does not converge.
+    """
+    method = require_method(intervals)
+    if model != "auto":
+        electrical_model(model)
+    files = [data] if isinstance(data, Measurement | Spectrum) else list(data)
+    ports = _port_data(files, engine, bias, weighting)
+    strip = base or PAPER
+    standing = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
+    held = None if isinstance(standing, str) else standing
+    if held is not None:
+        for d in ports:
+            d.require_electrode_resistance(held)
+    names = frozenset(own)
+    port, candidates, findings = _fit_port(ports, model, held, names - set(NAMES), progress)
+    actuator = _actuator(port, strip, base, ports)
+    records = [d for d in ports if isinstance(d, CurrentData)]
+    coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress)
+    try:
+        fit = joined(port, coupling, actuator, names, progress)
+    except SolveError as error:
+        about_coupling.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
+        coupling, fit = None, port.quick
+    port = replace(port, fit=fit)
+    actuator = _actuator(port, strip, base, ports)
+    if coupling is not None:
+        motion = replace(coupling.motion, actuator=actuator)
+        coupling = replace(coupling, motion=motion, fit=coupling.fit if fit.components else fit)
+        actuator = replace(actuator, coupling=coupling.coupling)
+    uncertainty = uncertainty_of(port.kind.name, fit)
+    actuator = replace(actuator, uncertainty=uncertainty)
+    estimated = uncertainties(fit, method, progress)
+    parameters, each = parameter_estimates(fit, port, estimated, uncertainty)
+    derived = port_quantities(port, fit, uncertainty)
+    rows, without = _observations(port, coupling, fit, progress)
+    if len(ports) == 1:
+        derived = {**{n: e for o in rows for n, e in o.derived.items()}, **derived}
+    findings += _port_findings(port, candidates)
+    if len(ports) > 1:
+        findings += consistency_findings([r for r in rows if r.quantity != "displacement"], without)
+    findings += [*about_coupling, *_base_findings(base, coupling)]
+    findings += estimated.findings
+    if len(ports) == 1:
+        findings = [replace(f, subject="") if f.subject == ports[0].source else f for f in findings]
+    return Identification(
+        actuator=actuator,
+        fit=fit,
+        port=port,
+        coupling=coupling,
+        parameters=parameters,
+        own=each,
+        derived=derived,
+        statistics=_statistics(port, coupling, fit, rows, candidates, estimated),
+        correlations=correlations(fit),
+        observations=tuple(rows),
+        candidates=candidates,
+        findings=tuple(findings),
+        engine=engine if records else ports[0].engine,
+        asked_for=model,
+        provenance=Provenance(call=f"identify({', '.join(d.source for d in ports)}, model={model!r})"),
+    )
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One file of a batch and one model asked for: its ``result``, or the ``error`` that it ended in."""
+
+    path: Path
+    model: str
+    result: Identification | None
+    error: str
+
+
+def identify_each(
+    paths: Sequence[str | Path], models: Sequence[str] = ("auto",), *, progress: bool = True, **how: Any
+) -> tuple[Outcome, ...]:
+    """Return the identification of every spectrum by every model; one that fails does not stop the others.
+
+    ``progress`` shows a bar in a terminal; ``how`` are arguments of `identify`. Outcomes are in the order of ``paths``,
+    each with all ``models``.
+    """
+    from tqdm import tqdm
+
+    for model in models:
+        if model != "auto":
+            electrical_model(model)
+    outcomes = []
+    silent = None if progress else True  # None: only in a terminal
+    with tqdm(total=len(paths) * len(models), disable=silent, leave=False, unit="fit", desc="spectra") as bar:
+        for path in map(Path, paths):
+            for model in models:
+                result, error = None, ""
+                try:
+                    result = identify(read_spectrum(path), model=model, **how)
+                except IlgError as problem:
+                    error = str(problem)
+                outcomes.append(Outcome(path, model, result, error))
+                bar.update()
+    return tuple(outcomes)
+
+
+def _port_data(
+    files: Sequence[Data], engine: str, bias: Sequence[float] | None, weighting: Weighting
+) -> tuple[PortData, ...]:
+    """Return the port data of every file. Raises InputError where two hold the same readings, or there are none."""
+    if not files:
+        raise InputError("an identification needs at least one record or spectrum")
+    sources = [f.source for f in files]
+    # files told apart where folders hold files of the same name
+    labels = [s if sources.count(s) == 1 else f"{s} ({sources[: k + 1].count(s)})" for k, s in enumerate(sources)]
+    found: list[PortData] = []
+    for file, label, volts in zip(files, labels, bias or [0.0] * len(files), strict=True):
+        if isinstance(file, Spectrum):
+            found.append(ImpedanceData.of(replace(file, source=label), volts, label, weighting))
+        else:
+            found.append(CurrentData(file, engine, label))
+    for k, d in enumerate(found):
+        for earlier in found[:k]:
+            if np.array_equal(d.data, earlier.data) and np.array_equal(d.abscissa, earlier.abscissa):
+                raise InputError(f"'{d.source}' repeats the readings of '{earlier.source}': give each record once")
+    return tuple(found)
+
+
+def _fit_port(
+    data: tuple[PortData, ...], model: str, held: float | None, per_record: frozenset[str], progress: Progress
+) -> tuple[PortFit, tuple[Candidate, ...], list[Finding]]:
+    """Return the port's fit, the candidates and first findings; Re held at zero where it is not determined."""
+    notes = [note.about(d.source) for d in data for note in d.notes]
+    if model == "auto":
+        if held is None:
+            raise InputError("Re is fitted with a model that is named, such as --model rc+sinh, not with auto")
+        return *fit_best(data, held, per_record, progress), notes
+    if held is not None:
+        return *fit_named(data, model, held, per_record, progress), notes
+    try:
+        found = fit_named(data, model, None, per_record, progress)
+    except SolveError as error:
+        why = str(error)
+    else:
+        fit = found[0].fit
+        at = [k for k, p in enumerate(fit.problem.moved) if p.name == "electrode_resistance"]
+        value, stderr = float(fit.values[at].min()), float(fit.errors[at].max())
+        if stderr <= DETERMINED * value:
+            return *found, notes
+        why = f"it came out as {format_quantity(value, 'ohm', 2)} +- {format_quantity(stderr, 'ohm', 2)}"
+    notes.append(Finding("electrode-resistance-not-determined", values={"reason": why}))
+    return *fit_named(data, model, 0.0, per_record, progress), notes
+
+
+def _actuator(port: PortFit, strip: Actuator, base: Actuator | None, data: Sequence[PortData]) -> Actuator:
+    name = data[0].source.rsplit(".", 1)[0] if len(data) == 1 else "joint fit"
+    coupling = base.coupling if base is not None else None
+    how = {"coupling": coupling, "mounting": strip.mounting, "name": name}
+    return Actuator.from_port(strip.geometry, port.port, base=strip.material, **how)
+
+
+def _observations(
+    port: PortFit, coupling: CouplingFit | None, fit: FitResult, progress: Progress
+) -> tuple[list[ObservationFit], Any]:
+    """Return the rows of all observations, and the ports' fits without each file in turn."""
+    without = leave_one_port_out(port, progress)
+    derived = [file_quantities(d, fit, k) for k, d in enumerate(port.data)]
+    rows = port_observations(port, without, fit, derived)
+    if coupling is None:
+        return rows, without
+    first, ratio = len(port.data), lumped_elements(coupling.motion.actuator).bending_ratio
+    quantities, metrics = [], []
+    for k, (own, data) in enumerate(zip(coupling.individual, coupling.data, strict=True)):
+        per_volt = data.sign * ratio * coupling.coupling.static
+        quantities.append(displacement_quantities(own, data.reference, fit.nuisance_of(first + k), per_volt))
+        metrics.append(displacement_metrics(own))
+    return [*rows, *displacement_observations(coupling, fit, first, quantities, metrics, progress)], without
+
+
+def _port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Finding]:
+    """Return findings on the port: what its residuals show, and what the data do not determine."""
+    found: list[Finding] = []
+    shares = []
+    for k, d in enumerate(port.data):
+        residuals, subject = port.fit.residuals_of(k), d.source
+        if isinstance(d, ImpedanceData):
+            share = d.relative_rms(residuals)
+            if share > max(_MISFIT * d.check.rms, _NEGLIGIBLE_MISFIT):
+                values = {"model": port.kind.name, "share": share, "noise": d.check.rms}
+                found.append(Finding("spectrum-misfit", subject, values))
+            if structured(residuals) and share > _NEGLIGIBLE_MISFIT:
+                found.append(Finding("residuals-autocorrelated", subject))
+            continue
+        rms = port.fit.rms_of(k)
+        if structured(residuals) and rms > max(_OVER_NOISE * noise_level(d.data), _NEGLIGIBLE * d.size):
+            shares.append(rms / d.size)
+            found.append(Finding("residuals-autocorrelated", subject))
+        found += _resolution(d, rms)
+    if shares:
+        code = "one-pole-not-enough" if port.kind.plain == "rc" else "residuals-structured"
+        found.insert(0, Finding(code, values={"model": port.kind.name, "share": max(shares)}))
+    if DC in port.fixed:
+        found.append(Finding("electron-path-open", values={"reason": port.fixed[DC], "given": port.values[DC]}))
+    found += start_findings(port.fit.starts)
+    chosen = next(c for c in candidates if c.chosen)
+    if chosen.identifiability is not None and not chosen.identifiability.determined:
+        found.append(Finding("not-determined", values={"reason": chosen.identifiability.reason}))
+    if len(candidates) > 1 and all(c.against for c in candidates):
+        found.append(Finding("no-model-determined"))
+    return found
+
+
+def _resolution(d: PortData, rms: float) -> list[Finding]:
+    """Return what a coarse instrument leaves open beyond the standard errors."""
+    steps = np.diff(np.unique(d.data))
+    if len(steps) and float(steps.min()) > 2 * rms and len(steps) < len(d.data) / 4:
+        return [Finding("resolution-coarse", d.source, {"step": float(steps.min())})]
+    return []
+
+
+def _base_findings(base: Actuator | None, coupling: CouplingFit | None) -> list[Finding]:
+    if base is None:
+        return [Finding("no-actuator-coupling" if coupling is not None else "no-actuator")]
+    return [Finding("coupling-not-fitted")] if coupling is None and base.coupling is not None else []
+
+
+def _statistics(
+    port: PortFit,
+    coupling: CouplingFit | None,
+    fit: FitResult,
+    rows: Sequence[ObservationFit],
+    candidates: Sequence[Candidate],
+    intervals: Uncertainties,
+) -> dict[str, Any]:
+    """Return the statistics of the port, with "displacement" those of the coupling.
+
+    Of a single file rmse is in its unit; of several all residuals are over their sigmas.
+    """
+    chosen = next(c for c in candidates if c.chosen)
+    count = len(port.data)
+    port_fit, single = port.fit, count == 1
+    samples = slice(0, port_fit.problem.slices[count - 1].stop)
+    statistics: dict[str, Any] = {"rmse": float(np.sqrt(np.mean(port_fit.residuals[samples] ** 2))), "rmse_unit": ""}
+    statistics |= {"aic": None, "bic": chosen.bic, "n": samples.stop}
+    if single:
+        first = port.data[0]
+        statistics |= dict(rows[0].statistics) | {"rmse_unit": first.unit}
+        if isinstance(first, ImpedanceData):
+            residuals = first.shown(port_fit.residuals_of(0))
+            statistics |= {
+                "rmse": float(np.sqrt(np.mean(np.abs(residuals) ** 2) / 2)),
+                "rmse_unit": "ohm",
+                "relative_rms": first.relative_rms(port_fit.residuals_of(0)),
+                "independent": port_fit.independent_samples(0),
+                "weighting": first.weighting,
+            }
+        else:
+            statistics["rmse_over_peak"] = rows[0].rms_joint / first.size
+    statistics |= {
+        "evaluations": port_fit.parts[0].evaluations,
+        "starts": chosen.starts,
+        "starts_agreeing": chosen.starts_agreeing,
+        "relative_offset": port_fit.parts[0].offset,
+        "identifiability": chosen.identifiability.to_dict() if chosen.identifiability else None,
+    }
+    if coupling is not None:
+        statistics["displacement"] = _displacement_statistics(coupling, fit, rows, count)
+    details = {p.problem.observations[0].quantity: d for p, d in zip(fit.parts, intervals.details, strict=False)}
+    if details:
+        flat = next(iter(details.values())) if list(details) == ["impedance"] else {}
+        statistics["intervals"] = {**details, **flat}
+    return statistics
+
+
+def _displacement_statistics(
+    coupling: CouplingFit, fit: FitResult, rows: Sequence[ObservationFit], first: int
+) -> dict[str, Any]:
+    last = fit.parts[-1]
+    moved = [r for r in rows if r.quantity == "displacement"]
+    residuals = np.concatenate([fit.residuals[s] for s in fit.problem.slices[first:]])
+    statistics: dict[str, Any] = {"rmse": float(np.sqrt(np.mean(residuals**2))), "rmse_unit": "", "n": len(residuals)}
+    if len(moved) == 1:
+        statistics |= dict(moved[0].statistics) | {"rmse_unit": "m"}
+        statistics["window_s"] = coupling.individual[0].data.window
+    starts = coupling.fit.starts
+    return statistics | {
+        "beam": coupling.motion.beam,
+        "evaluations": last.evaluations,
+        "starts": starts.starts,
+        "starts_agreeing": starts.agreeing,
+        "relative_offset": last.offset,
+    }

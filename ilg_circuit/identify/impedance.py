@@ -1,0 +1,297 @@
+"""A measured impedance spectrum as an observation of the port, and its fit by itself.
+
+The closed form of the port (no ladder, no engine) is fitted to real and imaginary parts together, each weighted by
+1/abs(Z) unless told otherwise, from many starts that the data suggest. What the data do not feel is fixed and named,
+above all an electron path that is practically open.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from ..arrays import Array, ComplexArray
+from ..errors import InputError, SolveError
+from ..findings import Finding
+from ..fit.fitting import fit, with_starts
+from ..fit.identifiability import DETERMINED
+from ..fit.multistart import Search, StartSummary, gather, search
+from ..fit.observation import Observation, Predict
+from ..fit.problem import Problem, Progress
+from ..measurements.spectrum_files import Spectrum
+from ..strip.models import ElectricalModel
+from ..units import format_quantity
+from .kramers_kronig import KramersKronig, kramers_kronig
+from .port_model import ANY_LADDER, IndividualFit, PortModel, port_problem
+
+Weighting = Literal["modulus", "unit", "proportional"]
+
+#: The electron path, which a spectrum may not show.
+DC = "dc_resistance"
+#: An open electron path in the strip that is handed on: beyond any measured impedance by this factor.
+_OPEN = 1e6
+#: Stands for an open circuit in a fit; finite, so that arithmetic stays finite.
+_INFINITE = 1e200
+_UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
+_OPEN_PATH = "no electron path is seen: practically an open circuit"
+#: A parameter is not felt whose logarithm alone, all others held, has a standard error beyond this.
+_FELT = 3.0
+#: Logarithms of SI values stay within this: beyond lies no number worth having.
+_RANGE = 100.0
+#: The same of the logit of a parameter with an upper limit.
+_LIMITED_RANGE = 20.0
+_FITS, _MORE_FITS = 8, 12
+_EVALUATIONS = 150
+#: Runs whose sums of squares differ by this part ended at the same minimum.
+_SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class ImpedanceData:
+    """An impedance over frequency [Hz], small signal about ``bias`` [V]; its numbers are Re Z and Im Z times weights.
+
+    By the weighting "modulus" the weights are 1/abs(Z), "unit" one over the rms of abs(Z), "proportional" one over each
+    part's size. Points that break the Kramers-Kronig relations are left out.
+    """
+
+    spectrum: Spectrum
+    check: KramersKronig
+    bias: float
+    source: str
+    weighting: Weighting = "modulus"
+
+    quantity = "impedance"
+    unit = ""
+    engine = "closed form"
+    size = 1.0
+
+    @classmethod
+    def of(
+        cls, spectrum: Spectrum, bias: float = 0.0, source: str = "", weighting: Weighting = "modulus"
+    ) -> ImpedanceData:
+        """Return the data of a spectrum, after its Kramers-Kronig check. Raises InputError for another weighting."""
+        if weighting not in get_args(Weighting):
+            raise InputError(f"weighting is '{weighting}'; choose one of {', '.join(get_args(Weighting))}")
+        check = kramers_kronig(spectrum)
+        return cls(spectrum.without(check.bad), check, bias, source or spectrum.source, weighting)
+
+    @property
+    def voltage(self) -> float:
+        return self.bias
+
+    @property
+    def level(self) -> float | None:
+        return self.bias
+
+    @property
+    def notes(self) -> tuple[Finding, ...]:
+        return (*self.spectrum.notes, *self.check.findings)
+
+    @property
+    def abscissa(self) -> Array:
+        return self.spectrum.frequency
+
+    @property
+    def s(self) -> ComplexArray:
+        """2 pi i times the frequencies [rad/s]."""
+        return 2j * np.pi * self.spectrum.frequency
+
+    @property
+    def data(self) -> Array:
+        return self._numbers(self.spectrum.impedance)
+
+    @property
+    def band(self) -> tuple[float, float]:
+        f = self.spectrum.frequency
+        return float(f[0]) * 0.999, float(f[-1]) * 1.001
+
+    @property
+    def _weights(self) -> Array:
+        z = self.spectrum.impedance
+        size = np.abs(z)
+        if self.weighting == "unit":
+            return np.full(2 * len(z), 1 / float(np.sqrt(np.mean(size**2))))
+        if self.weighting == "modulus":
+            return np.concatenate([1 / size, 1 / size])
+        # a part that crosses zero would count for everything
+        parts = np.abs(np.concatenate([z.real, z.imag]))
+        return 1 / np.maximum(parts, 1e-2 * np.concatenate([size, size]))
+
+    def _numbers(self, z: ComplexArray) -> Array:
+        return np.concatenate([z.real, z.imag], axis=-1) * self._weights
+
+    def shown(self, numbers: Array) -> ComplexArray:
+        real, imaginary = np.split(numbers / self._weights, 2)
+        return real + 1j * imaginary
+
+    def relative_rms(self, residuals: Array) -> float:
+        """Return the rms of the real and imaginary parts of ``residuals`` (2 f,), over abs(Z)."""
+        return float(np.sqrt(np.mean((np.abs(self.shown(residuals)) / self.spectrum.modulus) ** 2) / 2))
+
+    def observation(self, model: PortModel, sigma: float = 1.0) -> Observation:
+        s, kind = self.s, model.kind
+
+        def linear(values: Array) -> Array:
+            assert model.held is not None
+            return self._numbers(kind.impedance(values, s, model.held))
+
+        def about_bias(values: Array) -> Array:
+            ports = [model.port(v, ANY_LADDER) for v in values]
+            return self._numbers(np.array([port.impedance(s, self.bias, ideal=True) for port in ports]))
+
+        predict = linear if kind.linear and model.held is not None else about_bias
+        nothing = np.zeros((len(self.data), 0))
+        how = {"sigma": sigma, "size": self.size, "channels": 2}
+        return Observation(
+            self.source, self.quantity, self.unit, self.abscissa, self.data, model.names, predict, nothing, **how
+        )
+
+    def quick(self, model: PortModel) -> Predict | None:
+        return None
+
+    def holds(self, kind: ElectricalModel) -> bool:
+        return kind.linear
+
+    def trial_engine(self, kind: ElectricalModel) -> str:
+        return self.engine
+
+    def require_electrode_resistance(self, held: float) -> None:
+        if not (np.isfinite(held) and held >= 0):
+            raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
+        real = np.sort(self.spectrum.impedance.real)
+        least = float(np.median(real[: max(len(real) // 20, 1)]))
+        if held and held >= least:
+            raise InputError(f"electrode resistance {held:g} ohm is too large: the real part falls to {least:.4g} ohm")
+
+    def individual(self, kind: ElectricalModel, held: float, progress: Progress, seed: int = 0) -> IndividualFit:
+        self.require_electrode_resistance(held)
+        hidden = [name for name in kind.needs_several_voltages if name in kind.names]
+        if hidden:
+            raise InputError(
+                f"model {kind.name}: a spectrum, a small signal about one voltage, does not show {', '.join(hidden)}; "
+                "leave it out"
+            )
+        if len(self.data) < len(kind.names) + 3:
+            raise InputError(f"{self.source}: {len(self.abscissa)} points are too few for model {kind.name}")
+        model, random = PortModel(kind, held), np.random.default_rng(seed)
+        problem = port_problem((self,), model, (1.0,))
+        found = self._search(problem, model, random)
+        x = _within(problem, found.best.parameters)
+        problem, x, found, fixed = self._without_open_path(problem, model, x, found, random)
+        values = problem.scales.values(x)
+        every = np.array([{**dict(zip(problem.labels, values, strict=True)), **problem.fixed}[n] for n in kind.names])
+        every = every[kind.order(every)]
+        at = dict(zip(kind.names, every.tolist(), strict=True))
+        x = problem.scales.coordinates(np.array([at[label] for label in problem.labels]))
+        alone = self._lonely_errors(problem, x, found.best.sum_of_squares)
+        unfelt = tuple(label for label, error in zip(problem.labels, alone, strict=True) if not error < _FELT)
+        for label in unfelt:
+            fixed[label] = "not determined: the spectrum does not feel it"
+            problem = problem.holding(label, at[label])
+        if not problem.labels:
+            raise SolveError(f"the spectrum determines no parameter of model {kind.name}")
+        start = np.array([at[label] for label in problem.labels])
+        result = fit(problem, start, progress, tolerance=1e-13)
+        if result.sum_of_squares > found.best.sum_of_squares * (1 + _SAME) + 1e-24:
+            raise SolveError(
+                f"the fit of model {kind.name} did not come back to the best of its {len(found.runs)} starts"
+            )
+        starts = StartSummary(len(found.runs), found.near(_SAME))
+        return IndividualFit(model, with_starts(result, starts), fixed, unfelt)
+
+    def open_path(self) -> float:
+        """Return the Rdc [ohm] that stands for an open electron path in the strip that is handed on."""
+        return _OPEN * float(self.spectrum.modulus.max())
+
+    def _without_open_path(
+        self, problem: Problem, model: PortModel, x: Array, found: Search, random: np.random.Generator
+    ) -> tuple[Problem, Array, Search, dict[str, str]]:
+        """Return the problem, coordinates and search with Rdc fixed at an open circuit, if that is not seen."""
+        closed = problem.holding(DC, _INFINITE)
+        at = problem.labels.index(DC)
+        without = self._search(closed, model, random, np.delete(x, at))
+        # what Rdc gains must be worth a parameter, by as many readings as are independent
+        residuals = problem.predictions(x[None])[0] - problem.data
+        readings, independent = len(residuals), problem.observations[0].independent_samples(residuals)
+        best, other = found.best.sum_of_squares, without.best.sum_of_squares
+        gain = independent * np.log(max(other, 1e-300) / max(best, 1e-300))
+        doubtful = self._lonely_errors(problem, x, best)[at] * np.sqrt(readings / independent) > DETERMINED
+        if gain >= np.log(independent) and not doubtful:
+            return problem, x, found, {}
+        x = _within(closed, without.best.parameters)
+        return closed, x, without, {DC: self._open_text(closed, model, x)}
+
+    def _lonely_errors(self, problem: Problem, x: Array, squares: float) -> Array:
+        """Return the standard error (n,) of every coordinate, all others held: a lower limit of the true one."""
+        slopes = problem.derivatives(x)[1]
+        size = np.linalg.norm(np.where(np.isfinite(slopes), slopes, 0.0), axis=0)
+        deviation = np.sqrt(squares / max(len(self.data) - len(x), 1)) + 1e-9
+        with np.errstate(divide="ignore"):
+            return deviation / size
+
+    def _search(
+        self, problem: Problem, model: PortModel, random: np.random.Generator, near: Array | None = None
+    ) -> Search:
+        """Return descents from starts that the data suggest, and from ``near``."""
+        kind, held = model.kind, model.held or 0.0
+        omega = 2 * np.pi * self.spectrum.frequency
+
+        def residuals(x: Array) -> Array:
+            return problem.predictions(_within(problem, x)[None])[0] - problem.data
+
+        def jacobian(x: Array) -> Array:
+            return problem.derivatives(_within(problem, x))[1]
+
+        def suggested(count: int) -> list[Array]:
+            sets = kind.spectrum_starts(self.spectrum.impedance - held, omega, random)
+            sets = sets[:, [kind.names.index(label) for label in problem.labels]]
+            x = problem.scales.coordinates(sets)
+            left = problem.predictions(x) - problem.data
+            finite = np.isfinite(left).all(axis=1)
+            squares = np.where(finite, (np.where(np.isfinite(left), left, 0.0) ** 2).sum(axis=1), np.inf)
+            best = [part[np.argmin(squares[part])] for part in np.array_split(np.arange(len(x)), count)]
+            return [x[k] for k in best if finite[k]]
+
+        def descents(starts: list[Array]) -> Search:
+            how = {"tolerance": 1e-11, "rounding": 1e-26}
+            return search(residuals, jacobian, starts, most=_EVALUATIONS, polishes=4, **how)
+
+        chosen = ([near] if near is not None else []) + suggested(_FITS)
+        if not chosen:
+            raise SolveError(f"no start of model {kind.name} gives numbers for this spectrum")
+        found = descents(chosen)
+        if found.near(_SAME) < 2:
+            around = found.best.parameters + random.uniform(-0.3, 0.3, len(problem.labels))
+            found = gather([*found.runs, *descents([*suggested(_MORE_FITS), around]).runs], 1e-26)
+        return found
+
+    def _open_text(self, problem: Problem, model: PortModel, x: Array) -> str:
+        """Return why Rdc is fixed: an open circuit, and the least resistance that the data allow (95 %, one-sided).
+
+        Linear in the conductance G = 1/Rdc about G = 0: dZ/dG = -(Z - Re)^2, the other parameters' directions taken out.
+        """
+        from scipy.stats import t as student
+
+        held, numbers = model.held or 0.0, problem.predictions(x[None])[0]
+        direction = self._numbers(-((self.shown(numbers) - held) ** 2))
+        residuals = problem.data - numbers
+        tangent = np.linalg.qr(problem.derivatives(x)[1])[0]
+        whole = float(direction @ direction)
+        direction = direction - tangent @ (tangent.T @ direction)
+        size = float(direction @ direction)
+        if size < 1e-9 * whole:  # another parameter does the same
+            return _OPEN_PATH
+        freedom = max(len(residuals) - len(x) - 1, 1)
+        best = max(float(direction @ residuals) / size, 0.0)
+        deviation = np.sqrt(float(residuals @ residuals) / freedom / size) + np.finfo(float).tiny
+        limit = best + float(student.ppf(0.95, freedom) * deviation)
+        reason = _OPEN_PATH if limit * float(self.spectrum.modulus.max()) < 1 else _UNSEEN_PATH
+        return f"{reason}, more than {format_quantity(1 / limit, 'ohm', 3)} (95 %)"
+
+
+def _within(problem: Problem, x: Array) -> Array:
+    """Return coordinates kept within what numbers can tell apart."""
+    limits = np.where(np.isinf(problem.scales.upper), _RANGE, _LIMITED_RANGE)
+    return np.clip(x, -limits, limits)

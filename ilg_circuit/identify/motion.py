@@ -1,0 +1,147 @@
+"""The measured displacement as an observation of the coupling d(s), EC (31).
+
+Rest position and drift are linear terms of each record. Where the electrodes have a resistance the displacement depends
+on the port's parameters too; elsewhere the port has no say (physics: the displacement is d(s) times the port voltage).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from ..arrays import Array
+from ..circuit.strip import strip_netlist
+from ..drive import PiecewiseLinear
+from ..errors import SolveError
+from ..fit.observation import Observation
+from ..fit.parameter import Parameter
+from ..measurements.prepare import Channel
+from ..simulation.response import transient_band
+from ..solve.transient import DEFAULT_ACCURACY, transient
+from ..strip.actuator import Actuator, Coupling
+from ..strip.elements import lumped_elements
+from ..strip.port import Port
+from .port_model import PortModel
+
+#: The parameters of d(s) as a fit names them, in the order of the fields of `Coupling`.
+COUPLING = tuple(
+    Parameter(f"coupling_{f.name}", unit=f.metadata["unit"]) for f in fields(Coupling) if "unit" in f.metadata
+)
+NAMES = tuple(p.name for p in COUPLING)
+#: Largest ringing [rad] of d(s) that a fit follows: far more than any record shows.
+_MOST_RINGING = 300.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How displacements of a strip are predicted: by its ``actuator``, with the static or dynamic ``beam``.
+
+    ``port`` is the model whose parameters the displacement depends on too, None where it does not.
+    """
+
+    actuator: Actuator
+    beam: str
+    engine: str
+    port: PortModel | None = None
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*(self.port.parameters if self.port else ()), *COUPLING)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(p.name for p in self.parameters)
+
+    def displacements(self, drive: PiecewiseLinear, t: Array, values: Array, accuracy: float) -> Array:
+        """Return displacements [m] (k, samples) at ``t`` [s], zero before 0, of parameters ``values`` (k, n).
+
+        Raises SolveError for constants that ring for longer than any record resolves.
+        """
+        after = t >= 0
+        zeta, wn = values[0, -2:]
+        if min(wn * t[-1], 20 / zeta) > _MOST_RINGING:
+            raise SolveError("the fit of d(s) left what the record can resolve")
+        netlists = [strip_netlist(strip, beam=self.beam) for strip in self._strips(values, t)]
+        index = [o.name for o in netlists[0].outputs].index("displacement")
+        result = np.zeros((len(values), len(t)))
+        found = transient(netlists, drive, t[after], engine=self.engine, accuracy=accuracy)
+        result[:, after] = found.values[:, index]
+        return result
+
+    def _strips(self, values: Array, t: Array) -> list[Actuator]:
+        couplings = [Coupling(*v) for v in values[:, -len(COUPLING) :].tolist()]
+        if self.port is None:
+            strip = self._simplest()
+            return [replace(strip, coupling=c) for c in couplings]
+        ladders = self.port.kind.ladders(np.array(self.port.typical), transient_band(t[t >= 0]))
+        ports = [self.port.port(v, ladders) for v in values[:, : -len(COUPLING)]]
+        return [replace(strip_of(self.actuator, p), coupling=c) for p, c in zip(ports, couplings, strict=True)]
+
+    def _simplest(self) -> Actuator:
+        """Return the strip with as many ions as the displacement feels: none with the static beam and no Re."""
+        lumped = lumped_elements(self.actuator)
+        if self.beam != "static" or lumped.electrode_resistance:
+            return self.actuator
+        port = Port(lumped.dc_resistance, ((lumped.dynamic_resistance, lumped.capacitance),))
+        return Actuator.from_port(self.actuator.geometry, port, base=self.actuator.material)
+
+
+@dataclass(frozen=True)
+class DisplacementData:
+    """The displacement of a record up to ``window`` [s] since the onset, relative to ``reference`` [m].
+
+    ``sign`` is -1 where the camera's axis points away from the anode; with ``drift`` a slow linear one is a term of the
+    fit beside the rest position.
+    """
+
+    channel: Channel
+    drive: PiecewiseLinear
+    source: str
+    voltage: float
+    window: float
+    reference: float
+    sign: float = 1.0
+    drift: bool = False
+
+    quantity = "displacement"
+    unit = "m"
+
+    @property
+    def part(self) -> Channel:
+        """The samples up to the window."""
+        return self.channel.until(self.window)
+
+    @property
+    def nuisance(self) -> Array:
+        """Linear terms (samples, 1 or 2): rest position, drift."""
+        t = self.part.time
+        return np.column_stack([np.ones(len(t)), t])[:, : 1 + self.drift]
+
+    def observation(
+        self, motion: Motion, sigma: float = 1.0, size: float = 1.0, accuracy: float = DEFAULT_ACCURACY
+    ) -> Observation:
+        """Return the observation that ``motion`` predicts."""
+        t, data = self.part.time, self.part.values - self.reference
+
+        def predict(values: Array) -> Array:
+            return self.sign * motion.displacements(self.drive, t, values, accuracy)
+
+        how = {"sigma": sigma, "size": size}
+        return Observation(self.source, self.quantity, self.unit, t, data, motion.names, predict, self.nuisance, **how)
+
+
+def strip_of(actuator: Actuator, port: Port) -> Actuator:
+    """Return the actuator with another port; a ladder keeps its band and number of sections."""
+    strip = Actuator.from_port(actuator.geometry, port, base=actuator.material)
+    if port.ladder is not None:
+        low, high = port.ladder.band
+        sections = float(len(port.ladder.sections))
+        material = replace(strip.material, ladder_lowest=low, ladder_highest=high, ladder_sections=sections)
+        strip = replace(strip, material=material)
+    return replace(strip, coupling=actuator.coupling, mounting=actuator.mounting, name=actuator.name)
+
+
+def port_matters(actuator: Actuator, port: PortModel) -> bool:
+    """Return True if the displacement depends on the port's parameters: if there is an electrode resistance."""
+    return port.held is None or lumped_elements(actuator).electrode_resistance > 0

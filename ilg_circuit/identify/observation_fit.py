@@ -1,0 +1,268 @@
+"""Each measured quantity of each file: residuals of its individual fit, of the joint fit, and of the prediction from
+the other files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Array
+from ..errors import IlgError
+from ..findings import Finding
+from ..fit.criteria import ResidualWindow, residual_windows
+from ..fit.estimate import Estimate
+from ..fit.fitting import fit_without
+from ..fit.problem import Progress
+from ..fit.result import FitResult
+from .coupling_fit import CouplingFit
+from .displacement_metrics import DisplacementMetrics
+from .kramers_kronig import KramersKronig
+from .port_fit import PortFit, levels_differ
+
+Numbers = NDArray[Any]
+
+#: A joint fit whose residuals are so many times the individual fits' does not hold for all files.
+WORSE = 1.5
+#: An individual fit whose residuals are this part of the data describes nothing.
+_NOT_DESCRIBED = 0.15
+#: What residuals are compared with.
+SIZE = {"current": "peak", "impedance": "abs(Z)", "displacement": "span"}
+#: Misfits below this part of a record's size are of no interest, whatever their ratio.
+_NEGLIGIBLE = 1e-4
+ONLY_ONE = "there is no other file"
+
+
+@dataclass(frozen=True, eq=False)
+class ObservationFit:
+    """One measured quantity of one file, and three fits of it.
+
+    ``abscissa``: time since the onset [s], of an impedance frequency [Hz]. ``data``, ``fitted`` (by the fit of all),
+    ``individually`` (by the individual fit, of model ``individual_model``) and ``predicted`` (from the other files;
+    None, and ``not_predicted_because`` says why) in A, m, or complex ohm. ``rms_individual``, ``rms_joint``,
+    ``rms_predicted`` are of residuals [unit], of an impedance over abs(Z); ``size`` is what these are compared with:
+    peak current, span of the displacement, one. ``derived`` are quantities of this file alone.
+    """
+
+    source: str
+    quantity: str
+    unit: str
+    engine: str
+    voltage: float
+    abscissa: Array
+    data: Numbers
+    fitted: Numbers
+    individually: Numbers
+    predicted: Numbers | None
+    individual_model: str
+    rms_individual: float
+    rms_joint: float
+    rms_predicted: float | None
+    size: float
+    statistics: Mapping[str, float]
+    not_predicted_because: str = ""
+    derived: Mapping[str, Estimate] = field(default_factory=dict)
+    check: KramersKronig | None = None
+    metrics: DisplacementMetrics | None = None
+
+    @property
+    def residuals(self) -> Numbers:
+        """data - joint fit."""
+        return self.data - self.fitted
+
+    @property
+    def inconsistent(self) -> bool:
+        """True if the joint fit's residuals are much larger than the individual fit's."""
+        return self.rms_joint > max(WORSE * self.rms_individual, _NEGLIGIBLE * self.size)
+
+    @property
+    def not_described(self) -> bool:
+        """True if the individual fit's residuals are a large part of the data."""
+        return self.rms_individual > _NOT_DESCRIBED * self.size
+
+    def windows(self, last: float | None = None) -> tuple[ResidualWindow, ...]:
+        """Return the residuals' rms by windows of time up to ``last`` [s]; none of an impedance."""
+        if self.quantity == "impedance":
+            return ()
+        return residual_windows(self.abscissa, self.residuals, float(self.abscissa[-1]) if last is None else last)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the entry of fit.json; waveforms are left to the picture."""
+        entry: dict[str, Any] = {
+            "source": self.source,
+            "quantity": self.quantity,
+            "engine": self.engine,
+            "voltage": self.voltage,
+            "own_model": self.individual_model,
+            "rms_own": self.rms_individual,
+            "rms_joint": self.rms_joint,
+            "rms_predicted": self.rms_predicted,
+            "rms_unit": self.unit,
+            "peak": self.size,
+            "n": len(self.data),
+            "derived": {name: e.to_dict() for name, e in self.derived.items()},
+        }
+        if self.not_predicted_because:
+            entry["not_predicted"] = self.not_predicted_because
+        if self.check is not None:
+            entry["kramers_kronig"] = self.check.to_dict()
+        if self.metrics is not None:
+            entry["figures"] = self.metrics.to_dict()
+        return entry
+
+
+#: The fit without each file in turn, or why there is none.
+LeftOut = Sequence[FitResult | str]
+
+
+def leave_one_out(found: FitResult, progress: Progress, against: Sequence[str] = ()) -> LeftOut:
+    """Return the fit of all others for each observation; none where something speaks ``against`` it beforehand."""
+    count = len(found.problem.observations)
+    if count < 2:
+        return [ONLY_ONE] * count
+    fits: list[FitResult | str] = []
+    for k, why in enumerate(against or [""] * count):
+        try:
+            fits.append(why or fit_without(found, [k], progress))
+        except IlgError as error:
+            fits.append(f"the others by themselves: {error}")
+    return fits
+
+
+def leave_one_port_out(found: PortFit, progress: Progress) -> LeftOut:
+    """Return the same for a port, whose model may need several voltages."""
+    against = []
+    for k, left_out in enumerate(found.data):
+        others = [d for j, d in enumerate(found.data) if j != k]
+        enough = found.kind.linear or (others and levels_differ(others))
+        against.append("" if enough else f"without {left_out.source} the others are all at one voltage")
+    return leave_one_out(found.fit, progress, against)
+
+
+def predicted_by(found: FitResult, k: int, others: FitResult | str) -> tuple[Array | None, str]:
+    """Return observation ``k`` as the others predict it, with its own linear terms; or why they cannot."""
+    if isinstance(others, str):
+        return None, others
+    observation = found.problem.observations[k]
+    means = {**found.means, **others.means}
+    try:
+        return observation.fitted(np.array([means[name] for name in observation.names])), ""
+    except IlgError as error:
+        return None, f"the prediction from the others cannot be solved: {error}"
+
+
+def port_observations(
+    found: PortFit, without: LeftOut, fit: FitResult, derived: Sequence[Mapping[str, Estimate]]
+) -> list[ObservationFit]:
+    """Return every current and impedance, by ``fit``, the final one of all observations, and from the others."""
+    rows = []
+    for k, (d, individual) in enumerate(zip(found.data, found.individual, strict=True)):
+        predicted, why = predicted_by(found.fit, k, without[k])
+        alone = individual.fit
+        own = alone.fitted(0)
+        rows.append(
+            ObservationFit(
+                source=d.source,
+                quantity=d.quantity,
+                unit=d.unit,
+                engine=d.engine,
+                voltage=d.voltage,
+                abscissa=d.abscissa,
+                data=d.shown(d.data),
+                fitted=d.shown(fit.fitted(k)),
+                individually=d.shown(own),
+                predicted=None if predicted is None else d.shown(predicted),
+                individual_model=individual.model.kind.name,
+                rms_individual=individual.rms,
+                rms_joint=fit.rms_of(k),
+                rms_predicted=None if predicted is None else found.fit.problem.observations[k].rms(predicted),
+                size=d.size,
+                statistics=fit.statistics_of(k),
+                not_predicted_because=why,
+                derived=derived[k],
+                check=getattr(d, "check", None),
+            )
+        )
+    return rows
+
+
+def displacement_observations(
+    found: CouplingFit,
+    fit: FitResult,
+    first: int,
+    derived: Sequence[Mapping[str, Estimate]],
+    metrics: Sequence[DisplacementMetrics | None],
+    progress: Progress,
+) -> list[ObservationFit]:
+    """Return every displacement over the stretch that its individual fit describes.
+
+    ``first`` is the place of the first displacement among the observations of ``fit``.
+    """
+    without = leave_one_out(found.fit, progress)
+    rows = []
+    for k, (own, data) in enumerate(zip(found.individual, found.data, strict=True)):
+        channel = own.data.part
+        individually = own.fitted[: len(channel.time)]
+        fitted = channel.values - fit.residuals_of(first + k)
+        predicted, why = predicted_by(found.fit, k, without[k])
+        if predicted is not None:
+            predicted = predicted + data.reference
+        rows.append(
+            ObservationFit(
+                source=data.source,
+                quantity="displacement",
+                unit="m",
+                engine=found.motion.engine,
+                voltage=data.voltage,
+                abscissa=channel.time,
+                data=channel.values,
+                fitted=fitted,
+                individually=individually,
+                predicted=predicted,
+                individual_model="d(s)",
+                rms_individual=own.fit.rms_of(0),
+                rms_joint=_rms(channel.values - fitted),
+                rms_predicted=None if predicted is None else _rms(channel.values - predicted),
+                size=float(np.ptp(individually)),
+                statistics=fit.statistics_of(first + k),
+                not_predicted_because=why if why != ONLY_ONE else "no other file has a displacement",
+                derived=derived[k],
+                metrics=metrics[k],
+            )
+        )
+    return rows
+
+
+def consistency_findings(rows: Sequence[ObservationFit], without: LeftOut) -> list[Finding]:
+    """Return findings on files that no port describes, and on files that one port does not hold for together."""
+    found = []
+    lost = [f"{r.source} ({r.rms_individual / r.size:.0%} of its {SIZE[r.quantity]})" for r in rows if r.not_described]
+    if lost:
+        found.append(Finding("file-not-described", values={"files": lost}))
+    outlying = [r.source for r in rows if r.inconsistent]
+    if outlying:
+        found.append(Finding("files-inconsistent", values={"ratio": WORSE, "files": outlying}))
+        found += _outlying_file(rows, without)
+    return found
+
+
+def _outlying_file(rows: Sequence[ObservationFit], without: LeftOut) -> list[Finding]:
+    """Return the one file without which a port holds for all others, if there is just one."""
+    if len(rows) < 3:
+        return []
+    found = []
+    for k, others in enumerate(without):
+        if isinstance(others, str):
+            continue
+        rest = [r for j, r in enumerate(rows) if j != k]
+        limits = [max(WORSE * r.rms_individual, _NEGLIGIBLE * r.size) for r in rest]
+        if all(others.rms_of(j) <= limit for j, limit in enumerate(limits)):
+            found.append(rows[k].source)
+    return [Finding("file-outlying", values={"file": found[0]})] if len(found) == 1 else []
+
+
+def _rms(residuals: Array) -> float:
+    return float(np.sqrt(np.mean(residuals**2)))

@@ -1,0 +1,291 @@
+"""The port from one file or several: one electrical model fitted to all currents and spectra of a strip."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import IlgError, InputError, SolveError
+from ..fit.bootstrap import correlated
+from ..fit.fitting import fit, with_starts
+from ..fit.identifiability import Identifiability, diagnose
+from ..fit.multistart import StartSummary
+from ..fit.problem import Problem, Progress
+from ..fit.result import FitResult
+from ..fit.selection import EVIDENCE
+from ..strip.models import ElectricalModel, Ladders, electrical_model
+from ..strip.port import Port
+from .impedance import DC, ImpedanceData
+from .port_model import IndividualFit, PortData, PortModel, port_problem, quickened, sigma_of
+from .port_start import suggestions
+
+#: An individual fit falls back to this model where the file alone does not hold the one asked for.
+SIMPLEST = "rc"
+#: Levels that differ by less than this part tell nothing about a nonlinearity.
+_SAME_VOLTAGE = 0.2
+#: Fits run from so many starts; those whose sums of squares differ by less are the same.
+_FITS, _SAME = 2, 1e-3
+#: A joint fit is taken as the global minimum if its sum of squares is at most this factor times that of the individual fits.
+_AS_GOOD = 1.02
+#: A joint fit whose residuals are less than this part of an individual fit's gives the better weight.
+_WORTH = 0.7
+#: A fitted Re starts at this part of the least resistance that any file shows.
+_LITTLE_RE = 0.1
+#: Residuals count as no less than this part of an observation's size.
+NEGLIGIBLE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class PortFit:
+    """One port for all files: the fit, each file's individual fit, and the port (parameters per record: their mean).
+
+    ``fixed`` says of parameters that were not fitted, why; ``fit`` predicts by the engine of record, ``quick`` is the
+    same with cheaper predictions where there are any.
+    """
+
+    model: PortModel
+    data: tuple[PortData, ...]
+    individual: tuple[IndividualFit, ...]
+    fit: FitResult
+    fixed: Mapping[str, str] = field(default_factory=dict)
+    unfelt: tuple[str, ...] = ()
+
+    @property
+    def kind(self) -> ElectricalModel:
+        return self.model.kind
+
+    @property
+    def quick(self) -> FitResult:
+        return self.fit.predicting(quickened(self.fit.problem, self.data, self.model))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The port's parameters by name, also those that were not fitted."""
+        found = dict(self.fit.means)
+        if DC in self.fixed:
+            found[DC] = max(d.open_path() for d in self.data if isinstance(d, ImpedanceData))
+        return found
+
+    @property
+    def port(self) -> Port:
+        """The port with ladders for the band that all files cover."""
+        low, high = min(d.band[0] for d in self.data), max(d.band[1] for d in self.data)
+        values = self.values
+        if self.model.typical and len(self.data) == 1:
+            ladders = self.kind.ladders(np.array(self.model.typical), self.data[0].band)
+        else:
+            ladders = Ladders((low, high))
+        return self.model.port(np.array([values[name] for name in self.model.names]), ladders)
+
+    def identifiability(self) -> Identifiability:
+        """Return what the data determine of the port."""
+        return diagnose(self.quick, self.port.branches, self.unfelt)
+
+    @property
+    def rms(self) -> Array:
+        """Root mean square of the residuals of each file (files,), in its unit."""
+        return np.array([self.fit.rms_of(k) for k in range(len(self.data))])
+
+    @property
+    def misfit(self) -> float:
+        """The same over each file's size, the geometric mean of all."""
+        sizes = np.array([d.size for d in self.data])
+        return float(np.exp(np.mean(np.log(np.maximum(self.rms / sizes, NEGLIGIBLE)))))
+
+    def independent(self) -> Array:
+        """Return the number of independent samples (files,) that the residuals amount to."""
+        return np.array([self.fit.independent_samples(k) for k in range(len(self.data))])
+
+    @property
+    def only_noise(self) -> bool:
+        """True if no file's residuals are larger than by its individual fit, or more than noise."""
+        return not correlated(self.fit) and self.beyond_individual(self.independent()) < EVIDENCE
+
+    def beyond_individual(self, samples: Array) -> float:
+        """Return the BIC above that of all individual fits, which have more parameters, on ``samples`` (files,)."""
+        rms = np.array([max(i.rms, NEGLIGIBLE * d.size) for i, d in zip(self.individual, self.data, strict=True)])
+        gain = 2 * float(samples @ np.log(np.maximum(self.rms / rms, 1e-300)))
+        more = sum(i.fit.count for i in self.individual) - self.fit.count
+        return gain - more * float(np.log(samples.sum()))
+
+
+def fit_port(
+    data: Sequence[PortData],
+    model: str,
+    held: float | None,
+    per_record: frozenset[str] = frozenset(),
+    progress: Progress = None,
+) -> PortFit:
+    """Return the fit of ``model`` to all data, Re ``held`` [ohm] or, None, fitted too.
+
+    ``per_record`` names parameters that have a value for each file. Raises InputError for a model that these data
+    cannot hold, SolveError where they do not determine its parameters.
+    """
+    kind = electrical_model(model)
+    require_levels(kind, data)
+    if held is None and kind.linear:
+        raise InputError(
+            f"model {model} with Re fitted: no current and no spectrum of a linear port determines Re, since for every "
+            "Re below its resistance at high frequency other elements make the same port; give a value, or a +sinh or "
+            "+growing model and several voltages"
+        )
+    unknown = per_record - {p.name for p in PortModel(kind, held).parameters}
+    if unknown:
+        raise InputError(
+            f"model {model} has no {', '.join(sorted(unknown))} that could be each record's own; it has "
+            f"{', '.join(PortModel(kind, held).names)}"
+        )
+    start_re = _LITTLE_RE * _least_resistance(data) if held is None else held
+    if len(data) == 1 and held is not None:
+        only = data[0].individual(kind, held, progress)
+        return PortFit(only.model, tuple(data), (only,), only.fit, only.fixed, only.unfelt)
+    individual = tuple(_individual(d, kind, start_re, progress) for d in data)
+    started = suggestions(kind, data, individual)
+    if not started:
+        raise SolveError(f"these data do not determine every parameter of model {model}, so that its fit has no start")
+    at = _slowest(kind, started)
+    description = PortModel(kind, held, tuple(at.tolist()))
+    if held is None:
+        started = [np.append(v, start_re) for v in started]
+    found = _weighted(tuple(data), individual, description, per_record, started, progress)
+    return PortFit(description, tuple(data), individual, found)
+
+
+def by_engine_of_record(found: PortFit, progress: Progress = None) -> PortFit:
+    """Return the fit by the engine that was asked for, where a cheaper one tried the model."""
+    if len(found.data) > 1 or found.fixed:
+        return found
+    problem = port_problem(found.data, found.model, (1.0,), frozenset())
+    if found.data[0].trial_engine(found.kind) == found.data[0].engine:
+        return found
+    again = with_starts(fit(problem, found.fit.values, progress), found.fit.starts)
+    return replace(found, fit=again)
+
+
+def require_levels(kind: ElectricalModel, data: Sequence[PortData]) -> None:
+    """Raise InputError where a nonlinear model is to be fitted to data of one voltage."""
+    if kind.linear or levels_differ(data):
+        return
+    unknown = " and ".join(name for name in kind.names if name in kind.needs_several_voltages)
+    raise InputError(
+        f"model {kind.name} needs several voltages, and all of these are at about {abs(data[0].voltage):.3g} V, where "
+        f"{unknown} cannot be told from a linear port's parameters; give files of different voltages, a waveform, or "
+        "another model"
+    )
+
+
+def levels_differ(data: Sequence[PortData]) -> bool:
+    """Return True if steps and biases differ, or a waveform passes many voltages."""
+    levels = [d.level for d in data]
+    sizes = [abs(level) for level in levels if level is not None]
+    return len(sizes) < len(levels) or max(sizes) > (1 + _SAME_VOLTAGE) * min(sizes)
+
+
+def _slowest(kind: ElectricalModel, started: list[Array]) -> Array:
+    """Return the start with the longest diffusion time, for which ladders are designed."""
+    at = kind.names.index("diffusion_time") if "diffusion_time" in kind.names else 0
+    return max(started, key=lambda values: float(values[at]))
+
+
+def _individual(d: PortData, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
+    """Return the individual fit by the model, its linear part or the simplest, the first that can be fitted."""
+    models = [m for m in (kind.name, kind.plain, SIMPLEST) if d.holds(electrical_model(m))]
+    for model in dict.fromkeys(models[:-1]):
+        try:
+            return d.individual(electrical_model(model), held, progress)
+        except (InputError, SolveError):
+            continue
+    try:
+        return d.individual(electrical_model(SIMPLEST), held, progress)
+    except IlgError as error:
+        message = str(error)
+        raise type(error)(message if message.startswith(f"{d.source}: ") else f"{d.source}: {message}") from None
+
+
+def _least_resistance(data: Sequence[PortData]) -> float:
+    """Return the least resistance [ohm] that any file shows: peak current per volt, or the spectrum's real part."""
+    found = []
+    for d in data:
+        shown = d.shown(d.data)
+        found.append(float(np.abs(shown.real).min()) if d.quantity == "impedance" else abs(d.voltage) / d.size)
+    return min(found)
+
+
+def _weighted(
+    data: tuple[PortData, ...],
+    individual: Sequence[IndividualFit],
+    model: PortModel,
+    per_record: frozenset[str],
+    started: list[Array],
+    progress: Progress,
+) -> FitResult:
+    """Return the best fit, every file counted in units of its individual fit's residuals.
+
+    Where the joint fit's residuals are much smaller, as those of a nonlinear model may be, the fit is repeated with
+    weights by these.
+    """
+    sigmas = tuple(sigma_of(i.fit, d.size) for d, i in zip(data, individual, strict=True))
+    alone = sum(len(d.data) * (i.rms / s) ** 2 for d, i, s in zip(data, individual, sigmas, strict=True))
+    found = _best(port_problem(data, model, sigmas, per_record), model.kind, started, alone, progress)
+    rms = [found.rms_of(k) for k in range(len(data))]
+    if any(r < _WORTH * i.rms for r, i in zip(rms, individual, strict=True)):
+        pairs = zip(data, individual, rms, strict=True)
+        sigmas = tuple(sigma_of(i.fit, d.size, min(i.rms, r)) for d, i, r in pairs)
+        again = fit(port_problem(data, model, sigmas, per_record), found.values, progress)
+        found = with_starts(again, found.starts)
+    return found
+
+
+def _best(problem: Problem, kind: ElectricalModel, started: list[Array], alone: float, progress: Progress) -> FitResult:
+    """Return the better one of the fits from the most promising starts; one fit where nothing is left to gain.
+
+    ``alone`` is the sum of squares of the individual fits, in the same units.
+    """
+    at = {p.name: k for k, p in enumerate(problem.parameters)}
+    starts = [np.array([values[at[p.name]] for p in problem.moved]) for values in started]
+    ranked = sorted(((_cost(problem, s), k) for k, s in enumerate(starts)), key=lambda pair: pair[0])
+    chosen: list[tuple[float, int]] = []
+    for cost, k in ranked:
+        if np.isfinite(cost) and all(abs(cost - other) > _SAME * other for other, _ in chosen):
+            chosen.append((cost, k))
+    fits: list[FitResult] = []
+    failure: IlgError | None = None
+    tried = chosen[:_FITS] or [(0.0, 0)]
+    for _, k in tried:
+        try:
+            fits.append(_ordered_fit(problem, kind, starts[k], progress))
+        except IlgError as error:
+            failure = failure or error
+            continue
+        if fits[-1].sum_of_squares <= _AS_GOOD * alone:
+            break
+    if not fits:
+        assert failure is not None
+        raise failure
+    best = min(fits, key=lambda found: found.rmse)
+    agreeing = sum(found.rmse <= best.rmse * (1 + _SAME) for found in fits)
+    as_good = best.sum_of_squares <= _AS_GOOD * alone
+    return with_starts(best, StartSummary(len(tried), max(agreeing, 2) if as_good else agreeing))
+
+
+def _cost(problem: Problem, start: Array) -> float:
+    """Return the sum of squares at ``start`` (n,); infinite where there is no solution."""
+    try:
+        return float(problem.sum_of_squares(problem.scales.coordinates(start)[None])[0])
+    except IlgError:
+        return float("inf")
+
+
+def _ordered_fit(problem: Problem, kind: ElectricalModel, start: Array, progress: Progress) -> FitResult:
+    """Return the fit with interchangeable branches by ascending time constant: fitted again where they crossed."""
+    found = fit(problem, start, progress)
+    means = np.array([found.means[name] for name in kind.names])
+    order = kind.order(means)
+    if np.array_equal(order, np.arange(len(order))) or problem.per_record:
+        return found
+    moved = dict(zip(kind.names, means[order].tolist(), strict=True))
+    again = np.array([moved.get(label, v) for label, v in zip(found.labels, found.values.tolist(), strict=True)])
+    return fit(problem, again, progress)

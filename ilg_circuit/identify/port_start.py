@@ -1,0 +1,121 @@
+"""Starting values for a fit of several files: from what each of them says by itself.
+
+One file may not feel what another determines: a spectrum at high frequency no electron path, a short step no slow
+branch. So individual answers are averaged by their information, and branches are also drawn from all answers together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from ..arrays import Array
+from ..fit.parameter import Parameter, Scales
+from ..fit.result import FitResult
+from ..strip.models import ElectricalModel
+from .port_model import IndividualFit, PortData
+
+#: So many individual answers are tried as they are.
+_MOST_INDIVIDUAL = 4
+#: A logarithm with a standard error beyond this is not known well enough to start from.
+_LOOSE = 1.0
+#: Directions that no file feels, relative to the best felt one.
+_UNFELT = 1e-12
+#: Emission voltages tried, in parts of the largest voltage.
+_EMISSIONS = np.geomspace(0.05, 5.0, 60)
+
+
+def combined(parameters: Sequence[Parameter], fits: Sequence[FitResult], independent: Sequence[float]) -> Array:
+    """Return values (n,) by all ``fits``, each weighted by its information; NaN where that is too little.
+
+    In the coordinates in which a fit works: x = (sum of H)^+ sum of H x, H the inverse covariance. ``independent`` are
+    the numbers of independent samples of the fits.
+    """
+    names = [p.name for p in parameters]
+    information, sums = np.zeros((len(names), len(names))), np.zeros(len(names))
+    felt = np.zeros(len(names), dtype=bool)
+    for fit, samples in zip(fits, independent, strict=True):
+        index = np.array([k for k, name in enumerate(fit.labels) if name in names])
+        places = np.array([names.index(fit.labels[k]) for k in index])
+        scales = Scales.of([parameters[k] for k in places])
+        x = scales.coordinates(fit.values[index])
+        slopes = scales.slopes(x)
+        covariance = fit.covariance[np.ix_(index, index)] / np.outer(slopes, slopes)
+        h = np.linalg.pinv(covariance, rcond=_UNFELT, hermitian=True) * samples / len(fit.residuals)
+        information[np.ix_(places, places)] += h
+        sums[places] += h @ x
+        felt[places] = True
+    result = np.full(len(names), np.nan)
+    if felt.any():
+        size = np.sqrt(np.diag(information)[felt])
+        among = information[np.ix_(felt, felt)] / np.outer(size, size)
+        covariance = np.linalg.pinv(among, rcond=_UNFELT, hermitian=True)
+        known = np.sqrt(np.diag(covariance)) / size < _LOOSE
+        values = Scales.of(parameters).part(np.flatnonzero(felt)).values(covariance @ (sums[felt] / size) / size)
+        result[felt] = np.where(known, values, np.nan)
+    return result
+
+
+def suggestions(kind: ElectricalModel, data: Sequence[PortData], individual: Sequence[IndividualFit]) -> list[Array]:
+    """Return sets of parameters (n,) of ``kind`` that the individual fits suggest."""
+    fits, independent = [i.fit for i in individual], [i.independent for i in individual]
+    typical = combined(kind.parameters, fits, independent)
+    largest = max((abs(d.voltage) for d in data), default=0.0) or 1.0
+    known = {"emission_voltage": largest, "capacitance_slope": 0.2 / largest}
+    known |= {name: v for name, v in zip(kind.names, typical.tolist(), strict=True) if np.isfinite(v) and v > 0}
+    ranked = sorted(zip(data, individual, strict=True), key=lambda pair: -pair[1].independent)
+    complete = [i for _, i in ranked if i.sure and set(kind.names) <= known.keys() | i.values.keys()]
+    found = [known, *(known | i.values for i in complete[:_MOST_INDIVIDUAL]), *_pooled(kind, known, ranked)]
+    if "emission_voltage" in kind.names:
+        found = [values | _chord(data, individual, largest) for values in found] + found
+    sets = [np.array([v[name] for name in kind.names]) for v in found if set(kind.names) <= v.keys()]
+    upper = np.array([p.upper for p in kind.parameters])
+    return [v for v in sets if (v > 0).all() and (v < upper).all()]
+
+
+def _pooled(
+    kind: ElectricalModel, known: dict[str, float], ranked: Sequence[tuple[PortData, IndividualFit]]
+) -> list[dict[str, float]]:
+    """Return branches in every combination out of those of two individual fits, of different kinds of data if any."""
+    names = _branch_names(kind.names)
+    if len(names) < 2 or "dc_resistance" not in known:
+        return []
+    first, *others = ranked
+    others.sort(key=lambda pair: pair[0].quantity == first[0].quantity)
+    pairs: list[tuple[float, float]] = []
+    for _, i in (first, *others[:1]):
+        values = i.values if i.sure else {}
+        pairs += [(values[r], values[c]) for r, c in _branch_names(tuple(values))]
+    pairs.sort(key=lambda pair: pair[0] * pair[1])
+    found = []
+    for chosen in combinations(pairs, len(names)):
+        branches = {r: pair[0] for (r, _), pair in zip(names, chosen, strict=True)}
+        found.append(known | branches | {c: pair[1] for (_, c), pair in zip(names, chosen, strict=True)})
+    return found
+
+
+def _branch_names(names: tuple[str, ...]) -> list[tuple[str, str]]:
+    """Return the names of resistance and capacitance of every R-C branch among ``names``."""
+    every = [("dynamic_resistance", "capacitance"), *((f"resistance_{k}", f"capacitance_{k}") for k in range(1, 10))]
+    return [(r, c) for r, c in every if r in names and c in names]
+
+
+def _chord(data: Sequence[PortData], individual: Sequence[IndividualFit], largest: float) -> dict[str, float]:
+    """Return emission voltage and Rdc from the steady conductances under several voltages, the chords of the sinh law.
+
+    1/R(u) = sinh(u/Vt)/(u/Vt)/Rdc; nothing where there is one voltage only.
+    """
+    pairs = {
+        abs(d.voltage): i.values["dc_resistance"]
+        for d, i in zip(data, individual, strict=True)
+        if d.quantity == "current" and "dc_resistance" in i.values
+    }
+    if len(pairs) < 2:
+        return {}
+    u, resistance = np.array(list(pairs)), np.array(list(pairs.values()))
+    ratio = np.minimum(u / (largest * _EMISSIONS[:, None]), 300.0)
+    chords = np.log(resistance) + np.log(np.sinh(ratio) / ratio)
+    best = int(np.argmin(chords.var(axis=1)))
+    return {"emission_voltage": float(largest * _EMISSIONS[best]), "dc_resistance": float(np.exp(chords[best].mean()))}
