@@ -28,12 +28,12 @@ def main(count: int) -> int:
 
     from ilg_circuit.errors import InputError
     from ilg_circuit.hyperelastic import read_load_test
-    from ilg_circuit.identify import read_measurement
+    from ilg_circuit.identify import read_record
     from ilg_circuit.measurements.spectrum_files import is_spectrum, read_spectrum
 
     load_test = {"load test": lambda: "stretch,stress_kPa\n" + "".join(f"{1 + k / 20},{k * 3.7}\n" for k in range(30))}
     kinds = (
-        ("record", record_texts.FORMATS, read_measurement),
+        ("record", record_texts.FORMATS, read_record),
         ("spectrum", spectrum_texts.FORMATS, read_spectrum),
         ("load test", load_test, lambda path: read_load_test(path, "uniaxial")),
     )

@@ -42,7 +42,7 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     """
     from ..files import require_writable
     from ..identify import identify as fit
-    from ..identify import read_measurement
+    from ..identify import read_record
     from ..identify.report import plot_identification, table, write_actuator, write_json
     from ..measurements.spectrum_files import is_spectrum
     from ..report.plots import require_picture
@@ -73,7 +73,7 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
         chosen = {k: options[k] for k in ("intervals", "out", "json_path", "plot", "report")}
         identify_file(data[0], base, held, options["model"], **chosen)
         return
-    measurement = read_measurement(data[0])
+    measurement = read_record(data[0])
     with evaluation_counter() as advance:
         result = fit(
             measurement,

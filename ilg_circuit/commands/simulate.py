@@ -95,11 +95,11 @@ def _compared(
     """The prediction beside what was measured, where the drive's file is a record with a current."""
     from ..identify.comparison import compare
     from ..measurements.prepare import prepare
-    from ..measurements.record_files import read_record
+    from ..measurements.record_files import read_columns
 
     if not drive.startswith("file:"):
         return ()
-    table = read_record(drive.removeprefix("file:"))
+    table = read_columns(drive.removeprefix("file:"))
     if table.get("current") is None:
         return ()
     try:

@@ -4,7 +4,7 @@ In: records and spectra. Out: an `Identification`. May import: the rooms up to `
 """
 
 from ..fit.curve import CurveFit, fit_curve
-from ..measurements.prepare import Measurement, read_measurement
+from ..measurements.prepare import Record, read_record
 from ..measurements.spectrum_files import Spectrum, prepare_spectrum, read_spectrum
 from .identification import Identification, identify
 from .joint import JointFit, fit_jointly
@@ -14,7 +14,7 @@ __all__ = [
     "CurveFit",
     "Identification",
     "JointFit",
-    "Measurement",
+    "Record",
     "Spectrum",
     "SpectrumIdentification",
     "fit_curve",
@@ -23,6 +23,6 @@ __all__ = [
     "identify_spectra",
     "identify_spectrum",
     "prepare_spectrum",
-    "read_measurement",
+    "read_record",
     "read_spectrum",
 ]

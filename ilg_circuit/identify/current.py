@@ -15,7 +15,7 @@ from ..fit.identifiability import Identifiability, diagnose
 from ..fit.least_squares import Fit, fit_problem
 from ..fit.problem import Problem, Scales
 from ..fit.residuals import effective_samples, information_criterion, structured
-from ..measurements.prepare import Measurement, noise_level
+from ..measurements.prepare import Record, noise_level
 from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.models import ElectricalModel, Ladders, electrical_model
@@ -81,7 +81,7 @@ class CurrentFit:
 
 
 def fit_current(
-    measurement: Measurement,
+    measurement: Record,
     electrode_resistance: float,
     model: str,
     engine: str = "ngspice",
@@ -142,7 +142,7 @@ def fit_current(
     )
 
 
-def require_voltages(model: ElectricalModel, measurements: Sequence[Measurement]) -> None:
+def require_voltages(model: ElectricalModel, measurements: Sequence[Record]) -> None:
     """Raise InputError where steps of one voltage are all that a sinh electron path is to be fitted to.
 
     Under a constant voltage it is a resistor, whichever its emission voltage.

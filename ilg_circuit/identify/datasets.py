@@ -19,7 +19,7 @@ from ..errors import IlgError, InputError, SolveError
 from ..fit.least_squares import Fit
 from ..fit.residuals import effective_samples, independent_samples, structured
 from ..fit.together import Part
-from ..measurements.prepare import Measurement
+from ..measurements.prepare import Record
 from ..measurements.spectrum_files import Spectrum
 from ..simulation.response import transient_band
 from ..strip.models import ElectricalModel, Ladders
@@ -143,7 +143,7 @@ class Dataset(Protocol):
 class CurrentData:
     """The current of a record over time since the onset [s]."""
 
-    measurement: Measurement
+    measurement: Record
     engine: str
     source: str
 
@@ -326,7 +326,7 @@ def labelled(sources: list[str]) -> list[str]:
     return [s if sources.count(s) == 1 else f"{s} ({sources[: k + 1].count(s)})" for k, s in enumerate(sources)]
 
 
-def dataset_of(record: Measurement | Spectrum, engine: str, bias: float, source: str) -> Dataset:
+def dataset_of(record: Record | Spectrum, engine: str, bias: float, source: str) -> Dataset:
     """The data set that a record or a spectrum holds."""
     if isinstance(record, Spectrum):
         return SpectrumData.of(replace(record, source=source), bias, source)

@@ -15,7 +15,7 @@ from ..drive import PiecewiseLinear
 from ..errors import InputError, SolveError
 from ..fit.least_squares import Fit, fit_circuit
 from ..fit.residuals import effective_samples, information_criterion, structured
-from ..measurements.prepare import Channel, Measurement, noise_level
+from ..measurements.prepare import Channel, Record, noise_level
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_elements
@@ -86,7 +86,7 @@ class _Begin:
 
 
 def fit_displacement(
-    measurement: Measurement, actuator: Actuator, engine: str = "ngspice", progress: Callable[[], None] | None = None
+    measurement: Record, actuator: Actuator, engine: str = "ngspice", progress: Callable[[], None] | None = None
 ) -> DisplacementFit:
     """Fit d(s) to the measured displacement of a strip whose circuit is known.
 
@@ -148,7 +148,7 @@ class _Problem:
     """One record, fitted over several windows and with several nuisance terms."""
 
     def __init__(
-        self, measurement: Measurement, actuator: Actuator, engine: str, progress: Callable[[], None] | None
+        self, measurement: Record, actuator: Actuator, engine: str, progress: Callable[[], None] | None
     ) -> None:
         assert measurement.displacement is not None
         self.channel = measurement.displacement

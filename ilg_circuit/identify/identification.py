@@ -16,7 +16,7 @@ from ..fit.estimate import Parameter
 from ..fit.intervals import require_method, uncertainties
 from ..fit.least_squares import Fit
 from ..fit.residuals import ResidualWindow, residual_windows
-from ..measurements.prepare import Measurement
+from ..measurements.prepare import Record
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER, Actuator, Coupling, Uncertainty
 from ..strip.elements import lumped_elements
@@ -42,7 +42,7 @@ class Identification:
     """What a measurement says of a strip. ``actuator`` has the fitted circuit and, if one was fitted, the coupling."""
 
     model: str
-    measurement: Measurement
+    measurement: Record
     actuator: Actuator
     parameters: dict[str, Parameter]
     derived: dict[str, Parameter]
@@ -88,7 +88,7 @@ class Identification:
 
 
 def identify(
-    measurement: Measurement,
+    measurement: Record,
     *,
     base: Actuator | None = None,
     model: str = "auto",
@@ -112,10 +112,10 @@ def identify(
     require_electrode_resistance(held, measurement)
     warnings = list(measurement.notes)
 
-    def fit(measurement: Measurement, held: float, model: str) -> CurrentFit:
+    def fit(measurement: Record, held: float, model: str) -> CurrentFit:
         return fit_current(measurement, held, model, engine, progress)
 
-    def scout(measurement: Measurement, held: float, model: str) -> CurrentFit:
+    def scout(measurement: Record, held: float, model: str) -> CurrentFit:
         return fit_current(measurement, held, model, scouting_engine(measurement, model, engine), progress)
 
     if model == "auto":
@@ -199,7 +199,7 @@ def uncertainty_of(model: str, fits: list[Fit]) -> Uncertainty:
     return Uncertainty(model, tuple(name for fit in fits for name in fit.names), tuple(map(tuple, relative.tolist())))
 
 
-def require_electrode_resistance(held: float, measurement: Measurement) -> None:
+def require_electrode_resistance(held: float, measurement: Record) -> None:
     """Raise InputError for an Re ``held`` [ohm] below zero, or that leaves the peak current no voltage."""
     if not (math.isfinite(held) and held >= 0):
         raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
@@ -219,7 +219,7 @@ def _held(held: float) -> Parameter:
 
 
 def _derived(
-    current: CurrentFit, held: float, measurement: Measurement, displacement: DisplacementFit | None
+    current: CurrentFit, held: float, measurement: Record, displacement: DisplacementFit | None
 ) -> dict[str, Parameter]:
     """Quantities computed from the fit; per-volt answers do not depend on what was held or assumed."""
     derived: dict[str, Parameter] = {"onset": Parameter(measurement.onset, "s")}
@@ -249,7 +249,7 @@ def _derived(
     return derived
 
 
-def _statistics(measurement: Measurement, current: CurrentFit, displacement: DisplacementFit | None) -> dict[str, Any]:
+def _statistics(measurement: Record, current: CurrentFit, displacement: DisplacementFit | None) -> dict[str, Any]:
     """Of the current fit; "displacement" holds those of the displacement fit."""
     peak = float(np.abs(current.data).max())
     statistics: dict[str, Any] = {

@@ -19,7 +19,7 @@ from ..errors import InputError, SolveError
 from ..fit.estimate import Parameter
 from ..fit.identifiability import DETERMINED
 from ..fit.least_squares import Fit
-from ..measurements.prepare import Measurement
+from ..measurements.prepare import Record
 from ..measurements.spectrum_files import Spectrum
 from ..strip.actuator import PAPER, Actuator
 from ..strip.elements import lumped_elements
@@ -78,7 +78,7 @@ class JointFit:
 
 
 def fit_jointly(
-    measurements: Sequence[Measurement | Spectrum],
+    measurements: Sequence[Record | Spectrum],
     *,
     model: str = "auto",
     base: Actuator | None = None,

@@ -9,11 +9,11 @@ import numpy as np
 
 from ..errors import InputError, SolveError
 from ..fit.residuals import effective_samples, information_criterion
-from ..measurements.prepare import Measurement
+from ..measurements.prepare import Record
 from .current import CurrentFit
 
 #: (measurement, electrode resistance [ohm], model) -> fit
-Fitter = Callable[[Measurement, float, str], CurrentFit]
+Fitter = Callable[[Record, float, str], CurrentFit]
 
 #: Tried by ``auto`` in this order; the last two only where one pole leaves more than noise.
 CANDIDATES = ("rc", "rc2", "rc3", "warburg")
@@ -48,7 +48,7 @@ class Candidate:
         }
 
 
-def scouting_engine(measurement: Measurement, model: str, engine: str) -> str:
+def scouting_engine(measurement: Record, model: str, engine: str) -> str:
     """The engine that tries ``model``: the exact one for large circuits where many jumps make ngspice slow.
 
     Its answer is ngspice's to eight digits; the model that is chosen is fitted again with the ``engine`` asked for.
@@ -60,14 +60,14 @@ def scouting_engine(measurement: Measurement, model: str, engine: str) -> str:
     return "exact" if len(widths) <= _FEW_WIDTHS else engine
 
 
-def single(measurement: Measurement, held: float, model: str, fit: Fitter) -> tuple[CurrentFit, tuple[Candidate, ...]]:
+def single(measurement: Record, held: float, model: str, fit: Fitter) -> tuple[CurrentFit, tuple[Candidate, ...]]:
     """The model asked for, as the only candidate."""
     found = fit(measurement, held, model)
     return found, (Candidate(model, found, _bic(found, _independent([found])), "asked for", chosen=True),)
 
 
 def choose(
-    measurement: Measurement, held: float, fit: Fitter, warnings: list[str]
+    measurement: Record, held: float, fit: Fitter, warnings: list[str]
 ) -> tuple[CurrentFit, tuple[Candidate, ...]]:
     """The best of `CANDIDATES`: of those that the data determine, the simplest within `EVIDENCE` of the best.
 

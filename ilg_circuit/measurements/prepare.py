@@ -13,7 +13,7 @@ from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..units import format_quantity
 from .quality import clipped_tops, current_drift, dropouts, rest_drift
-from .record_files import read_record
+from .record_files import read_columns
 from .table import Table
 
 Array = NDArray[np.float64]
@@ -60,7 +60,7 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Measurement:
+class Record:
     """A record made ready: ``onset`` [s] in the file's time, the ``drive`` from the onset on, and the channels.
 
     ``step`` [V] is the height of a step that begins the record, None for another waveform.
@@ -79,12 +79,12 @@ class Measurement:
         return float(self.current.time[-1])
 
 
-def read_measurement(path: str | Path) -> Measurement:
-    """Read and prepare a record; see `prepare`, and `record_files.read_record` for the formats."""
-    return prepare(read_record(path, ("time", "voltage", "current")))
+def read_record(path: str | Path) -> Record:
+    """Read and prepare a record; see `prepare`, and `record_files.read_columns` for the formats."""
+    return prepare(read_columns(path, ("time", "voltage", "current")))
 
 
-def prepare(table: Table) -> Measurement:
+def prepare(table: Table) -> Record:
     """Find the onset of the drive, the jumps in it, the rest stretch, and drop what is no measurement.
 
     Raises InputError when nothing was excited: no step or other change of the voltage, or too few samples after it.
@@ -126,7 +126,7 @@ def prepare(table: Table) -> Measurement:
     unknown = [title for title in table.ignored if title]
     if unknown:
         notes.append(f"columns not understood and left out: {', '.join(unknown)}")
-    return Measurement(name, onset, drive, step, current, displacement, tuple(notes))
+    return Record(name, onset, drive, step, current, displacement, tuple(notes))
 
 
 def noise_level(values: Array) -> float:

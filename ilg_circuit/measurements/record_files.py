@@ -35,7 +35,7 @@ _GAMRY_RECORD = re.compile(r"CURVE\d*\s+TABLE")
 _GAMRY = {"time": "t", "voltage": "vf", "current": "im"}
 
 
-def read_record(path: str | Path, required: tuple[str, ...] = ("time",)) -> Table:
+def read_columns(path: str | Path, required: tuple[str, ...] = ("time",)) -> Table:
     """Read a record over time in any of the formats; see the module, and `table.read_table` for CSV.
 
     Raises InputError naming file, line and column for what cannot be read.
@@ -52,8 +52,8 @@ def read_record(path: str | Path, required: tuple[str, ...] = ("time",)) -> Tabl
 
 
 def read_waveform(path: Path, quantity: str) -> tuple[Array, Array]:
-    """Times and values of one quantity, blanks left out. InputError as `read_record`, or when it is all blank."""
-    table = read_record(path, ("time", quantity))
+    """Times and values of one quantity, blanks left out. InputError as `read_columns`, or when it is all blank."""
+    table = read_columns(path, ("time", quantity))
     values = table.columns[quantity]
     known = np.isfinite(values)
     if not known.any():

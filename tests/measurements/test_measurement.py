@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from synthetic import Record, record, step
+from synthetic import Synthetic, record, step
 
 from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.errors import InputError
-from ilg_circuit.identify import identify, read_measurement
+from ilg_circuit.identify import identify, read_record
 from ilg_circuit.measurements.prepare import between_samples, noise_level, prepare, simplified
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.simulation.response import simulate
@@ -211,7 +211,7 @@ def test_columns_that_are_not_understood_are_named(tmp_path: Path) -> None:
     rows += [f"{t},{u},{1e3 * i},21.5,ok" for t, u, i in zip(*table.columns.values(), strict=True)]
     path = tmp_path / "data.csv"
     path.write_text("\n".join(rows))
-    m = read_measurement(path)
+    m = read_record(path)
     assert m.source == "data.csv"
     assert m.current.values == pytest.approx(table.columns["current"], rel=1e-12)
     assert "columns not understood and left out: temperature_C, remark" in m.notes
@@ -255,7 +255,7 @@ def test_files_that_hold_too_little(tmp_path: Path, text: str, reason: str) -> N
     path = tmp_path / "data.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=reason) as caught:
-        read_measurement(path)
+        read_record(path)
     assert str(caught.value).startswith("data.csv: ")
 
 
@@ -344,7 +344,7 @@ def test_the_paper_strip_is_what_the_records_are_made_of() -> None:
     """The records of these tests rest on the exact engine; here they meet the closed form."""
     from ilg_circuit.simulation import closed_forms as formulas
 
-    r: Record = record(step(), 300.0, 301, displacement=True)
+    r: Synthetic = record(step(), 300.0, 301, displacement=True)
     lumped, k = lumped_elements(PAPER), PAPER.coupling
     assert k is not None
     t = r.columns["time"]

@@ -10,8 +10,8 @@ from command import Run, assert_one_line
 from damage import read_or_refused
 from record_texts import FORMATS, I, T, U, Y, csv, ec_lab, gamry
 
-from ilg_circuit.identify import read_measurement
-from ilg_circuit.measurements.record_files import read_record, read_waveform
+from ilg_circuit.identify import read_record
+from ilg_circuit.measurements.record_files import read_columns, read_waveform
 from ilg_circuit.measurements.spectrum_files import is_spectrum
 
 
@@ -19,14 +19,14 @@ from ilg_circuit.measurements.spectrum_files import is_spectrum
 def test_every_format_gives_the_same_step(name: str, tmp_path: Path) -> None:
     path = tmp_path / "step.txt"
     path.write_text(FORMATS[name](), encoding="utf-8", newline="")
-    table = read_record(path, ("time", "voltage", "current"))
+    table = read_columns(path, ("time", "voltage", "current"))
     assert not is_spectrum(path)
     assert table.time == pytest.approx(T, abs=1e-9)
     assert table.columns["voltage"] == pytest.approx(U, abs=1e-9)
     assert table.columns["current"] == pytest.approx(I, abs=1e-9)
     if "displacement" in table.columns:
         assert table.columns["displacement"] == pytest.approx(Y, abs=1e-12)
-    m = read_measurement(path)
+    m = read_record(path)
     assert m.step == pytest.approx(1.5)
     assert m.onset == pytest.approx(2.0)
 
@@ -36,17 +36,17 @@ def test_every_format_gives_the_same_step(name: str, tmp_path: Path) -> None:
 def test_encodings(encoding: str, text: type[str], tmp_path: Path) -> None:
     path = tmp_path / "step.csv"
     path.write_bytes(text().encode(encoding))
-    assert len(read_record(path).time) == len(T)
+    assert len(read_columns(path).time) == len(T)
 
 
 def test_the_voltage_that_is_taken_is_told(tmp_path: Path) -> None:
     path = tmp_path / "step.mpt"
     path.write_text(ec_lab(), encoding="utf-8")
-    assert "voltage is the column Ewe/V" in read_record(path).notes
+    assert "voltage is the column Ewe/V" in read_columns(path).notes
     path.write_text(ec_lab(voltage="Ewe-Ece/V"), encoding="utf-8")
-    assert "voltage is the column Ewe-Ece/V" in read_record(path).notes
+    assert "voltage is the column Ewe-Ece/V" in read_columns(path).notes
     path.write_text(ec_lab(voltage="Temperature/C"), encoding="utf-8")
-    found = read_record(path)
+    found = read_columns(path)
     assert "voltage is the column control/V" in found.notes
     assert found.columns["voltage"] == pytest.approx(U + 0.01, abs=1e-6)
 
@@ -58,7 +58,7 @@ def test_two_readings_at_one_time_leave_the_later(tmp_path: Path) -> None:
     before[9], before[10] = "0.0", "0.0"
     path = tmp_path / "step.mpt"
     path.write_text("\n".join([*lines[:k], "\t".join(before), *lines[k:]]), encoding="utf-8")
-    found = read_record(path)
+    found = read_columns(path)
     assert "1 readings at the time of the next one were left out" in found.notes
     assert found.columns["voltage"] == pytest.approx(U, abs=1e-9)
 
@@ -66,9 +66,9 @@ def test_two_readings_at_one_time_leave_the_later(tmp_path: Path) -> None:
 def test_overloaded_readings_have_no_current(tmp_path: Path) -> None:
     path = tmp_path / "step.DTA"
     path.write_text(gamry(range(40, 44)), encoding="utf-8")
-    found = read_record(path)
+    found = read_columns(path)
     assert np.flatnonzero(np.isnan(found.columns["current"])).tolist() == [40, 41, 42, 43]
-    (note,) = read_measurement(path).notes
+    (note,) = read_record(path).notes
     assert note.startswith("4 readings that the instrument marks as overloaded")
 
 
@@ -101,7 +101,7 @@ def test_bad_files_are_one_line(text: str, said: str, run: Run) -> None:
 def test_damaged_files_end_in_a_record_or_one_line(tmp_path: Path) -> None:
     def read(path: Path) -> None:
         is_spectrum(path)
-        found = read_measurement(path)
+        found = read_record(path)
         assert np.isfinite(found.current.values).all()
         assert (np.diff(found.current.time) > 0).all()
 
