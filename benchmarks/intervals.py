@@ -22,8 +22,9 @@ from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
 from ilg_circuit.identify.current import currents, fit_current
 from ilg_circuit.identify.spectrum_fit import fit_spectrum
-from ilg_circuit.measurements.prepare import Record, prepare
-from ilg_circuit.measurements.spectrum_files import Spectrum
+from ilg_circuit.measurements.prepare import prepare
+from ilg_circuit.measurements.record import Record
+from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.strip.models import electrical_model
 

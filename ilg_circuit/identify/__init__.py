@@ -4,8 +4,9 @@ In: records and spectra. Out: an `Identification`. May import: the rooms up to `
 """
 
 from ..fit.curve import CurveFit, fit_curve
-from ..measurements.prepare import Record, read_record
-from ..measurements.spectrum_files import Spectrum, prepare_spectrum, read_spectrum
+from ..measurements.read import read_record, read_spectrum
+from ..measurements.record import Record
+from ..measurements.spectrum import Spectrum, prepare_spectrum
 from .identification import Identification, identify
 from .joint import JointFit, fit_jointly
 from .spectrum_identification import SpectrumIdentification, identify_spectra, identify_spectrum

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ..circuit.strip import Load
 from ..errors import InputError
-from ..measurements.prepare import Channel, Record, noise_level
+from ..measurements.record import Channel, Record
+from ..measurements.smoothing import noise_level
 from ..simulation.prediction_band import prediction_band
 from ..simulation.response import simulate
 from ..strip.actuator import Actuator

@@ -15,7 +15,8 @@ from ..fit.identifiability import Identifiability, diagnose
 from ..fit.least_squares import Fit, fit_problem
 from ..fit.problem import Problem, Scales
 from ..fit.residuals import effective_samples, information_criterion, structured
-from ..measurements.prepare import Record, noise_level
+from ..measurements.record import Record
+from ..measurements.smoothing import noise_level
 from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.models import ElectricalModel, Ladders, electrical_model

@@ -19,8 +19,8 @@ from ..errors import IlgError, InputError, SolveError
 from ..fit.least_squares import Fit
 from ..fit.residuals import effective_samples, independent_samples, structured
 from ..fit.together import Part
-from ..measurements.prepare import Record
-from ..measurements.spectrum_files import Spectrum
+from ..measurements.record import Record
+from ..measurements.spectrum import Spectrum
 from ..simulation.response import transient_band
 from ..strip.models import ElectricalModel, Ladders
 from ..strip.port import Port
@@ -161,7 +161,7 @@ class CurrentData:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        return self.measurement.notes
+        return tuple(map(str, self.measurement.notes))
 
     @property
     def offset(self) -> bool:
@@ -253,7 +253,7 @@ class SpectrumData:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        return (*self.spectrum.notes, *self.check.warnings)
+        return (*map(str, self.spectrum.notes), *self.check.warnings)
 
     @property
     def abscissa(self) -> Array:

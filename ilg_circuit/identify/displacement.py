@@ -15,7 +15,8 @@ from ..drive import PiecewiseLinear
 from ..errors import InputError, SolveError
 from ..fit.least_squares import Fit, fit_circuit
 from ..fit.residuals import effective_samples, information_criterion, structured
-from ..measurements.prepare import Channel, Record, noise_level
+from ..measurements.record import Channel, Record
+from ..measurements.smoothing import noise_level
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_elements

@@ -16,7 +16,7 @@ from ..fit.estimate import Parameter
 from ..fit.intervals import require_method, uncertainties
 from ..fit.least_squares import Fit
 from ..fit.residuals import ResidualWindow, residual_windows
-from ..measurements.prepare import Record
+from ..measurements.record import Record
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER, Actuator, Coupling, Uncertainty
 from ..strip.elements import lumped_elements
@@ -110,7 +110,7 @@ def identify(
     strip = base or PAPER
     held = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
     require_electrode_resistance(held, measurement)
-    warnings = list(measurement.notes)
+    warnings = list(map(str, measurement.notes))
 
     def fit(measurement: Record, held: float, model: str) -> CurrentFit:
         return fit_current(measurement, held, model, engine, progress)

@@ -19,8 +19,8 @@ from ..errors import InputError, SolveError
 from ..fit.estimate import Parameter
 from ..fit.identifiability import DETERMINED
 from ..fit.least_squares import Fit
-from ..measurements.prepare import Record
-from ..measurements.spectrum_files import Spectrum
+from ..measurements.record import Record
+from ..measurements.spectrum import Spectrum
 from ..strip.actuator import PAPER, Actuator
 from ..strip.elements import lumped_elements
 from ..strip.port import Port

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..fit.residuals import structured
-from ..measurements.spectrum_files import Spectrum
+from ..measurements.spectrum import Spectrum
 from ..strip.ladder import ComplexArray
 from ..units import format_quantity
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InputError, SolveError
 from ..fit.residuals import effective_samples, information_criterion
-from ..measurements.prepare import Record
+from ..measurements.record import Record
 from .current import CurrentFit
 
 #: (measurement, electrode resistance [ohm], model) -> fit

@@ -21,7 +21,7 @@ from ..fit.identifiability import DETERMINED
 from ..fit.least_squares import Fit, fit_circuit
 from ..fit.multistart import Search, gather, search
 from ..fit.problem import Scales
-from ..measurements.spectrum_files import Spectrum
+from ..measurements.spectrum import Spectrum
 from ..strip.ladder import ComplexArray, Ladder
 from ..strip.models import ElectricalModel, Ladders, electrical_model
 from ..strip.port import Port

@@ -14,7 +14,8 @@ from ..fit.estimate import Parameter
 from ..fit.identifiability import Identifiability, diagnose
 from ..fit.intervals import require_method, uncertainties
 from ..fit.residuals import information_criterion, structured
-from ..measurements.spectrum_files import Spectrum, read_spectrum
+from ..measurements.read import read_spectrum
+from ..measurements.spectrum import Spectrum
 from ..strip.actuator import PAPER, Actuator
 from ..strip.elements import lumped_elements
 from ..strip.models import electrical_model
@@ -160,7 +161,7 @@ def identify_spectrum(
     chosen = _chosen(candidates, spectrum.source)
     units = {p.name: p.unit for p in electrical_model(chosen.model).parameters}
     found = uncertainties(chosen.fit, units, method, progress)
-    warnings = [*spectrum.notes, *check.warnings, *_warnings(chosen, check, candidates), *found.warnings]
+    warnings = [*map(str, spectrum.notes), *check.warnings, *_warnings(chosen, check, candidates), *found.warnings]
     if base is None:
         warnings.append(
             "no --actuator given: geometry and Young's modulus are the paper's; resistances and capacitances do not "

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from synthetic import Synthetic, drives, record, step
 
 from ilg_circuit.identify import Record
+from ilg_circuit.measurements.kind import RECORD
 from ilg_circuit.measurements.prepare import prepare
-from ilg_circuit.measurements.record_files import read_columns
+from ilg_circuit.measurements.read import read_columns
 from ilg_circuit.strip.actuator import PAPER
 
 Array = NDArray[np.float64]
@@ -22,7 +23,7 @@ RESISTIVE = replace(PAPER, material=replace(PAPER.material, permittivity=1e-5))
 
 
 def notes(measurement: Record, word: str) -> list[str]:
-    return [note for note in measurement.notes if word in note]
+    return [str(note) for note in measurement.notes if word in str(note)]
 
 
 # -- clipping ----------------------------------------------------------------------------------------------------------
@@ -55,7 +56,7 @@ def test_every_flat_top_is_found_and_its_level_told(name: str, limits: list[int]
 
 @pytest.fixture
 def ipmc(shared_data: Callable[[str], Path]) -> Callable[..., Record]:
-    table = read_columns(shared_data("ipmc_step/step_1V5.csv"))
+    table = read_columns(shared_data("ipmc_step/step_1V5.csv"), RECORD)
 
     def changed(change: Callable[[Array], Array], quantity: str = "current") -> Record:
         return prepare(replace(table, columns={**table.columns, quantity: change(table.columns[quantity])}))

@@ -16,7 +16,7 @@ from ilg_circuit.circuit.deck import deck
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify.current import fit_current
-from ilg_circuit.measurements.prepare import Channel, Record
+from ilg_circuit.measurements.record import Channel, Record
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate, transient_band
 from ilg_circuit.solve import transient
