@@ -7,21 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..simulation.drives import DRIVE_FORMS
+
 if TYPE_CHECKING:
     from ..circuit.strip import Load
     from ..strip.actuator import Actuator
     from ..study.parameters import Base
-
-
-class FormsOption(click.Option):
-    """An option that takes a drive; {drive} or {motion} in its help becomes the forms, imported only to show them."""
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        from ..simulation.drives import DRIVE_FORMS, MOTION_FORMS
-
-        self.help = (self.help or "").format(drive=DRIVE_FORMS, motion=MOTION_FORMS)
-        return super().get_help_record(ctx)
-
 
 beam_option = click.option(
     "--beam",
@@ -31,7 +22,7 @@ beam_option = click.option(
 
 
 _RUN = (
-    click.option("--drive", required=True, cls=FormsOption, help="{drive}"),
+    click.option("--drive", required=True, help=DRIVE_FORMS),
     click.option("--duration", required=True, help="How long, such as 300s."),
     click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True),
     beam_option,

@@ -7,14 +7,14 @@ from typing import Any
 
 import click
 
-from .options import FormsOption
+from ..simulation.drives import MOTION_FORMS
 
 _OUT = click.Path(path_type=Path)
 
 
 @click.command()
 @click.argument("actuator")
-@click.option("--motion", required=True, cls=FormsOption, help="Of the point L_F: {motion}.")
+@click.option("--motion", required=True, help=f"Of the point L_F: {MOTION_FORMS}.")
 @click.option("--duration", required=True, help="Such as 300s.")
 @click.option("--terminals", type=click.Choice(["open", "short"]), default="open", show_default=True)
 @click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)

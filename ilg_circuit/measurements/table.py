@@ -260,8 +260,9 @@ def spectrum_of_cells(
     if kind.most_rows and len(rows) > kind.most_rows:
         raise InputError(f"{name}: {len(rows)} points; a {kind.name} has {kind.most_rows} at most")
     values = np.full((3, len(rows)), np.nan)
-    for j, place in enumerate(header.index(title.lower()) for title in titles):
-        for k, (number, cells) in enumerate(rows):
+    places = [header.index(title.lower()) for title in titles]
+    for k, (number, cells) in enumerate(rows):
+        for j, place in enumerate(places):
             cell = cells[place].strip() if place < len(cells) else ""
             if cell:
                 values[j, k] = _number(cell, name, number)

@@ -1,6 +1,7 @@
 """Drives named by text, such as ``step:4V``: one entry of `FORMS` a form.
 
-A form that stands in `FORMS` is parsed, named in errors, and shown by the commands' help.
+A form that stands in `FORMS` is parsed, named in errors, and shown by the commands' help. As the help is made without
+waiting for numpy, parsers import what they need when they are called.
 """
 
 from __future__ import annotations
@@ -8,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..drive import Drive, PiecewiseLinear, Sine
 from ..errors import InputError
-from ..measurements.read import read_waveform
 from ..units import parse
+
+if TYPE_CHECKING:
+    from ..drive import Drive
 
 
 @dataclass(frozen=True)
@@ -30,10 +33,14 @@ class Form:
 
 
 def _step(parts: list[str], duration: float, unit: str) -> Drive:
+    from ..drive import PiecewiseLinear
+
     return PiecewiseLinear.step(parse(parts[0], unit, "step"), unit=unit)
 
 
 def _square(parts: list[str], duration: float, unit: str) -> Drive:
+    from ..drive import PiecewiseLinear
+
     low, separator, high = parts[0].partition("..")
     levels = (parse(low, unit, "square") if separator else 0.0, parse(high if separator else low, unit, "square"))
     duty = parse(parts[2], "", "square, duty") if len(parts) == 3 else 0.5
@@ -41,14 +48,21 @@ def _square(parts: list[str], duration: float, unit: str) -> Drive:
 
 
 def _sine(parts: list[str], duration: float, unit: str) -> Drive:
+    from ..drive import Sine
+
     return Sine(parse(parts[0], unit, "sine"), parse(parts[1], "Hz", "sine"), unit)
 
 
 def _ramp(parts: list[str], duration: float, unit: str) -> Drive:
+    from ..drive import PiecewiseLinear
+
     return PiecewiseLinear.ramp(parse(parts[0], f"{unit}/s", "ramp"), duration, unit)
 
 
 def _file(parts: list[str], duration: float, unit: str) -> Drive:
+    from ..drive import PiecewiseLinear
+    from ..measurements.read import read_waveform
+
     path = Path(parts[0])
     times, values = read_waveform(path, "voltage" if unit == "V" else "displacement")
     return PiecewiseLinear(times, values, f"file {path.name}")
