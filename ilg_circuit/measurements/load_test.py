@@ -1,4 +1,4 @@
-"""Measured stress-stretch curves: a test's mode, its stretches and its nominal stresses, read and checked."""
+"""Load tests: the mode of a test, its stretches and its nominal stresses, checked."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ _UNSTRETCHED = 1e-9
 
 @dataclass(frozen=True)
 class LoadTest:
-    """One test: ``mode`` (uniaxial, equibiaxial, planar), ``stretch`` (n,) and nominal ``stress`` (n,) [Pa].
+    """One load test: ``mode`` (of `LOAD_MODES`), ``stretch`` (n,) and nominal ``stress`` (n,) [Pa].
 
     Both ascend by stretch. Rows at stretch 1 are checked and left out: every material has zero stress there, so
-    they do not depend on any constant.
+    those rows depend on no constant.
     """
 
     mode: str
@@ -87,7 +87,7 @@ class LoadTest:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Smallest and largest stretch, 1 included: the test starts unloaded."""
+        """The smallest and the largest stretch, 1 included: the test starts unloaded."""
         return min(1.0, float(self.stretch[0])), max(1.0, float(self.stretch[-1]))
 
 
