@@ -13,45 +13,43 @@ import tempfile
 import time
 import warnings
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
-TESTS = Path(__file__).parents[1] / "tests" / "identify"
+TESTS = Path(__file__).parents[1] / "tests"
 SLOWEST = 1.0
 
 
 def main(count: int) -> int:
     sys.path.insert(0, str(TESTS))
-    import record_texts
-    import spectrum_texts
     from damage import damaged
+    from format_texts import TEXTS
     from tqdm import tqdm
 
     from ilg_circuit.errors import InputError
-    from ilg_circuit.hyperelastic import read_load_test
-    from ilg_circuit.identify import read_measurement
-    from ilg_circuit.measurements.spectrum_files import is_spectrum, read_spectrum
+    from ilg_circuit.measurements.read import read, read_load_test, read_record, read_spectrum
 
-    load_test = {"load test": lambda: "stretch,stress_kPa\n" + "".join(f"{1 + k / 20},{k * 3.7}\n" for k in range(30))}
     kinds = (
-        ("record", record_texts.FORMATS, read_measurement),
-        ("spectrum", spectrum_texts.FORMATS, read_spectrum),
-        ("load test", load_test, lambda path: read_load_test(path, "uniaxial")),
+        ("record", TEXTS["record"], read_record),
+        ("spectrum", TEXTS["spectrum"], read_spectrum),
+        ("load test", TEXTS["load test"], lambda path: read_load_test(path, "uniaxial")),
     )
     warnings.simplefilter("error")
     outcomes: Counter[str] = Counter()
     failures, slowest = [], 0.0
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "s.txt"
-        for _, formats, read in kinds:  # what is imported at first use is no file's fault
+        for _, formats, reader in kinds:  # what is imported at first use is no file's fault
             path.write_text(next(iter(formats.values()))(), encoding="utf-8")
-            read(path)
+            reader(path)
         for seed in tqdm(range(count), disable=None):
-            kind, formats, read = kinds[(0, 0, 1, 1, 2)[seed % 5]]
+            kind, formats, reader = kinds[(0, 0, 1, 1, 2)[seed % 5]]
             path.write_bytes(damaged(seed, formats))
             begin = time.perf_counter()
             try:
-                is_spectrum(path)
-                read(path)
+                with suppress(InputError):
+                    read(path, "uniaxial")
+                reader(path)
                 outcomes[f"{kind}: read"] += 1
             except InputError as error:
                 outcomes[f"{kind}: refused"] += 1

@@ -22,8 +22,9 @@ from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
 from ilg_circuit.identify.current import currents, fit_current
 from ilg_circuit.identify.spectrum_fit import fit_spectrum
-from ilg_circuit.measurements.prepare import Measurement, prepare
-from ilg_circuit.measurements.spectrum_files import Spectrum
+from ilg_circuit.measurements.prepare import prepare
+from ilg_circuit.measurements.record import Record
+from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.strip.models import electrical_model
 
@@ -96,7 +97,7 @@ def _current_trial(model: str, case: Case, drive: PiecewiseLinear, engine: str) 
     clean = currents([kind.port(case.values, case.held)], drive, t, engine)[0]
     size = case.noise * float(np.abs(clean).max())
 
-    def measured(random: np.random.Generator) -> Measurement:
+    def measured(random: np.random.Generator) -> Record:
         noisy = clean + size * random.standard_normal(SAMPLES)
         return prepare(Table({"time": t, "voltage": drive.value(t), "current": noisy}, "synthetic.csv"))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ilg_circuit.drive import PiecewiseLinear
-from ilg_circuit.identify import identify, read_measurement
+from ilg_circuit.identify import identify, read_record
 from ilg_circuit.identify.report import plot_identification, table, write_actuator
 from ilg_circuit.simulation.response import sample_times, simulate
 from ilg_circuit.strip.actuator import PAPER
@@ -23,7 +23,7 @@ columns = np.column_stack([response.time, response.voltage, current, displacemen
 data = folder / "measured.csv"
 np.savetxt(data, columns, delimiter=",", header="time_s,voltage_V,current_mA,displacement_mm", comments="", fmt="%.6g")
 
-result = identify(read_measurement(data), base=PAPER)
+result = identify(read_record(data), base=PAPER)
 print(table(result))
 write_actuator(result, folder / "fitted.toml")
 plot_identification(result, folder / "fit.png")

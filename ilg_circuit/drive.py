@@ -1,4 +1,4 @@
-"""Drives: the voltage over time that a source puts on the strip. Straight lines between breakpoints, or a sine."""
+"""Drives: the voltage (or motion) over time that a source imposes on the strip, by straight lines or as a sine."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import Array
 from .errors import InputError
 from .units import format_quantity
 
 if TYPE_CHECKING:
     from typing import Self
-
-Array = NDArray[np.float64]
 
 #: Rise time [s] of a jump in a netlist handed out; plain SPICE engines need one.
 NETLIST_RISE = 1e-6
@@ -24,34 +23,34 @@ _ROUNDING = 1e-12
 
 
 class Drive(Protocol):
-    """A voltage over time from t = 0 on. A sample on a jump is the right limit."""
+    """A voltage [V] (of a motion: metres) over time from t = 0 on; on a jump its value is the right limit."""
 
     @property
     def text(self) -> str:
-        """The drive in a few words, with units."""
+        """Name the drive in a few words, with units."""
 
     def value(self, t: ArrayLike) -> Array:
-        """Voltage [V] at times ``t`` [s] >= 0."""
+        """Return the voltage [V] at times ``t`` [s] >= 0."""
 
     def breakpoints(self, duration: float) -> Array:
-        """Times in (0, duration) at which value or slope jumps, ascending."""
+        """Return the times [s] in (0, duration) at which value or slope jumps, ascending."""
 
     def jumps(self, duration: float) -> Array:
-        """Those of them at which the value jumps."""
+        """Return the breakpoints at which the value jumps."""
 
     def angular_frequency(self) -> float:
-        """Highest angular frequency [rad/s] of its smooth parts; 0 for straight lines."""
+        """Return the highest angular frequency [rad/s] of the smooth parts; 0 for straight lines."""
 
     def largest(self) -> float:
-        """Largest absolute value [V]."""
+        """Return the largest absolute value [V]."""
 
     def spice(self, duration: float) -> str:
-        """Waveform of a SPICE voltage source over ``duration`` [s]: PWL(...) or SIN(...)."""
+        """Return the waveform of a SPICE voltage source over ``duration`` [s]: PWL(...) or SIN(...)."""
 
 
 @dataclass(frozen=True)
 class Sine:
-    """amplitude sin(2 pi f t) [V], f in Hz."""
+    """The drive amplitude sin(2 pi f t) [V], f in Hz; InputError unless f > 0."""
 
     amplitude: float
     frequency: float
@@ -110,7 +109,7 @@ class PiecewiseLinear:
 
     @classmethod
     def step(cls, voltage: float, at: float = 0.0, unit: str = "V") -> Self:
-        """0 V before ``at`` [s], ``voltage`` from then on."""
+        """Return 0 V before ``at`` [s] and ``voltage`` [V] from then on."""
         text = f"step {format_quantity(voltage, unit, 6)}"
         if at == 0:
             return cls(np.array([0.0]), np.array([voltage]), text)
@@ -118,14 +117,20 @@ class PiecewiseLinear:
 
     @classmethod
     def ramp(cls, rate: float, duration: float, unit: str = "V") -> Self:
-        """``rate`` [V/s] from 0 V for ``duration`` [s], then held."""
+        """Return a rise from 0 V at ``rate`` [V/s] for ``duration`` [s], then held."""
         return cls(np.array([0.0, duration]), np.array([0.0, rate * duration]), f"ramp {rate:g} {unit}/s")
 
     @classmethod
     def square(
         cls, low: float, high: float, period: float, duration: float, duty: float = 0.5, unit: str = "V"
     ) -> Self:
-        """``high`` for ``duty`` of each period, then ``low``, from t = 0. InputError for a duty not in (0, 1)."""
+        """Return ``high`` for the part ``duty`` of each ``period`` [s], then ``low`` [V], from t = 0.
+
+        Raises
+        ------
+        InputError
+            The period is not positive, the duty not in (0, 1), or there are more than a million periods.
+        """
         if not period > 0:
             raise InputError(f"square wave: period {period:g} s must be more than zero")
         if not 0 < duty < 1:
@@ -170,7 +175,7 @@ class PiecewiseLinear:
         return "PWL(" + " ".join(f"{t!r} {v!r}" for t, v in zip(times.tolist(), values.tolist(), strict=True)) + ")"
 
     def widened(self, duration: float, rise: float) -> tuple[Array, Array]:
-        """Ascending times and values from 0 to past ``duration``, each jump a ramp of ``rise`` [s] about it."""
+        """Return ascending times and values from 0 to past ``duration``, each jump a ramp of ``rise`` [s] about it."""
         inside = (self.times > 0) & (self.times < duration)
         times = np.concatenate([[0.0], self.times[inside], [2 * duration]])
         values = np.concatenate([self.value([0.0]), self.values[inside], [0.0]])
@@ -194,7 +199,7 @@ class PiecewiseLinear:
         return shifted, values
 
     def _slope_after(self, t: float, duration: float) -> float:
-        """Slope of the line that the run ends on; its middle is not touched by a jump at the end."""
+        """Return the slope of the line that the run ends on; its middle is not touched by a jump at the end."""
         later = self.times[self.times > t]
         if not len(later) or duration <= t:
             return 0.0
@@ -203,7 +208,7 @@ class PiecewiseLinear:
 
 
 def drive_times(drive: Drive, times: Array) -> Array:
-    """``times`` with those that miss an edge of the drive by rounding moved onto it (and so to its right limit)."""
+    """Return ``times`` (n,) [s], those that miss an edge of the drive by rounding moved onto it (its right limit)."""
     edges = drive.breakpoints(float(times[-1]) * (1 + _ROUNDING)) if len(times) else times
     if not len(edges):
         return times

@@ -48,11 +48,16 @@ def codes(findings: Iterable[Finding]) -> set[str]:
 
 
 class _Formatter(Formatter):
-    """Formats as `str.format`, and ``{x:@V3}`` as a quantity in volt with three digits; lists with commas."""
+    """Formats as `str.format`; ``{x:@V3}`` is a quantity in volt with three digits, ``{n:#point}`` a count of points.
+
+    Lists are written with commas.
+    """
 
     def format_field(self, value: Any, format_spec: str) -> Any:
         if format_spec.startswith("@"):
             return format_quantity(float(value), format_spec[1:-1], int(format_spec[-1]))
+        if format_spec.startswith("#"):
+            return f"{value} {format_spec[1:]}{'s' * (value != 1)}"
         if not format_spec and isinstance(value, list | tuple):
             return ", ".join(map(str, value))
         return super().format_field(value, format_spec)
@@ -141,4 +146,29 @@ SENTENCES: dict[str, str] = {
     "profile-failed": "no profile of {parameter} ({reason}); its interval is from a block bootstrap",
     "profile-open": "the data set {parameter} no {sides} limit within a factor of {reach:.0e}",
     "chain-short": "the Markov chain is short ({chain}); its intervals are rough",
+    # -- measurements --
+    "voltage-column": "voltage is the column {column}",
+    "columns-ignored": "columns not understood and left out: {columns}",
+    "overloaded": "{count:#reading} marked by the instrument as overloaded: current left out",
+    "readings-at-one-time": "{count:#reading} at the same time as the next one: left out",
+    "voltage-noise-averaged": "noise on the voltage ({noise:@V2} rms about its levels) was averaged out",
+    "current-clipped": "current is clipped at {level:@A4}: {count:#sample} at the instrument's limit left out",
+    "current-rises": "the current drifts: it rises again by {rise:@A3} from {since:@s3} on, which no model here does",
+    "current-not-settled": (
+        "the current has not settled: over the last third it falls by {fall:@A3}, no slower than before"
+    ),
+    "rows-blank": "{count} of {total} rows have no {quantity} (drop-outs): left out",
+    "readings-apart": (
+        "{count:#reading} of {reading:@{unit}5} far from all others of the {quantity} (drop-outs): left out"
+    ),
+    "rest-drifts": "the {quantity} drifts by {drift:@{unit}3} while at rest, before the onset",
+    "displacement-too-short": "fewer than {needed} displacement samples after the onset: no displacement fit",
+    "points-blank": "{count:#point} without a number: left out",
+    "points-without-frequency": ("{count:#point} whose frequency is not positive (or beyond all measure): left out"),
+    "points-dropped-out": "{count:#point} with no sensible reading (a drop-out): left out",
+    "points-repeated": "{count:#point} at a frequency that was there before (the first reading is kept): left out",
+    "points-inductive": (
+        "{count:#point} from {least:@Hz4} on, where Im Z is positive (the leads' inductance): left out"
+    ),
+    "points-active": "{count:#point} with Re Z below zero, which no passive strip has",
 }

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from command import Outcome, Run
 from hypothesis import settings
-from synthetic import Record, record, step
+from synthetic import Synthetic, record, step
 
 from ilg_circuit.identify import Identification, identify
 from ilg_circuit.strip.actuator import PAPER, Actuator, IonBranch
@@ -88,11 +88,11 @@ def brisk(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="session")
-def step_record() -> Record:
+def step_record() -> Synthetic:
     """The paper's strip, 4 V for 300 s, 20 samples of rest, noise of 0.3 %."""
     return record(step(), 300.0, 301, rest=20, displacement=True, noise=0.003, rest_position=5e-3, seed=11)
 
 
 @pytest.fixture(scope="session")
-def step_fit(step_record: Record) -> Identification:
+def step_fit(step_record: Synthetic) -> Identification:
     return identify(step_record.measurement(), base=PAPER, model="rc")

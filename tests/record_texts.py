@@ -1,4 +1,4 @@
-"""One step in every format that is read, as text."""
+"""One step over time in every format that is read, as text; the names begin with those of the formats."""
 
 from __future__ import annotations
 
@@ -60,11 +60,11 @@ def gamry(overloaded: range = range(0), comma: bool = False) -> str:
 
 
 FORMATS: dict[str, Callable[[], str]] = {
-    "csv": csv,
-    "semicolon, decimal comma": lambda: csv(";", comma=True),
-    "tab": lambda: csv("\t"),
-    "Windows line ends": lambda: csv(end="\r\n"),
-    "mark of UTF-8": lambda: "\ufeff" + csv(),
+    "CSV": csv,
+    "CSV, semicolon, decimal comma": lambda: csv(";", comma=True),
+    "CSV, tab": lambda: csv("\t"),
+    "CSV, Windows line ends": lambda: csv(end="\r\n"),
+    "CSV, mark of UTF-8": lambda: "\ufeff" + csv(),
     "EC-Lab": ec_lab,
     "EC-Lab, decimal comma": lambda: ec_lab(comma=True),
     "EC-Lab, no preamble": lambda: ec_lab(preamble=False),

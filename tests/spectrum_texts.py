@@ -1,4 +1,4 @@
-"""One spectrum in every format that is read, as text."""
+"""One spectrum in every format that is read, as text; the names begin with those of the formats."""
 
 from __future__ import annotations
 
@@ -83,12 +83,12 @@ def zplot(comments: bool = True) -> str:
 
 
 FORMATS: dict[str, Callable[[], str]] = {
-    "csv": csv,
-    "ec_lab": ec_lab,
-    "ec_lab comma": lambda: ec_lab(comma=True),
-    "ec_lab preamble": lambda: ec_lab(preamble=True),
-    "bare": bare,
-    "gamry": gamry,
-    "zplot": zplot,
-    "zplot old": lambda: zplot(comments=False),
+    "CSV": csv,
+    "CSV, EC-Lab's columns": ec_lab,
+    "CSV, EC-Lab's columns, decimal comma": lambda: ec_lab(comma=True),
+    "EC-Lab": lambda: ec_lab(preamble=True),
+    "bare numbers": bare,
+    "Gamry": gamry,
+    "ZPlot": zplot,
+    "ZPlot, old": lambda: zplot(comments=False),
 }

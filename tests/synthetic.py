@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilg_circuit.drive import Drive, PiecewiseLinear, Sine
-from ilg_circuit.identify import Measurement
+from ilg_circuit.identify import Record
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.simulation.response import simulate
@@ -22,7 +22,7 @@ UNITS = {"time": "s", "voltage": "V", "current": "A", "displacement": "m"}
 
 
 @dataclass(frozen=True)
-class Record:
+class Synthetic:
     """Columns [SI] of a measurement and the strip that was measured."""
 
     columns: dict[str, Array]
@@ -31,15 +31,15 @@ class Record:
     def table(self) -> Table:
         return Table(self.columns, "record.csv")
 
-    def measurement(self) -> Measurement:
+    def measurement(self) -> Record:
         return prepare(self.table())
 
-    def changed(self, **columns: Array | None) -> Record:
+    def changed(self, **columns: Array | None) -> Synthetic:
         """With some columns replaced, or left out where None is given."""
         merged = {**self.columns, **columns}
         return replace(self, columns={k: v for k, v in merged.items() if v is not None})
 
-    def rows(self, chosen: slice | NDArray[np.bool_] | NDArray[np.intp]) -> Record:
+    def rows(self, chosen: slice | NDArray[np.bool_] | NDArray[np.intp]) -> Synthetic:
         return replace(self, columns={k: v[chosen] for k, v in self.columns.items()})
 
     def write(self, path: Path, units: dict[str, tuple[str, float]] | None = None) -> Path:
@@ -69,7 +69,7 @@ def record(
     axis: float = 1.0,
     current_offset: float = 0.0,
     start: float = 0.0,
-) -> Record:
+) -> Synthetic:
     """A record of ``samples`` over ``duration`` [s] after ``rest`` samples of zero volts; its first time is ``start``.
 
     ``noise`` is relative to each waveform's largest value, ``voltage_noise`` [V]; ``drift`` [m/s]; ``axis`` -1 is a
@@ -94,7 +94,7 @@ def record(
     if displacement:
         moved = noisy(response.displacement, noise * float(np.abs(response.displacement).max()))
         columns["displacement"] = axis * moved + rest_position + drift * time
-    return Record(columns, strip)
+    return Synthetic(columns, strip)
 
 
 def step(voltage: float = 4.0) -> PiecewiseLinear:

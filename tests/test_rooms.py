@@ -33,10 +33,9 @@ LEVEL = {room: level for level, floor in enumerate(FLOORS) for room in floor}
 ENTRIES = ("__init__", "__main__", "cli")
 #: The base class of results reaches `report` when a result is shown: the one exception.
 LAZY = {("result", "report")}
-#: Rooms that still show their results themselves, and a name that a reader takes from above: to be emptied.
+#: Rooms that still show their results themselves: to be emptied.
 REMAINING = {
     *((room, "report") for room in ("identify", "simulation", "hyperelastic", "cpg", "study", "arm")),
-    ("measurements", "hyperelastic"),
 }
 
 

@@ -42,9 +42,9 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     """
     from ..files import require_writable
     from ..identify import identify as fit
-    from ..identify import read_measurement
     from ..identify.report import plot_identification, table, write_actuator, write_json
-    from ..measurements.spectrum_files import is_spectrum
+    from ..measurements.read import read
+    from ..measurements.spectrum import Spectrum
     from ..report.plots import require_picture
     from ..strip.file import load_actuator
     from .identify_records import identify_together
@@ -69,11 +69,11 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
         if options[name]:
             raise InputError(f"--{name} is for several files fitted together, and there is one")
     held = resistance(electrode_resistance)
-    if is_spectrum(data[0]):
+    measurement = read(data[0])
+    if isinstance(measurement, Spectrum):
         chosen = {k: options[k] for k in ("intervals", "out", "json_path", "plot", "report")}
-        identify_file(data[0], base, held, options["model"], **chosen)
+        identify_file(measurement, base, held, options["model"], **chosen)
         return
-    measurement = read_measurement(data[0])
     with evaluation_counter() as advance:
         result = fit(
             measurement,

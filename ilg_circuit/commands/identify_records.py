@@ -24,18 +24,14 @@ def identify_together(
     """Fit the files at ``paths`` jointly; ``options`` are those of the command."""
     from .. import __version__
     from ..files import write_text
-    from ..identify import read_measurement, read_spectrum
     from ..identify.joint import fit_jointly
     from ..identify.joint_report import files, joint_table, plot_joint
-    from ..measurements.spectrum_files import is_spectrum
+    from ..measurements.read import read
+    from ..measurements.spectrum import Spectrum
     from ..strip.file import save_actuator
 
-    spectra = [is_spectrum(path) for path in paths]
-    bias = biases(paths, spectra, options["bias"])
-    measurements = [
-        read_spectrum(path) if spectrum else read_measurement(path)
-        for path, spectrum in zip(paths, spectra, strict=True)
-    ]
+    measurements = [read(path) for path in paths]
+    bias = biases(paths, [isinstance(m, Spectrum) for m in measurements], options["bias"])
     with evaluation_counter() as advance:
         result = fit_jointly(
             measurements,

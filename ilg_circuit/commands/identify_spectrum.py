@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,9 +11,12 @@ from ..provenance import command_line
 from ..strip.actuator import Actuator
 from .progress import evaluation_counter
 
+if TYPE_CHECKING:
+    from ..measurements.spectrum import Spectrum
+
 
 def identify_file(
-    data: Path,
+    spectrum: Spectrum,
     base: Actuator | None,
     held: float | None,
     model: str,
@@ -23,12 +27,10 @@ def identify_file(
     plot: Path | None,
     report: Path | None,
 ) -> None:
-    """Fit the spectrum in ``data``, write what was asked for, print the table; Re ``held`` [ohm]."""
+    """Fit the ``spectrum``, write what was asked for, print the table; Re ``held`` [ohm]."""
     from ..identify.spectrum_identification import identify_spectrum
     from ..identify.spectrum_report import plot_spectrum, spectrum_table, write_spectrum_actuator, write_spectrum_json
-    from ..measurements.spectrum_files import read_spectrum
 
-    spectrum = read_spectrum(data)
     with evaluation_counter() as advance:
         result = identify_spectrum(
             spectrum, base=base, model=model, electrode_resistance=held, intervals=intervals, progress=advance

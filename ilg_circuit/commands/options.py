@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..simulation.drives import DRIVE_FORMS
+
 if TYPE_CHECKING:
     from ..circuit.strip import Load
     from ..strip.actuator import Actuator
@@ -20,9 +22,7 @@ beam_option = click.option(
 
 
 _RUN = (
-    click.option(
-        "--drive", required=True, help="step:4V, square:4V,30s[,duty], sine:2V,0.1Hz, ramp:1V/s, file:drive.csv"
-    ),
+    click.option("--drive", required=True, help=DRIVE_FORMS),
     click.option("--duration", required=True, help="How long, such as 300s."),
     click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True),
     beam_option,

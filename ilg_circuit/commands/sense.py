@@ -7,12 +7,14 @@ from typing import Any
 
 import click
 
+from ..simulation.drives import MOTION_FORMS
+
 _OUT = click.Path(path_type=Path)
 
 
 @click.command()
 @click.argument("actuator")
-@click.option("--motion", required=True, help="Of the point L_F: step:1mm, ramp:0.1mm/s, sine:1mm,0.1Hz, file:m.csv.")
+@click.option("--motion", required=True, help=f"Of the point L_F: {MOTION_FORMS}.")
 @click.option("--duration", required=True, help="Such as 300s.")
 @click.option("--terminals", type=click.Choice(["open", "short"]), default="open", show_default=True)
 @click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)

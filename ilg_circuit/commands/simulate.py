@@ -94,12 +94,13 @@ def _compared(
 ) -> tuple[Compared, ...]:
     """The prediction beside what was measured, where the drive's file is a record with a current."""
     from ..identify.comparison import compare
+    from ..measurements.kind import RECORD
     from ..measurements.prepare import prepare
-    from ..measurements.record_files import read_record
+    from ..measurements.read import read_columns
 
     if not drive.startswith("file:"):
         return ()
-    table = read_record(drive.removeprefix("file:"))
+    table = read_columns(drive.removeprefix("file:"), RECORD.requiring("time"))
     if table.get("current") is None:
         return ()
     try:

@@ -3,7 +3,8 @@
 In: load tests. Out: an Ogden material with its verdict. May import: the ground floor, `fit` and `measurements`.
 """
 
-from ..measurements.load_test import LoadTest, read_load_test
+from ..measurements.load_test import LoadTest
+from ..measurements.read import read_load_test
 from .analysis import Characterisation, characterise
 from .fit import HyperelasticFit, fit_model
 from .material import CONVENTION, MODES, OTHER_CONVENTION, Ogden

@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from ..measurements.load_test import LOAD_MODES
 
 Array = NDArray[np.float64]
 
 #: mode -> k, the free direction's stretch being l^k
-MODES: dict[str, float] = {"uniaxial": -0.5, "equibiaxial": -2.0, "planar": -1.0}
+MODES: dict[str, float] = dict(zip(LOAD_MODES, (-0.5, -2.0, -1.0), strict=True))
 
 CONVENTION = "W = sum mu_i/alpha_i (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3), G = 1/2 sum mu_i alpha_i"
 OTHER_CONVENTION = "W = sum 2 mu_i/alpha_i^2 (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3), G = sum mu_i"

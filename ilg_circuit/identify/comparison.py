@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ..circuit.strip import Load
 from ..errors import InputError
-from ..measurements.prepare import Channel, Measurement, noise_level
+from ..measurements.record import Channel, Record
+from ..measurements.smoothing import noise_level
 from ..simulation.prediction_band import prediction_band
 from ..simulation.response import simulate
 from ..strip.actuator import Actuator
@@ -69,7 +70,7 @@ class Compared:
 
 def compare(
     actuator: Actuator,
-    measurement: Measurement,
+    measurement: Record,
     *,
     until: float = np.inf,
     band: bool = False,

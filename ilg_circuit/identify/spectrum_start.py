@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..measurements.spectrum_files import Spectrum
+from ..measurements.spectrum import Spectrum
 from ..strip.models import ElectricalModel
 
 Array = NDArray[np.float64]

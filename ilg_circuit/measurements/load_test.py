@@ -1,27 +1,19 @@
-"""Measured stress-stretch curves: a test's mode, its stretches and its nominal stresses, read and checked."""
+"""Load tests: the mode of a test, its stretches and its nominal stresses, checked."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
-from ..hyperelastic.material import MODES
 from ..units import format_quantity
-from .table import read_table
+from .kind import LOAD_TEST
+from .table import Table
 
-Array = NDArray[np.float64]
-
-#: quantity -> (SI unit, names), as in `measurements.table`; the true stress comes first, since its name ends alike.
-_QUANTITIES: dict[str, tuple[str, tuple[str, ...]]] = {
-    "stretch": ("", ("stretch", "stretch_ratio", "lambda")),
-    "true stress": ("Pa", ("true_stress", "cauchy_stress")),
-    "stress": ("Pa", ("stress",)),
-}
-_EXAMPLE = "stretch, stress_MPa"
+#: The three standard tests: pulled along one axis, along two, or wide and short (pure shear).
+LOAD_MODES = ("uniaxial", "equibiaxial", "planar")
 
 #: An unloaded specimen whose stress is more than this part of the largest has an offset, not noise.
 _OFFSET = 0.05
@@ -35,10 +27,10 @@ _UNSTRETCHED = 1e-9
 
 @dataclass(frozen=True)
 class LoadTest:
-    """One test: ``mode`` (uniaxial, equibiaxial, planar), ``stretch`` (n,) and nominal ``stress`` (n,) [Pa].
+    """One load test: ``mode`` (of `LOAD_MODES`), ``stretch`` (n,) and nominal ``stress`` (n,) [Pa].
 
     Both ascend by stretch. Rows at stretch 1 are checked and left out: every material has zero stress there, so
-    they say nothing of any constant.
+    those rows depend on no constant.
     """
 
     mode: str
@@ -47,8 +39,8 @@ class LoadTest:
     source: str = "data"
 
     def __post_init__(self) -> None:
-        if self.mode not in MODES:
-            raise InputError(f"test is '{self.mode}'; choose one of {', '.join(MODES)}")
+        if self.mode not in LOAD_MODES:
+            raise InputError(f"test is '{self.mode}'; choose one of {', '.join(LOAD_MODES)}")
         stretch, stress = (np.array(v, dtype=float).ravel() for v in (self.stretch, self.stress))
         if len(stretch) != len(stress):
             raise InputError(
@@ -95,23 +87,24 @@ class LoadTest:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Smallest and largest stretch, 1 included: the test starts unloaded."""
+        """The smallest and the largest stretch, 1 included: the test starts unloaded."""
         return min(1.0, float(self.stretch[0])), max(1.0, float(self.stretch[-1]))
 
 
-def read_load_test(path: str | Path, mode: str) -> LoadTest:
-    """Read columns ``stretch`` and ``stress_<unit>`` (nominal; ``true_stress_<unit>`` is divided by the stretch).
+def load_test_of(table: Table, mode: str) -> LoadTest:
+    """Return the load test in a table, a true stress divided by the stretch; rows with a blank are left out.
 
-    Comma, semicolon, tab or spaces between the columns; rows with a blank in either are gaps. Raises InputError
-    naming the file and what to do.
+    Raises
+    ------
+    InputError
+        The stress is missing or there twice, no row is whole, or the readings are none; the message says what to do.
     """
-    table = read_table(path, ("stretch",), quantities=_QUANTITIES, example=_EXAMPLE)
     stretch = table.columns["stretch"]
     nominal, true = table.columns.get("stress"), table.columns.get("true stress")
     if (nominal is None) == (true is None):
         what = "no column for stress" if nominal is None else "a nominal and a true stress; leave one out"
         others = f"; not understood: {', '.join(repr(c) for c in table.ignored)}" if table.ignored else ""
-        raise InputError(f"{table.source}: {what}{others}; columns are written like {_EXAMPLE}")
+        raise InputError(f"{table.source}: {what}{others}; columns are written like {LOAD_TEST.example}")
     stress = nominal if true is None else true / np.where(stretch == 0, 1.0, stretch)
     assert stress is not None  # one of the two is there
     known = np.isfinite(stretch) & np.isfinite(stress)

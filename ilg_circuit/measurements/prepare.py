@@ -1,22 +1,20 @@
-"""From a measured table to what a fit needs: the onset of the drive, rest values, the drive itself, sound samples."""
+"""Preparing a record: the onset of the drive, the drive itself, the rest before it, and the samples to keep."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
-from ..units import format_quantity
+from ..findings import Finding
 from .quality import clipped_tops, current_drift, dropouts, rest_drift
-from .record_files import read_record
+from .record import Channel, Record
+from .smoothing import noise_level, resolution
 from .table import Table
-
-Array = NDArray[np.float64]
 
 #: A change between two samples by this part of the voltage's range is a jump, if its neighbours change much less.
 _JUMP = 0.2
@@ -28,66 +26,27 @@ _NOISE_OF_LEVEL = 0.1
 _LEAST_READING = 1e-30
 #: What is left out of a measured voltage: this part of its largest value.
 _NEGLIGIBLE = 1e-5
-#: Samples of a smooth curve bend alike: neighbouring second differences differ by less than this part.
+#: On a smooth curve neighbouring second differences differ by less than this part.
 _SMOOTH = 0.5
 #: Parts into which the time between two samples of a smooth curve is divided.
 _PARTS = 8
-#: So many samples at rest and fewer tell nothing about its noise.
+#: From so many samples at rest, or fewer, their noise cannot be found.
 _FEW = 10
+#: Samples after the onset that a fit needs.
+_LEAST_CURRENT, _LEAST_DISPLACEMENT = 10, 20
 #: Below this part of the largest voltage the record counts as at rest.
 _REST = 0.05
 
 
-@dataclass(frozen=True)
-class Channel:
-    """One measured quantity: ``time`` [s] since the onset (negative: at rest), ``values`` [SI], blanks left out."""
+def prepare(table: Table) -> Record:
+    """Find the onset of the drive and the jumps in it, and drop the samples that are no measurement.
 
-    time: Array
-    values: Array
+    ``table`` has the columns ``time``, ``voltage``, ``current`` and, if measured, ``displacement``.
 
-    @property
-    def rest(self) -> NDArray[np.bool_]:
-        return np.asarray(self.time < 0)
-
-    def without(self, samples: NDArray[np.bool_]) -> Channel:
-        """The others than these (n,)."""
-        return Channel(self.time[~samples], self.values[~samples])
-
-    def until(self, end: float) -> Channel:
-        """The samples up to ``end`` [s]."""
-        keep = self.time <= end
-        return Channel(self.time[keep], self.values[keep])
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """A record made ready: ``onset`` [s] in the file's time, the ``drive`` from the onset on, and the channels.
-
-    ``step`` [V] is the height of a step that begins the record, None for another waveform.
-    """
-
-    source: str
-    onset: float
-    drive: PiecewiseLinear
-    step: float | None
-    current: Channel
-    displacement: Channel | None
-    notes: tuple[str, ...] = field(default=())
-
-    @property
-    def duration(self) -> float:
-        return float(self.current.time[-1])
-
-
-def read_measurement(path: str | Path) -> Measurement:
-    """Read and prepare a record; see `prepare`, and `record_files.read_record` for the formats."""
-    return prepare(read_record(path, ("time", "voltage", "current")))
-
-
-def prepare(table: Table) -> Measurement:
-    """Find the onset of the drive, the jumps in it, the rest stretch, and drop what is no measurement.
-
-    Raises InputError when nothing was excited: no step or other change of the voltage, or too few samples after it.
+    Raises
+    ------
+    InputError
+        Nothing was excited (no step or other change of the voltage), or there are too few samples after it.
     """
     name, notes = table.source, list(table.notes)
     voltage = table.columns["voltage"]
@@ -104,44 +63,33 @@ def prepare(table: Table) -> Measurement:
         raise InputError(f"{name}: the voltage changes at the last reading only; nothing was recorded after it")
     drive, smoothed = _drive(time[first:] - onset, u[first:])
     if smoothed > 1e-9 * float(np.abs(u).max()):
-        noise = format_quantity(smoothed, "V", 2)
-        notes.append(f"noise on the voltage ({noise} rms about its levels) was averaged out")
+        notes.append(Finding("voltage-noise-averaged", values={"noise": smoothed}))
     current = _channel(table, "current", onset)
     if current is None:
         raise InputError(f"{name}: the current column has no number in it")
-    at_limit, told = clipped_tops(current.time, current.values, drive, noise_level(current.values))
+    at_limit, clipped = clipped_tops(current.time, current.values, drive, noise_level(current.values))
     current = current.without(at_limit)
-    notes += told
+    notes += clipped
     count = int((~current.rest).sum())
-    if count < 10:
-        raise InputError(f"{name}: {count} current samples after the onset at {onset:g} s; 10 are needed")
+    if count < _LEAST_CURRENT:
+        raise InputError(f"{name}: {count} current samples after the onset at {onset:g} s; {_LEAST_CURRENT} are needed")
     _require_response(current, drive, name)
     step = _step_height(drive)
     if step is not None:
         notes += current_drift(current.time, current.values, step)
-    displacement = _displacement(table, onset, notes)
-    if displacement is not None and (~displacement.rest).sum() < 20:
-        notes.append("fewer than 20 displacement samples after the onset: no displacement fit")
+    displacement, missing = _displacement(table, onset)
+    notes += missing
+    if displacement is not None and (~displacement.rest).sum() < _LEAST_DISPLACEMENT:
+        notes.append(Finding("displacement-too-short", values={"needed": _LEAST_DISPLACEMENT}))
         displacement = None
     unknown = [title for title in table.ignored if title]
     if unknown:
-        notes.append(f"columns not understood and left out: {', '.join(unknown)}")
-    return Measurement(name, onset, drive, step, current, displacement, tuple(notes))
-
-
-def noise_level(values: Array) -> float:
-    """Standard deviation of the white part of a smooth signal: robust, from its sixth differences."""
-    if len(values) < 16:
-        return 0.0
-    sixth = np.abs(np.diff(values, 6))
-    # white noise of unit size has sixth differences of size sqrt(924); the median of |x| of a normal x is 0.6745
-    robust = float(np.median(sixth) / 0.6745 / np.sqrt(924))
-    # coarse resolution makes more than half of them zero; a few jumps must not count as noise either
-    return robust or float(np.sqrt(np.mean(np.sort(sixth)[: int(0.95 * len(sixth))] ** 2) / 924))
+        notes.append(Finding("columns-ignored", values={"columns": unknown}))
+    return Record(name, onset, drive, step, current, displacement, tuple(notes))
 
 
 def _onset(u: Array, name: str) -> int:
-    """Index of the first sample that belongs to the excitation."""
+    """Return the index of the first sample that belongs to the excitation."""
     largest = float(np.abs(u).max())
     if not largest:
         raise InputError(f"{name}: the voltage is zero throughout; a record needs a step or another waveform")
@@ -171,26 +119,26 @@ def _onset(u: Array, name: str) -> int:
 
 
 def _is_jump(u: Array, k: int) -> bool:
-    return bool(k > 0 and k - 1 in set(_jumps(u)))
+    return k > 0 and k - 1 in set(_jumps(u))
 
 
 def _jumps(u: Array) -> NDArray[np.intp]:
-    """Intervals k -> k + 1 in which the voltage jumps, though it is smooth before and after."""
+    """Return the intervals k -> k + 1 in which the voltage jumps, though it is smooth before and after."""
     change = np.abs(np.diff(u))
     spread = float(np.ptp(u))
-    found = []
+    jumps = []
     for k in np.flatnonzero((change > _JUMP * spread) & (change > _JUMP_OVER_NOISE * np.median(change))):
         around = np.r_[change[max(k - 4, 0) : k], change[k + 1 : k + 5]]
         if len(around) >= 2 and change[k] > _JUMP_OVER_NEIGHBOURS * np.median(around):
-            found.append(k)
-    return np.array(found, dtype=np.intp)
+            jumps.append(k)
+    return np.array(jumps, dtype=np.intp)
 
 
 def _drive(t: Array, u: Array) -> tuple[PiecewiseLinear, float]:
-    """The measured voltage from its onset: straight lines through the samples, jumps at the sample that shows them.
+    """Return the measured voltage from its onset: straight lines through the samples, a jump at the first one after it.
 
     Between jumps a voltage that is a constant level and white noise becomes that level, and one that varies keeps
-    those samples that its noise and resolution do not explain. Returns the noise [V] of the levels too.
+    the samples that its noise and resolution do not explain. Also returns the noise [V] of the levels.
     """
     edges = [0, *(_jumps(u) + 1), len(u)]
     times: list[Array] = []
@@ -203,7 +151,7 @@ def _drive(t: Array, u: Array) -> tuple[PiecewiseLinear, float]:
             times.append(t[[start]])
             values.append(np.array([level.mean()]))
         else:
-            tolerance = max(3 * noise_level(level), 1.5 * _resolution(level), _NEGLIGIBLE * float(np.abs(u).max()))
+            tolerance = max(3 * noise_level(level), 1.5 * resolution(level), _NEGLIGIBLE * float(np.abs(u).max()))
             fine_times, fine = between_samples(t[start:stop], level, tolerance)
             kept = simplified(fine_times, fine, tolerance)
             times.append(fine_times[kept])
@@ -215,18 +163,31 @@ def _drive(t: Array, u: Array) -> tuple[PiecewiseLinear, float]:
 
 
 def between_samples(t: Array, u: Array, tolerance: float) -> tuple[Array, Array]:
-    """Samples and, where the voltage is a smooth curve that sags beyond ``tolerance`` below its chords, points between.
+    """Add points between the samples where the voltage is a smooth curve more than ``tolerance`` from its chords.
 
     Straight lines through the samples of a sine make a smaller sine, which a fit would take for a smaller conductance.
-    A curve is smooth where four samples bend alike twice; the points lie on the cubic through them.
+    A curve is smooth where the two second differences of four samples are similar; the points lie on the cubic through
+    them.
+
+    Parameters
+    ----------
+    t, u
+        Times [s], ascending, and voltages [V] (n,).
+    tolerance
+        Distance [V] that needs no points.
+
+    Returns
+    -------
+    tuple
+        Times and voltages (m,), the samples among them.
     """
     if len(u) < 4:
         return t, u
     bend = np.diff(np.diff(u) / np.diff(t)) / (t[2:] - t[:-2])  # half the second derivative
     left, right = bend[:-1], bend[1:]
-    alike = np.abs(left - right) <= _SMOOTH * np.maximum(np.abs(left), np.abs(right))
+    smooth = np.abs(left - right) <= _SMOOTH * np.maximum(np.abs(left), np.abs(right))
     width = np.diff(t)[1:-1]
-    curved = 1 + np.flatnonzero(alike & (np.abs(left + right) * width**2 / 8 > tolerance))
+    curved = 1 + np.flatnonzero(smooth & (np.abs(left + right) * width**2 / 8 > tolerance))
     share = np.arange(1, _PARTS) / _PARTS
     a, b = t[curved, None], t[curved + 1, None]
     at = a + (b - a) * share
@@ -240,14 +201,8 @@ def between_samples(t: Array, u: Array, tolerance: float) -> tuple[Array, Array]
     return times[order], np.concatenate([u, cubic.ravel()])[order]
 
 
-def _resolution(u: Array) -> float:
-    """Smallest difference between any two readings: the instrument's resolution, where it has one."""
-    steps = np.diff(np.unique(u))
-    return float(steps.min()) if len(steps) else 0.0
-
-
 def simplified(t: Array, u: Array, tolerance: float) -> NDArray[np.intp]:
-    """Indices of the samples whose straight connection stays within ``tolerance`` of all (Ramer, Douglas, Peucker)."""
+    """Return the indices of samples whose connecting lines stay within ``tolerance`` of all (Ramer-Douglas-Peucker)."""
     keep = np.zeros(len(t), dtype=bool)
     keep[[0, -1]] = True
     open_ends = [(0, len(t) - 1)]
@@ -265,7 +220,7 @@ def simplified(t: Array, u: Array, tolerance: float) -> NDArray[np.intp]:
 
 
 def _is_level(u: Array) -> bool:
-    """Constant but for white noise: neighbours are not alike, and the second half is the first's."""
+    """Tell whether a voltage is constant but for white noise: not autocorrelated, and its halves have the same mean."""
     if len(u) < 2 or not np.ptp(u):
         return True
     if len(u) < 20:
@@ -279,7 +234,7 @@ def _is_level(u: Array) -> bool:
 
 
 def _step_height(drive: PiecewiseLinear) -> float | None:
-    """Height of a step: the voltage stays within 5 % of its first value."""
+    """Return the height of a step, whose voltage stays within 5 % of its first value; None for another drive."""
     start = float(drive.values[0])
     return start if start and float(np.abs(drive.values - start).max()) <= 0.05 * abs(start) else None
 
@@ -292,19 +247,18 @@ def _channel(table: Table, quantity: str, onset: float) -> Channel | None:
     return Channel(table.time[known] - onset, values[known])
 
 
-def _displacement(table: Table, onset: float, notes: list[str]) -> Channel | None:
-    """The displacement without its drop-outs, which ``notes`` are told of."""
+def _displacement(table: Table, onset: float) -> tuple[Channel | None, list[Finding]]:
+    """Return the displacement without its drop-outs, and what is wrong with it."""
     values = table.get("displacement")
     if values is None:
-        return None
-    gone, told = dropouts(values, "displacement", "m")
-    channel = Channel(table.time[~gone] - onset, values[~gone])
-    notes += [*told, *rest_drift(channel.time, channel.values, "displacement", "m")]
-    return channel
+        return None, []
+    missing, notes = dropouts(values, "displacement", "m")
+    channel = Channel(table.time[~missing] - onset, values[~missing])
+    return channel, [*notes, *rest_drift(channel.time, channel.values, "displacement", "m")]
 
 
 def _require_response(current: Channel, drive: PiecewiseLinear, name: str) -> None:
-    """A constant voltage with a current that does not change holds no transient: the step is not in the record."""
+    """Raise InputError for a record without a transient: the voltage is constant and the current does not change."""
     if float(np.abs(current.values).max()) < _LEAST_READING:
         raise InputError(f"{name}: no step in the record: the current is zero throughout")
     jumps = drive.jumps(np.inf)
@@ -323,7 +277,7 @@ def _require_response(current: Channel, drive: PiecewiseLinear, name: str) -> No
 
 
 def _steady(current: Channel) -> bool:
-    """Whether the current since the onset ends where it began, but for noise."""
+    """Tell whether the current since the onset ends where it began, but for noise."""
     after = current.values[~current.rest]
     edge = max(len(after) // 20, 3)
     if len(after) < 2 * edge:

@@ -1,22 +1,20 @@
-"""What is wrong with a record, found before any fit: clipped tops, drop-outs, drift. Each is told with its size."""
+"""Checks of a record before any fit: clipped tops, drop-outs, drift, each as a finding with its size."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
+from ..findings import Finding
 from ..fit.residuals import effective_samples
-from ..units import format_quantity
+from .smoothing import resolution
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
-#: So many samples side by side at the largest current may be an instrument's limit, if the curve breaks off there.
+#: So many neighbouring samples at the largest current may be an instrument's limit, if the curve breaks off there.
 _CLIPPED = 3
-#: Where no readings are equal, those within so many noise levels are one.
+#: Where no readings are equal, readings within so many noise levels count as equal.
 _SAME = 4.0
 #: A smooth top that is flat within a noise or resolution does not fall beside it by so many times that.
 _BROKEN = 8.0
@@ -28,73 +26,81 @@ _TOP = 0.2
 _DRIVEN = 0.05
 #: A value that stands apart by so many spans of all others is a sensor's sign for "nothing seen"; zero by fewer.
 _APART, _ZERO_APART = 3.0, 0.25
-#: A drift is told when it is so many standard errors, and this part of the largest reading.
-_SURE, _WORTH_TELLING = 5.0, 0.005
+#: A drift is reported when it is so many standard errors, and this part of the largest reading.
+_SURE, _WORTH_REPORTING = 5.0, 0.005
 #: A transient's fall slows down; over the last third of a record it is less than this part of the middle third's.
 _SLOWER = 0.6
 _PARTS = 10
 _FEWEST = 60
 
 
-def clipped_tops(t: Array, current: Array, drive: PiecewiseLinear, noise: float) -> tuple[Mask, tuple[str, ...]]:
-    """Samples (n,) at the instrument's limit, positive and negative, and a note for each.
+def clipped_tops(t: Array, current: Array, drive: PiecewiseLinear, noise: float) -> tuple[Mask, tuple[Finding, ...]]:
+    """Return the samples (n,) at the instrument's limit, positive and negative, and a finding for each limit.
 
-    A flat top is a limit where the curve breaks off: where it falls beside the top by far more than a smooth top would
-    that is as long. ``t`` [s] counts from the onset, ``noise`` [A] is the current's.
+    A flat top is a limit where the curve breaks off: where it falls beside the top by far more than a smooth top of
+    the same length would.
+
+    Parameters
+    ----------
+    t, current
+        Time [s] since the onset, and current [A], both (n,).
+    drive
+        The voltage from the onset on.
+    noise
+        Standard deviation of the current's noise [A].
     """
     dropped = np.zeros(len(t), dtype=bool)
     notes = []
-    levels = np.diff(np.unique(current))
-    resolution = float(levels.min()) if len(levels) else 0.0
+    smallest = resolution(current)
     u = drive.value(np.maximum(t, 0.0))
     for sign in (1.0, -1.0):
         v = sign * current
         top = float(v.max())
         if top <= _TOP * float(np.abs(v).max()):
             continue
-        found = np.zeros(len(t), dtype=bool)
-        for same in (1e-9 * top, _SAME * noise):  # readings that are equal; where none are, those that are alike
-            if found.any():
+        clipped = np.zeros(len(t), dtype=bool)
+        for same in (1e-9 * top, _SAME * noise):  # readings that are equal; where none are, readings within the noise
+            if clipped.any():
                 break
-            grain = max(same, resolution)
+            grain = max(same, smallest)
             for a, b in _runs(v >= top - same):
                 if b - a >= _CLIPPED and _breaks_off(t, v, u, a, b, grain):
-                    found[a:b] = True
-        if found.any():
-            level = format_quantity(float(np.median(current[found])), "A", 4)
-            notes.append(
-                f"current is clipped at {level}: {found.sum()} samples at the instrument's limit were left out"
-            )
-            dropped |= found
+                    clipped[a:b] = True
+        if clipped.any():
+            level = float(np.median(current[clipped]))
+            notes.append(Finding("current-clipped", values={"level": level, "count": int(clipped.sum())}))
+            dropped |= clipped
     return dropped, tuple(notes)
 
 
-def dropouts(values: Array, quantity: str, unit: str) -> tuple[Mask, tuple[str, ...]]:
-    """Readings (n,) of a sensor that saw nothing: blanks, and one value far from all others, between good readings."""
+def dropouts(values: Array, quantity: str, unit: str) -> tuple[Mask, tuple[Finding, ...]]:
+    """Return the readings (n,) of a sensor that saw nothing: blanks, and one value far from all others.
+
+    Such a value stands between good readings. ``values`` (n,) in SI are of a ``quantity`` in an SI ``unit``.
+    """
     blank = np.isnan(values)
     notes = []
     if blank.any():
-        notes.append(f"{blank.sum()} of {len(values)} rows have no {quantity} (drop-outs): left out")
+        counts = {"count": int(blank.sum()), "total": len(values)}
+        notes.append(Finding("rows-blank", values={"quantity": quantity, **counts}))
     known = values[~blank]
-    gone = blank.copy()
+    missing = blank.copy()
     if len(known):
         for c in dict.fromkeys((float(known.max()), float(known.min()), 0.0)):
-            signs = ~gone & (values == c)
-            others = values[~gone & ~signs]
-            if not signs.any() or len(others) < len(known) / 2 or not _between(signs, gone):
+            signs = ~missing & (values == c)
+            others = values[~missing & ~signs]
+            if not signs.any() or len(others) < len(known) / 2 or not _between(signs, missing):
                 continue
             gap = max(float(others.min()) - c, c - float(others.max()))
             if gap > (_APART if c else _ZERO_APART) * float(np.ptp(others)):
-                notes.append(
-                    f"{signs.sum()} readings of {format_quantity(c, unit, 5)} stand apart from all others of the "
-                    f"{quantity} (drop-outs): left out"
-                )
-                gone |= signs
-    return gone, tuple(notes)
+                described = {"count": int(signs.sum()), "reading": c, "unit": unit, "quantity": quantity}
+                notes.append(Finding("readings-apart", values=described))
+                missing |= signs
+    return missing, tuple(notes)
 
 
-def current_drift(t: Array, current: Array, step: float) -> tuple[str, ...]:
-    """Whether the current under a constant voltage goes up again, or has not come to rest; ``t`` [s] from the step.
+def current_drift(t: Array, current: Array, step: float) -> tuple[Finding, ...]:
+    """Find a ``current`` [A] that rises again under a constant voltage, or has not settled; ``t`` [s] from the step.
 
     Every linear model's current falls monotonically after a step, so a rise is the strip's or the instrument's drift.
     """
@@ -108,22 +114,19 @@ def current_drift(t: Array, current: Array, step: float) -> tuple[str, ...]:
         return ()
     k = int(np.argmin(means))
     rise, sure = means[-1] - means[k], _SURE * float(np.hypot(errors[k], errors[-1]))
-    if rise > max(sure, _WORTH_TELLING * peak):
-        size = format_quantity(float(rise), "A", 3)
-        since = format_quantity(float(middles[k]), "s", 3)
-        return (f"the current drifts: it rises again by {size} from {since} on, which no model here does",)
+    if rise > max(sure, _WORTH_REPORTING * peak):
+        return (Finding("current-rises", values={"rise": float(rise), "since": float(middles[k])}),)
     if len(means) < _PARTS - 1:
         return ()
     early, late = means[-7], means[-4]  # three tenths of the time from one to the next
     fall = late - means[-1]
-    if fall > max(sure, _WORTH_TELLING * peak, _SLOWER * (early - late)):
-        size = format_quantity(float(fall), "A", 3)
-        return (f"the current has not settled: over the last third it falls by {size}, no slower than before",)
+    if fall > max(sure, _WORTH_REPORTING * peak, _SLOWER * (early - late)):
+        return (Finding("current-not-settled", values={"fall": float(fall)}),)
     return ()
 
 
-def rest_drift(t: Array, values: Array, quantity: str, unit: str) -> tuple[str, ...]:
-    """Whether a quantity wanders before the onset at ``t`` = 0, by a straight line through what was measured there."""
+def rest_drift(t: Array, values: Array, quantity: str, unit: str) -> tuple[Finding, ...]:
+    """Find a drift of ``values`` [SI] before the onset at ``t`` = 0 [s], by a straight line through them."""
     rest = t < 0
     if rest.sum() < 2 * _PARTS:
         return ()
@@ -132,26 +135,26 @@ def rest_drift(t: Array, values: Array, quantity: str, unit: str) -> tuple[str, 
     residuals = y - line(x)
     moved = float(line(x[-1]) - line(x[0]))
     error = np.sqrt(12 / effective_samples(residuals)) * float(residuals.std())
-    if abs(moved) > max(_SURE * error, 2 * _WORTH_TELLING * float(np.ptp(values))):
-        return (f"the {quantity} drifts by {format_quantity(moved, unit, 3)} while at rest, before the onset",)
+    if abs(moved) > max(_SURE * error, 2 * _WORTH_REPORTING * float(np.ptp(values))):
+        return (Finding("rest-drifts", values={"quantity": quantity, "drift": moved, "unit": unit}),)
     return ()
 
 
 def _runs(mask: Mask) -> Iterator[tuple[int, int]]:
-    """First index and one past the last of every stretch of True."""
+    """Yield the first index, and one past the last, of every run of True."""
     edges = np.diff(np.r_[0, mask.astype(int), 0])
     yield from zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True)
 
 
-def _between(signs: Mask, gone: Mask) -> bool:
-    """Whether good readings stand on both sides of every run of ``signs``: a rest position begins the record."""
-    good = np.flatnonzero(~signs & ~gone)
+def _between(signs: Mask, missing: Mask) -> bool:
+    """Tell whether good readings stand before and after all ``signs``: a rest position begins the record."""
+    good = np.flatnonzero(~signs & ~missing)
     where = np.flatnonzero(signs)
     return bool(len(good) and good[0] < where[0] and where[-1] < good[-1])
 
 
 def _breaks_off(t: Array, v: Array, u: Array, a: int, b: int, grain: float) -> bool:
-    """Whether on one side of the top v[a:b] the curve, carried on into the top, would rise well beyond ``grain``."""
+    """Tell whether the curve on one side of the top v[a:b], extended into the top, would rise well beyond ``grain``."""
     length = t[b - 1] - t[a]
     largest = float(np.abs(u).max())
     steady = float(np.ptp(u[a:b])) <= _DRIVEN * largest
@@ -172,14 +175,15 @@ def _breaks_off(t: Array, v: Array, u: Array, a: int, b: int, grain: float) -> b
 
 
 def _means(time: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Means of ``v`` in windows even in time, after the first, their standard errors, and the windows' middles."""
+    """Return means of ``v`` in windows even in time, after the first, their standard errors and the middles [s]."""
     part = np.minimum((_PARTS * time / time[-1]).astype(int), _PARTS - 1)
     rows = []
     for k in range(1, _PARTS):
         x, y = time[part == k], v[part == k]
         if len(y) < 5:
             continue
-        rest = y - np.polynomial.Polynomial.fit(x, y, 1)(x)
-        rows.append((float(y.mean()), float(rest.std()) / np.sqrt(effective_samples(rest)), float(x.mean())))
+        residuals = y - np.polynomial.Polynomial.fit(x, y, 1)(x)
+        error = float(residuals.std()) / np.sqrt(effective_samples(residuals))
+        rows.append((float(y.mean()), error, float(x.mean())))
     means, errors, middles = np.array(rows).reshape(-1, 3).T
     return means, errors, middles

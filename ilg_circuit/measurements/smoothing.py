@@ -1,4 +1,4 @@
-"""Noise off a measured curve, its shape kept: local parabolas, at each sample as wide as the noise allows.
+"""The noise of a measured curve, and smoothing by local parabolas, at each sample as wide as the noise allows.
 
 The width comes from the intersection of confidence intervals (Goldenshluger and Nemirovski 1997; Katkovnik 1999): it
 grows as long as the estimates of all narrower windows agree with the wider one's within their noise. So a fast rise is
@@ -12,9 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .prepare import noise_level
-
-Array = NDArray[np.float64]
+from ..arrays import Array
 
 #: Windows [samples] that are tried, the sample alone first.
 WIDTHS = (1, 5, 9, 17, 33, 65, 129)
@@ -34,8 +32,28 @@ class Smoothed:
     noise: float
 
 
+def noise_level(values: Array) -> float:
+    """Return the standard deviation of the white noise on a smooth signal, from its sixth differences.
+
+    Robust: a few jumps do not count. 0 for fewer than 16 ``values``, which are evenly spaced and in any unit.
+    """
+    if len(values) < 16:
+        return 0.0
+    sixth = np.abs(np.diff(values, 6))
+    # white noise of unit size has sixth differences of size sqrt(924); the median of |x| of a normal x is 0.6745
+    robust = float(np.median(sixth) / 0.6745 / np.sqrt(924))
+    # coarse resolution makes more than half of them zero; a few jumps must not count as noise either
+    return robust or float(np.sqrt(np.mean(np.sort(sixth)[: int(0.95 * len(sixth))] ** 2) / 924))
+
+
+def resolution(values: Array) -> float:
+    """Return the smallest difference between any two readings: the instrument's resolution, where it has one."""
+    differences = np.diff(np.unique(values))
+    return float(differences.min()) if len(differences) else 0.0
+
+
 def smoothed(t: Array, y: Array) -> Smoothed:
-    """Smooth ``y`` (n,) at ascending ``t`` (n,), even or not; unchanged where no white noise is seen."""
+    """Smooth ``y`` (n,) at ascending ``t`` (n,), even or not; without white noise it stays unchanged."""
     noise = noise_level(y)
     values, stderr = y.copy(), np.full(len(y), noise)
     chosen = np.ones(len(y), dtype=np.intp)
@@ -56,7 +74,7 @@ def smoothed(t: Array, y: Array) -> Smoothed:
 
 
 def _local_parabolas(t: Array, y: Array, width: int) -> tuple[Array, Array]:
-    """At every sample the least-squares parabola through ``width`` samples about it, and its error per unit of noise.
+    """Fit a parabola through ``width`` samples about every sample; return its value there and its error per unit noise.
 
     Towards the ends the window stays within the record and the sample moves out of its middle.
     """
@@ -80,10 +98,10 @@ def _local_parabolas(t: Array, y: Array, width: int) -> tuple[Array, Array]:
 
 
 def summit(t: Array, y: Array, curve: Smoothed) -> tuple[float, float] | None:
-    """Time and height of the top of ``curve``, by one cubic through the samples that its window there holds.
+    """Return time and height of the top of ``curve``, by a cubic through the samples of its window there.
 
-    A top leans, so that a parabola as wide would shift it. None where the window is the sample alone, or the cubic has
-    no top in it.
+    A top is not symmetric, so that a parabola as wide would shift it. None where the window is the sample alone, or
+    the cubic has no top in it.
     """
     k = int(np.argmax(curve.values))
     width = int(curve.widths[k])

@@ -1,39 +1,21 @@
-"""Measured tables: CSV files with a name and a unit in every column's header."""
+"""Measured tables: columns in SI units, from rows of text below a header with a name and a unit for each of them."""
 
 from __future__ import annotations
 
 import csv
 import math
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
+from ..findings import Finding
 from ..units import scale
-from .text import read_text
+from .kind import Kind, Quantities
 
-Array = NDArray[np.float64]
-
-#: quantity -> (SI unit, "" for a pure number; words that a column's name may end in before its unit)
-Quantities = dict[str, tuple[str, tuple[str, ...]]]
-
-QUANTITIES: Quantities = {
-    "time": ("s", ("time", "t", "t_nominal")),
-    "voltage": ("V", ("voltage", "potential", "u")),
-    "current": ("A", ("current", "i")),
-    "displacement": ("m", ("displacement", "deflection", "position")),
-    "force": ("N", ("force",)),
-    "charge": ("C", ("charge",)),
-}
-
-EXAMPLES = "time_s, voltage_V, current_mA, displacement_mm, force_N"
-
-#: No measurement is larger.
-MOST_BYTES = 300_000_000
 #: No reading in SI units is larger.
 _LARGEST = 1e30
 
@@ -46,68 +28,58 @@ _BRACKETED = re.compile(r"(.+?)\s*(?:\[(.+)\]|\((.+)\)|/\s*(\S+))")
 class Table:
     """Columns of a measurement in SI units, NaN where a cell was blank; ``time``, if any, ascends strictly.
 
-    ``ignored`` are the headers that were not understood and not needed, ``notes`` what a reader dropped, and why.
+    ``ignored`` are the headers that were not understood and not needed, ``notes`` say what a reader left out.
     """
 
     columns: dict[str, Array]
     source: str = "data"
-    ignored: tuple[str, ...] = field(default=())
-    notes: tuple[str, ...] = field(default=())
+    ignored: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
 
     @property
     def time(self) -> Array:
+        """The column of times [s]."""
         return self.columns["time"]
 
     def get(self, quantity: str) -> Array | None:
-        """A column [SI], or None where the file has none or nothing but blanks."""
+        """Return a column [SI], or None where the file has none or nothing but blanks."""
         column = self.columns.get(quantity)
         return column if column is not None and np.isfinite(column).any() else None
 
 
-def read_table(
-    path: str | Path,
-    required: tuple[str, ...] = ("time",),
-    *,
-    quantities: Quantities = QUANTITIES,
-    example: str = EXAMPLES,
-) -> Table:
-    """Read a CSV file: comma, or semicolon, tab, spaces (then decimal commas are allowed); # starts a comment line.
+def parse_table(text: Sequence[str], name: str, kind: Kind) -> Table:
+    """Read lines of text: a header, then rows; commas, or semicolons, tabs, spaces (decimal commas are then allowed).
 
-    ``quantities`` are those that columns may hold, ``example`` a header to show in errors. Raises InputError naming
-    file, line and column for what cannot be read: a missing column or unit, text in a number, times that repeat or
-    decrease.
+    Parameters
+    ----------
+    text
+        All lines of the file; those that are blank or begin with # are left out.
+    name
+        Stands for the file in errors.
+    kind
+        Says which quantities columns may hold and which must be there.
+
+    Raises
+    ------
+    InputError
+        A column or a unit is missing, a cell is no number, times repeat or decrease; the message names file, line and
+        column.
     """
-    name = Path(path).name
-    text = read_text(path, MOST_BYTES, "measurement")
-    return parse_table(text, name, required, quantities=quantities, example=example)
-
-
-def parse_table(
-    text: str,
-    name: str,
-    required: tuple[str, ...] = ("time",),
-    *,
-    quantities: Quantities = QUANTITIES,
-    example: str = EXAMPLES,
-) -> Table:
-    """The table that a file's ``text`` holds; ``name`` stands for the file in errors. As `read_table`."""
-    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    lines = [(k, line) for k, line in enumerate(text, 1) if line.strip() and not line.startswith("#")]
     if not lines:
-        raise InputError(f"{name}: the file is empty; it needs a header row such as {example}")
-    if "\0" in text:
-        raise InputError(f"{name}: not a text file; export the measurement as CSV")
+        raise InputError(f"{name}: the file is empty; it needs a header row such as {kind.example}")
     if any(len(line) > 100_000 for _, line in lines):
-        raise InputError(f"{name}: a line is longer than 100000 characters; export the measurement as CSV")
+        raise InputError(f"{name}: a line is longer than 100000 characters; export the {kind.name} as CSV")
     lines = _tabbed(lines)
     delimiter = max(",;\t", key=lines[0][1].count)
     header = [cell.strip() for cell in next(csv.reader([lines[0][1]], delimiter=delimiter))]
-    used, factors, ignored = _understand(header, name, quantities)
-    for quantity in required:
+    used, factors, ignored = _understand(header, name, kind.quantities)
+    for quantity in kind.required:
         if quantity not in used:
             others = f"; not understood: {', '.join(repr(c[:40]) for c in ignored[:20])}" if ignored else ""
             if all(_is_number(cell) for cell in header):
                 others = ": the first row holds numbers, not names; put a row of names above it, one for each column"
-            raise InputError(f"{name}: no column for {quantity}{others}; columns are written like {example}")
+            raise InputError(f"{name}: no column for {quantity}{others}; columns are written like {kind.example}")
     body = lines[1:]
     if not body:
         raise InputError(f"{name}: there is a header but no row of numbers")
@@ -125,7 +97,7 @@ def parse_table(
 
 
 def _tabbed(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
-    """Lines whose columns are separated by spaces, with tabs instead; other lines as they are.
+    """Return lines whose columns are separated by spaces with tabs instead, other lines as they are.
 
     The first row of numbers decides; a header may have commas above a body of spaces.
     """
@@ -148,16 +120,16 @@ def _is_number(text: str) -> bool:
 def _understand(
     header: list[str], name: str, quantities: Quantities
 ) -> tuple[dict[str, int], dict[str, float], list[str]]:
-    """Which column holds which quantity, its factor to SI, and the headers left over."""
+    """Return the column that holds each quantity, its factor to SI, and the headers left over."""
     used: dict[str, int] = {}
     factors: dict[str, float] = {}
     ignored = []
     for k, title in enumerate(header):
-        bare = _named(title.lower(), quantities)
+        bare = named(title.lower(), quantities)
         word, unit = split_header(title)
         if bare and not quantities[bare][0]:  # a pure number needs no unit
             word, unit = title.lower(), ""
-        quantity = _named(word, quantities)
+        quantity = named(word, quantities)
         if quantity is None:
             if bare:
                 si = quantities[bare][0]
@@ -173,8 +145,8 @@ def _understand(
     return used, factors, ignored
 
 
-def _named(word: str, quantities: Quantities) -> str | None:
-    """The quantity that a column's name, its unit taken off, stands for."""
+def named(word: str, quantities: Quantities) -> str | None:
+    """Return the quantity that a column's name, without its unit, stands for; None for other names."""
     return next((q for q, (_, words) in quantities.items() if _names(word, words)), None)
 
 
@@ -184,12 +156,12 @@ def _factor(unit: str, si_unit: str, title: str, name: str) -> float:
     try:
         return float(scale(unit.replace("µ", "u").replace("μ", "u"), si_unit))
     except InputError as error:
-        said = str(error) if si_unit else f"unit '{unit}' does not measure a pure number; leave it out"
-        raise InputError(f"{name}: column '{title[:80]}': {said}") from None
+        reason = str(error) if si_unit else f"unit '{unit}' does not measure a pure number; leave it out"
+        raise InputError(f"{name}: column '{title[:80]}': {reason}") from None
 
 
 def split_header(title: str) -> tuple[str, str]:
-    """Name and unit of a header: ``voltage_V``, ``Voltage [V]``, ``voltage (V)`` or ``voltage/V``."""
+    """Return name and unit of a header: ``voltage_V``, ``Voltage [V]``, ``voltage (V)`` or ``voltage/V``."""
     bracketed = _BRACKETED.fullmatch(title)
     if bracketed:
         word, *units = bracketed.groups()
@@ -205,7 +177,7 @@ def _names(word: str, words: tuple[str, ...]) -> bool:
 def _numbers(
     body: list[tuple[int, str]], used: dict[str, int], width: int, header: list[str], delimiter: str, name: str
 ) -> Array:
-    """The used columns as numbers (rows, columns), NaN for blanks."""
+    """Return the used columns as numbers (rows, columns), NaN for blanks."""
     result = np.full((len(body), len(used)), np.nan)
     wanted = list(used.values())
     for k, row in enumerate(_rows(body, delimiter, name)):
@@ -246,3 +218,59 @@ def _check_times(time: Array, lines: list[int], name: str) -> None:
         raise InputError(
             f"{name}: line {lines[k + 1]}: time {time[k + 1]:g} s {what} {time[k]:g} s; sort the file by time"
         )
+
+
+def chosen_columns(lines: list[str], name: str, kind: Kind, notes: Iterable[Finding]) -> Table:
+    """Read the columns that a reader of an instrument's files has chosen, separated by tabs, the time first.
+
+    ``lines`` stand in their places in the file, blank between, so that errors count the file's own. Where a step begins
+    instruments write two readings at one time: the later one stays.
+
+    Raises
+    ------
+    InputError
+        As `parse_table`.
+    """
+    filled = [k for k, line in enumerate(lines) if line]
+    times = [lines[k].split("\t")[0] for k in filled]
+    repeated = {a for a, now, then in zip(filled[1:], times[1:], times[2:], strict=False) if now == then and now}
+    if repeated:
+        lines = ["" if k in repeated else line for k, line in enumerate(lines)]
+        notes = (*notes, Finding("readings-at-one-time", values={"count": len(repeated)}))
+    return replace(parse_table(lines, name, kind), notes=tuple(notes))
+
+
+def spectrum_of_cells(
+    header: Sequence[str], titles: Sequence[str], rows: Sequence[tuple[int, Sequence[str]]], name: str, kind: Kind
+) -> Table:
+    """Read a spectrum from the split ``rows``, each with its line number, of an instrument's table.
+
+    ``titles`` are its names of frequency [Hz], Re Z and Im Z [ohm], to be found in the ``header`` in lower case.
+
+    Raises
+    ------
+    InputError
+        A column is missing, a cell is no number, or there are no rows or too many.
+    """
+    missing = [title for title in titles if title.lower() not in header]
+    if missing:
+        raise InputError(f"{name}: no column {missing[0]} in its table of impedances")
+    if not rows:
+        raise InputError(f"{name}: its table of impedances has no rows")
+    if kind.most_rows and len(rows) > kind.most_rows:
+        raise InputError(f"{name}: {len(rows)} points; a {kind.name} has {kind.most_rows} at most")
+    values = np.full((3, len(rows)), np.nan)
+    places = [header.index(title.lower()) for title in titles]
+    for k, (number, cells) in enumerate(rows):
+        for j, place in enumerate(places):
+            cell = cells[place].strip() if place < len(cells) else ""
+            if cell:
+                values[j, k] = _number(cell, name, number)
+    return Table(dict(zip(("frequency", "re", "im"), values, strict=True)), name)
+
+
+def _number(cell: str, name: str, line: int) -> float:
+    try:
+        return float(cell.replace(",", ".").replace("_", "x"))
+    except ValueError:
+        raise InputError(f"{name}: line {line}: '{cell[:40]}' is not a number") from None

@@ -2,26 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import InputError
+from .kind import Kind
 
 
-def read_text(path: str | Path, most_bytes: int, what: str) -> str:
-    """The text of a file of at most ``most_bytes`` that should hold a ``what``, such as "spectrum".
+@dataclass(frozen=True)
+class TextFile:
+    """A file that was read: its ``name``, its ``lines`` without line ends, its ``size`` [bytes]."""
 
-    Raises InputError for a file that cannot be read, is larger, or is no text.
+    name: str
+    lines: list[str]
+    size: int
+
+
+def read_lines(path: str | Path, kind: Kind) -> TextFile:
+    """Read the text of a file that should hold a ``kind``.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is larger than ``kind.most_bytes``, or is no text.
     """
+    name = Path(path).name
     try:
         with Path(path).open("rb") as file:
-            raw = file.read(most_bytes + 1)
+            raw = file.read(kind.most_bytes + 1)
     except OSError as error:
         raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
     except ValueError:
         raise InputError(f"cannot read '{path}': no such file") from None
-    name = Path(path).name
-    if len(raw) > most_bytes:
-        raise InputError(f"{name}: larger than {most_bytes // 1_000_000} MB; that is no {what}")
+    if len(raw) > kind.most_bytes:
+        raise InputError(f"{name}: larger than {kind.most_bytes // 1_000_000} MB; that is no {kind.name}")
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         text = raw.decode("utf-16", errors="replace")
     else:
@@ -30,5 +44,5 @@ def read_text(path: str | Path, most_bytes: int, what: str) -> str:
         except UnicodeDecodeError:
             text = raw.decode("latin-1")  # instruments write the micro sign so
     if "\0" in text:
-        raise InputError(f"{name}: not a text file; export the {what} as text (CSV)")
-    return text
+        raise InputError(f"{name}: not a text file; export the {kind.name} as text (CSV)")
+    return TextFile(name, text.splitlines(), len(raw))

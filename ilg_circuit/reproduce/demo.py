@@ -12,7 +12,7 @@ from ..circuit.library import library
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..files import write_text
-from ..identify import identify, read_measurement
+from ..identify import identify, read_record
 from ..identify.report import plot_identification, table, write_actuator, write_json
 from ..report.plots import plot_response
 from ..simulation.check import check, report, require_agreement
@@ -49,7 +49,7 @@ def run(folder: Path) -> Iterator[str]:
     yield f"4  square wave, dynamic beam -> {folder / 'square.png'}"
     _measure(response, folder / "measured.csv")
     yield f"5  the step as an instrument would record it, with noise and rest -> {folder / 'measured.csv'}"
-    result = identify(read_measurement(folder / "measured.csv"), base=PAPER)
+    result = identify(read_record(folder / "measured.csv"), base=PAPER)
     write_actuator(result, folder / "fitted.toml")
     write_json(result, folder / "fit.json")
     plot_identification(result, folder / "fit.png")

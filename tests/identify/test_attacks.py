@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from synthetic import Record, record, step, two_branches
+from synthetic import Synthetic, record, step, two_branches
 from test_current_fit import assert_recovered, fitted
 from test_ipmc import DATA, STRIP
 
@@ -216,7 +216,7 @@ def test_csv_s_own_limits_end_in_one_line(tmp_path: Path, name: str, text: str) 
 @pytest.mark.parametrize("factor", [1e200, 1e-200])
 def test_numbers_beyond_all_measure_end_in_words(tmp_path: Path, column: str, factor: float) -> None:
     """ZeroDivisionError and OverflowError in formulas.py:27, numpy's overflow warnings in start.py:147."""
-    r: Record = record(step(), 300.0, 61, rest=5, displacement=True, noise=1e-3)
+    r: Synthetic = record(step(), 300.0, 61, rest=5, displacement=True, noise=1e-3)
     r.changed(**{column: r.columns[column] * factor}).write(tmp_path / "data.csv")
     json_path = tmp_path / "fit.json"
     run = command(tmp_path / "data.csv", "--model", "rc", "--engine", "exact", "--json", json_path)

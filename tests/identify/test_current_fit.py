@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from synthetic import Record, drives, record, scaled, step, two_branches
+from synthetic import Synthetic, drives, record, scaled, step, two_branches
 
 from ilg_circuit.errors import IlgError, InputError
-from ilg_circuit.identify import Identification, Measurement, identify
+from ilg_circuit.identify import Identification, Record, identify
 from ilg_circuit.identify.current import CurrentFit, fit_current
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.strip.actuator import PAPER, Actuator
@@ -27,7 +27,7 @@ def truth(strip: Actuator) -> Array:
     return np.array([lumped.dc_resistance, *(x for pair in ordered for x in pair)])
 
 
-def fitted(r: Record, model: str = "rc", resistance: float = 0.0) -> CurrentFit:
+def fitted(r: Synthetic, model: str = "rc", resistance: float = 0.0) -> CurrentFit:
     return fit_current(r.measurement(), resistance, model)
 
 
@@ -36,7 +36,7 @@ def assert_recovered(found: CurrentFit, strip: Actuator, sigmas: float = 4.0) ->
     assert (away <= sigmas * found.fit.errors + 1e-6 * truth(strip)).all(), away / found.fit.errors
 
 
-def peer(m: Measurement, start: Array, resistance: float = 0.0, offset: bool = False) -> tuple[Array, Array]:
+def peer(m: Record, start: Array, resistance: float = 0.0, offset: bool = False) -> tuple[Array, Array]:
     """Values and standard errors by scipy's least squares on the closed form of a step, all samples alike."""
     after = np.ones(len(m.current.time), dtype=bool) if offset else ~m.current.rest
     t, data = m.current.time[after], m.current.values[after]
@@ -189,7 +189,7 @@ def test_both_engines_find_the_same(kind: str) -> None:
 
 
 @pytest.mark.parametrize("resistance", [0.0, 0.5, 5.0, 12.0, 18.0])
-def test_holding_re_is_the_closed_form_s_inverse(step_record: Record, resistance: float) -> None:
+def test_holding_re_is_the_closed_form_s_inverse(step_record: Synthetic, resistance: float) -> None:
     m = step_record.measurement()
     free = fit_current(m, 0.0, "rc")
     a0, a1, rate = formulas.current_constants(*free.fit.values)
@@ -200,7 +200,7 @@ def test_holding_re_is_the_closed_form_s_inverse(step_record: Record, resistance
 
 
 @pytest.mark.parametrize("resistance", [19.5, 1000.0, -1.0, np.nan, np.inf])
-def test_an_electrode_resistance_that_cannot_be(step_record: Record, resistance: float) -> None:
+def test_an_electrode_resistance_that_cannot_be(step_record: Synthetic, resistance: float) -> None:
     with pytest.raises(InputError, match="electrode resistance"):
         identify(step_record.changed(displacement=None).measurement(), electrode_resistance=resistance)
 
@@ -208,7 +208,7 @@ def test_an_electrode_resistance_that_cannot_be(step_record: Record, resistance:
 # -- which model -------------------------------------------------------------------------------------------------------
 
 
-def auto(r: Record) -> Identification:
+def auto(r: Synthetic) -> Identification:
     return identify(r.changed(displacement=None).measurement(), base=r.strip, model="auto")
 
 
@@ -246,7 +246,7 @@ def test_what_the_data_do_not_determine_is_named() -> None:
 
 
 @pytest.mark.parametrize("model", ["rc9", "", "RC"])
-def test_an_unknown_model(step_record: Record, model: str) -> None:
+def test_an_unknown_model(step_record: Synthetic, model: str) -> None:
     with pytest.raises(InputError, match="model is"):
         identify(step_record.measurement(), model=model)
 

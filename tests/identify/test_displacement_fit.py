@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from synthetic import Record, drives, record, scaled, step
+from synthetic import Synthetic, drives, record, scaled, step
 
 from ilg_circuit.errors import IlgError, InputError
 from ilg_circuit.identify import Identification
@@ -31,7 +31,7 @@ def truth(strip: Actuator) -> Array:
     return np.array([k.gain, k.zero, k.damping_ratio, k.natural_frequency])
 
 
-def fitted(r: Record, strip: Actuator | None = None, engine: str = "ngspice") -> DisplacementFit:
+def fitted(r: Synthetic, strip: Actuator | None = None, engine: str = "ngspice") -> DisplacementFit:
     """With the circuit known, so that nothing but the displacement is fitted."""
     return fit_displacement(r.measurement(), strip or r.strip, engine)
 
@@ -48,7 +48,7 @@ def static(found: DisplacementFit) -> float:
 # -- truth recovered ---------------------------------------------------------------------------------------------------
 
 
-def test_a_step_with_the_static_beam(step_record: Record, step_fit: Identification) -> None:
+def test_a_step_with_the_static_beam(step_record: Synthetic, step_fit: Identification) -> None:
     found = step_fit.displacement
     assert found is not None
     assert_recovered(found, PAPER)
@@ -164,7 +164,7 @@ def test_blanks_are_gaps() -> None:
 # -- against the closed form -------------------------------------------------------------------------------------------
 
 
-def peer(r: Record, found: DisplacementFit, columns: int) -> tuple[Array, Array]:
+def peer(r: Synthetic, found: DisplacementFit, columns: int) -> tuple[Array, Array]:
     """Values and standard errors by scipy's least squares on EC (34) with the same rest position and drift."""
     t, data = found.channel.time, found.channel.values
     ratio = lumped_elements(r.strip).bending_ratio
@@ -182,7 +182,7 @@ def peer(r: Record, found: DisplacementFit, columns: int) -> tuple[Array, Array]
 
 
 @pytest.mark.parametrize("drift", [0.0, 2e-6])
-def test_the_closed_form_s_least_squares(step_record: Record, step_fit: Identification, drift: float) -> None:
+def test_the_closed_form_s_least_squares(step_record: Synthetic, step_fit: Identification, drift: float) -> None:
     if drift:
         r = record(step(), 300.0, 301, rest=30, displacement=True, noise=NOISE, drift=drift, seed=12)
         found = fitted(r)
@@ -194,7 +194,7 @@ def test_the_closed_form_s_least_squares(step_record: Record, step_fit: Identifi
     assert found.fit.errors == pytest.approx(errors, rel=0.02)
 
 
-def test_both_engines_find_the_same(step_record: Record, step_fit: Identification) -> None:
+def test_both_engines_find_the_same(step_record: Synthetic, step_fit: Identification) -> None:
     exact, found = fitted(step_record, engine="exact"), step_fit.displacement
     assert found is not None
     assert (np.abs(found.fit.values - exact.fit.values) <= 0.02 * exact.fit.errors).all()
@@ -202,7 +202,7 @@ def test_both_engines_find_the_same(step_record: Record, step_fit: Identificatio
     assert (found.beam, found.window, found.drift) == (exact.beam, exact.window, exact.drift)
 
 
-def test_gains_scale_with_the_geometry_and_nothing_else_does(step_record: Record, step_fit: Identification) -> None:
+def test_gains_scale_with_the_geometry_and_nothing_else_does(step_record: Synthetic, step_fit: Identification) -> None:
     base = step_fit.displacement
     assert base is not None
     g = PAPER.geometry

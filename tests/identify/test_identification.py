@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.stats import t as student
-from synthetic import Record, drives, record, step, two_branches
+from synthetic import Synthetic, drives, record, step, two_branches
 
 from ilg_circuit.cli import main
 from ilg_circuit.fit.residuals import autocorrelation, effective_samples, structured
@@ -68,7 +68,7 @@ def test_derived_quantities_follow(step_fit: Identification) -> None:
     assert d["displacement_window"] == 300.0
 
 
-def test_per_volt_quantities_do_not_depend_on_what_was_held(step_record: Record, step_fit: Identification) -> None:
+def test_per_volt_quantities_do_not_depend_on_what_was_held(step_record: Synthetic, step_fit: Identification) -> None:
     held = identify(
         step_record.changed(displacement=None).measurement(), base=PAPER, model="rc", electrode_resistance=5.0
     )
@@ -98,7 +98,7 @@ def test_without_a_displacement_the_given_coupling_stays_and_is_said() -> None:
     assert identify(m, model="rc").actuator.coupling is None
 
 
-def test_assumed_geometry_is_said(step_record: Record) -> None:
+def test_assumed_geometry_is_said(step_record: Synthetic) -> None:
     found = identify(step_record.measurement(), model="rc", engine="exact")
     assert any("no --actuator given" in w and "b^2/L_F^2" in w for w in found.warnings)
 
@@ -232,7 +232,7 @@ def run(capfd: pytest.CaptureFixture[str]) -> Run:
     return of
 
 
-def test_the_command_writes_what_it_is_asked_for(run: Run, step_record: Record, tmp_path: Path) -> None:
+def test_the_command_writes_what_it_is_asked_for(run: Run, step_record: Synthetic, tmp_path: Path) -> None:
     units = {"time": ("ms", 1e3), "current": ("mA", 1e3), "displacement": ("mm", 1e3)}
     data = step_record.write(tmp_path / "data.csv", units)
     save_actuator(replace(PAPER, name="mine"), tmp_path / "mine.toml")

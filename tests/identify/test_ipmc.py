@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ilg_circuit.identify import Identification, Measurement, identify, read_measurement
+from ilg_circuit.identify import Identification, Record, identify, read_record
 from ilg_circuit.identify.displacement import DisplacementFit, fit_displacement
 from ilg_circuit.strip.actuator import PAPER, Geometry
 from ilg_circuit.strip.elements import lumped_elements
@@ -29,7 +29,7 @@ STRIP = replace(PAPER, geometry=Geometry(25e-3, 25e-3, 5e-3, 0.5e-3, load_positi
 
 NAMES = ("t_nominal_s", "voltage_V", "current_A", "laser_displacement_mm")
 Columns = dict[str, list[float]]
-Write = Callable[..., Measurement]
+Write = Callable[..., Record]
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def columns() -> Columns:
 def read(columns: Columns, tmp_path: Path) -> Write:
     """A variant of the file, read: some columns replaced (None: left out), some rows kept, other headers."""
 
-    def of(rows: slice = slice(None), headers: dict[str, str] | None = None, **changed: Array | None) -> Measurement:
+    def of(rows: slice = slice(None), headers: dict[str, str] | None = None, **changed: Array | None) -> Record:
         table = {name: changed.get(name, np.array(values)) for name, values in columns.items()}
         kept = {name: values[rows] for name, values in table.items() if values is not None}
         lines = [",".join((headers or {}).get(name, name) for name in kept)]
@@ -53,27 +53,27 @@ def read(columns: Columns, tmp_path: Path) -> Write:
         ]
         path = tmp_path / "variant.csv"
         path.write_text("\n".join(lines))
-        return read_measurement(path)
+        return read_record(path)
 
     return of
 
 
 @pytest.fixture(scope="module")
-def measurement() -> Measurement:
-    return read_measurement(DATA)
+def measurement() -> Record:
+    return read_record(DATA)
 
 
 @pytest.fixture(scope="module")
-def result(measurement: Measurement) -> Identification:
+def result(measurement: Record) -> Identification:
     return identify(measurement, base=STRIP, model="rc2")
 
 
 @pytest.fixture(scope="module")
-def by_rc(measurement: Measurement) -> Identification:
+def by_rc(measurement: Record) -> Identification:
     return identify(replace(measurement, displacement=None), base=STRIP, model="rc")
 
 
-def moved(m: Measurement, result: Identification) -> DisplacementFit:
+def moved(m: Record, result: Identification) -> DisplacementFit:
     """The displacement fit of a variant, by the quicker engine; without Re it needs nothing of the circuit."""
     return fit_displacement(m, result.actuator, "exact")
 
@@ -99,14 +99,14 @@ def capacity(found: Identification) -> float:
 # -- the file as it is -------------------------------------------------------------------------------------------------
 
 
-def test_the_record(measurement: Measurement) -> None:
+def test_the_record(measurement: Record) -> None:
     assert measurement.onset == pytest.approx(2.66, abs=1e-9)
     assert measurement.step == pytest.approx(1.489, abs=2e-3)
     assert measurement.displacement is not None
     assert len(measurement.current.values) == len(measurement.displacement.values) == 1622
 
 
-def test_auto_leaves_one_pole_and_says_why(measurement: Measurement) -> None:
+def test_auto_leaves_one_pole_and_says_why(measurement: Record) -> None:
     found = identify(replace(measurement, displacement=None), base=STRIP)
     assert found.model == "rc3"
     assert share_of_peak(found) <= 0.008
@@ -136,7 +136,7 @@ def test_one_branch_is_not_enough_and_says_so(by_rc: Identification) -> None:
     assert any("one pole is not enough" in w and "rc2" in w for w in by_rc.warnings)
 
 
-def test_the_displacement_and_its_drift(result: Identification, measurement: Measurement) -> None:
+def test_the_displacement_and_its_drift(result: Identification, measurement: Record) -> None:
     found = result.displacement
     assert found is not None
     assert found.rest == pytest.approx(5.5826e-3, abs=1e-5)  # it wanders by 8 um while at rest
@@ -150,7 +150,7 @@ def test_the_displacement_and_its_drift(result: Identification, measurement: Mea
     assert measurement.displacement is not None
 
 
-def test_the_static_answer_is_seen_in_the_data(result: Identification, measurement: Measurement) -> None:
+def test_the_static_answer_is_seen_in_the_data(result: Identification, measurement: Record) -> None:
     found, channel = result.displacement, measurement.displacement
     assert found is not None
     assert channel is not None
@@ -203,7 +203,7 @@ def test_reversed_polarity_is_the_same_strip(read: Write, columns: Columns, resu
     assert displacement.rest == pytest.approx(-whole.rest)
 
 
-def test_other_units(read: Write, columns: Columns, measurement: Measurement) -> None:
+def test_other_units(read: Write, columns: Columns, measurement: Record) -> None:
     headers = {"t_nominal_s": "time_ms", "current_A": "current_mA", "laser_displacement_mm": "position [um]"}
     factors = {"t_nominal_s": 1e3, "current_A": 1e3, "laser_displacement_mm": 1e3}
     m = read(headers=headers, **{name: f * np.array(columns[name]) for name, f in factors.items()})
@@ -260,7 +260,7 @@ def test_another_load_position_scales_the_gain_alone(result: Identification, loa
         assert getattr(found.coupling, name) == pytest.approx(getattr(whole.coupling, name), rel=1e-3)
 
 
-def test_another_geometry_leaves_the_circuit_alone(measurement: Measurement, by_rc: Identification) -> None:
+def test_another_geometry_leaves_the_circuit_alone(measurement: Record, by_rc: Identification) -> None:
     geometry = Geometry(50e-3, 40e-3, 10e-3, 0.2e-3)
     m = replace(measurement, displacement=None)
     found = identify(m, base=replace(STRIP, geometry=geometry), model="rc")

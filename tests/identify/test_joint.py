@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import Run, assert_one_line
-from synthetic import Record, record, scaled, step
+from synthetic import Synthetic, record, scaled, step
 
 from ilg_circuit.cli import main
 from ilg_circuit.errors import InputError
@@ -25,7 +25,7 @@ from ilg_circuit.strip.file import load_actuator
 SINH = replace(PAPER, material=replace(PAPER.material, emission_voltage=0.8), coupling=None, name="sinh")
 
 
-def records(strip: Actuator, voltages: tuple[float, ...], offset: float = 0.0) -> list[Record]:
+def records(strip: Actuator, voltages: tuple[float, ...], offset: float = 0.0) -> list[Synthetic]:
     return [
         record(step(u), 120.0, 241, strip=strip, rest=20, noise=2e-3, seed=k, current_offset=offset * k)
         for k, u in enumerate(voltages)

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import Run, assert_one_line
-from synthetic import Record, record, step, two_branches
+from synthetic import Synthetic, record, step, two_branches
 
 from ilg_circuit.fit.estimate import Parameter
-from ilg_circuit.identify import Measurement, Spectrum, identify, read_measurement
+from ilg_circuit.identify import Record, Spectrum, identify, read_record
 from ilg_circuit.identify.joint import JointFit, fit_jointly
 from ilg_circuit.identify.joint_report import joint_figure, joint_table
 from ilg_circuit.strip.actuator import PAPER, Actuator
@@ -34,7 +34,7 @@ def spectrum(strip: Actuator, low: float, high: float, *, bias: float = 0.0, see
     return Spectrum("z.csv", f, z * (1 + 3e-3 * (random.standard_normal(40) + 1j * random.standard_normal(40))))
 
 
-def named(made: Record, source: str) -> Measurement:
+def named(made: Synthetic, source: str) -> Record:
     return replace(made.measurement(), source=source)
 
 
@@ -182,7 +182,7 @@ def test_a_camera_on_the_other_side_is_named() -> None:
     assert found.displacement.sources == ("0.csv", "1.csv")
 
 
-def records(strip: Actuator, voltages: tuple[float, ...]) -> list[Measurement]:
+def records(strip: Actuator, voltages: tuple[float, ...]) -> list[Record]:
     return [
         named(record(step(u), 100.0, 101, strip=strip, rest=20, noise=3e-3, seed=k), f"{k}.csv")
         for k, u in enumerate(voltages)
@@ -244,14 +244,14 @@ def test_the_real_step_split_in_two(shared_data: Callable[[str], Path], tmp_path
     for name, k in zip(("even", "odd"), count(), strict=False):
         path = tmp_path / f"{name}.csv"
         path.write_text("\n".join([header, *rows[k::2]]))
-        made.append(replace(read_measurement(path), displacement=None))
+        made.append(replace(read_record(path), displacement=None))
     found = fit_jointly(made, model="rc2")
     for r in found.records:
         assert r.predicted is not None
         assert r.joint < 1.2 * r.own
         assert r.predicted < 1.6 * r.own
         assert 0.003 < r.own / r.size < 0.02
-    whole = identify(replace(read_measurement(shared_data("ipmc_step/step_1V5.csv")), displacement=None), model="rc2")
+    whole = identify(replace(read_record(shared_data("ipmc_step/step_1V5.csv")), displacement=None), model="rc2")
     for name in ("resistance_1", "capacitance_2"):
         assert found.parameters[name].value == pytest.approx(whole.parameters[name].value, rel=0.1)
     assert found.parameters["resistance_1"].bootstrap is not None

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify.kramers_kronig import kramers_kronig
-from ilg_circuit.measurements.spectrum_files import Spectrum
+from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.strip.models import electrical_model
 
 F = np.geomspace(1e-3, 1e4, 71)

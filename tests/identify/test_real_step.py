@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilg_circuit.identify import Measurement, identify, read_measurement
+from ilg_circuit.identify import Record, identify, read_record
 from ilg_circuit.identify.current import fit_current
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "ipmc_step" / "step_1V5.csv"
@@ -16,18 +16,18 @@ pytestmark = pytest.mark.skipif(not DATA.is_file(), reason="the shared measureme
 
 
 @pytest.fixture(scope="module")
-def measurement() -> Measurement:
-    return read_measurement(DATA)
+def measurement() -> Record:
+    return read_record(DATA)
 
 
-def test_one_pole_is_not_enough_and_says_so(measurement: Measurement) -> None:
+def test_one_pole_is_not_enough_and_says_so(measurement: Record) -> None:
     fit = fit_current(measurement, 0.0, "rc")
     first = (fit.time >= 0) & (fit.time <= 16)
     assert np.sqrt(np.mean(fit.fit.residuals[first] ** 2)) / np.abs(fit.data).max() == pytest.approx(0.023, abs=0.002)
     assert any("one pole is not enough" in line for line in fit.warnings)
 
 
-def test_two_branches_and_the_displacement(measurement: Measurement) -> None:
+def test_two_branches_and_the_displacement(measurement: Record) -> None:
     assert measurement.onset == pytest.approx(2.66)
     found = identify(measurement, model="rc2")
     assert found.model == "rc2"

@@ -107,7 +107,7 @@ def test_a_spectrum_that_no_strip_has_is_not_passed_off_as_fitted() -> None:
 
 def test_a_batch_goes_on_after_a_failure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good, bad = tmp_path / "good.csv", tmp_path / "bad.csv"
-    good.write_text(FORMATS["csv"]())
+    good.write_text(FORMATS["CSV"]())
     bad.write_text("hello\n")
     found = identify_spectra([bad, good], ("rc", "rc2"), electrode_resistance=2.0)
     assert [(o.path.name, o.model, bool(o.result)) for o in found] == [
@@ -124,7 +124,7 @@ def test_a_batch_goes_on_after_a_failure(tmp_path: Path, capsys: pytest.CaptureF
         identify_spectra([good], ("rx",))
 
 
-@pytest.mark.parametrize("name", ["csv", "gamry"])
+@pytest.mark.parametrize("name", ["CSV", "Gamry"])
 def test_command(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     data = tmp_path / "strip.txt"
     data.write_text(FORMATS[name](), encoding="utf-8")

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from synthetic import Record, drives, record, step
+from synthetic import Synthetic, drives, record, step
 
-from ilg_circuit.identify import Measurement
+from ilg_circuit.identify import Record
+from ilg_circuit.measurements.kind import RECORD
 from ilg_circuit.measurements.prepare import prepare
-from ilg_circuit.measurements.record_files import read_record
+from ilg_circuit.measurements.read import read_columns
 from ilg_circuit.strip.actuator import PAPER
 
 Array = NDArray[np.float64]
@@ -21,8 +22,8 @@ DRIVES = drives(4.0)
 RESISTIVE = replace(PAPER, material=replace(PAPER.material, permittivity=1e-5))
 
 
-def notes(measurement: Measurement, word: str) -> list[str]:
-    return [note for note in measurement.notes if word in note]
+def notes(measurement: Record, word: str) -> list[str]:
+    return [str(note) for note in measurement.notes if word in str(note)]
 
 
 # -- clipping ----------------------------------------------------------------------------------------------------------
@@ -54,22 +55,22 @@ def test_every_flat_top_is_found_and_its_level_told(name: str, limits: list[int]
 
 
 @pytest.fixture
-def ipmc(shared_data: Callable[[str], Path]) -> Callable[..., Measurement]:
-    table = read_record(shared_data("ipmc_step/step_1V5.csv"))
+def ipmc(shared_data: Callable[[str], Path]) -> Callable[..., Record]:
+    table = read_columns(shared_data("ipmc_step/step_1V5.csv"), RECORD)
 
-    def changed(change: Callable[[Array], Array], quantity: str = "current") -> Measurement:
+    def changed(change: Callable[[Array], Array], quantity: str = "current") -> Record:
         return prepare(replace(table, columns={**table.columns, quantity: change(table.columns[quantity])}))
 
     return changed
 
 
 @pytest.mark.parametrize("limit", [1, 2, 4, 8, 12, 16])
-def test_a_measured_step_clipped_anywhere(ipmc: Callable[..., Measurement], limit: int) -> None:
+def test_a_measured_step_clipped_anywhere(ipmc: Callable[..., Record], limit: int) -> None:
     (note,) = notes(ipmc(lambda i: np.clip(i, -1.0, 1e-3 * limit)), "clipped")
     assert f"at {limit} mA" in note
 
 
-def test_a_limit_may_be_noisy(ipmc: Callable[..., Measurement]) -> None:
+def test_a_limit_may_be_noisy(ipmc: Callable[..., Record]) -> None:
     random = np.random.default_rng(3)
 
     def limited(i: Array) -> Array:
@@ -79,7 +80,7 @@ def test_a_limit_may_be_noisy(ipmc: Callable[..., Measurement]) -> None:
     assert "at 11.99 mA" in note or "at 12" in note
 
 
-def test_a_measured_step_as_it_is_and_rounded(ipmc: Callable[..., Measurement]) -> None:
+def test_a_measured_step_as_it_is_and_rounded(ipmc: Callable[..., Record]) -> None:
     for digits in (6, 4, 3):
         assert notes(ipmc(lambda i, digits=digits: np.round(i, digits)), "clipped") == []
 
@@ -87,7 +88,7 @@ def test_a_measured_step_as_it_is_and_rounded(ipmc: Callable[..., Measurement]) 
 # -- drop-outs ---------------------------------------------------------------------------------------------------------
 
 
-def moved(change: Callable[[Array], Array]) -> tuple[Measurement, int]:
+def moved(change: Callable[[Array], Array]) -> tuple[Record, int]:
     r = record(step(), 300.0, 301, rest=20, displacement=True, noise=0.003, rest_position=5e-3, seed=1)
     y = r.columns["displacement"].copy()
     changed = change(y)
@@ -116,7 +117,7 @@ def test_a_rest_at_zero_is_a_position() -> None:
 # -- drift -------------------------------------------------------------------------------------------------------------
 
 
-def with_drift(rate: float) -> Record:
+def with_drift(rate: float) -> Synthetic:
     r = record(step(), 300.0, 301, rest=20, noise=0.003, seed=1)
     return r.changed(current=r.columns["current"] + rate * np.clip(r.columns["time"] - 20.0, 0.0, None))
 

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from synthetic import Record, record, step
+from synthetic import Synthetic, record, step
 
 from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.errors import InputError
-from ilg_circuit.identify import identify, read_measurement
-from ilg_circuit.measurements.prepare import between_samples, noise_level, prepare, simplified
+from ilg_circuit.findings import codes
+from ilg_circuit.identify import identify, read_record
+from ilg_circuit.measurements.prepare import between_samples, prepare, simplified
+from ilg_circuit.measurements.smoothing import noise_level
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.strip.actuator import PAPER
@@ -93,7 +95,7 @@ def test_noise_on_the_voltage_does_not_move_the_onset() -> None:
     assert m.onset == 15.0
     assert m.step is not None
     assert np.abs(m.drive.value(m.current.time[~m.current.rest]) - 4.0).max() < 0.025
-    assert any("noise on the voltage" in note for note in m.notes)
+    assert "voltage-noise-averaged" in codes(m.notes)
 
 
 @pytest.mark.parametrize("offset", [-0.05, 0.01, 0.1])
@@ -156,7 +158,7 @@ def test_clipped_current_is_left_out_and_said() -> None:
     m = prepare(Table({**table.columns, "current": current}, "step.csv"))
     assert len(m.current.values) == len(current) - clipped
     assert m.current.values.max() < 0.12
-    (note,) = (n for n in m.notes if "clipped" in n)
+    (note,) = (str(n) for n in m.notes if n.code == "current-clipped")
     assert "120 mA" in note
     assert f"{clipped} samples" in note
 
@@ -165,8 +167,8 @@ def test_negative_current_is_clipped_alike_and_a_peak_is_not() -> None:
     table = step_table(voltage=-4.0)
     current = np.maximum(table.columns["current"], -0.12)
     m = prepare(Table({**table.columns, "current": current}, "step.csv"))
-    assert any("clipped" in n for n in m.notes)
-    assert not any("clipped" in n for n in prepare(table).notes)
+    assert "current-clipped" in codes(m.notes)
+    assert "current-clipped" not in codes(prepare(table).notes)
 
 
 def test_a_steady_end_that_is_not_the_peak_is_not_clipping() -> None:
@@ -202,7 +204,7 @@ def test_few_displacement_samples_are_not_fitted_and_said() -> None:
     displacement[20:45] = 1e-3
     m = prepare(Table({**step_table().columns, "displacement": displacement}))
     assert m.displacement is None
-    assert any("fewer than 20 displacement samples" in n for n in m.notes)
+    assert "fewer than 20 displacement samples after the onset: no displacement fit" in map(str, m.notes)
 
 
 def test_columns_that_are_not_understood_are_named(tmp_path: Path) -> None:
@@ -211,10 +213,10 @@ def test_columns_that_are_not_understood_are_named(tmp_path: Path) -> None:
     rows += [f"{t},{u},{1e3 * i},21.5,ok" for t, u, i in zip(*table.columns.values(), strict=True)]
     path = tmp_path / "data.csv"
     path.write_text("\n".join(rows))
-    m = read_measurement(path)
+    m = read_record(path)
     assert m.source == "data.csv"
     assert m.current.values == pytest.approx(table.columns["current"], rel=1e-12)
-    assert "columns not understood and left out: temperature_C, remark" in m.notes
+    assert "columns not understood and left out: temperature_C, remark" in map(str, m.notes)
 
 
 # -- refusals ----------------------------------------------------------------------------------------------------------
@@ -255,7 +257,7 @@ def test_files_that_hold_too_little(tmp_path: Path, text: str, reason: str) -> N
     path = tmp_path / "data.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=reason) as caught:
-        read_measurement(path)
+        read_record(path)
     assert str(caught.value).startswith("data.csv: ")
 
 
@@ -344,7 +346,7 @@ def test_the_paper_strip_is_what_the_records_are_made_of() -> None:
     """The records of these tests rest on the exact engine; here they meet the closed form."""
     from ilg_circuit.simulation import closed_forms as formulas
 
-    r: Record = record(step(), 300.0, 301, displacement=True)
+    r: Synthetic = record(step(), 300.0, 301, displacement=True)
     lumped, k = lumped_elements(PAPER), PAPER.coupling
     assert k is not None
     t = r.columns["time"]

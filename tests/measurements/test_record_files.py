@@ -1,4 +1,4 @@
-"""Records over time from files: every format gives the same step, what was dropped is told, bad files are one line."""
+"""Records over time from files: all formats give the same step, notes name what was dropped, bad files are one line."""
 
 from __future__ import annotations
 
@@ -7,26 +7,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import Run, assert_one_line
-from damage import read_or_refused
 from record_texts import FORMATS, I, T, U, Y, csv, ec_lab, gamry
 
-from ilg_circuit.identify import read_measurement
-from ilg_circuit.measurements.record_files import read_record, read_waveform
-from ilg_circuit.measurements.spectrum_files import is_spectrum
+from ilg_circuit.identify import read_record
+from ilg_circuit.measurements.kind import RECORD
+from ilg_circuit.measurements.read import read_columns, read_waveform
+
+
+def notes(path: Path) -> list[str]:
+    return [str(note) for note in read_columns(path, RECORD).notes]
 
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_gives_the_same_step(name: str, tmp_path: Path) -> None:
     path = tmp_path / "step.txt"
     path.write_text(FORMATS[name](), encoding="utf-8", newline="")
-    table = read_record(path, ("time", "voltage", "current"))
-    assert not is_spectrum(path)
+    table = read_columns(path, RECORD)
     assert table.time == pytest.approx(T, abs=1e-9)
     assert table.columns["voltage"] == pytest.approx(U, abs=1e-9)
     assert table.columns["current"] == pytest.approx(I, abs=1e-9)
     if "displacement" in table.columns:
         assert table.columns["displacement"] == pytest.approx(Y, abs=1e-12)
-    m = read_measurement(path)
+    m = read_record(path)
     assert m.step == pytest.approx(1.5)
     assert m.onset == pytest.approx(2.0)
 
@@ -36,18 +38,18 @@ def test_every_format_gives_the_same_step(name: str, tmp_path: Path) -> None:
 def test_encodings(encoding: str, text: type[str], tmp_path: Path) -> None:
     path = tmp_path / "step.csv"
     path.write_bytes(text().encode(encoding))
-    assert len(read_record(path).time) == len(T)
+    assert len(read_columns(path, RECORD).time) == len(T)
 
 
 def test_the_voltage_that_is_taken_is_told(tmp_path: Path) -> None:
     path = tmp_path / "step.mpt"
     path.write_text(ec_lab(), encoding="utf-8")
-    assert "voltage is the column Ewe/V" in read_record(path).notes
+    assert notes(path) == ["voltage is the column Ewe/V"]
     path.write_text(ec_lab(voltage="Ewe-Ece/V"), encoding="utf-8")
-    assert "voltage is the column Ewe-Ece/V" in read_record(path).notes
+    assert notes(path) == ["voltage is the column Ewe-Ece/V"]
     path.write_text(ec_lab(voltage="Temperature/C"), encoding="utf-8")
-    found = read_record(path)
-    assert "voltage is the column control/V" in found.notes
+    found = read_columns(path, RECORD)
+    assert notes(path) == ["voltage is the column control/V"]
     assert found.columns["voltage"] == pytest.approx(U + 0.01, abs=1e-6)
 
 
@@ -58,18 +60,18 @@ def test_two_readings_at_one_time_leave_the_later(tmp_path: Path) -> None:
     before[9], before[10] = "0.0", "0.0"
     path = tmp_path / "step.mpt"
     path.write_text("\n".join([*lines[:k], "\t".join(before), *lines[k:]]), encoding="utf-8")
-    found = read_record(path)
-    assert "1 readings at the time of the next one were left out" in found.notes
+    found = read_columns(path, RECORD)
+    assert "1 reading at the same time as the next one: left out" in notes(path)
     assert found.columns["voltage"] == pytest.approx(U, abs=1e-9)
 
 
 def test_overloaded_readings_have_no_current(tmp_path: Path) -> None:
     path = tmp_path / "step.DTA"
     path.write_text(gamry(range(40, 44)), encoding="utf-8")
-    found = read_record(path)
+    found = read_columns(path, RECORD)
     assert np.flatnonzero(np.isnan(found.columns["current"])).tolist() == [40, 41, 42, 43]
-    (note,) = read_measurement(path).notes
-    assert note.startswith("4 readings that the instrument marks as overloaded")
+    (note,) = read_record(path).notes
+    assert (note.code, note.values) == ("overloaded", {"count": 4})
 
 
 def test_they_are_drives_too(tmp_path: Path, run: Run) -> None:
@@ -96,14 +98,3 @@ def test_they_are_drives_too(tmp_path: Path, run: Run) -> None:
 def test_bad_files_are_one_line(text: str, said: str, run: Run) -> None:
     Path("s.txt").write_text(text, encoding="utf-8")
     assert_one_line(run("identify", "s.txt", "--model", "rc"), said, "s.txt: ")
-
-
-def test_damaged_files_end_in_a_record_or_one_line(tmp_path: Path) -> None:
-    def read(path: Path) -> None:
-        is_spectrum(path)
-        found = read_measurement(path)
-        assert np.isfinite(found.current.values).all()
-        assert (np.diff(found.current.time) > 0).all()
-
-    outcomes = read_or_refused(tmp_path / "s.txt", range(400), FORMATS, read)
-    assert min(outcomes.values()) > 60, outcomes

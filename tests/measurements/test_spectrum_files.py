@@ -1,4 +1,4 @@
-"""Spectra from files: every format gives the same points, what is dropped is told, and bad files are one line."""
+"""Spectra from files: every format gives the same points, notes say what is dropped, and bad files are one line."""
 
 from __future__ import annotations
 
@@ -7,12 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from damage import read_or_refused
 from spectrum_texts import FORMATS, F, Z, bare, csv, ec_lab
 
 from ilg_circuit.errors import InputError
-from ilg_circuit.identify.kramers_kronig import kramers_kronig
-from ilg_circuit.measurements.spectrum_files import is_spectrum, prepare_spectrum, read_spectrum
+from ilg_circuit.measurements.formats import FORMATS as REGISTERED
+from ilg_circuit.measurements.kind import RECORD, SPECTRUM
+from ilg_circuit.measurements.read import read, read_spectrum
+from ilg_circuit.measurements.spectrum import prepare_spectrum
+from ilg_circuit.measurements.text import read_lines
+
+
+def holds_spectrum(path: Path) -> bool:
+    lines = read_lines(path, RECORD).lines
+    return next(filter(None, (f.recognises(lines) for f in REGISTERED))) == SPECTRUM
 
 
 @pytest.mark.parametrize("name", FORMATS)
@@ -20,7 +27,7 @@ def test_every_format_gives_the_same_points(name: str, tmp_path: Path) -> None:
     path = tmp_path / "spectrum.txt"
     path.write_bytes(FORMATS[name]().encode("latin-1"))
     found = read_spectrum(path)
-    assert is_spectrum(path)
+    assert holds_spectrum(path)
     assert found.source == "spectrum.txt"
     assert found.frequency == pytest.approx(F[::-1], rel=1e-8)
     assert found.impedance == pytest.approx(Z[::-1], rel=1e-8, abs=1e-6)
@@ -35,7 +42,7 @@ def test_all_columns_that_ec_lab_writes(tmp_path: Path) -> None:
     rows = [f"{f:.7E}\t{z.real:.7E}\t{-z.imag:.7E}" + "\t1.0E+000" * 15 for f, z in zip(F, Z, strict=True)]
     path = tmp_path / "s.mpt"
     path.write_text("\n".join(["EC-Lab ASCII FILE", "Nb header lines : 3", "", header, *rows]), encoding="latin-1")
-    assert is_spectrum(path)
+    assert holds_spectrum(path)
     assert read_spectrum(path).impedance == pytest.approx(Z[::-1], rel=1e-6, abs=1e-6)
 
 
@@ -72,7 +79,7 @@ def test_what_is_dropped_is_told() -> None:
     found = prepare_spectrum(f, z, "s")
     assert found.frequency.tolist() == [0.2, 0.5, 1.0, 5.0, 100.0, 1e3]
     assert found.impedance.tolist() == [9 - 12j, 9 - 9j, 9 - 8j, 8 - 5j, 6 - 2j, 5 - 1j]
-    told = "; ".join(found.notes)
+    told = "; ".join(map(str, found.notes))
     assert "2 points without a number" in told
     assert "2 points whose frequency is not positive" in told
     assert "1 point with no sensible reading (a drop-out)" in told
@@ -90,7 +97,7 @@ def test_noise_about_a_resistance_is_not_taken_for_inductance() -> None:
 
 def test_passivity_is_watched() -> None:
     f = np.geomspace(1, 10, 8)
-    assert "1 point with Re Z below zero" in prepare_spectrum(f, np.r_[-1 - 1j, np.full(7, 1 - 1j)]).notes[0]
+    assert "1 point with Re Z below zero" in str(prepare_spectrum(f, np.r_[-1 - 1j, np.full(7, 1 - 1j)]).notes[0])
 
 
 @pytest.mark.parametrize(
@@ -128,7 +135,8 @@ def test_files_that_are_none(tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "none.csv"):
         with pytest.raises(InputError, match="cannot read"):
             read_spectrum(path)
-        assert not is_spectrum(path)
+        with pytest.raises(InputError, match="cannot read"):
+            read(path)
 
 
 @pytest.mark.parametrize("text", [b"1.5,2,3\n" * 600_000, b"frequency_Hz,re_ohm,im_ohm\n" + b"1,2,3\n" * 90_000])
@@ -145,27 +153,13 @@ def test_records_over_time_are_no_spectra(tmp_path: Path) -> None:
     path = tmp_path / "step.csv"
     t = np.arange(0.0, 10.0, 0.1).tolist()
     path.write_text("time_s,voltage_V,current_A\n" + "\n".join(f"{x},1,0.1" for x in t))
-    assert not is_spectrum(path)
+    assert not holds_spectrum(path)
     path.write_text("\n".join(f"{x + 0.1},1,0.1" for x in t))
-    assert not is_spectrum(path)
+    assert not holds_spectrum(path)
     path.write_text("time_s,frequency_Hz,voltage_V,current_A\n" + "\n".join(f"{x},1,1,0.1" for x in t))
-    assert not is_spectrum(path)
+    assert not holds_spectrum(path)
     path.write_text(bare())
-    assert is_spectrum(path)
-
-
-def test_damaged_files_end_in_a_spectrum_or_one_line(tmp_path: Path) -> None:
-    """Warnings are errors here, so an overflow on the way counts as a failure too."""
-
-    def read(path: Path) -> None:
-        is_spectrum(path)
-        found = read_spectrum(path)
-        assert np.isfinite(found.impedance).all()
-        assert (np.diff(found.frequency) > 0).all()
-        kramers_kronig(found)
-
-    outcomes = read_or_refused(tmp_path / "s.txt", range(400), FORMATS, read)
-    assert min(outcomes.values()) > 80, outcomes
+    assert holds_spectrum(path)
 
 
 def test_a_record_whose_times_look_like_frequencies_is_none(tmp_path: Path) -> None:
@@ -173,4 +167,4 @@ def test_a_record_whose_times_look_like_frequencies_is_none(tmp_path: Path) -> N
     t = np.concatenate([np.arange(0.1, 3.0, 0.2), np.arange(3.0, 100.0, 5.0)])
     path = tmp_path / "record.csv"
     path.write_text("t_s,voltage_V,current_A\n" + "\n".join(f"{x},1,0.1" for x in t.tolist()))
-    assert not is_spectrum(path)
+    assert not holds_spectrum(path)

@@ -12,10 +12,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ilg_circuit.errors import InputError
-from ilg_circuit.measurements.record_files import read_waveform
-from ilg_circuit.measurements.table import Table, read_table
+from ilg_circuit.measurements.kind import RECORD
+from ilg_circuit.measurements.read import read_columns, read_waveform
+from ilg_circuit.measurements.table import Table
 
 Reader = Callable[[str | bytes], Table]
+
+TIMES = RECORD.requiring("time")
 
 
 @pytest.fixture
@@ -23,7 +26,7 @@ def read(tmp_path: Path) -> Reader:
     def of(content: str | bytes) -> Table:
         path = tmp_path / "data.csv"
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return read_table(path)
+        return read_columns(path, TIMES)
 
     return of
 
@@ -112,7 +115,7 @@ def test_missing_columns_are_named_with_what_was_not_understood(read: Reader, tm
         read("zeit_s,voltage_V\n0,1\n1,2\n")
     read("time_s,voltage_V\n0,1\n1,2\n")
     with pytest.raises(InputError, match="no column for current"):
-        read_table(tmp_path / "data.csv", ("time", "current"))
+        read_columns(tmp_path / "data.csv", RECORD.requiring("time", "current"))
 
 
 # -- cells -------------------------------------------------------------------------------------------------------------
@@ -232,9 +235,9 @@ def test_what_is_no_table(read: Reader, content: str | bytes, hint: str) -> None
 
 def test_missing_files_and_folders(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"cannot read '.*none\.csv': No such file"):
-        read_table(tmp_path / "none.csv")
+        read_columns(tmp_path / "none.csv", TIMES)
     with pytest.raises(InputError, match="cannot read"):
-        read_table(tmp_path)
+        read_columns(tmp_path, TIMES)
 
 
 @pytest.mark.parametrize(
@@ -316,7 +319,8 @@ def test_a_waveform_of_blanks_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_real_measurement(shared_data: Callable[[str], Path]) -> None:
-    table = read_table(shared_data("ipmc_step/step_1V5.csv"), ("time", "voltage", "current", "displacement"))
+    needed = RECORD.requiring("time", "voltage", "current", "displacement")
+    table = read_columns(shared_data("ipmc_step/step_1V5.csv"), needed)
     assert len(table.time) == 1622
     assert table.ignored == ()
     assert set(table.columns) == {"time", "voltage", "current", "displacement", "force"}

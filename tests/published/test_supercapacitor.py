@@ -30,7 +30,7 @@ def test_file(found: SpectrumIdentification) -> None:
     f = found.spectrum.frequency
     assert len(f) == 43
     assert found.spectrum.impedance.imag.max() < 0  # the column holds -Im Z
-    assert "1 point from 200 kHz on, where Im Z is positive" in found.spectrum.notes[0]
+    assert "1 point from 200 kHz on, where Im Z is positive" in str(found.spectrum.notes[0])
 
 
 def test_it_is_linear_and_steady(found: SpectrumIdentification) -> None:

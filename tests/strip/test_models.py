@@ -16,7 +16,7 @@ from ilg_circuit.circuit.deck import deck
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify.current import fit_current
-from ilg_circuit.measurements.prepare import Channel, Measurement
+from ilg_circuit.measurements.record import Channel, Record
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate, transient_band
 from ilg_circuit.solve import transient
@@ -119,7 +119,7 @@ def test_every_fit_finds_the_truth(model: str) -> None:
     net = port_netlist(port_of(model, 2.0, band=transient_band(t)))
     true = transient(net, STAIRS, t, accuracy=1e-6, acceptable=1e-5).output("current")
     noise = 2e-4 * np.abs(true).max() * np.random.default_rng(5).standard_normal(len(t))
-    measured = Measurement("made up", 0.0, STAIRS, None, Channel(t, true + noise), None)
+    measured = Record("made up", 0.0, STAIRS, None, Channel(t, true + noise), None)
     found = fit_current(measured, 2.0, model)
     assert found.fit.names == electrical_model(model).names
     assert (np.abs(found.fit.values - values_of(model)) <= 4 * found.fit.errors).all()

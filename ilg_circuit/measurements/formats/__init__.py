@@ -1,0 +1,30 @@
+"""File formats, one a module, in the order in which a file is offered to them.
+
+To add one, write a module with `NAME`, `KINDS`, `recognises` and `read` (the protocol `Format`) and put it into
+`FORMATS`. The last, `csv`, takes whatever no other recognises: its errors say what a file needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from ..kind import Kind
+from ..table import Table
+from . import bare, csv, ec_lab, gamry, zplot
+
+
+class Format(Protocol):
+    """What the module of a file format holds: its ``NAME``, and the ``KINDS`` of data that its files may hold."""
+
+    NAME: str
+    KINDS: tuple[Kind, ...]
+
+    def recognises(self, lines: Sequence[str]) -> Kind | None:
+        """Return the kind of data in a file of this format, None for a file of another."""
+
+    def read(self, lines: Sequence[str], name: str, kind: Kind) -> Table:
+        """Return the columns of a ``kind`` in SI units; InputError, naming line and column, for what cannot be read."""
+
+
+FORMATS: tuple[Format, ...] = (gamry, zplot, ec_lab, bare, csv)

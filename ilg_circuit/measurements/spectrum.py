@@ -1,0 +1,121 @@
+"""Impedance spectra, ready for a fit: sorted, without drop-outs and without the inductive end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array, ComplexArray, Mask
+from ..errors import InputError
+from ..findings import Finding
+from .kind import SPECTRUM
+from .smoothing import noise_level
+from .table import Table
+
+_FEWEST_POINTS = 6
+#: Im Z above this part of abs(Z) at the upper end is an inductance's, not noise about zero.
+_INDUCTIVE = 1e-3
+#: Frequencies closer than this, relatively, are one.
+_SAME = 1e-6
+_LARGEST, _SMALLEST = 1e15, 1e-15
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """``impedance`` [ohm] (f,) at ``frequency`` [Hz] (f,), ascending; ``notes`` say what was left out."""
+
+    source: str
+    frequency: Array
+    impedance: ComplexArray
+    notes: tuple[Finding, ...] = ()
+
+    @property
+    def modulus(self) -> Array:
+        """abs(Z) [ohm]."""
+        return np.abs(self.impedance)
+
+    def without(self, points: Mask) -> Spectrum:
+        """Return the spectrum without some ``points`` (f,)."""
+        return Spectrum(self.source, self.frequency[~points], self.impedance[~points], self.notes)
+
+
+def spectrum_of(table: Table) -> Spectrum:
+    """Return the spectrum in the columns ``frequency`` [Hz], ``re`` and ``im`` [ohm] of a table.
+
+    Raises
+    ------
+    InputError
+        As `prepare_spectrum`.
+    """
+    z = np.empty(len(table.columns["re"]), dtype=complex)
+    z.real, z.imag = table.columns["re"], table.columns["im"]
+    return prepare_spectrum(table.columns["frequency"], z, table.source)
+
+
+def prepare_spectrum(frequency: ArrayLike, impedance: ArrayLike, source: str = "spectrum") -> Spectrum:
+    """Sort by ``frequency`` (f,) [Hz] and drop what is no reading of ``impedance`` (f,) [ohm].
+
+    Dropped are blanks, frequencies that are not positive, drop-outs (zero, or beyond all measure), repeated
+    frequencies, and the inductive end: the highest frequencies, as far down as Im Z is clearly positive.
+
+    Raises
+    ------
+    InputError
+        Fewer than six points remain, there are too many, or Im Z has the wrong sign.
+    """
+    f, z = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
+    if f.ndim != 1 or f.shape != z.shape:
+        raise InputError(f"{source}: frequencies of shape {f.shape} and impedances of shape {z.shape} are no spectrum")
+    if SPECTRUM.most_rows and len(f) > SPECTRUM.most_rows:
+        raise InputError(f"{source}: {len(f)} points; a spectrum has {SPECTRUM.most_rows} at most")
+    notes: list[Finding] = []
+
+    def drop(bad: Mask, code: str, **values: float) -> None:
+        nonlocal f, z
+        if bad.any():
+            notes.append(Finding(code, values={"count": int(bad.sum()), **values}))
+            f, z = f[~bad], z[~bad]
+
+    drop(~(np.isfinite(f) & np.isfinite(z)), "points-blank")
+    drop(~((f > _SMALLEST) & (f < _LARGEST)), "points-without-frequency")
+    with np.errstate(over="ignore"):
+        size = np.abs(z)
+    drop(~((size > _SMALLEST) & (size < _LARGEST)), "points-dropped-out")
+    order = np.argsort(f, kind="stable")
+    f, z = f[order], z[order]
+    repeated = np.zeros(len(f), dtype=bool)
+    repeated[1:] = np.diff(f) <= _SAME * f[1:]
+    drop(repeated, "points-repeated")
+    inductive = _inductive(z)
+    if inductive.sum() > 0.8 * len(f) > 0 or _turned(z[~inductive]):
+        raise InputError(
+            f"{source}: Im Z is positive over most of the band; a capacitor's is negative: if the column holds -Im Z, "
+            "call it minus_im_ohm"
+        )
+    if inductive.any():
+        drop(inductive, "points-inductive", least=float(f[inductive][0]))
+    if len(f) < _FEWEST_POINTS:
+        dropped = f" ({'; '.join(map(str, notes))})" if notes else ""
+        raise InputError(f"{source}: {len(f)} point{'s' * (len(f) != 1)} left, {_FEWEST_POINTS} are needed{dropped}")
+    if (z.real < 0).any():
+        notes.append(Finding("points-active", values={"count": int((z.real < 0).sum())}))
+    return Spectrum(source, f, z, tuple(notes))
+
+
+def _inductive(z: ComplexArray) -> Mask:
+    """Return the points (f,) of the upper end where Im Z is positive beyond noise."""
+    if not len(z):
+        return np.zeros(0, dtype=bool)
+    part = z.imag / np.abs(z)
+    positive = part > max(_INDUCTIVE, 4 * noise_level(part))
+    run = len(z) - int(np.argmin(positive[::-1])) if not positive.all() else 0
+    return np.arange(len(z)) >= run
+
+
+def _turned(z: ComplexArray) -> bool:
+    """Tell whether Im Z, apart from noise about zero, is positive rather than negative."""
+    part = z.imag / np.abs(z)
+    above, below = float(part[part > 0].sum()), -float(part[part < 0].sum())
+    return above > max(2 * below, 0.01 * len(z))

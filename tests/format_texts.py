@@ -1,0 +1,33 @@
+"""An example of every kind of data in every format that is read, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import record_texts
+import spectrum_texts
+
+from ilg_circuit.measurements.formats import FORMATS, Format
+from ilg_circuit.measurements.kind import LOAD_TEST, RECORD, SPECTRUM, Kind
+
+Texts = dict[str, Callable[[], str]]
+
+
+def load_test() -> str:
+    return "stretch,stress_kPa\n" + "".join(f"{1 + k / 20},{k * 3.7}\n" for k in range(30))
+
+
+#: name of a kind -> "format" or "format, variant" -> text
+TEXTS: dict[str, Texts] = {
+    RECORD.name: record_texts.FORMATS,
+    SPECTRUM.name: spectrum_texts.FORMATS,
+    LOAD_TEST.name: {"CSV": load_test},
+}
+
+#: Every format with every kind of data that its files may hold.
+PAIRS: tuple[tuple[Format, Kind], ...] = tuple((f, kind) for f in FORMATS for kind in f.KINDS)
+
+
+def examples(format_: Format, kind: Kind) -> Texts:
+    """Return the texts of one format that hold one kind of data."""
+    return {name: text for name, text in TEXTS[kind.name].items() if name.split(",")[0] == format_.NAME}
