@@ -78,7 +78,7 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
     require_arm()
     from ..arm.plots import SNAPSHOT_TIMES, animate, plot_motion, plot_reach, require_animation
     from ..files import require_writable
-    from ..report.plots import require_picture
+    from ..report.axes import require_picture
     from ..simulation.response import sample_times
     from ..units import parse
 

@@ -47,7 +47,7 @@ _SWEPT = {"inhibition": "", "adaptation": "", "tonic": "", "rise-time": "s", "ad
 def cpg(**options: Any) -> None:
     """A central pattern generator: whether it oscillates, period, amplitude, phases, outputs over time."""
     from ..files import require_writable
-    from ..report.plots import require_picture
+    from ..report.axes import require_picture
 
     _require_apart(options)
     for key in ("out", "deck_path"):

@@ -167,7 +167,7 @@ def _require_paths(options: dict[str, Any]) -> None:
     """Refuse files that cannot be written, and a missing library, before the work is done."""
     from ..extras import require_sensitivity
     from ..files import require_writable
-    from ..report.plots import require_picture
+    from ..report.axes import require_picture
 
     paths = [options[n].resolve() for n in ("json_path", "out", "front_path", *_PICTURES) if options[n]]
     if len(set(paths)) < len(paths):

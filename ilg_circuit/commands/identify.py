@@ -45,7 +45,7 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
     from ..identify import read_measurement
     from ..identify.report import plot_identification, table, write_actuator, write_json
     from ..measurements.spectrum_files import is_spectrum
-    from ..report.plots import require_picture
+    from ..report.axes import require_picture
     from ..strip.file import load_actuator
     from .identify_records import identify_together
     from .identify_spectrum import identify_file

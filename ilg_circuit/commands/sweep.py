@@ -67,7 +67,7 @@ def sweep(actuator: str, **options: Any) -> None:
     """
     from ..extras import require_study
     from ..files import require_writable
-    from ..report.plots import require_picture
+    from ..report.axes import require_picture
     from ..study.sweep import sweep as solve
 
     require_study(cluster=bool(options["cluster"]))

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ..circuit.strip import strip_netlist
 from ..fit.estimate import Method, Parameter
 from ..fit.residuals import autocorrelations
+from ..report.axes import BLUE, GREY, new_figure
 from ..report.page import Grid, Listing, Picture, Prose, Section, picture
-from ..report.plots import BLUE, GREY, new_figure
 from ..strip.actuator import Actuator
 from ..strip.file import dumps
 from ..units import format_quantity

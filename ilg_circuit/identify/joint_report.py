@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..report.plots import BLUE, GREY, ORANGE, engineering, save
+from ..report.axes import BLUE, GREY, ORANGE, engineering, save
 from ..units import format_quantity
 from .joint import JointFit
 from .joint_records import RecordFit

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .. import __version__
 from ..files import write_text
 from ..fit.estimate import Method, Parameter
-from ..report.plots import BLUE, GREY, ORANGE, engineering, new_figure, save
+from ..report.axes import BLUE, GREY, ORANGE, engineering, new_figure, save
 from ..strip.file import dumps
 from ..units import format_quantity
 from .identification import Identification

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .. import __version__
 from ..files import write_text
-from ..report.plots import BLUE, GREY, ORANGE, engineering, save
+from ..report.axes import BLUE, GREY, ORANGE, engineering, save
 from ..strip.file import dumps
 from ..strip.ladder import ComplexArray
 from ..units import format_quantity
