@@ -9,7 +9,7 @@ import click
 
 from ..errors import InputError
 from ..provenance import command_line
-from .progress import evaluation_counter
+from .progress import ProgressBar
 
 _OUT = click.Path(path_type=Path)
 
@@ -74,7 +74,7 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
         identify_file(data[0], base, held, options["model"], **chosen)
         return
     measurement = read_measurement(data[0])
-    with evaluation_counter() as advance:
+    with ProgressBar("evaluation", doing="fitting") as bar:
         result = fit(
             measurement,
             base=base,
@@ -82,7 +82,7 @@ def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance:
             electrode_resistance=held,
             engine=options["engine"],
             intervals=options["intervals"],
-            progress=advance,
+            progress=bar.count,
         )
     if options["out"]:
         write_actuator(result, options["out"])

@@ -12,7 +12,7 @@ import click
 from ..errors import InputError
 from ..provenance import command_line
 from ..strip.actuator import Actuator
-from .progress import evaluation_counter
+from .progress import ProgressBar
 
 
 def identify_together(
@@ -36,7 +36,7 @@ def identify_together(
         read_spectrum(path) if spectrum else read_measurement(path)
         for path, spectrum in zip(paths, spectra, strict=True)
     ]
-    with evaluation_counter() as advance:
+    with ProgressBar("evaluation", doing="fitting") as bar:
         result = fit_jointly(
             measurements,
             model=options["model"],
@@ -45,7 +45,7 @@ def identify_together(
             own=options["own"],
             bias=bias,
             engine=options["engine"],
-            progress=advance,
+            progress=bar.count,
         )
     if options["out"]:
         names = ", ".join(dict.fromkeys(r.source for r in result.records))

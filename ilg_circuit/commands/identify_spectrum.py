@@ -8,7 +8,7 @@ import click
 
 from ..provenance import command_line
 from ..strip.actuator import Actuator
-from .progress import evaluation_counter
+from .progress import ProgressBar
 
 
 def identify_file(
@@ -29,9 +29,9 @@ def identify_file(
     from ..measurements.spectrum_files import read_spectrum
 
     spectrum = read_spectrum(data)
-    with evaluation_counter() as advance:
+    with ProgressBar("evaluation", doing="fitting") as bar:
         result = identify_spectrum(
-            spectrum, base=base, model=model, electrode_resistance=held, intervals=intervals, progress=advance
+            spectrum, base=base, model=model, electrode_resistance=held, intervals=intervals, progress=bar.count
         )
     if out:
         write_spectrum_actuator(result, out)

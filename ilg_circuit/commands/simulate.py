@@ -10,7 +10,7 @@ import click
 from ..errors import InputError
 from .emit import emit, require_outputs
 from .options import FILE, beam_of, engine_option, output_options, outputs, run_options, sample_options, sampled
-from .progress import progress_bar
+from .progress import ProgressBar
 
 if TYPE_CHECKING:
     from ..identify.comparison import Compared
@@ -53,7 +53,7 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, **
     load = parse_load(load_text)
     how = {"tip": options["tip"], "beam": beam_of(strip, options["beam"], load), "load": load}
     require_outputs(outputs(options))
-    how_solved = {"engine": options["engine"], "accuracy": options["accuracy"], "progress": progress_bar()}
+    how_solved = {"engine": options["engine"], "accuracy": options["accuracy"], "progress": ProgressBar()}
     response = solve(strip, source, times, **how_solved, **how)
     if options["band"]:
         from ..simulation.prediction_band import prediction_band
