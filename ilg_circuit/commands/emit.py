@@ -10,18 +10,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from ..errors import InputError
-from ..result import Result
+
+if TYPE_CHECKING:
+    from ..result import Result
 
 #: Options -> files to write; None where an option was not given.
 Outputs = Mapping[str, Path | None]
-R = TypeVar("R", bound=Result)
+R = TypeVar("R", bound="Result")
 
 
 def require_outputs(outputs: Outputs, inputs: Mapping[str, Path | Iterable[Path] | None] | None = None) -> None:
@@ -67,6 +68,8 @@ def emit(
     also replace one of these three: it is called with the result and the path. ``text`` is printed in place of
     `Result.summary`; with ``as_json`` the plain data are. Warnings are ``result.warnings``, if it has any.
     """
+    from dataclasses import replace
+
     from ..provenance import command_line, provenance
 
     made = replace(result, provenance=provenance(command_line(), [path for path in inputs if path], seed))
