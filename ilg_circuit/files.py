@@ -62,7 +62,12 @@ def write_json(path: str | Path, content: Mapping[str, Any]) -> None:
 
 
 def write_csv(path: str | Path, columns: Mapping[str, Iterable[Any]]) -> None:
-    """Write ``columns`` (header -> numbers or words, all of one length) as CSV, whole or not at all.
+    """Write `csv_text` of ``columns``, whole or not at all."""
+    write_text(Path(path), csv_text(columns))
+
+
+def csv_text(columns: Mapping[str, Iterable[Any]]) -> str:
+    """Return ``columns`` (header -> numbers or words, all of one length) as CSV.
 
     Numbers have all their digits, so that reading gives them back to the last bit; NaN and None are blank.
     """
@@ -73,7 +78,7 @@ def write_csv(path: str | Path, columns: Mapping[str, Iterable[Any]]) -> None:
     writer.writerow(columns)
     lists = [column.tolist() if isinstance(column, np.ndarray) else list(column) for column in columns.values()]
     writer.writerows([None if cell != cell else cell for cell in row] for row in zip(*lists, strict=True))
-    write_text(Path(path), text.getvalue())
+    return text.getvalue()
 
 
 def _umask() -> int:

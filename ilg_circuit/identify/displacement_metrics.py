@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..drive import PiecewiseLinear
 from ..measurements.smoothing import Smoothed, smoothed, summit
-from ..simulation.step_metrics import SETTLING_BAND, StepFigures, step_figures
+from ..simulation.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
 from ..units import format_quantity
 from .displacement import DisplacementFit
 
@@ -45,8 +45,8 @@ class DisplacementFigures:
     """
 
     until: float
-    measured: StepFigures
-    model: StepFigures
+    measured: StepMetrics
+    model: StepMetrics
     windows: tuple[int, int]
     error: float
     time: Array
@@ -113,8 +113,8 @@ def displacement_figures(fit: DisplacementFit, drive: PiecewiseLinear) -> Displa
     resolution = _SEEN * float(np.hypot(error, float(np.median(curve.stderr))))
     return DisplacementFigures(
         until=float(t[-1]),
-        measured=_with_summit(step_figures(t, curve.values, tail=TAIL, resolution=resolution), t, data, curve),
-        model=step_figures(t, model, tail=TAIL, resolution=1e-6 * float(np.ptp(model))),
+        measured=_with_summit(step_metrics(t, curve.values, tail=TAIL, resolution=resolution), t, data, curve),
+        model=step_metrics(t, model, tail=TAIL, resolution=1e-6 * float(np.ptp(model))),
         windows=(int(curve.widths.min()), int(curve.widths.max())),
         error=error,
         time=t,
@@ -122,7 +122,7 @@ def displacement_figures(fit: DisplacementFit, drive: PiecewiseLinear) -> Displa
     )
 
 
-def _with_summit(figures: StepFigures, t: Array, data: Array, curve: Smoothed) -> StepFigures:
+def _with_summit(figures: StepMetrics, t: Array, data: Array, curve: Smoothed) -> StepMetrics:
     """The figures with the peak, where there is one, of a cubic through all samples about it."""
     if not np.isfinite(figures.peak_time):
         return figures
@@ -154,12 +154,12 @@ def constant_until(drive: PiecewiseLinear) -> float:
     return float(drive.times[k]) if drive.times[k] == drive.times[k - 1] else 0.0
 
 
-def _json(figures: StepFigures) -> dict[str, float | None]:
+def _json(figures: StepMetrics) -> dict[str, float | None]:
     values = {name: float(value) for name, value in vars(figures).items()}
     return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
 
-def _text(name: str, figures: StepFigures, unit: str) -> str:
+def _text(name: str, figures: StepMetrics, unit: str) -> str:
     number = float(getattr(figures, name))
     if not np.isfinite(number) or (name in _OF_A_PEAK and not np.isfinite(figures.peak_time)):
         return "none seen"

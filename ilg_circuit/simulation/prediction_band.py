@@ -51,7 +51,7 @@ def prediction_band(
     load: Load | None = None,
     engine: str = "ngspice",
 ) -> Band:
-    """The band for `ilg_circuit.simulation.response.simulate` with the same arguments.
+    """Return the band for `ilg_circuit.simulation.response.simulate` with the same arguments.
 
     Raises InputError where the actuator brings no covariance (it was not fitted), or one whose names it does not have.
     """
@@ -79,7 +79,7 @@ def prediction_band(
 
 
 def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, float]) -> Actuator:
-    """The actuator with fitted parameters multiplied by ``factors``; ``band`` [Hz] is that of a ladder."""
+    """Return the actuator with fitted parameters multiplied by ``factors``; ``band`` [Hz] is for a ladder."""
     uncertainty = actuator.uncertainty
     assert uncertainty is not None
     model = electrical_model(uncertainty.model)

@@ -161,7 +161,7 @@ class _Propagators:
         self._kept: dict[str, Array] = {}
 
     def of(self, interval: int) -> Array:
-        """Exponentials (n, fractions, states, states); those of widths that do not come again are forgotten."""
+        """Exponentials (n, fractions, states, states); widths that do not come again are forgotten."""
         key, width = self._keys[interval], float(self._widths[interval])
         if key not in self._kept:
             if len(self._kept) > _MOST_KEPT:
