@@ -85,6 +85,6 @@ clean:
 	@$(pip) install -e '.[bench]'
 	@touch $@
 
-.venv/.stamp-ngspice: scripts/get_ngspice.py .venv/.stamp-venv
+.venv/.stamp-ngspice: scripts/get_ngspice.py .venv/.stamp-package
 	@$(bin)/python scripts/get_ngspice.py
 	@touch $@

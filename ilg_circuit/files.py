@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import csv
+import json
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from io import StringIO
 from pathlib import Path
+from typing import Any
 
 from .errors import InputError
 
@@ -50,6 +54,31 @@ def write_text(path: Path, text: str) -> None:
     """Write ``text`` as UTF-8 with ``\\n`` line ends, whole or not at all."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_json(path: str | Path, content: Mapping[str, Any]) -> None:
+    """Write ``content`` as JSON, whole or not at all; a number that is not finite raises ValueError."""
+    write_text(Path(path), json.dumps(content, indent=2, allow_nan=False) + "\n")
+
+
+def write_csv(path: str | Path, columns: Mapping[str, Iterable[Any]]) -> None:
+    """Write `csv_text` of ``columns``, whole or not at all."""
+    write_text(Path(path), csv_text(columns))
+
+
+def csv_text(columns: Mapping[str, Iterable[Any]]) -> str:
+    """Return ``columns`` (header -> numbers or words, all of one length) as CSV.
+
+    Numbers have all their digits, so that reading gives them back to the last bit; NaN and None are blank.
+    """
+    import numpy as np
+
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    lists = [column.tolist() if isinstance(column, np.ndarray) else list(column) for column in columns.values()]
+    writer.writerows([None if cell != cell else cell for cell in row] for row in zip(*lists, strict=True))
+    return text.getvalue()
 
 
 def _umask() -> int:

@@ -40,7 +40,7 @@ class Provenance:
 
 def provenance(call: str = "", inputs: Iterable[str | Path] = (), seed: int | None = None) -> Provenance:
     """Return the provenance of a result made by ``call`` from files; what is no file (a preset) has no hash."""
-    digests = {Path(path).name: digest(path) for path in inputs if Path(path).is_file()}
+    digests = {str(path): digest(path) for path in inputs if Path(path).is_file()}
     return Provenance(call=call, inputs=digests, seed=seed)
 
 

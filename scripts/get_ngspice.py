@@ -4,18 +4,17 @@ In this order: a library that is already there; Debian's package, as root or wit
 same package unpacked into the virtual environment, which needs no rights; Homebrew.
 """
 
-import ctypes
-import ctypes.util
 import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 
-PRIVATE = Path(sys.prefix) / "lib" / "ngspice"
+from ilg_circuit.errors import MissingLibraryError
+from ilg_circuit.solve.library import candidates, loads, private_folder
+
 BY_HAND = (
     "install it (Debian, Ubuntu: apt-get install libngspice0; Fedora: dnf install libngspice; Arch: pacman -S ngspice; "
     "macOS: brew install libngspice), or let NGSPICE_LIBRARY_PATH name the file"
@@ -41,51 +40,8 @@ def main() -> int:
     return 1
 
 
-def find() -> str | None:
+def find() -> Path | None:
     return next((library for library in candidates() if loads(library)), None)
-
-
-def candidates() -> Iterator[str]:
-    if named := os.environ.get("NGSPICE_LIBRARY_PATH"):
-        yield named
-    folders = [
-        PRIVATE,
-        *Path("/usr/lib").glob("*-linux-gnu*"),
-        *map(Path, ("/usr/lib64", "/usr/lib", "/usr/local/lib", "/opt/homebrew/lib")),
-    ]
-    if conda := os.environ.get("CONDA_PREFIX"):
-        folders.append(Path(conda) / "lib")
-    for folder in folders:
-        for pattern in ("libngspice.so*", "libngspice*.dylib"):
-            yield from map(str, sorted(folder.glob(pattern)))
-    if known := ctypes.util.find_library("ngspice"):
-        yield known
-    if shutil.which("brew"):
-        prefix = subprocess.run(["brew", "--prefix", "libngspice"], capture_output=True, text=True).stdout.strip()
-        yield str(Path(prefix) / "lib" / "libngspice.dylib")
-
-
-def loads(library: str) -> bool:
-    """Whether the library really loads: one for another processor, or without its dependencies, is no use."""
-    if Path(library).parent == PRIVATE:
-        preload([path for path in PRIVATE.iterdir() if not path.name.startswith("libngspice")])
-    try:
-        ctypes.CDLL(library)
-    except OSError:
-        return False
-    return True
-
-
-def preload(libraries: list[Path]) -> None:
-    """Loads what ngspice needs, which the dynamic linker would not look for in a folder of ours."""
-    for _ in libraries:  # they may need each other: as many rounds as could ever help
-        missing = []
-        for library in libraries:
-            try:
-                ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
-            except OSError:
-                missing.append(library)
-        libraries = missing
 
 
 def install_with_apt() -> str | None:
@@ -130,8 +86,8 @@ def unpack_with_apt() -> str | None:
         for path in (room / "root").rglob("lib*.so*"):
             if re.fullmatch(r"lib.+\.so(\.\d+)*", path.name) and path.is_file():
                 shutil.copy2(path, room / "kept" / path.name, follow_symlinks=False)
-        shutil.rmtree(PRIVATE, ignore_errors=True)
-        shutil.copytree(room / "kept", PRIVATE, symlinks=True)
+        shutil.rmtree(private_folder(), ignore_errors=True)
+        shutil.copytree(room / "kept", private_folder(), symlinks=True)
     return f"unpacked Debian's {', '.join(missing)} without root"
 
 
@@ -156,4 +112,7 @@ def last_line(error: Exception) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except MissingLibraryError as error:
+        sys.exit(f"ngspice: {error}")

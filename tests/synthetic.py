@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilg_circuit.drive import Drive, PiecewiseLinear, Sine
-from ilg_circuit.identify import Record
+from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.simulation.response import simulate

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import stat
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from ilg_circuit import files
 from ilg_circuit.errors import InputError
-from ilg_circuit.files import replacing, require_writable, write_text
+from ilg_circuit.files import replacing, require_writable, write_csv, write_json, write_text
 
 
 def only(folder: Path) -> dict[str, str]:
@@ -128,3 +131,21 @@ def test_a_link_is_written_through(tmp_path: Path) -> None:
     write_text(link, "new")
     assert link.is_symlink()
     assert target.read_text() == "new"
+
+
+def test_csv_gives_every_bit_back_and_blanks_for_what_is_not_known(tmp_path: Path) -> None:
+    values = np.array([0.1 + 0.2, 1e-300, math.nan])
+    write_csv(tmp_path / "a.csv", {"x_m": values, "n": [1, None, 3], "what": ["cycle", "at rest", "a, b"]})
+    assert (tmp_path / "a.csv").read_bytes() == (
+        b'x_m,n,what\n0.30000000000000004,1,cycle\n1e-300,,at rest\n,3,"a, b"\n'
+    )
+    with pytest.raises(ValueError, match="zip"):
+        write_csv(tmp_path / "a.csv", {"x": [1.0], "y": [1.0, 2.0]})
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_json_holds_no_number_that_is_none(tmp_path: Path) -> None:
+    write_json(tmp_path / "a.json", {"x": 0.1, "y": None})
+    assert json.loads((tmp_path / "a.json").read_text()) == {"x": 0.1, "y": None}
+    with pytest.raises(ValueError, match="JSON"):
+        write_json(tmp_path / "a.json", {"x": math.nan})

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import InputError
 from ..files import replacing, require_writable
-from ..report.plots import BLUE, GREY, ORANGE, engineering, save
+from ..report.axes import BLUE, GREY, ORANGE, engineering, save
 from ..units import format_quantity
 from .compiled import Array
 from .motion import Motion

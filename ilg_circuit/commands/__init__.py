@@ -1,42 +1,22 @@
-"""The commands of `ilg-circuit`, one a module, each of which imports what it needs when it is called.
+"""The commands of `ilg-circuit`, one a module of its name, imported when it is called.
 
 In: options. Out: files, text and an exit code. May import: every room.
 """
 
-from __future__ import annotations
-
-from . import (
-    arm,
-    cpg,
-    demo,
-    design,
-    doctor,
-    identify,
-    impedance,
-    netlist,
-    ogden,
-    reproduce,
-    sense,
-    show,
-    simulate,
-    sweep,
-)
-
-COMMANDS = (
-    show.show,
-    simulate.simulate,
-    netlist.netlist,
-    identify.identify,
-    impedance.impedance,
-    sense.sense,
-    ogden.ogden,
-    cpg.cpg,
-    arm.arm,
-    sweep.sweep,
-    design.design,
-    reproduce.reproduce,
-    demo.demo,
-    doctor.doctor,
-)
-
-__all__ = ["COMMANDS"]
+#: Command -> the first sentence of its help: listing them imports none of them.
+COMMANDS = {
+    "arm": "Move a soft arm and write its motion.",
+    "cpg": "A central pattern generator: whether it oscillates, period, amplitude, phases, outputs over time.",
+    "demo": "The whole flow once, with pictures: simulate, check, measure with noise, identify, hand out.",
+    "design": "Look for the strip, within ranges, that does what is required: best, or on a Pareto front.",
+    "doctor": "Versions, the ngspice library, and a self-check against the closed form.",
+    "identify": "Fit a strip to a measured step, waveform or impedance spectrum.",
+    "impedance": "The small-signal spectrum at the strip's terminals, by AC analysis about a bias voltage.",
+    "netlist": "Write the strip as a SPICE netlist.",
+    "ogden": "Fit a hyperelastic material to load tests, all of them together.",
+    "reproduce": "Remake every table and figure of both papers, and compare.",
+    "sense": "Move a strip's tip and write what its terminals show.",
+    "show": "Geometry, lumped elements, and where the model holds.",
+    "simulate": "Drive a strip and write its current, displacement, force and charge over time.",
+    "sweep": "Vary a strip, its drive or its load, and write what each design does: one netCDF file with units.",
+}

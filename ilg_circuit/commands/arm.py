@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +12,7 @@ import click
 
 from ..errors import InputError
 from ..extras import require_arm
+from .progress import ProgressBar
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -78,7 +77,7 @@ def arm(duration: str, step: str | None, out: Path, animation: Path | None, plot
     require_arm()
     from ..arm.plots import SNAPSHOT_TIMES, animate, plot_motion, plot_reach, require_animation
     from ..files import require_writable
-    from ..report.plots import require_picture
+    from ..report.axes import require_picture
     from ..simulation.response import sample_times
     from ..units import parse
 
@@ -147,7 +146,7 @@ def _moved(body: Arm, options: dict[str, Any], seconds: float, times: NDArray[An
     drive = coupled.activation(body) if coupled else _prescribed(body, options, seconds)
     _tell_of_compiling()
     how = {name: options[name] for name in ("method", "tolerance")}
-    with _progress("moving") as advance:
+    with ProgressBar("", doing="moving") as advance:
         motion = simulate(body, drive, times, start=_start(body, drive, options), progress=advance, **how)
     return (replace(motion, signals=coupled.signals(motion.time)) if coupled else motion), coupled
 
@@ -166,7 +165,7 @@ def _reached(body: Arm, options: dict[str, Any], seconds: float, times: NDArray[
     within = parse(options["within"], "m", "--within") if options["within"] is not None else None
     strip = load_actuator(options["actuator"])
     _tell_of_compiling()
-    with _progress("searching") as advance:
+    with ProgressBar("", doing="searching") as advance:
         return reach_target(
             body,
             target,
@@ -291,12 +290,3 @@ def _summary(motion: Motion) -> list[str]:
         "largest term",
     ]
     return lines + [f"{e.time:.4g} s: {e.text}" for e in motion.events if not e.text.startswith("warning: ")]
-
-
-@contextmanager
-def _progress(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar on stderr that shows up when the work takes more than a second, and only in a terminal."""
-    from tqdm import tqdm
-
-    with tqdm(total=1, delay=1.0, disable=None, leave=False, desc=what, bar_format="{l_bar}{bar}") as bar:
-        yield lambda done, total: bar.update(done / total - bar.n)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..errors import InputError
+from .progress import ProgressBar
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,7 +46,7 @@ _SWEPT = {"inhibition": "", "adaptation": "", "tonic": "", "rise-time": "s", "ad
 def cpg(**options: Any) -> None:
     """A central pattern generator: whether it oscillates, period, amplitude, phases, outputs over time."""
     from ..files import require_writable
-    from ..report.plots import require_picture
+    from ..report.axes import require_picture
 
     _require_apart(options)
     for key in ("out", "deck_path"):
@@ -90,7 +89,7 @@ def _run(options: dict[str, Any]) -> None:
     else:
         step = parse(options["step"], "s", "--step") if options["step"] else None
         times = sample_times(seconds, samples=options["samples"], step=step)
-    with _bar(seconds, "s") as advance:
+    with ProgressBar("s", total=seconds) as advance:
         result = run(network, times, start, engine=options["engine"], progress=advance)
     if options["out"]:
         result.write_csv(options["out"])
@@ -126,8 +125,8 @@ def _sweep(options: dict[str, Any]) -> None:
         return _network(options, **{key: value})
 
     start = _start(options["start"])
-    with _bar(len(values), "networks") as advance:
-        found = sweep(build, name, values, start, progress=lambda done, _: advance(done))
+    with ProgressBar("networks") as advance:
+        found = sweep(build, name, values, start, progress=advance)
     if options["out"]:
         found.write_csv(options["out"])
     if options["plot"]:
@@ -203,16 +202,3 @@ def _swept_values(text: str) -> tuple[str, NDArray[Any]]:
     if not parts[2].strip().isdecimal() or not 1 <= int(parts[2]) <= MOST_VALUES:
         raise InputError(f"--sweep: '{parts[2]}' is no number of values; give 1 to {MOST_VALUES}")
     return name, np.linspace(low, high, int(parts[2]))
-
-
-@contextmanager
-def _bar(total: float, unit: str) -> Iterator[Callable[[float], None]]:
-    """A progress bar on stderr that shows up when the work takes more than a second, and only in a terminal."""
-    from tqdm import tqdm
-
-    with tqdm(total=total, delay=1.0, disable=None, leave=False, unit=unit) as bar:
-
-        def advance(done: float) -> None:
-            bar.update(done - bar.n)
-
-        yield advance

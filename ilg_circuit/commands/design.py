@@ -9,7 +9,7 @@ import click
 
 from ..errors import InputError, SolveError
 from .options import base_of, run_options
-from .progress import progress_bar, simulation_counter
+from .progress import ProgressBar
 
 if TYPE_CHECKING:
     from ..study.design import Question
@@ -70,8 +70,8 @@ def design(actuator: str, **options: Any) -> None:
     from ..study.threads import one_thread
 
     _require_paths(options)
-    with simulation_counter() as count, one_thread():
-        question, findings = _find(actuator, options, confidence, count)
+    with ProgressBar("simulation", doing="searching") as bar, one_thread():
+        question, findings = _find(actuator, options, confidence, bar.count)
     feasible = findings.design is None or findings.design.feasible
     if options["json_path"]:
         findings.write_json(options["json_path"])
@@ -121,7 +121,7 @@ def _find(
             sure = sensitivity(best)
         wanted = Question(space, best.question.requirements, wanted.objective, options["seed"])
     if front_of and (best is None or best.feasible):
-        front = pareto_front(wanted, front_of, points=options["points"], progress=progress_bar("point"))
+        front = pareto_front(wanted, front_of, points=options["points"], progress=ProgressBar("point"))
     if options["sobol"]:
         asked = {q.name: q for q in (*wanted.quantities, *(o.quantity for o in front_of)) if q.outputs}
         indices = sobol_indices(space, tuple(asked.values()), seed=options["seed"])
@@ -167,7 +167,7 @@ def _require_paths(options: dict[str, Any]) -> None:
     """Refuse files that cannot be written, and a missing library, before the work is done."""
     from ..extras import require_sensitivity
     from ..files import require_writable
-    from ..report.plots import require_picture
+    from ..report.axes import require_picture
 
     paths = [options[n].resolve() for n in ("json_path", "out", "front_path", *_PICTURES) if options[n]]
     if len(set(paths)) < len(paths):

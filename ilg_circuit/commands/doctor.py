@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Iterator
-from importlib.metadata import PackageNotFoundError, version
 
 import click
 
@@ -26,6 +24,8 @@ def doctor() -> None:
 
 def examine() -> Iterator[str]:
     """Lines of the report, one after the other; raises an IlgError at the first thing that is broken."""
+    import platform
+
     import numpy as np
 
     from ..drive import PiecewiseLinear
@@ -54,6 +54,8 @@ def examine() -> Iterator[str]:
 
 
 def _version(name: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
     try:
         return version(name)
     except PackageNotFoundError:

@@ -2,107 +2,91 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import click
 
 from ..errors import InputError
-from ..provenance import command_line
-from .progress import evaluation_counter
-
-_OUT = click.Path(path_type=Path)
+from .emit import emit, require_outputs
+from .options import engine_option, output_options, outputs
+from .progress import ProgressBar
 
 
 @click.command()
 @click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
 @click.option("--model", default="auto", show_default=True, help="rc, rc2, rc3, warburg, cpe; +sinh, +growing; auto.")
-@click.option("--electrode-resistance", help="Held, such as 2ohm; fit: of several files.  [default: the actuator's]")
+@click.option("--electrode-resistance", help="Held, such as 2ohm; fit: nonlinear models.  [default: the actuator's]")
 @click.option("--own", multiple=True, help="A parameter that each of several files has for itself; may be repeated.")
-@click.option("--bias", multiple=True, help="Of spectra among several files: 1V, or FILE=1V for one of them.")
-@click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
+@click.option("--bias", multiple=True, help="Of spectra: 1V, or FILE=1V for one of them.")
+@engine_option
 @click.option(
     "--intervals",
     type=click.Choice(["covariance", "bootstrap", "profile", "mcmc"]),
     default="covariance",
     show_default=True,
-    help="How 95 % intervals are made; covariance: by a block bootstrap where residuals are alike.",
+    help="How 95 % intervals are made; covariance: by a block bootstrap where residuals are autocorrelated.",
 )
-@click.option("--out", type=_OUT, help="TOML file for the fitted actuator.")
-@click.option("--json", "json_path", type=_OUT, help="JSON file for the result.")
-@click.option("--plot", type=_OUT, help="Picture of data, fit and residuals (.png, .pdf, .svg).")
-@click.option("--report", type=_OUT, help="One HTML file with all of it.")
-def identify(data: tuple[Path, ...], actuator: str | None, electrode_resistance: str | None, **options: Any) -> None:
-    """Fit a strip to a measured step, waveform or impedance spectrum.
+@output_options("TOML file for the fitted actuator.", "Picture of data, fit and residuals (.png, .pdf, .svg).")
+@click.pass_context
+def identify(context: click.Context, data: tuple[Path, ...], actuator: str | None, **options: Any) -> None:
+    """Fit a strip to measured steps, waveforms and impedance spectra.
 
     DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm; or a
     spectrum: frequency_Hz, re_ohm, im_ohm, or what EC-Lab (text), Gamry (.DTA) and ZPlot (.z) export. Several files of
     one strip, records and spectra, are fitted together, and each is predicted from the others.
     """
-    from ..files import require_writable
     from ..identify import identify as fit
-    from ..identify.report import plot_identification, table, write_actuator, write_json
     from ..measurements.read import read
     from ..measurements.spectrum import Spectrum
-    from ..report.plots import require_picture
+    from ..report.identification import write_actuator
     from ..strip.file import load_actuator
-    from .identify_records import identify_together
-    from .identify_spectrum import identify_file
 
-    outputs = [options[k] for k in ("out", "json_path", "plot", "report") if options[k]]
-    if len({p.resolve() for p in (*data, *outputs)}) < len(data) + len(outputs):
-        raise InputError("two of DATA, --out, --json, --plot and --report name the same file; give each its own")
-    for path in (options["out"], options["json_path"], options["report"]):
-        if path:
-            require_writable(path)
-    if options["plot"]:
-        require_picture(options["plot"])
+    require_outputs(outputs(options), {"DATA": data})
     base = load_actuator(actuator) if actuator else None
-    if len(data) > 1:
-        if options["intervals"] != "covariance":
-            raise InputError("--intervals is for one file; several together have the covariance's")
-        free = electrode_resistance == "fit"
-        identify_together(data, base, "fit" if free else resistance(electrode_resistance), options)
-        return
-    for name in ("own", "bias"):
-        if options[name]:
-            raise InputError(f"--{name} is for several files fitted together, and there is one")
-    held = resistance(electrode_resistance)
-    measurement = read(data[0])
-    if isinstance(measurement, Spectrum):
-        chosen = {k: options[k] for k in ("intervals", "out", "json_path", "plot", "report")}
-        identify_file(measurement, base, held, options["model"], **chosen)
-        return
-    with evaluation_counter() as advance:
+    given = options["electrode_resistance"]
+    files = [read(path) for path in data]
+    spectra = [isinstance(file, Spectrum) for file in files]
+    bias = biases(data, spectra, options["bias"])
+    if all(spectra) and context.get_parameter_source("engine") is click.core.ParameterSource.COMMANDLINE:
+        click.echo("warning: spectra are fitted by their closed form: --engine has no effect on them", err=True)
+    with ProgressBar("evaluation", doing="fitting") as bar:
         result = fit(
-            measurement,
+            files,
             base=base,
             model=options["model"],
-            electrode_resistance=held,
+            electrode_resistance=resistance(given),
+            own=options["own"],
+            bias=bias,
             engine=options["engine"],
             intervals=options["intervals"],
-            progress=advance,
+            progress=bar.count,
         )
-    if options["out"]:
-        write_actuator(result, options["out"])
-    if options["json_path"]:
-        write_json(result, options["json_path"])
-    if options["plot"]:
-        plot_identification(result, options["plot"])
-    if options["report"]:
-        from ..identify.html_report import write_report
-
-        write_report(result, options["report"], command_line())
-    click.echo(table(result))
-    for line in result.warnings:
-        click.echo(f"warning: {line}", err=True)
+    emit(result, outputs(options), inputs=(*data, actuator), seed=result.seed, writers={"--out": write_actuator})
 
 
-def resistance(text: str | None) -> float | None:
-    """What --electrode-resistance was given, in ohm."""
+def resistance(text: str | None) -> float | Literal["fit"] | None:
+    """Return what --electrode-resistance was given, in ohm."""
     from ..units import parse
 
     if text == "fit":
-        raise InputError("--electrode-resistance fit needs several files of different voltages and a nonlinear model")
+        return "fit"
     return parse(text, "ohm", "--electrode-resistance") if text else None
+
+
+def biases(paths: Sequence[Path], spectra: Sequence[bool], given: Sequence[str]) -> list[float]:
+    """Return the bias [V] of every file from what ``--bias`` was given: VOLTAGE for all spectra, or FILE=VOLTAGE."""
+    from ..units import parse
+
+    found = [0.0] * len(paths)
+    for text in sorted(given, key=lambda t: "=" in t):
+        name, _, voltage = text.rpartition("=")
+        chosen = [k for k, path in enumerate(paths) if spectra[k] and (not name or name in (str(path), path.name))]
+        if not chosen:
+            what = f"'{name}' is not one of them" if name else "there is none"
+            raise InputError(f"--bias {text}: it is for the spectra among the files, and {what}")
+        for k in chosen:
+            found[k] = parse(voltage, "V", "--bias")
+    return found

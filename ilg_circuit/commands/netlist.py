@@ -7,19 +7,17 @@ from pathlib import Path
 import click
 
 from ..errors import InputError
-from .options import beam_of, beam_option
-
-_OUT = click.Path(path_type=Path)
+from .options import FILE, beam_of, beam_option, tip_option
 
 
 @click.command()
 @click.argument("actuator")
 @click.option("--drive", default="step:4V", show_default=True, help="Drive of a .cir deck, as for simulate.")
 @click.option("--duration", default="300s", show_default=True, help="Duration of a .cir deck.")
-@click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
+@tip_option
 @beam_option
 @click.option("--load", "load_text", help="As for simulate.")
-@click.option("--out", type=_OUT, required=True, help=".cir: a deck that runs as it is; .lib: a subcircuit.")
+@click.option("--out", type=FILE, required=True, help=".cir: a deck that runs as it is; .lib: a subcircuit.")
 def netlist(
     actuator: str, drive: str, duration: str, tip: str, beam: str | None, load_text: str | None, out: Path
 ) -> None:
@@ -28,6 +26,7 @@ def netlist(
     from ..circuit.library import library
     from ..circuit.strip import parse_load, strip_netlist
     from ..files import write_text
+    from ..provenance import command_line, provenance
     from ..simulation.drives import parse_drive
     from ..strip.file import load_actuator
     from ..units import parse
@@ -44,5 +43,14 @@ def netlist(
         text = deck(circuit, parse_drive(drive, seconds), seconds, strip)
     else:
         raise InputError(f"cannot tell what to write to '{out}': end its name in .cir (a deck) or .lib (a subcircuit)")
-    write_text(out, text)
+    made = provenance(command_line(), [actuator, drive.removeprefix("file:")])
+    write_text(out, _with_origin(text, made.lines()[1:]))
     click.echo(f"wrote {out}")
+
+
+def _with_origin(text: str, lines: list[str]) -> str:
+    """The netlist with its origin as comments after the line that says what wrote it."""
+    from ..circuit.netlist import plain
+
+    written = text.index("\n", text.index("* written by ")) + 1
+    return text[:written] + "".join(f"* {plain(line)}\n" for line in lines) + text[written:]

@@ -64,7 +64,7 @@ def ogden(
     from ..files import require_writable
     from ..hyperelastic import characterise, read_load_test
     from ..hyperelastic.report import plot_characterisation, table, to_json, write_actuator
-    from ..report.plots import require_picture
+    from ..report.axes import require_picture
     from ..strip.file import load_actuator
 
     named = [*files.values(), *(path for path in (plot, report, out) if path)]

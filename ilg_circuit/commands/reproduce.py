@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from ..errors import InputError
-from .progress import progress_bar
+from .progress import ProgressBar
 
 
 @click.command()
@@ -30,7 +30,7 @@ def reproduce(outdir: Path | None, only: str | None, listed: bool) -> int:
     if outdir is None:
         raise InputError("OUTDIR is missing; name a folder for the results, or --list the items")
     prepared(outdir)
-    outcomes = make(items, progress_bar("item"))
+    outcomes = make(items, ProgressBar("item"))
     written = write(outcomes, outdir)
     for outcome in outcomes:
         click.echo(f"{outcome.item.id:<10}{outcome.light:<10}{outcome.agreement}")

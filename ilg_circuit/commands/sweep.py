@@ -12,7 +12,7 @@ import click
 
 from ..errors import InputError
 from .options import base_of, run_options
-from .progress import progress_bar
+from .progress import ProgressBar
 
 if TYPE_CHECKING:
     from ..study.plan import Plan
@@ -67,7 +67,7 @@ def sweep(actuator: str, **options: Any) -> None:
     """
     from ..extras import require_study
     from ..files import require_writable
-    from ..report.plots import require_picture
+    from ..report.axes import require_picture
     from ..study.sweep import sweep as solve
 
     require_study(cluster=bool(options["cluster"]))
@@ -88,7 +88,7 @@ def sweep(actuator: str, **options: Any) -> None:
         options["out"],
         jobs=options["jobs"],
         cluster=options["cluster"],
-        progress=progress_bar("design", begun=True),
+        progress=ProgressBar("design", begun=True),
         command="ilg-circuit " + shlex.join(sys.argv[1:]),
     )
     _report(question, done)

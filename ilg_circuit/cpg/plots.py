@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..report.plots import BLUE, GREY, ORANGE, new_figure, save
+from ..report.axes import BLUE, GREY, ORANGE, new_figure, save
 from .flow import Flow, sampled
 from .sweep import Sweep
 

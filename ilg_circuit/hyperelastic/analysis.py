@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..fit.residuals import autocorrelation
+from ..fit.criteria import autocorrelation
 from ..measurements.load_test import LoadTest
 from ..units import format_quantity
 from .fit import FIXED, MOST_TERMS, HyperelasticFit, describe, fit_model

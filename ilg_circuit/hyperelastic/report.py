@@ -12,7 +12,7 @@ import numpy as np
 from .. import __version__
 from ..errors import InputError
 from ..fit.estimate import Parameter
-from ..report.plots import BLUE, GREY, ORANGE, engineering, new_figure, save
+from ..report.axes import BLUE, GREY, ORANGE, engineering, new_figure, save
 from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
 from ..units import format_quantity

@@ -13,12 +13,12 @@ from ..measurements.record import Channel, Record
 from ..measurements.smoothing import noise_level
 from ..simulation.prediction_band import prediction_band
 from ..simulation.response import simulate
+from ..simulation.waveforms import WAVEFORMS
 from ..strip.actuator import Actuator
 from ..units import format_quantity
 
 Array = NDArray[np.float64]
 
-_UNITS = {"current": "A", "displacement": "m"}
 _NORMAL_95 = 1.96
 
 
@@ -58,7 +58,7 @@ class Compared:
 
     def line(self) -> str:
         """The comparison in a line."""
-        unit = _UNITS[self.quantity]
+        unit = WAVEFORMS[self.quantity].unit
         told = f"{self.source}: {self.quantity} differs by {format_quantity(self.rms, unit, 3)} rms"
         told += f" ({self.rms / self.largest:.2%} of its largest, {len(self.time)} samples)"
         if self.covered is not None:

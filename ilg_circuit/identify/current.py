@@ -16,7 +16,7 @@ from ..findings import Finding
 from ..fit.fitting import fit, with_starts
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
-from ..measurements.prepare import Measurement
+from ..measurements.record import Record
 from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.models import ElectricalModel
@@ -41,7 +41,7 @@ _SMALL = 2
 class CurrentData:
     """The current of a record over time since the onset [s]; samples at rest only where they tell the offset."""
 
-    record: Measurement
+    record: Record
     engine: str
     source: str
 

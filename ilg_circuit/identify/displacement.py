@@ -19,7 +19,7 @@ from ..fit.multistart import StartSummary
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..fit.selection import EVIDENCE
-from ..measurements.prepare import noise_level
+from ..measurements.smoothing import noise_level
 from ..solve.transient import DEFAULT_ACCURACY
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_elements
@@ -68,6 +68,11 @@ class DisplacementFit:
     def drift(self) -> float | None:
         """Slow linear drift [m/s], None where the data show none."""
         return float(self.fit.nuisance[1]) if self.data.drift else None
+
+    @property
+    def full_span(self) -> float:
+        """Span of the fit over the whole record [m]."""
+        return float(np.ptp(self.fitted))
 
     @property
     def span(self) -> float:

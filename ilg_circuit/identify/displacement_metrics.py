@@ -10,9 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..measurements.smoothing import Smoothed, smoothed, summit
-from ..simulation.step_metrics import SETTLING_BAND
-from ..simulation.step_metrics import StepFigures as StepMetrics
-from ..simulation.step_metrics import step_figures as step_metrics
+from ..simulation.step_metrics import SETTLING_BAND, StepMetrics, step_metrics
 from .displacement import DisplacementFit
 
 #: The final value is the mean over this last part of the stretch.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ..findings import Finding, sentences
@@ -48,7 +48,7 @@ class Identification(Result):
     candidates: tuple[Candidate, ...]
     findings: tuple[Finding, ...]
     engine: str
-    asked_for: str = field(default="auto")
+    seed: int | None = None
 
     @property
     def model(self) -> str:

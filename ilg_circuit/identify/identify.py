@@ -11,14 +11,17 @@ import numpy as np
 
 from ..errors import IlgError, InputError, SolveError
 from ..findings import Finding
+from ..fit.bootstrap import SEED
 from ..fit.criteria import structured
 from ..fit.identifiability import DETERMINED
 from ..fit.intervals import Uncertainties, require_method, uncertainties
 from ..fit.problem import Progress
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
-from ..measurements.prepare import Measurement, noise_level
-from ..measurements.spectrum_files import Spectrum, read_spectrum
+from ..measurements.read import read_spectrum
+from ..measurements.record import Record
+from ..measurements.smoothing import noise_level
+from ..measurements.spectrum import Spectrum
 from ..provenance import Provenance
 from ..strip.actuator import PAPER, Actuator
 from ..strip.elements import lumped_elements
@@ -56,7 +59,7 @@ _OVER_NOISE, _NEGLIGIBLE = 1.5, 1e-4
 #: A spectrum's misfit is worth a word beyond this factor of its own noise, and this part of abs(Z).
 _MISFIT, _NEGLIGIBLE_MISFIT = 2.0, 1e-3
 
-Data = Measurement | Spectrum
+Data = Record | Spectrum
 
 
 def identify(
@@ -107,7 +110,7 @@ def identify(
     method = require_method(intervals)
     if model != "auto":
         electrical_model(model)
-    files = [data] if isinstance(data, Measurement | Spectrum) else list(data)
+    files = [data] if isinstance(data, Record | Spectrum) else list(data)
     ports = _port_data(files, engine, bias, weighting)
     strip = base or PAPER
     standing = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
@@ -160,7 +163,7 @@ def identify(
         candidates=candidates,
         findings=tuple(findings),
         engine=engine if records else ports[0].engine,
-        asked_for=model,
+        seed=SEED if any(e.bootstrap is not None or e.ci95_mcmc for e in parameters.values()) else None,
         provenance=Provenance(call=f"identify({', '.join(d.source for d in ports)}, model={model!r})"),
     )
 

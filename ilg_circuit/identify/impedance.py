@@ -20,7 +20,7 @@ from ..fit.identifiability import DETERMINED
 from ..fit.multistart import Search, StartSummary, gather, search
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Problem, Progress
-from ..measurements.spectrum_files import Spectrum
+from ..measurements.spectrum import Spectrum
 from ..strip.models import ElectricalModel
 from ..units import format_quantity
 from .kramers_kronig import KramersKronig, kramers_kronig
@@ -53,10 +53,11 @@ class ImpedanceData:
     """An impedance over frequency [Hz], small signal about ``bias`` [V]; its numbers are Re Z and Im Z times weights.
 
     By the weighting "modulus" the weights are 1/abs(Z), "unit" one over the rms of abs(Z), "proportional" one over each
-    part's size. Points that break the Kramers-Kronig relations are left out.
+    part's size. Points that break the Kramers-Kronig relations are left out of ``spectrum``, not of ``measured``.
     """
 
     spectrum: Spectrum
+    measured: Spectrum
     check: KramersKronig
     bias: float
     source: str
@@ -75,7 +76,7 @@ class ImpedanceData:
         if weighting not in get_args(Weighting):
             raise InputError(f"weighting is '{weighting}'; choose one of {', '.join(get_args(Weighting))}")
         check = kramers_kronig(spectrum)
-        return cls(spectrum.without(check.bad), check, bias, source or spectrum.source, weighting)
+        return cls(spectrum.without(check.bad), spectrum, check, bias, source or spectrum.source, weighting)
 
     @property
     def voltage(self) -> float:

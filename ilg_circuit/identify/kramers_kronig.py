@@ -20,7 +20,7 @@ from ..arrays import Array, ComplexArray, Mask
 from ..errors import InputError
 from ..findings import Finding
 from ..fit.criteria import structured
-from ..measurements.spectrum_files import Spectrum
+from ..measurements.spectrum import Spectrum
 from ..units import format_quantity
 
 #: Time constants a decade at most, and the part of the readings that the unknowns may use up.

@@ -16,7 +16,7 @@ from ..drive import PiecewiseLinear
 from ..errors import SolveError
 from ..fit.observation import Observation
 from ..fit.parameter import Parameter
-from ..measurements.prepare import Channel
+from ..measurements.record import Channel
 from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.actuator import Actuator, Coupling

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
 from ..findings import Finding
-from ..fit.residuals import effective_samples
+from ..fit.criteria import effective_samples
 from .smoothing import resolution
 
 #: So many neighbouring samples at the largest current may be an instrument's limit, if the curve breaks off there.

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from ..files import write_text
+from ..provenance import Provenance
 from .html import png, versions
 from .html import render as render_template
 
@@ -81,14 +82,15 @@ class Page:
     sections: Sequence[Section]
 
 
-def write_page(page: Page, path: str | Path) -> None:
-    """Write the page, whole or not at all."""
-    write_text(Path(path), render(page))
+def write_page(page: Page, path: str | Path, provenance: Provenance | None = None) -> None:
+    """Write the page, whole or not at all; its last lines are its ``provenance``."""
+    write_text(Path(path), render(page, provenance))
 
 
-def render(page: Page) -> str:
-    """The page's text: pictures are in it, nothing is loaded from elsewhere."""
-    return render_template(Path(__file__).with_name("page.html.j2"), {"page": page})
+def render(page: Page, provenance: Provenance | None = None) -> str:
+    """Return the page's text: pictures are in it, nothing is loaded from elsewhere."""
+    content = {"page": page, "provenance": provenance or Provenance()}
+    return render_template(Path(__file__).with_name("page.html.j2"), content)
 
 
 def picture(figure: Figure, about: str) -> Picture:

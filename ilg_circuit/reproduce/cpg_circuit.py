@@ -12,7 +12,7 @@ from ..arm import strip_arm
 from ..arm.coupling import Coupled, couple
 from ..arm.plots import reach_figure
 from ..arm.reach import reach_target
-from ..report.plots import GREY
+from ..report.axes import GREY
 from .cpg_motion import ASSUMED, DURATION, move
 from .cpg_rhythm import COLOURS, figure_grid, tidy
 from .items import Check, Claim, Made, rows

@@ -16,7 +16,7 @@ from ..arm.coupling import Coupled, couple
 from ..arm.plots import SNAPSHOT_TIMES
 from ..cpg.network import Network
 from ..cpg.rhythm import rhythm
-from ..report.plots import BLUE, GREY, ORANGE
+from ..report.axes import BLUE, GREY, ORANGE
 from .cpg_rhythm import COLOURS, LOST, draw_cycle, figure_grid, tidy
 from .items import Check, Claim, Made, largest_difference
 from .runs import VOLTAGE, Runs

@@ -15,7 +15,7 @@ from ..cpg.network import ADAPTATION, ADAPTATION_TIME, INHIBITION, RISE_TIME, Ne
 from ..cpg.outcome import Rhythm
 from ..cpg.report import run
 from ..cpg.rhythm import rhythm
-from ..report.plots import BLUE, GREY, ORANGE
+from ..report.axes import BLUE, GREY, ORANGE
 from .items import Check, Claim, Item, Made, rows
 from .runs import Runs
 

@@ -14,8 +14,9 @@ from ..errors import InputError
 from ..files import write_text
 from ..identify import identify, read_record
 from ..identify.report import plot_identification, table, write_actuator, write_json
-from ..report.plots import plot_response
-from ..simulation.check import check, report, require_agreement
+from ..report import check as checked
+from ..report.axes import save
+from ..simulation.check import check, require_agreement
 from ..simulation.response import Response, sample_times, simulate
 from ..strip.actuator import PAPER
 from ..strip.file import save_actuator
@@ -37,15 +38,15 @@ def run(folder: Path) -> Iterator[str]:
     drive = PiecewiseLinear.step(4.0)
     response = simulate(PAPER, drive, sample_times(300.0), beam="static")
     response.write_csv(folder / "step.csv", energy=True)
-    plot_response(response, folder / "step.png")
+    save(response.figure(), folder / "step.png")
     yield f"2  4 V step for 300 s, solved by ngspice -> {folder / 'step.csv'}, {folder / 'step.png'}"
     yield response.summary()
     differences = check(response, tip="free", beam="static")
     yield "3  checked against the exact solver and the closed forms"
-    yield report(differences)
+    yield checked.summary(differences)
     require_agreement(differences)
     square = simulate(PAPER, PiecewiseLinear.square(-4.0, 4.0, 60.0, 300.0), sample_times(300.0))
-    plot_response(square, folder / "square.png")
+    save(square.figure(), folder / "square.png")
     yield f"4  square wave, dynamic beam -> {folder / 'square.png'}"
     _measure(response, folder / "measured.csv")
     yield f"5  the step as an instrument would record it, with noise and rest -> {folder / 'measured.csv'}"

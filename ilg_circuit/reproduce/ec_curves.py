@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..report.plots import BLUE, GREY, ORANGE, new_figure
+from ..report.axes import BLUE, GREY, ORANGE, new_figure
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements

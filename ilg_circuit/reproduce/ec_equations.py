@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
-from ..report.plots import BLUE, GREY, ORANGE, new_figure
+from ..report.axes import BLUE, GREY, ORANGE, new_figure
 from ..simulation import closed_forms as formulas
 from ..simulation.response import simulate
 from ..solve.spectrum import spectrum

@@ -11,7 +11,7 @@ from typing import Any
 from ..errors import IlgError, InputError
 from ..extras import require_arm
 from ..files import require_writable, write_text
-from ..report.plots import save
+from ..report.axes import save
 from .items import LIGHTS, Item, Made, Outcome
 from .runs import Runs
 

@@ -6,9 +6,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..drive import PiecewiseLinear
+from ..files import csv_text
 from ..simulation.response import Response, simulate
 from ..strip.actuator import PAPER, Coupling
 from .published import published
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from ..cpg.network import Network
     from ..identify import Identification
 
-Array = NDArray[np.float64]
 
 #: The paper's step [V], and how long its current took to become steady [s].
 VOLTAGE, DURATION = 4.0, 300.0
@@ -71,10 +71,9 @@ class Runs:
         t = np.concatenate([np.arange(-_BEFORE, 0.0), np.arange(0.0, 401.0)])
         after = np.maximum(t, 0.0)
         on = t >= 0
-        columns = (on * VOLTAGE, on * printed_current(after), on * printed_displacement(after))
-        lines = ["time_s,voltage_V,current_A,displacement_m"]
-        lines += [",".join(map(repr, line)) for line in np.column_stack([t + _BEFORE, *columns]).tolist()]
-        return "\n".join(lines) + "\n"
+        current, displacement = on * printed_current(after), on * printed_displacement(after)
+        columns = {"time_s": t + _BEFORE, "voltage_V": on * VOLTAGE, "current_A": current}
+        return csv_text(columns | {"displacement_m": displacement})
 
     @cached_property
     def from_curves(self) -> Identification:

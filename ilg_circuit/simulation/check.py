@@ -1,4 +1,4 @@
-"""Three independent answers compared: ngspice, the exact solver, and the papers' closed forms where one exists."""
+"""Compares three independent answers: ngspice, the exact solver, and the papers' closed forms where one exists."""
 
 from __future__ import annotations
 
@@ -6,18 +6,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, ComplexArray
 from ..circuit.strip import Load
 from ..drive import Drive
 from ..errors import SolveError
 from ..strip.elements import Elements, hanging_stiffness, lumped_elements
 from . import closed_forms as formulas
-from .impedance import ComplexArray, Impedance, impedance
+from .impedance import Impedance, impedance
 from .response import Response, simulate, transient_band
 from .superposition import superpose
-
-Array = NDArray[np.float64]
+from .waveforms import ANSWERS
 
 #: Two answers that differ by more than this part of the maximum do not agree.
 AGREEMENT = 1e-5
@@ -49,15 +48,14 @@ def check(response: Response, *, tip: str, beam: str, load: Load | None = None) 
     other = "exact" if response.engine == "ngspice" else "ngspice"
     again = simulate(response.actuator, response.drive, response.time, tip=tip, beam=beam, load=load, engine=other)
     floors = {"displacement": _ROUNDING * _static_displacement(response)}
+    names = [w.name for w in ANSWERS if not np.isnan(response.waveforms[w.name]).any()]
+    found, expected = response.waveforms, again.waveforms
     rows = [
-        Difference(
-            name, f"{other} engine", _difference(getattr(response, name), getattr(again, name), floors.get(name, 0.0))
-        )
-        for name in ("current", "charge", "displacement", "force", "energy")
-        if not np.isnan(getattr(response, name)).any()
+        Difference(name, f"{other} engine", _difference(found[name], expected[name], floors.get(name, 0.0)))
+        for name in names
     ]
     for name, values in closed_forms(response, tip=tip, beam=beam).items():
-        rows.append(Difference(name, "closed form", _difference(getattr(response, name), values)))
+        rows.append(Difference(name, "closed form", _difference(found[name], values)))
     return rows
 
 
@@ -72,35 +70,35 @@ def _check_port(response: Response) -> list[Difference]:
     ]
 
 
-def check_impedance(found: Impedance, **how: Any) -> list[Difference]:
+def check_impedance(result: Impedance, **how: Any) -> list[Difference]:
     """Compare an impedance with the other engine's, and with EC (1) and (17) solved for it.
 
-    The other engine reads the same netlist: rounding apart they agree. The closed form has the ladder's elements where
-    there is one, and what the motion reflects.
+    The other engine reads the same netlist, so that they agree up to rounding. The closed form has the elements of the
+    ladder, if there is one, and includes the reflected impedance. ``how``: as for `impedance`.
     """
-    other = "exact" if found.engine == "ngspice" else "ngspice"
-    again = impedance(found.actuator, found.frequency, engine=other, **how)
-    rows = [Difference("impedance", f"{other} engine", _largest(found.impedance, again.impedance))]
-    rows.append(Difference("impedance", "closed form", _largest(found.impedance, _with_motion(found, **how))))
+    other = "exact" if result.engine == "ngspice" else "ngspice"
+    again = impedance(result.actuator, result.frequency, engine=other, **how)
+    rows = [Difference("impedance", f"{other} engine", _largest(result.impedance, again.impedance))]
+    rows.append(Difference("impedance", "closed form", _largest(result.impedance, _with_motion(result, **how))))
     return rows
 
 
 def _with_motion(
-    found: Impedance, *, tip: str = "free", beam: str = "dynamic", load: Load | None = None, bias: float = 0.0
+    result: Impedance, *, tip: str = "free", beam: str = "dynamic", load: Load | None = None, bias: float = 0.0
 ) -> ComplexArray:
     """Z = Re + Rdc || (Zp + N^2 Zm1 Z_tip/(Zm1 + Z_tip)) [ohm]; about a bias one of the two N keeps Zp of 0 V."""
-    low, high = float(found.frequency.min()), float(found.frequency.max())
-    lumped = lumped_elements(found.actuator, (low * 0.999, high * 1.001))
+    low, high = float(result.frequency.min()), float(result.frequency.max())
+    lumped = lumped_elements(result.actuator, (low * 0.999, high * 1.001))
     if beam == "static" or lumped.coupling is None:
-        return found.port
-    s = 2j * np.pi * found.frequency
+        return result.port
+    s = 2j * np.pi * result.frequency
     compliance = lumped.stiffness / s
     series = lumped.mass * s + lumped.damping
     if load is not None:
         series = series + load.mass * s + load.damping + load.stiffness / s
-    if found.actuator.mounting.orientation == "hanging":
-        g = found.actuator.geometry
-        series = series + hanging_stiffness(found.actuator.material.density, g.width, g.thickness) / s
+    if result.actuator.mounting.orientation == "hanging":
+        g = result.actuator.geometry
+        series = series + hanging_stiffness(result.actuator.material.density, g.width, g.thickness) / s
     mechanical = compliance if tip == "clamped" else compliance * series / (compliance + series)
     small = lumped.port.linearised(lumped.port.inner_voltage(bias))
     ion = small.ion_impedance(s)
@@ -113,16 +111,6 @@ def _with_motion(
 def _largest(values: ComplexArray, reference: ComplexArray) -> float:
     """Largest difference relative to each value's own size."""
     return float((np.abs(values - reference) / np.abs(reference)).max())
-
-
-def report(differences: list[Difference]) -> str:
-    """The table that `--check` prints."""
-    lines = [f"{'quantity':<14}{'compared with':<18}{'largest difference / maximum':>28}"]
-    lines += [f"{d.quantity:<14}{d.reference:<18}{d.value:>28.1e}" for d in differences]
-    moves = any(d.quantity == "displacement" for d in differences)
-    if moves and not any(d.reference == "closed form" and d.quantity == "displacement" for d in differences):
-        lines.append("(no closed form of the displacement for this case: it exists for --beam static, Re = 0)")
-    return "\n".join(lines)
 
 
 def require_agreement(differences: list[Difference]) -> None:

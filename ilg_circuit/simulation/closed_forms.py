@@ -8,12 +8,10 @@ at t = 0. Displacement is positive towards the anode (the opposite of EC's axis,
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
-
-Array = NDArray[np.float64]
-
 
 # -- current of the one-pole port, EC (1)-(5) --------------------------------------------------------------------------
 

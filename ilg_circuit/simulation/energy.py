@@ -13,16 +13,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, plain
 from ..circuit.netlist import GROUND, Element, Netlist, Output
 from ..circuit.strip import FORCE_SCALE, VELOCITY_SCALE
+from ..result import Result
 from ..solve.transient import Waveforms
-from ..units import format_quantity
 
-Array = NDArray[np.float64]
 #: power (t,) [W] on the grid of a solve -> energy [J] at the samples
 Integral = Callable[[Array], Array]
 
@@ -32,23 +33,27 @@ _MECHANICAL_NAMES = ("Cbeam", "Ltip", "Rtip", "Cgravity", "Rload", "Cload")
 
 
 @dataclass(frozen=True)
-class EnergyAccount:
+class EnergyAccount(Result):
     """Energies [J] since t = 0, each (n,) at the response's times.
 
     ``source`` delivered at the terminals; ``dissipated`` and ``stored`` by element of either side; ``converted`` =
     integral of u1 i1, taken from the electrical side; ``mechanical`` = integral of F1 v1, given to the beam.
     """
 
+    presenter: ClassVar[str] = "energy"
     source: Array
     dissipated: dict[str, Array]
     stored: dict[str, Array]
     converted: Array
     mechanical: Array
 
+    def parts(self, kind: str, *, mechanical: bool) -> dict[str, Array]:
+        """Return what the elements of one side "dissipated" or "stored", which is the ``kind``."""
+        return {k: v for k, v in getattr(self, kind).items() if (k in _MECHANICAL_NAMES) == mechanical}
+
     def total(self, kind: str, *, mechanical: bool) -> Array:
-        """Sum (n,) of ``kind`` "dissipated" or "stored" over the elements of one side."""
-        parts = [v for k, v in getattr(self, kind).items() if (k in _MECHANICAL_NAMES) == mechanical]
-        return np.asarray(sum(parts, np.zeros_like(self.source)))
+        """Return the sum (n,) of ``kind`` "dissipated" or "stored" over the elements of one side."""
+        return np.asarray(sum(self.parts(kind, mechanical=mechanical).values(), np.zeros_like(self.source)))
 
     @property
     def electrical_imbalance(self) -> float:
@@ -75,25 +80,18 @@ class EnergyAccount:
         k = int(np.argmax(moved))
         return float(moved[k] / self.source[k]) if moved[k] and self.source[k] > 0 else 0.0
 
-    def summary(self) -> str:
-        """A table of the energies at the end."""
-        lines = [f"energy delivered until the end  {format_quantity(float(self.source[-1]), 'J', 5)}"]
-        for kind in ("dissipated", "stored"):
-            for mechanical in (False, True):
-                parts = [
-                    f"{name} {format_quantity(float(values[-1]), 'J', 4)}"
-                    for name, values in getattr(self, kind).items()
-                    if (name in _MECHANICAL_NAMES) == mechanical and np.abs(values).max() > 0
-                ]
-                if parts:
-                    side = "mechanically" if mechanical else "electrically"
-                    lines.append(f"  {kind + ' ' + side:<26} {_few(parts)}")
-        if np.abs(self.mechanical).max() > 0:
-            lines.append(
-                f"  given to the beam          {format_quantity(float(self.mechanical[-1]), 'J', 4)}, at most "
-                f"{self.efficiency:.1e} of what was delivered"
-            )
-        return "\n".join(lines)
+    def to_dict(self) -> dict[str, Any]:
+        """Return the energies [J] over time as plain data, and the balances' errors."""
+        return {
+            "source": plain(self.source),
+            "dissipated": {name: plain(values) for name, values in self.dissipated.items()},
+            "stored": {name: plain(values) for name, values in self.stored.items()},
+            "converted": plain(self.converted),
+            "mechanical": plain(self.mechanical),
+            "electrical_imbalance": self.electrical_imbalance,
+            "mechanical_imbalance": self.mechanical_imbalance,
+            "efficiency": self.efficiency,
+        }
 
 
 def probes(netlist: Netlist) -> tuple[Output, ...]:
@@ -161,7 +159,3 @@ def _across(element: Element) -> Output:
 def _imbalance(given: Array, *taken: Array) -> float:
     largest = max(float(np.abs(term).max()) for term in (given, *taken))
     return float(np.abs(given - sum(taken)).max() / largest) if largest else 0.0
-
-
-def _few(parts: list[str]) -> str:
-    return ", ".join(parts if len(parts) <= 6 else [*parts[:5], f"and {len(parts) - 5} more"])

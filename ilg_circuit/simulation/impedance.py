@@ -1,34 +1,35 @@
-"""The impedance that a strip shows at its terminals, over frequency and about a bias voltage."""
+"""Computes the impedance that a strip shows at its terminals, over frequency and about a bias voltage."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array, ComplexArray, plain
 from ..circuit.strip import Load, strip_netlist
 from ..errors import InputError
-from ..files import write_text
+from ..files import write_csv
+from ..result import Result
 from ..solve.spectrum import spectrum
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements
 from ..strip.ladder import Ladder
 from ..units import format_quantity
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-
 
 @dataclass(frozen=True)
-class Impedance:
+class Impedance(Result):
     """``impedance`` [ohm] (f,) at ``frequency`` [Hz] (f,), small signal about ``bias`` [V].
 
-    ``port`` [ohm] (f,) is the closed form of the electrical side alone, EC (1): what the motion reflects is the
-    difference. ``ladder`` is what stands for a Warburg element or CPE, if there is one.
+    ``port`` [ohm] (f,) is the closed form of the electrical side alone, EC (1); the difference is what the motion
+    reflects. ``ladder`` realises a Warburg element or CPE, if there is one.
     """
 
+    presenter: ClassVar[str] = "impedance"
     actuator: Actuator
     frequency: Array
     impedance: ComplexArray
@@ -39,7 +40,7 @@ class Impedance:
 
     @property
     def reflected(self) -> float:
-        """Largest part of the impedance that the motion reflects onto the port."""
+        """The largest part of the impedance that the motion reflects onto the port."""
         return float((np.abs(self.impedance - self.port) / np.abs(self.port)).max())
 
     @property
@@ -47,42 +48,41 @@ class Impedance:
         """Smallest real part [ohm]; below zero the port, with its complex coupling N(s), is not passive."""
         return float(self.impedance.real.min())
 
-    def write_csv(self, path: str | Path) -> None:
-        """Columns frequency_Hz, re_ohm, im_ohm with full precision."""
-        rows = ["frequency_Hz,re_ohm,im_ohm"]
-        table = zip(self.frequency.tolist(), self.impedance.real.tolist(), self.impedance.imag.tolist(), strict=True)
-        rows += [f"{f!r},{re!r},{im!r}" for f, re, im in table]
-        write_text(Path(path), "\n".join(rows) + "\n")
-
-    def summary(self) -> str:
-        """A few lines: both ends of the spectrum, and what stands behind it."""
-        lines = []
-        for k in (0, -1):
-            z = self.impedance[k]
-            lines.append(
-                f"{format_quantity(float(self.frequency[k]), 'Hz', 4):>10}  abs(Z) "
-                f"{format_quantity(float(np.abs(z)), 'ohm', 5):>12}, phase {np.degrees(np.angle(z)):7.2f} deg"
-            )
-        lines.append(f"the motion reflects at most {self.reflected:.1e} of the impedance")
-        if self.ladder is not None:
-            low, high = (format_quantity(f, "Hz", 4) for f in self.ladder.band)
-            name = "Warburg element" if self.ladder.law == "warburg" else "constant phase element"
-            lines.append(
-                f"{name} as a ladder of {len(self.ladder.sections)} sections, within {self.ladder.error:.1e} of it "
-                f"from {low} to {high}"
-            )
-        return "\n".join(lines)
-
+    @property
     def warnings(self) -> list[str]:
+        """What a user of the spectrum should know."""
         if self.least_resistance < 0:
             return [
                 f"the real part falls to {self.least_resistance:.3g} ohm: with this coupling the port is not passive"
             ]
         return []
 
+    def columns(self) -> dict[str, Array]:
+        """Return frequency [Hz], real and imaginary part [ohm] (f,) by their headers."""
+        return {"frequency_Hz": self.frequency, "re_ohm": self.impedance.real, "im_ohm": self.impedance.imag}
+
+    def write_csv(self, path: str | Path) -> None:
+        """Write the columns frequency_Hz, re_ohm, im_ohm with full precision."""
+        write_csv(path, self.columns())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the spectrum as plain data, lists by header."""
+        return {
+            "actuator": self.actuator.name,
+            "bias_V": self.bias,
+            "engine": self.engine,
+            "spectrum": {header: plain(values) for header, values in self.columns().items()},
+            "reflected": self.reflected,
+            "least_resistance_ohm": self.least_resistance,
+            "warnings": self.warnings,
+        }
+
 
 def frequencies(low: float, high: float, points: int | None = None) -> Array:
-    """Frequencies [Hz] even in logarithm from ``low`` to ``high``: ``points`` of them, or ten a decade."""
+    """Return frequencies [Hz] even in logarithm from ``low`` to ``high``: ``points`` of them, or ten a decade.
+
+    Raises InputError for a band that is none, or fewer than 2 or more than 100000 points.
+    """
     if not (np.isfinite([low, high]).all() and 0 < low < high):
         raise InputError(f"band {low:g} Hz to {high:g} Hz: give two frequencies above zero, the lower one first")
     if points is None:
@@ -102,9 +102,10 @@ def impedance(
     load: Load | None = None,
     engine: str = "ngspice",
 ) -> Impedance:
-    """Impedance at ``frequency`` [Hz], ascending, small signal about ``bias`` [V]; the rest as for `strip_netlist`.
+    """Return the impedance at ``frequency`` [Hz], ascending, for a small signal about ``bias`` [V].
 
-    Raises InputError for frequencies beyond the band that the actuator gives its ladder.
+    ``tip``, ``beam`` and ``load`` as for `ilg_circuit.circuit.strip.strip_netlist`, ``engine`` ngspice or exact. Raises
+    InputError for frequencies beyond the band that the actuator gives its ladder.
     """
     f = np.asarray(frequency, dtype=float)
     if f.ndim != 1 or not len(f) or not (np.isfinite(f).all() and (f > 0).all()):

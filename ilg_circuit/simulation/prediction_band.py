@@ -1,7 +1,7 @@
-"""How sure a prediction is: the fit's covariance carried through the circuit, to first order.
+"""Computes the standard errors of a prediction: the fit's covariance carried through the circuit, to first order.
 
-Every fitted parameter is moved up and down by a little, all the circuits are solved together, and the slopes S of the
-waveforms with respect to the parameters' logarithms make their variance S C S^T.
+Each fitted parameter is moved up and down by a small factor and all circuits are solved together. With the slopes S of
+the waveforms with respect to the parameters' logarithms and their covariance C, the variance is S C S^T.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..circuit.strip import Load, strip_netlist
 from ..drive import Drive
 from ..errors import InputError
@@ -19,8 +19,6 @@ from ..strip.actuator import Actuator
 from ..strip.elements import lumped_port
 from ..strip.models import electrical_model
 from .response import transient_band
-
-Array = NDArray[np.float64]
 
 #: Fields of `Coupling` by the names that fits use.
 COUPLING_FIELDS = {
@@ -53,7 +51,7 @@ def prediction_band(
     load: Load | None = None,
     engine: str = "ngspice",
 ) -> Band:
-    """The band for `ilg_circuit.simulation.response.simulate` with the same arguments.
+    """Return the band for `ilg_circuit.simulation.response.simulate` with the same arguments.
 
     Raises InputError where the actuator brings no covariance (it was not fitted), or one whose names it does not have.
     """
@@ -72,16 +70,16 @@ def prediction_band(
         for name in uncertainty.names
     ]
     accuracy = _ACCURACY if moved[0].linear else 1e-6
-    waves = transient(moved, drive, times, engine=engine, accuracy=accuracy, acceptable=1e-5)
-    up, down = np.split(waves.values, 2)
+    waveforms = transient(moved, drive, times, engine=engine, accuracy=accuracy, acceptable=1e-5)
+    up, down = np.split(waveforms.values, 2)
     slopes = (up - down) / (2 * _STEP)
     covariance = np.array(uncertainty.covariance)
     variance = np.einsum("pot,pq,qot->ot", slopes, covariance, slopes)
-    return Band(waves.times, dict(zip(waves.names, np.sqrt(np.clip(variance, 0.0, None)), strict=True)))
+    return Band(waveforms.times, dict(zip(waveforms.names, np.sqrt(np.clip(variance, 0.0, None)), strict=True)))
 
 
 def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, float]) -> Actuator:
-    """The actuator with fitted parameters multiplied by ``factors``; ``band`` [Hz] is that of a ladder."""
+    """Return the actuator with fitted parameters multiplied by ``factors``; ``band`` [Hz] is for a ladder."""
     uncertainty = actuator.uncertainty
     assert uncertainty is not None
     model = electrical_model(uncertainty.model)

@@ -1,45 +1,36 @@
-"""A strip under a drive: waveforms -> current, charge, displacement, force, energy; as arrays, table and CSV."""
+"""Simulates a strip under a drive: current, charge, displacement, force and energy over time."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array, plain
 from ..circuit.netlist import Netlist
 from ..circuit.strip import Load, strip_netlist
 from ..drive import Drive, drive_times
 from ..errors import InputError
-from ..files import write_text
+from ..files import write_csv
+from ..result import Result
 from ..solve.grid import smooth_intervals
 from ..solve.state_space import state_space
 from ..solve.transient import Progress, require_times, transient
 from ..strip.actuator import Actuator
 from ..strip.ladder import LADDER_BAND
 from ..strip.validity import run_warnings
-from ..units import format_quantity
 from .energy import EnergyAccount, account, probes
-
-Array = NDArray[np.float64]
-
-#: name of the attribute -> (column of a CSV file, SI unit)
-COLUMNS = {
-    "time": ("time_s", "s"),
-    "voltage": ("voltage_V", "V"),
-    "current": ("current_A", "A"),
-    "displacement": ("displacement_m", "m"),
-    "force": ("force_N", "N"),
-    "charge": ("charge_C", "C"),
-    "energy": ("energy_J", "J"),
-}
+from .waveforms import WAVEFORMS, Solution
 
 #: Accuracy of a simulation, relative to each waveform's maximum; tight, so that small samples are good as well.
 SIMULATION_ACCURACY = 1e-9
-#: That of a circuit with nonlinear elements, whose laws have kinks.
+#: Accuracy of a circuit with nonlinear elements, whose laws have kinks.
 NONLINEAR_ACCURACY = 1e-6
-#: Where nobody asked for an accuracy, a result with this error, which is stated, is one too.
+#: Error accepted, and reported, when no accuracy was requested.
 ACCEPTABLE = 5e-6
 
 # three-point Gauss-Legendre: nodes in (0, 1) and weights
@@ -48,26 +39,34 @@ _GAUSS_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18
 
 
 @dataclass(frozen=True)
-class Response:
-    """Waveforms at ``time`` [s] (n,), each (n,), SI: ``voltage`` at the terminals, ``current`` into them, ``charge`` on
-    the ionic capacitors, ``displacement`` and ``force`` at L_F, positive towards the anode (NaN without a coupling),
-    ``energy`` delivered by the source since t = 0, ``account`` where it went. ``error`` is the estimated error of the
-    worst waveform relative to its maximum.
+class Response(Result):
+    """Waveforms at ``time`` [s] (n,), each (n,), SI; `waveforms.WAVEFORMS` lists them, and each is an attribute.
+
+    ``voltage`` at the terminals, ``current`` into them, ``charge`` on the ionic capacitors, ``displacement`` and
+    ``force`` at L_F, positive towards the anode (NaN without a coupling), ``energy`` delivered by the source since
+    t = 0, ``account`` where it went. ``error`` is the estimated error of the worst waveform relative to its maximum.
+    ``stderr`` (n,) are standard errors by waveform, where a band was asked for.
     """
 
+    presenter: ClassVar[str] = "response"
     actuator: Actuator
     drive: Drive
     netlist: Netlist
     time: Array
-    voltage: Array
-    current: Array
-    displacement: Array
-    force: Array
-    charge: Array
-    energy: Array
+    waveforms: Mapping[str, Array]
     account: EnergyAccount
     error: float
     engine: str
+    stderr: Mapping[str, Array] = field(default_factory=dict)
+
+    def __getattr__(self, name: str) -> Array:
+        if name not in WAVEFORMS:
+            raise AttributeError(f"a response has no '{name}'; its waveforms are {', '.join(WAVEFORMS)}")
+        return self.waveforms[name]
+
+    def with_waveforms(self, **changed: Array) -> Response:
+        """Return the response with some waveforms in place of its own."""
+        return replace(self, waveforms={**self.waveforms, **changed})
 
     @property
     def warnings(self) -> list[str]:
@@ -76,35 +75,35 @@ class Response:
         voltage = float(np.abs(self.voltage).max())
         return run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)
 
-    def write_csv(self, path: str | Path, *, energy: bool = False, stderr: dict[str, Array] | None = None) -> None:
-        """Write the columns with full precision, blanks for NaN.
+    def columns(self, *, energy: bool = True) -> dict[str, Array]:
+        """Return the waveforms (n,) by their headers, such as current_A, then the standard errors.
 
-        ``energy`` adds a column energy_J, ``stderr`` one for each standard error in it, such as current_stderr_A.
+        Without ``energy`` only what a CSV file always has.
         """
-        names = [n for n in COLUMNS if energy or n != "energy"]
-        extra = stderr or {}
-        titles = [COLUMNS[n][0] for n in names] + [f"{n}_stderr_{COLUMNS[n][1]}" for n in extra]
-        rows = [",".join(titles)]
-        table = np.column_stack([*(getattr(self, n) for n in names), *extra.values()]).tolist()
-        rows += [",".join("" if v != v else repr(v) for v in row) for row in table]
-        write_text(Path(path), "\n".join(rows) + "\n")
+        shown = [waveform for waveform in WAVEFORMS.values() if energy or not waveform.on_request]
+        columns = {"time_s": self.time} | {waveform.column: self.waveforms[waveform.name] for waveform in shown}
+        return columns | {WAVEFORMS[name].stderr_column: error for name, error in self.stderr.items()}
 
-    def summary(self) -> str:
-        """A small table: for each quantity its value at the end, its largest, and when."""
-        lines = [f"{'quantity':<14}{'at the end':>16}{'largest':>16}{'at':>12}"]
-        for name, (_, unit) in list(COLUMNS.items())[1:]:
-            values = getattr(self, name)
-            if np.isnan(values).all():
-                lines.append(f"{name:<14}{'not known':>16}   the actuator has no [coupling]")
-                continue
-            peak = int(np.argmax(np.abs(values)))
-            cells = [format_quantity(float(values[k]), unit, 5) for k in (-1, peak)]
-            lines.append(f"{name:<14}{cells[0]:>16}{cells[1]:>16}{format_quantity(float(self.time[peak]), 's', 4):>12}")
-        return "\n".join(lines)
+    def write_csv(self, path: str | Path, *, energy: bool = False) -> None:
+        """Write the columns with full precision, blanks for NaN; ``energy`` adds the column energy_J."""
+        write_csv(path, self.columns(energy=energy))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the response as plain data; waveforms are lists by header, None for NaN."""
+        return {
+            "actuator": self.actuator.name,
+            "drive": self.drive.text,
+            "circuit": self.netlist.title,
+            "engine": self.engine,
+            "estimated_error": self.error,
+            "waveforms": {header: plain(values) for header, values in self.columns().items()},
+            "account": self.account.to_dict(),
+            "warnings": self.warnings,
+        }
 
 
 def sample_times(duration: float, *, samples: int | None = None, step: float | None = None) -> Array:
-    """Sample times from 0 to ``duration`` [s]: ``samples`` of them (default 601), or one every ``step`` [s].
+    """Return sample times from 0 to ``duration`` [s]: ``samples`` of them (default 601), or one every ``step`` [s].
 
     Raises InputError for values that give no sensible grid (2 to 2000000 samples).
     """
@@ -138,7 +137,7 @@ def simulate(
     accuracy: float | None = None,
     progress: Progress | None = None,
 ) -> Response:
-    """The strip's response to ``drive`` from rest, sampled at ``times`` [s] (ascending, >= 0).
+    """Return the strip's response to ``drive`` from rest, sampled at ``times`` [s] (ascending, >= 0).
 
     See `ilg_circuit.circuit.strip.strip_netlist` for ``tip``, ``beam`` and ``load``, and
     `ilg_circuit.solve.transient.transient` for ``engine``, ``accuracy`` (default 1e-9; 1e-6 with nonlinear elements)
@@ -156,7 +155,7 @@ def simulate(
     ends = np.union1d(samples, intervals[intervals <= samples[-1]])
     grid, gauss, weights = _energy_grid(samples, ends)
     probed = replace(netlist, outputs=netlist.outputs + probes(netlist))
-    waves = transient(
+    waveforms = transient(
         probed,
         drive,
         grid,
@@ -172,29 +171,24 @@ def simulate(
         steps = np.concatenate([[0.0], np.cumsum((power[gauss] * weights).sum(axis=1))])
         return np.asarray(steps[np.searchsorted(ends, samples)])
 
-    energy = integrate(drive.value(grid) * waves.output("current"))
-    unknown = np.full(len(samples), np.nan)
-    mechanical = {n: waves.output(n)[at] if n in waves.names else unknown for n in ("displacement", "force")}
+    solution = Solution(drive, samples, waveforms, at, integrate)
+    values = {name: waveform.of(solution) for name, waveform in WAVEFORMS.items()}
     return Response(
         actuator=actuator,
         drive=drive,
         netlist=netlist,
         time=samples,
-        voltage=drive.value(samples),
-        current=waves.output("current")[at],
-        charge=waves.output("charge")[at],
-        energy=energy,
-        account=account(netlist, waves, energy, integrate, at),
-        error=float(waves.errors.max()),
-        engine=waves.engine,
-        **mechanical,
+        waveforms=values,
+        account=account(netlist, waveforms, values["energy"], integrate, at),
+        error=float(waveforms.errors.max()),
+        engine=waveforms.engine,
     )
 
 
 def transient_band(times: Array) -> tuple[float, float]:
-    """Band [Hz] that samples at ``times`` [s] can tell of, for the ladders of a transient, within `LADDER_BAND`.
+    """Return the band [Hz] that samples at ``times`` [s] resolve, for the ladders of a transient, within `LADDER_BAND`.
 
-    A tenth of what the whole run resolves to twenty times what the closest samples do.
+    From a tenth of the frequency that the whole run resolves to twenty times the one of the closest samples.
     """
     low, high = LADDER_BAND
     if len(times) < 2:
@@ -204,7 +198,7 @@ def transient_band(times: Array) -> tuple[float, float]:
 
 
 def _energy_grid(samples: Array, ends: Array) -> tuple[Array, NDArray[np.intp], Array]:
-    """Solve times (samples and Gauss points between ``ends``), indices (intervals, 3) of the latter, their weights.
+    """Return solve times (samples and Gauss points between ``ends``), indices (intervals, 3) of the latter, weights.
 
     The energy is the integral of u i; three Gauss points in every smooth interval make it as good as the waveforms,
     where sums over the samples would not be.

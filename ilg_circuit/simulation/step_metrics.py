@@ -1,15 +1,14 @@
-"""What one reads off the answer to a step: final value, peak, overshoot, settling time, back-relaxation, rms."""
+"""Computes the metrics of a step response: final value, peak, overshoot, settling time, back-relaxation, rms."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
-
-Array = NDArray[np.float64]
 
 #: Half-width of the band about the final value that counts as settled, as a part of the final value.
 SETTLING_BAND = 0.02
@@ -18,8 +17,8 @@ _LATEST = 0.8
 
 
 @dataclass(frozen=True)
-class StepFigures:
-    """Figures of one or many curves, each () or (m,), in the curves' unit and s; NaN where there is no such thing.
+class StepMetrics:
+    """Metrics of one or many curves, each () or (m,), in the curves' unit and s; NaN where one does not exist.
 
     ``final``: at the end; ``peak``: the largest excursion, with its sign; ``peak_time``: when, NaN for a curve that
     is largest at its end; ``overshoot``: how far the peak exceeds the final value, as a part of that, 0 without a peak
@@ -37,26 +36,26 @@ class StepFigures:
     rms: Array
 
 
-def step_figures(
+def step_metrics(
     time: ArrayLike,
     values: ArrayLike,
     *,
     tail: float = 0.0,
     resolution: float = 0.0,
     band: float = SETTLING_BAND,
-) -> StepFigures:
-    """Figures of ``values`` (n,) or (m, n) at ``time`` [s] (n,), ascending, counted from the step; zero is rest.
+) -> StepMetrics:
+    """Return the metrics of ``values`` (n,) or (m, n) at ``time`` [s] (n,), ascending.
 
-    The final value is the mean over the last part ``tail`` of the time (0: the last sample). A peak must exceed it by
-    more than ``resolution`` and lie before the tail. Peaks and crossings between samples are interpolated: a parabola
-    through the three highest samples, a straight line. Raises InputError for shapes that do not fit, times that do not
-    ascend, fewer than three samples.
+    Time counts from the step, and values from rest. The final value is the mean over the last part ``tail`` of the time
+    (0: the last sample). A peak must exceed it by more than ``resolution`` and lie before the tail. Peaks and crossings
+    between samples are interpolated: a parabola through the three highest samples, a straight line. Raises InputError
+    for shapes that do not fit, times that do not ascend, fewer than three samples.
     """
     t, y = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
     if t.ndim != 1 or y.ndim not in (1, 2) or y.shape[-1:] != t.shape:
         raise InputError(f"times of shape {t.shape} and values of shape {y.shape} are no curves")
     if len(t) < 3 or not (np.diff(t) > 0).all():
-        raise InputError("figures of a step need three samples or more, at times that ascend")
+        raise InputError("the metrics of a step need three samples or more, at times that ascend")
     rows = np.atleast_2d(y)
     ends = t >= t[-1] - tail * (t[-1] - t[0])
     final = rows[:, ends].mean(axis=1)
@@ -70,12 +69,12 @@ def step_figures(
         overshoot = np.where(ahead > 0, fall / ahead, np.nan)
         squares = (rows[:, 1:] ** 2 + rows[:, :-1] ** 2) / 2
         rms = np.sqrt(squares @ np.diff(t) / (t[-1] - t[0]))
-    found = StepFigures(
+    found = StepMetrics(
         final, peak, np.where(relaxed, at, np.nan), overshoot, _settling(t, rows, final, band), fall, rms
     )
     if y.ndim == 2:
         return found
-    return StepFigures(**{name: value[0] for name, value in vars(found).items()})
+    return StepMetrics(**{name: value[0] for name, value in vars(found).items()})
 
 
 def _peaks(t: Array, rows: Array) -> tuple[Array, Array]:

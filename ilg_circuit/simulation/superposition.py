@@ -6,12 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..drive import Drive, PiecewiseLinear, Sine
 from ..errors import InputError
-
-Array = NDArray[np.float64]
 
 
 def superpose(drive: Drive, t: Array, response: Callable[..., Any]) -> Array:

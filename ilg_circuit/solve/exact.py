@@ -1,108 +1,140 @@
-"""Exact transient of linear netlists: the state space solved by matrix exponentials, no time step, no tolerance.
+"""Solves linear netlists exactly: the state space by matrix exponentials, without time step and tolerance.
 
-Between breakpoints a drive is a straight line or a sine, so state and input together obey a homogeneous linear
+Between breakpoints a drive is a straight line or a sine, so that state and input together obey a homogeneous linear
 equation, whose exponential is exact. It checks ngspice and makes huge linear sweeps cheap.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Iterator
 
+import numpy as np
+
+from ..arrays import Array
 from ..drive import Drive
 from ..errors import SolveError
 from .panels import FRACTIONS, Panels
 from .state_space import StateSpace
 
-Array = NDArray[np.float64]
+#: Intervals whose states are kept before they become outputs.
+_BLOCK = 2000
+#: Exponentials kept at most: an irregular grid asks for as many as it has intervals.
+_MOST_KEPT = 256
 
 
 def exact_outputs(system: StateSpace, drive: Drive, times: Array) -> Array:
-    """Outputs at ``times`` [s] (ascending, >= 0), from rest at t = 0; shape (n, outputs, times).
+    """Return the outputs at ``times`` [s] (ascending, >= 0), from rest at t = 0; shape (n, outputs, times).
 
     A sample on a jump of the drive is the right limit. Raises SolveError when the result is not finite.
     """
-    end = float(times[-1]) if len(times) else 0.0
-    omega = drive.angular_frequency()
-    # one grid of breakpoints and samples; each interval is one multiplication by an exponential
-    grid = np.union1d(np.concatenate([[0.0], drive.breakpoints(end)]), times)
-    start = drive.value(grid[:-1])
-    if omega:
-        companions = np.array(drive_phase(drive, grid[:-1]))
-    else:
-        # the left limit at the interval's end: halfway plus half of the rise, exact on a line
-        middle = drive.value((grid[:-1] + grid[1:]) / 2)
-        companions = 2 * (middle - start) / np.diff(grid)
-    augmented, output = _augment(system, omega)
-    states = system.a.shape[1]
-    # widths that differ by rounding only share one exponential
-    widths, steps = np.unique(_rounded(np.diff(grid)), return_inverse=True)
-    result = np.empty((len(system.a), output.shape[1], len(grid)))
-    x = np.zeros((len(system.a), states + 3))
-    x[:, states + 2] = 1.0
-    exponentials = _Exponentials(augmented, widths)
-    for k in range(len(grid)):
-        if k < len(grid) - 1:
-            x[:, states], x[:, states + 1] = start[k], companions[k]
-        elif omega:
-            x[:, states], x[:, states + 1] = drive.value(grid[k]), drive_phase(drive, grid[k])
-        else:
-            x[:, states], x[:, states + 1] = drive.value(grid[k]), 0.0
-        result[:, :, k] = np.einsum("nos,ns->no", output, x)
-        if k < len(grid) - 1:
-            x = np.einsum("nst,nt->ns", exponentials[int(steps[k])], x)
-    if not np.isfinite(result).all():
-        raise SolveError("the exact engine's result is not finite: a value of the actuator is out of all proportion")
-    return result[:, :, np.searchsorted(grid, times)]
+    grid = interval_grid(drive, times)
+    inputs = np.append(drive_lines(drive, grid[:-1], np.diff(grid)), _at(drive, grid[-1:]), axis=1)
+    outputs = list(_outputs(system, drive.angular_frequency(), inputs, np.diff(grid), np.ones(1)))
+    return _finite(np.concatenate(outputs, axis=2)[..., 0])[:, :, np.searchsorted(grid, times)]
 
 
 def exact_on_panels(system: StateSpace, drive: Drive, panels: Panels) -> Array:
-    """Outputs at the points of ``panels``, from rest at t = 0; shape (n, outputs, panels, points).
+    """Return the outputs at the points of ``panels``, from rest at t = 0; shape (n, outputs, panels, points).
 
-    The propagators of a width twice another one are the squares of those, so a run takes few exponentials. Raises
-    SolveError when the result is not finite.
+    Raises SolveError when the result is not finite.
     """
+    inputs = drive_lines(drive, panels.starts, panels.widths)
+    fractions = np.append(FRACTIONS[1:], 1.0)
+    outputs = list(_outputs(system, drive.angular_frequency(), inputs, panels.widths, fractions))
+    return _finite(np.concatenate(outputs, axis=2))
+
+
+def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) -> Array:
+    """Return one output at ``times`` [s] (ascending, >= 0) as a sum of modes; shape (n, times).
+
+    For circuits of resistors and capacitors, whose poles are real, under a piecewise linear drive. It costs a small
+    part of `exact_outputs`: one multiplication advances a mode. But it needs eigenvectors, which other circuits may
+    not have to the same accuracy.
+    """
+    row = system.output_names.index(output)
+    poles, shapes = np.linalg.eig(system.a)
+    excited = np.linalg.solve(shapes, system.b[:, :, :1])[:, :, 0]
+    # the poles are real: an imaginary part is rounding
+    amounts = np.real(np.einsum("ns,nsk->nk", system.c[:, row], shapes) * excited)
+    rates = -np.real(poles)
+    grid = interval_grid(drive, times)
+    widths = np.diff(grid)
+    start, slopes = drive_lines(drive, grid[:-1], widths)
+    moved = np.zeros((len(grid), len(rates)))
+    state = np.zeros_like(rates)
+    for first in range(0, len(widths), _BLOCK):
+        part = slice(first, first + _BLOCK)
+        width = widths[part, None, None]
+        kept = np.exp(-rates * width)
+        held = (1 - kept) / rates
+        gained = start[part, None, None] * held + slopes[part, None, None] * (width - held) / rates
+        states = np.empty_like(kept)
+        for k in range(len(kept)):
+            states[k] = state = kept[k] * state + gained[k]
+        moved[first + 1 : first + 1 + len(kept)] = np.einsum("tns,ns->tn", states, amounts)
+    return np.asarray(system.d[:, row, :1] * drive.value(times) + moved[np.searchsorted(grid, times)].T)
+
+
+def interval_grid(drive: Drive, times: Array) -> Array:
+    """Return start, breakpoints of the drive and ``times`` [s], ascending: between them the drive is smooth."""
+    end = float(times[-1]) if len(times) else 0.0
+    return np.union1d(np.concatenate([[0.0], drive.breakpoints(end)]), times)
+
+
+def drive_lines(drive: Drive, starts: Array, widths: Array) -> Array:
+    """Return the drive at the ``starts`` [s] (m,) of smooth intervals and its companion there; shape (2, m).
+
+    The companion of a line is its slope; the companion of a sine is what it will be a quarter of a period later.
+    """
+    if drive.angular_frequency():
+        return _at(drive, starts)
+    value = drive.value(starts)
+    # the left limit at the interval's end: halfway plus half of the rise, exact on a line
+    return np.stack([value, 2 * (drive.value(starts + widths / 2) - value) / widths])
+
+
+def _at(drive: Drive, t: Array) -> Array:
+    """The drive at ``t`` and a sine's companion there; zero for a line's, whose slope does not count at a point."""
     omega = drive.angular_frequency()
-    augmented, output = _augment(system, omega)
+    value = drive.value(t)
+    return np.stack([value, drive.value(t + np.pi / 2 / omega) if omega else np.zeros_like(value)])
+
+
+def _outputs(system: StateSpace, omega: float, inputs: Array, widths: Array, fractions: Array) -> Iterator[Array]:
+    """Outputs (n, outputs, intervals, points) of blocks of intervals, one after the other.
+
+    ``inputs`` (2, m) at the starts of intervals of ``widths`` (m,), or of one interval more, which has no width: the
+    end. The points of an interval are its start and ``fractions`` of its width, the last of which is 1 and begins the
+    next one.
+    """
+    matrix, output = _augment(system, omega)
     states = system.a.shape[1]
-    start = drive.value(panels.starts)
-    if omega:
-        companions = drive_phase(drive, panels.starts)
-    else:
-        middle = drive.value(panels.starts + panels.widths / 2)
-        companions = 2 * (middle - start) / panels.widths
-    propagators = _Propagators(augmented, panels)
-    x = np.zeros((len(system.a), states + 3, 1))
+    propagators = _Propagators(matrix, widths, fractions)
+    x = np.zeros((len(matrix), states + 3, 1))
     x[:, states + 2] = 1.0
-    at_points = np.empty((len(system.a), states + 3, *panels.points.shape))
-    for k in range(len(panels.starts)):
-        x[:, states], x[:, states + 1] = start[k], companions[k]
-        later = (propagators.of(k) @ x[:, None])[..., 0]  # (n, points, states): those after the first, and the end
-        at_points[:, :, k, 0] = x[..., 0]
-        at_points[:, :, k, 1:] = later[:, :-1].transpose(0, 2, 1)
-        x = later[:, -1, :, None].copy()
-    result = (output @ at_points.reshape(len(at_points), states + 3, -1)).reshape(
-        len(at_points), output.shape[1], *panels.points.shape
-    )
+    count = inputs.shape[1]
+    for first in range(0, count, _BLOCK):
+        block = range(first, min(first + _BLOCK, count))
+        at_points = np.empty((len(matrix), states + 3, len(block), len(fractions)))
+        for k in block:
+            x[:, states : states + 2, 0] = inputs[:, k]
+            at_points[:, :, k - first, 0] = x[..., 0]
+            if k < len(widths):
+                later = (propagators.of(k) @ x[:, None])[..., 0]  # (n, points, states)
+                at_points[:, :, k - first, 1:] = later[:, :-1].transpose(0, 2, 1)
+                x = later[:, -1, :, None].copy()
+        flat = output @ at_points.reshape(len(matrix), states + 3, -1)
+        yield flat.reshape(len(matrix), output.shape[1], len(block), len(fractions))
+
+
+def _finite(result: Array) -> Array:
     if not np.isfinite(result).all():
         raise SolveError("the exact engine's result is not finite: a value of the actuator is out of all proportion")
-    return np.asarray(result)
-
-
-def drive_phase(drive: Drive, t: Array | float) -> Array:
-    """The quarter-period companion of a sine: with it (u, companion) rotates at the drive's frequency."""
-    quarter = np.pi / 2 / drive.angular_frequency()
-    return drive.value(np.asarray(t) + quarter)
-
-
-def _rounded(widths: Array) -> Array:
-    """Widths to 12 significant digits."""
-    magnitude = 10.0 ** (11 - np.floor(np.log10(widths)))
-    return np.asarray(np.round(widths * magnitude) / magnitude)
+    return result
 
 
 def _augment(system: StateSpace, omega: float) -> tuple[Array, Array]:
-    """State, drive, its companion (slope, or quadrature of a sine) and the constant 1 as one autonomous system."""
+    """State, drive, its companion and the constant 1 as one autonomous system, and the outputs of it."""
     n, s, _ = system.a.shape
     matrix = np.zeros((n, s + 3, s + 3))
     matrix[:, :s, :s] = system.a
@@ -117,44 +149,36 @@ def _augment(system: StateSpace, omega: float) -> tuple[Array, Array]:
 
 
 class _Propagators:
-    """exp(M f w) for a panel's width w, f being where its points are (but for its start) and, last, its end."""
+    """The exponentials exp(M f w) for the widths w of intervals that follow one another, and the ``fractions`` f.
 
-    def __init__(self, matrix: Array, panels: Panels) -> None:
-        self._matrix, self._widths = matrix, panels.widths
-        # rounded as a key only: periods of one length differ in their last digits
-        self._keys = [float(f"{w:.9e}") for w in panels.widths.tolist()]
+    Widths that differ by rounding only share one. For a width twice another one they are the squares of those.
+    """
+
+    def __init__(self, matrix: Array, widths: Array, fractions: Array) -> None:
+        self._matrix, self._widths, self._fractions = matrix, widths, fractions
+        self._keys = [_key(w) for w in widths.tolist()]
         self._last = {key: k for k, key in enumerate(self._keys)}
-        self._made: dict[float, Array] = {}
+        self._kept: dict[str, Array] = {}
 
-    def of(self, panel: int) -> Array:
-        """(n, points, states, states); those of widths that will not come again are forgotten."""
-        key, width = self._keys[panel], float(self._widths[panel])
-        if key not in self._made:
-            half = self._made.get(float(f"{width / 2:.9e}"))
-            self._made[key] = half @ half if half is not None else self._exponential(width)
-        for old in [k for k in self._made if self._last.get(k, -1) < panel and k != key]:
-            del self._made[old]
-        return self._made[key]
+    def of(self, interval: int) -> Array:
+        """Exponentials (n, fractions, states, states); widths that do not come again are forgotten."""
+        key, width = self._keys[interval], float(self._widths[interval])
+        if key not in self._kept:
+            if len(self._kept) > _MOST_KEPT:
+                self._kept.clear()
+            half = self._kept.get(_key(width / 2))
+            self._kept[key] = half @ half if half is not None else self._exponential(width)
+        before = self._keys[interval - 1] if interval else key
+        if before != key and self._last[before] < interval:
+            self._kept.pop(before, None)
+        return self._kept[key]
 
     def _exponential(self, width: float) -> Array:
         from scipy.linalg import expm
 
-        fractions = np.append(FRACTIONS[1:], 1.0)
-        return np.asarray(expm(self._matrix[:, None] * (width * fractions)[:, None, None]))
+        return np.asarray(expm(self._matrix[:, None] * (width * self._fractions)[:, None, None]))
 
 
-class _Exponentials:
-    """exp(M h) for the interval widths h, made when first asked for."""
-
-    def __init__(self, matrix: Array, widths: Array) -> None:
-        self._matrix, self._widths = matrix, widths
-        self._made: dict[int, Array] = {}
-
-    def __getitem__(self, index: int) -> Array:
-        if index not in self._made:
-            from scipy.linalg import expm
-
-            if len(self._made) > 256:  # an irregular grid: keep memory bounded
-                self._made.clear()
-            self._made[index] = np.asarray(expm(self._matrix * self._widths[index]))
-        return self._made[index]
+def _key(width: float) -> str:
+    """A width to 12 digits."""
+    return f"{width:.11e}"

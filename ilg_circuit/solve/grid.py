@@ -16,10 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, ComplexArray, Mask
 from ..drive import Drive
 from ..errors import SolveError
-
-Array = NDArray[np.float64]
 
 #: ngspice's first step is backward Euler; so short (in units of the fastest mode) its error is below 1e-9.
 _FIRST_STEP = 1e-5
@@ -62,7 +61,7 @@ class Grid:
 
 
 def design_grid(
-    poles: NDArray[np.complex128],
+    poles: ComplexArray,
     drive: Drive,
     samples: Array,
     theta: float,
@@ -108,7 +107,7 @@ def design_grid(
     return Grid(nodes, samples, index.astype(np.intp), segments.astype(np.intp), np.clip(home, 0, None).astype(np.intp))
 
 
-def _rise(breakpoints: Array, jumping: NDArray[np.bool_], end: float, unnoticed: float) -> float:
+def _rise(breakpoints: Array, jumping: Mask, end: float, unnoticed: float) -> float:
     """How long [s] a jump takes: too short for any mode to notice, well within its neighbours, longer than rounding."""
     rise = max(unnoticed, 1e-11 * end)
     if jumping.any():
@@ -123,7 +122,7 @@ def _rise(breakpoints: Array, jumping: NDArray[np.bool_], end: float, unnoticed:
     return rise
 
 
-def smooth_intervals(poles: NDArray[np.complex128], drive: Drive, end: float) -> Array:
+def smooth_intervals(poles: ComplexArray, drive: Drive, end: float) -> Array:
     """Points from 0 to ``end`` [s] between which every mode and the drive are smooth, breakpoints included."""
     begins = np.concatenate([[0.0], drive.breakpoints(end)])
     ends = np.append(begins[1:], end)
@@ -132,7 +131,7 @@ def smooth_intervals(poles: NDArray[np.complex128], drive: Drive, end: float) ->
     return np.unique(np.append(np.concatenate(pieces), end))
 
 
-def _profile(poles: NDArray[np.complex128], omega: float, longest: float, theta: float) -> Array:
+def _profile(poles: ComplexArray, omega: float, longest: float, theta: float) -> Array:
     """Nodes (without the start) of a segment of length ``longest``, by inverting the count N(t) = integral dt/h(t)."""
     modes = poles[np.abs(poles) > 0]
     if not longest or (not len(modes) and not omega):
@@ -154,7 +153,7 @@ def _profile(poles: NDArray[np.complex128], omega: float, longest: float, theta:
     return np.asarray(np.interp(np.arange(1, np.floor(count[-1]) + 1), count, t))
 
 
-def representatives(modes: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def representatives(modes: ComplexArray) -> ComplexArray:
     """Few modes that bound many: of those within a tenth of a decade the fastest, with the slowest decay."""
     if len(modes) <= 24:
         return modes

@@ -1,4 +1,4 @@
-"""Finding ngspice's shared library on Linux, macOS and Windows, and handing it to PySpice."""
+"""Finds ngspice's shared library on Linux, macOS and Windows, and hands it to PySpice."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import ctypes.util
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 
 from ..errors import MissingLibraryError
@@ -26,46 +25,84 @@ _PATTERNS = {
 }
 
 
+def private_folder() -> Path:
+    """Return the folder of the Python environment into which the library may be unpacked without root."""
+    return Path(sys.prefix) / "lib" / "ngspice"
+
+
 def find_library() -> Path:
-    """Path of the shared library: the environment variable, the Python environment, then the system.
+    """Return the path of the shared library: the environment variable, the Python environment, then the system.
 
     Raises MissingLibraryError with one line that says what to install.
     """
+    for path in candidates():
+        return path
+    raise MissingLibraryError(INSTALL_HINT)
+
+
+def candidates() -> Iterator[Path]:
+    """Yield the files that may be the library, the first choice first; nothing but the variable's, if it is set.
+
+    Raises MissingLibraryError where the variable names no file.
+    """
     named = os.environ.get(VARIABLE)
     if named:
-        if Path(named).is_file():
-            return Path(named)
-        raise MissingLibraryError(f"{VARIABLE} is '{named}', which is no file; set it to ngspice's library or unset it")
+        if not Path(named).is_file():
+            raise MissingLibraryError(
+                f"{VARIABLE} is '{named}', which is no file; set it to ngspice's library or unset it"
+            )
+        yield Path(named)
+        return
     for folder in _folders():
         for pattern in _PATTERNS.get(sys.platform, _PATTERNS["linux"]):
-            for path in sorted(folder.glob(pattern)):
-                return path
-    found = ctypes.util.find_library("ngspice")
-    if found:
-        return Path(found)
-    raise MissingLibraryError(INSTALL_HINT)
+            yield from sorted(folder.glob(pattern))
+    if known := ctypes.util.find_library("ngspice"):
+        yield Path(known)
+
+
+def loads(library: Path) -> bool:
+    """Load a library; False where it cannot be: it is for another processor, or without what it needs."""
+    if private_folder() in library.parents:
+        _load_neighbours(private_folder())
+    try:
+        ctypes.CDLL(str(library))
+    except OSError:
+        return False
+    return True
 
 
 def prepare_library() -> Path:
     """Find the library, load what lies unpacked beside it, and name it to PySpice, before PySpice is imported."""
     path = find_library()
-    private = Path(sys.prefix) / "lib" / "ngspice"
-    if private in path.parents:
-        # unpacked without root: the dynamic linker does not know this folder, so its neighbours are loaded first
-        for neighbour in sorted(private.rglob("*.so.*")):
-            if not neighbour.name.startswith("libngspice"):
-                with suppress(OSError):
-                    ctypes.CDLL(str(neighbour), mode=ctypes.RTLD_GLOBAL)
+    if private_folder() in path.parents:
+        _load_neighbours(private_folder())
     os.environ[VARIABLE] = str(path)
     return path
 
 
+def _load_neighbours(folder: Path) -> None:
+    """Load what ngspice needs from a folder that the dynamic linker does not know."""
+    left = [path for path in sorted(folder.rglob("*.so*")) if not path.name.startswith("libngspice")]
+    for _ in list(left):  # they may need each other: as many rounds as could ever help
+        left = [path for path in left if not _loaded_for_all(path)]
+
+
+def _loaded_for_all(path: Path) -> bool:
+    try:
+        ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
+    except OSError:
+        return False
+    return True
+
+
 def _folders() -> Iterator[Path]:
-    private = Path(sys.prefix) / "lib" / "ngspice"
+    private = private_folder()
     yield private
     if private.is_dir():
         yield from sorted(p for p in private.rglob("*") if p.is_dir())
     yield Path(sys.prefix) / "lib"
+    if conda := os.environ.get("CONDA_PREFIX"):
+        yield Path(conda) / "lib"
     yield Path(sys.prefix) / "Library" / "bin"
     if sys.platform == "darwin":
         yield from (Path("/opt/homebrew/lib"), Path("/usr/local/lib"))

@@ -24,17 +24,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, ComplexArray
 from ..errors import SolveError
 from .library import prepare_library
 
-Array = NDArray[np.float64]
 Run = Callable[[Array, Array], Array]
 
 #: Truncation control is off: the grid decides. A linear circuit is solved in one Newton step, so its tolerances only
 #: have to be wide enough for rounding.
 _OPTIONS = {"method": "trap", "trtol": "1e12", "reltol": "1e-3", "abstol": "1e-6", "vntol": "1e-3", "chgtol": "1e-14"}
 #: A nonlinear one is iterated until no voltage moves any more; far from the solution an exponential needs many steps.
-#: Currents are not waited for: within a jump those of capacitors are rounding multiplied by C/h.
+#: Current convergence is not required: across a jump, capacitor currents are rounding errors amplified by C/h.
 _NONLINEAR = {"reltol": "1e-10", "abstol": "1.0", "vntol": "1e-12", "itl1": "500", "itl4": "500"}
 #: But ngspice stores the iteration before the last, so every point of a nonlinear circuit is begun with its drive a
 #: little off, by this part of the largest: one more iteration follows, and stored currents belong to stored voltages.
@@ -120,7 +120,7 @@ class Session:
                 self._command("remcirc")
                 self._lib.ngSpice_Command(self._ffi.NULL)  # ngspice keeps every command until told to forget them
 
-    def ac(self, circuit: str, frequencies: Array, vectors: list[str]) -> NDArray[np.complex128]:
+    def ac(self, circuit: str, frequencies: Array, vectors: list[str]) -> ComplexArray:
         """Small-signal ``vectors`` at ``frequencies`` [Hz] about the operating point; shape (vectors, frequencies).
 
         The circuit's text holds its sources' DC and AC values. Raises SolveError when ngspice rejects it or finds no

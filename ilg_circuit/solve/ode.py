@@ -9,13 +9,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..drive import Drive
 from ..errors import SolveError
 from ..strip.port import Port
-
-Array = NDArray[np.float64]
 
 #: Tight, because between its steps the method interpolates by a cubic only.
 _RTOL, _ATOL = 1e-12, 1e-15
@@ -69,7 +67,7 @@ def port_response(port: Port, drive: Drive, times: Array) -> tuple[Array, Array]
 
 
 class _System:
-    """The port's right-hand side. A ladder's sections are states too; its capacitor's charge is that of all."""
+    """The port's right-hand side. A ladder's sections are states too; the charge of its capacitor is the port's."""
 
     def __init__(self, port: Port) -> None:
         self._port = port

@@ -1,9 +1,9 @@
 """A run cut into panels, on each of which every waveform is a polynomial to seven digits.
 
 On a panel of width h a mode exp(p t) is known by its values at 10 points to about 3e-12 (abs(p) h)^10 of what is left
-of it, so h = 3.5/abs(p), growing as the mode dies. Widths are a smooth piece's length over powers of two: exact
-propagators of one width then are squares of those of another. The points are Gauss and Radau's with the left end among
-them, which is the right limit where the drive jumps; sums over them with `WEIGHTS` are integrals.
+of it, so h = 3.5/abs(p), growing as the mode dies. Widths are a smooth piece's length over powers of two, so that
+exact propagators of one width are squares of the propagators of another. The points are Gauss and Radau's with the left
+end among them, which is the right limit where the drive jumps; sums over them with `WEIGHTS` are integrals.
 """
 
 from __future__ import annotations
@@ -14,13 +14,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from ..arrays import Array, ComplexArray, Mask
 from ..drive import Drive
 from ..errors import SolveError
 from .grid import representatives
-
-Array = NDArray[np.float64]
 
 NODES = 10
 #: Largest width of a panel, in units of the fastest mode alive.
@@ -57,7 +55,7 @@ class Panels:
         """Times [s] (m, NODES) of the points, each panel's first being its start."""
         return np.asarray(self.starts[:, None] + self.widths[:, None] * FRACTIONS)
 
-    def split(self, chosen: NDArray[np.bool_], parts: int) -> Panels:
+    def split(self, chosen: Mask, parts: int) -> Panels:
         """The same with the ``chosen`` (m,) panels cut into equal ``parts``."""
         counts = np.where(chosen, parts, 1)
         widths = np.repeat(self.widths / counts, counts)
@@ -65,7 +63,7 @@ class Panels:
         return Panels(np.repeat(self.starts, counts) + (np.arange(len(widths)) - first) * widths, widths, self.end)
 
 
-def design_panels(poles: NDArray[np.complex128], drive: Drive, end: float) -> Panels:
+def design_panels(poles: ComplexArray, drive: Drive, end: float) -> Panels:
     """The panels for circuits with ``poles`` [1/s] (any shape, all together) under ``drive`` from 0 to ``end`` [s].
 
     Raises SolveError when a mode rings so fast and so long that more than 20000 would be needed.
@@ -78,7 +76,7 @@ def design_panels(poles: NDArray[np.complex128], drive: Drive, end: float) -> Pa
     starts, widths = [], []
     total = 0
     for a, length in zip(bounds[:-1], np.diff(bounds), strict=True):
-        key = float(f"{length:.9e}")  # periods that differ by rounding only are cut alike
+        key = float(f"{length:.9e}")  # periods that differ by rounding only are cut in the same way
         if key not in tiles:
             tiles[key] = _tiles(key, rates, decays)
         total += len(tiles[key])

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array, ComplexArray
 from ..circuit.netlist import GROUND, Element, Netlist, copies, floating_nodes
 from ..errors import InputError
 from .state_space import StateSpace, refined_solve, state_space
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 #: What gives a part without direct current an operating point has so many times the impedance of a capacitor at the
 #: lowest frequency: an open circuit in the spectrum. A coil, because so large a resistor is lost in rounding beside the

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, ComplexArray
 from ..circuit.netlist import GROUND, Netlist
 from ..errors import InputError, SolveError
-
-Array = NDArray[np.float64]
 
 _BRANCH_KINDS = frozenset("VEHC")  # kinds that carry a current unknown; a capacitor is a source of its own state
 
@@ -35,7 +34,7 @@ class StateSpace:
     d: Array
     output_names: tuple[str, ...]
 
-    def poles(self) -> NDArray[np.complex128]:
+    def poles(self) -> ComplexArray:
         """Eigenvalues of A [1/s], shape (n, s)."""
         return np.asarray(np.linalg.eigvals(self.a), dtype=complex)
 

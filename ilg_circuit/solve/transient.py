@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array, ComplexArray
 from ..circuit.netlist import Netlist, copies
 from ..drive import Drive, drive_times
 from ..errors import InputError, SolveError
 from .grid import Grid, design_grid
 from .state_space import StateSpace, state_space
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 #: Accuracy a caller gets who asks for none: error relative to each waveform's largest value.
@@ -167,7 +167,7 @@ def similar(fastest: Array) -> list[NDArray[np.intp]]:
 
 def _solve_batch(
     nets: list[Netlist],
-    poles: NDArray[np.complex128],
+    poles: ComplexArray,
     drive: Drive,
     samples: Array,
     accuracies: tuple[float, float],
@@ -175,7 +175,7 @@ def _solve_batch(
 ) -> tuple[Array, Array]:
     """Values (n, outputs, t) and errors (n, outputs) of one batch on one shared grid, refined until accurate.
 
-    ``accuracies``: the one that is aimed at, and the one that is accepted in the end.
+    ``accuracies``: what is aimed at, and what is accepted in the end.
     """
     accuracy, acceptable = accuracies
     circuit, vectors = copies(nets)

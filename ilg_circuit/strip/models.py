@@ -81,6 +81,7 @@ class ElectricalModel:
 
     def impedance(self, values, s, electrode_resistance=0.0):
         import numpy as np
+
         from .ladder import Ladder
 
         columns = values.T[:, :, None]
@@ -107,8 +108,9 @@ class ElectricalModel:
         return index
 
     def ladders(self, typical, band):
-        import numpy as np
         from dataclasses import replace
+
+        import numpy as np
 
         low, high = band
         v = dict(zip(self.names, typical.tolist(), strict=True))
@@ -122,6 +124,7 @@ class ElectricalModel:
 
     def spectrum_starts(self, z, omega, random):
         from types import SimpleNamespace
+
         from ..identify.spectrum_start import starts
 
         return starts(self, SimpleNamespace(impedance=z, frequency=omega / (2 * math.pi)), 0.0, random)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..report.plots import BLUE, GREY, ORANGE, engineering, save
+from ..report.axes import BLUE, GREY, ORANGE, engineering, save
 from .design import Design
 from .findings import aim
 from .pareto import Front

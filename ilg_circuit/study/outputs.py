@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..simulation.waveforms import ANSWERS
+from ..simulation.waveforms import WAVEFORMS as SIMULATED
 from ..solve.panels import Panels
 from .curves import Curves
 
@@ -24,7 +26,7 @@ Array = NDArray[np.float64]
 SETTLING_BAND = 0.02
 
 #: Waveforms that a study can keep whole -> SI unit.
-WAVEFORMS = {"current": "A", "charge": "C", "displacement": "m", "force": "N"}
+WAVEFORMS = {waveform.name: waveform.unit for waveform in ANSWERS if waveform.compute is None}
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +82,7 @@ def _overshoot(runs: Runs) -> Array:
 
 
 def _of_waveform(name: str) -> list[Output]:
-    unit, at = WAVEFORMS[name], {"displacement": " of L_F", "force": " on load or clamp"}.get(name, "")
+    unit, at = WAVEFORMS[name], f" {SIMULATED[name].place}".rstrip()
     return [
         Output(f"{name}_final", unit, f"{name}{at} at the end", lambda runs: runs.curve(name).final),
         Output(f"{name}_peak", unit, f"largest {name}{at}, with its sign", lambda runs: runs.curve(name).peak()[0]),

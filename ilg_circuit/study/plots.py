@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..report.plots import BLUE, GREY, ORANGE, engineering, save
+from ..report.axes import BLUE, GREY, ORANGE, engineering, save
 from ..units import format_quantity
 from .dataset import DESIGN, read_sweep
 

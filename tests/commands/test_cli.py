@@ -8,12 +8,15 @@ import shutil
 import stat
 import subprocess
 import sys
+from importlib import import_module
+from inspect import cleandoc
 from pathlib import Path
 
+import click
 import pytest
 from command import SIMULATE, Run, assert_one_line
 
-from ilg_circuit import __version__, files
+from ilg_circuit import __version__, commands, files
 from ilg_circuit.solve.library import VARIABLE
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.file import dumps
@@ -119,6 +122,15 @@ def test_without_a_command_the_help_is_the_answer(run: Run) -> None:
     assert "Commands:" in done.out + done.err
 
 
+def test_the_list_of_commands_is_the_commands_own_help() -> None:
+    folder = Path(commands.__file__).parent
+    modules = {path.stem: import_module(f"ilg_circuit.commands.{path.stem}") for path in folder.glob("[a-z]*.py")}
+    found = {name: getattr(module, name, None) for name, module in modules.items()}
+    helps = {name: cleandoc(c.help or "") for name, c in found.items() if isinstance(c, click.Command)}
+    assert {name: " ".join(text.split("\n\n")[0].split()) for name, text in helps.items()} == commands.COMMANDS
+    assert list(commands.COMMANDS) == sorted(commands.COMMANDS)
+
+
 @pytest.mark.parametrize("arguments", ['["--help"]', '["simulate", "--help"]', '["--version"]'])
 def test_help_is_quick(tmp_path: Path, arguments: str) -> None:
     code = f"""
@@ -129,7 +141,8 @@ try:
 except SystemExit:
     pass
 heavy = {{"numpy", "scipy", "lmfit", "matplotlib", "pint", "PySpice", "tqdm"}}
-print("loaded:", sorted(heavy & set(sys.modules)))
+commands = {{"ilg_circuit.commands.design", "ilg_circuit.commands.arm"}}
+print("loaded:", sorted((heavy | commands) & set(sys.modules)))
 """
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert done.stdout.splitlines()[-1] == "loaded: []"

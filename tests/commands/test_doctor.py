@@ -25,11 +25,9 @@ def test_report() -> None:
 
 
 def test_a_wrong_answer_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    from dataclasses import replace
-
     def wrong(*arguments: object, **how: object):
         response = simulate(*arguments, **how)
-        return replace(response, current=response.current * (1 + 1e-5))
+        return response.with_waveforms(current=response.current * (1 + 1e-5))
 
     monkeypatch.setattr("ilg_circuit.simulation.response.simulate", wrong)
     with pytest.raises(SolveError, match="self-check failed"):
@@ -37,11 +35,9 @@ def test_a_wrong_answer_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_not_a_number_is_an_error_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    from dataclasses import replace
-
     def wrong(*arguments: object, **how: object):
         response = simulate(*arguments, **how)
-        return replace(response, current=np.full_like(response.current, np.nan))
+        return response.with_waveforms(current=np.full_like(response.current, np.nan))
 
     monkeypatch.setattr("ilg_circuit.simulation.response.simulate", wrong)
     with pytest.raises(SolveError, match="self-check failed"):

@@ -12,7 +12,7 @@ import pytest
 from command import Run
 from spectrum_texts import csv
 
-from ilg_circuit.fit.residuals import autocorrelations, residual_windows
+from ilg_circuit.fit.criteria import autocorrelations, residual_windows
 from ilg_circuit.identify import Identification
 from ilg_circuit.identify.html_report import html, write_report
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from ilg_circuit.errors import SolveError
-from ilg_circuit.report.plots import new_figure
+from ilg_circuit.report.axes import new_figure
 from ilg_circuit.reproduce import ITEMS, Check, Claim, Item, Made, Outcome, Row, make, write
 from ilg_circuit.reproduce.items import rows
 from ilg_circuit.reproduce.page import page

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,8 @@ import pytest
 from ilg_circuit.circuit import Load
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
-from ilg_circuit.simulation.check import AGREEMENT, Difference, check, closed_forms, report, require_agreement
+from ilg_circuit.report.check import summary
+from ilg_circuit.simulation.check import AGREEMENT, Difference, check, closed_forms, require_agreement
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.strip.actuator import PAPER, Actuator
@@ -26,7 +26,7 @@ DRIVES = ["step:4V", "square:4V,30s", "square:-4V..4V,23s,0.3", "sine:2V,0.1Hz",
 def test_three_answers_agree(drive: str, beam: str, tip: str) -> None:
     response = simulate(PAPER, parse_drive(drive, 100.0), T, tip=tip, beam=beam)
     differences = check(response, tip=tip, beam=beam)
-    assert all(d.value <= 1e-7 for d in differences), report(differences)
+    assert all(d.value <= 1e-7 for d in differences), summary(differences)
     require_agreement(differences)
     references = {d.reference for d in differences}
     assert references == ({"exact engine", "closed form"} if beam == "static" else {"exact engine"})
@@ -36,7 +36,7 @@ def test_three_answers_agree(drive: str, beam: str, tip: str) -> None:
 def test_every_kind_of_strip(strips: dict[str, Actuator], which: str) -> None:
     response = simulate(strips[which], parse_drive("step:4V", 100.0), T, beam="static")
     differences = check(response, tip="free", beam="static")
-    assert all(d.value <= 1e-7 for d in differences), report(differences)
+    assert all(d.value <= 1e-7 for d in differences), summary(differences)
     forms = {d.quantity for d in differences if d.reference == "closed form"}
     expected = {
         "electrodes": {"current"},
@@ -71,7 +71,7 @@ def test_a_measured_drive_has_closed_forms_too(tmp_path: Path) -> None:
     response = simulate(PAPER, parse_drive(f"file:{tmp_path / 'drive.csv'}", 100.0), T, beam="static")
     differences = check(response, tip="free", beam="static")
     assert {d.reference for d in differences} == {"exact engine", "closed form"}
-    assert all(d.value <= 1e-7 for d in differences), report(differences)
+    assert all(d.value <= 1e-7 for d in differences), summary(differences)
 
 
 @pytest.mark.parametrize("duration", [45.0, 75.0])
@@ -79,7 +79,7 @@ def test_runs_that_end_on_an_edge(duration: float) -> None:
     t = np.linspace(0, duration, 91)
     response = simulate(PAPER, parse_drive("square:4V,30s", duration), t, beam="static")
     differences = check(response, tip="free", beam="static")
-    assert all(d.value <= 1e-7 for d in differences), report(differences)
+    assert all(d.value <= 1e-7 for d in differences), summary(differences)
 
 
 @pytest.mark.parametrize("period", ["0.1s", "1.1s"])
@@ -108,7 +108,7 @@ def test_closed_force_of_a_clamped_tip() -> None:
 
 def test_a_wrong_answer_is_named() -> None:
     response = simulate(PAPER, parse_drive("step:4V", 100.0), T, beam="static")
-    wrong = replace(response, charge=1.001 * response.charge)
+    wrong = response.with_waveforms(charge=1.001 * response.charge)
     differences = check(wrong, tip="free", beam="static")
     with pytest.raises(SolveError, match=r"check failed: charge differs from the exact engine by 1\.0e-03"):
         require_agreement(differences)
@@ -117,26 +117,28 @@ def test_a_wrong_answer_is_named() -> None:
 @pytest.mark.parametrize("spoilt", ["current", "displacement"])
 def test_closed_forms_catch_what_the_engine_might_share(spoilt: str) -> None:
     response = simulate(PAPER, parse_drive("step:4V", 100.0), T, beam="static")
-    wrong = replace(response, **{spoilt: getattr(response, spoilt) + 1e-3 * np.abs(getattr(response, spoilt)).max()})
+    wrong = response.with_waveforms(
+        **{spoilt: getattr(response, spoilt) + 1e-3 * np.abs(getattr(response, spoilt)).max()}
+    )
     differences = check(wrong, tip="free", beam="static")
     assert [d for d in differences if d.quantity == spoilt and d.reference == "closed form" and not d.agrees]
 
 
 def test_a_waveform_that_should_be_zero_is_compared_as_it_is() -> None:
     response = simulate(PAPER, parse_drive("step:4V", 100.0), T)
-    wrong = replace(response, force=np.full(len(T), 1e-3))
+    wrong = response.with_waveforms(force=np.full(len(T), 1e-3))
     assert not next(d for d in check(wrong, tip="free", beam="dynamic") if d.quantity == "force").agrees
 
 
 def test_report_is_a_table() -> None:
     rows = [Difference("current", "exact engine", 1e-9), Difference("displacement", "closed form", 2e-4)]
-    lines = report(rows).splitlines()
+    lines = summary(rows).splitlines()
     assert lines[0].split()[0] == "quantity"
     assert lines[1].split() == ["current", "exact", "engine", "1.0e-09"]
     assert lines[2].split() == ["displacement", "closed", "form", "2.0e-04"]
-    assert "no closed form" not in report(rows)
-    assert "no closed form" in report([rows[0], Difference("displacement", "exact engine", 1e-9)])
-    assert "no closed form" not in report(rows[:1]), "of an impedance nobody expects a displacement"
+    assert "no closed form" not in summary(rows)
+    assert "no closed form" in summary([rows[0], Difference("displacement", "exact engine", 1e-9)])
+    assert "no closed form" not in summary(rows[:1]), "of an impedance nobody expects a displacement"
 
 
 def test_the_limit_of_agreement() -> None:

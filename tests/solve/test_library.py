@@ -89,6 +89,31 @@ def test_prepare_tells_pyspice_where_it_is(monkeypatch: pytest.MonkeyPatch, tmp_
     assert os.environ[VARIABLE] == str(file)
 
 
+def test_a_library_that_cannot_be_loaded_is_no_use(tmp_path: Path) -> None:
+    (tmp_path / "libngspice.so").write_text("no library")
+    assert not library.loads(tmp_path / "libngspice.so")
+    assert library.loads(find_library())
+
+
+def test_what_lies_unpacked_beside_it_is_loaded_first(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    private = tmp_path / "lib" / "ngspice"
+    private.mkdir(parents=True)
+    for name in ("libngspice.so.0", "liba.so.1", "libb.so.2"):
+        (private / name).touch()
+    loaded: list[str] = []
+
+    def load(name: str, mode: int = 0) -> None:
+        file = Path(name).name
+        if file == "liba.so.1" and "libb.so.2" not in loaded:
+            raise OSError("liba needs libb")
+        loaded.append(file)
+
+    monkeypatch.setattr(library.sys, "prefix", str(tmp_path))
+    monkeypatch.setattr(library.ctypes, "CDLL", load)
+    assert library.loads(private / "libngspice.so.0")
+    assert loaded == ["libb.so.2", "liba.so.1", "libngspice.so.0"]
+
+
 def test_a_missing_library_is_a_failed_solve_and_wrong_input() -> None:
     assert issubclass(MissingLibraryError, SolveError)
     assert issubclass(MissingLibraryError, IlgError)

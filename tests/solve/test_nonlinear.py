@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ilg_circuit.circuit import port_netlist, strip_netlist
 from ilg_circuit.drive import Drive, PiecewiseLinear
 from ilg_circuit.errors import InputError, SolveError
-from ilg_circuit.simulation.check import check, report, require_agreement
+from ilg_circuit.report.check import summary
+from ilg_circuit.simulation.check import check, require_agreement
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.solve import transient
@@ -237,10 +238,10 @@ def test_check_compares_with_the_equations(model: str) -> None:
         ("charge", "port's equations"),
     }
     require_agreement(differences)
-    wrong = check(replace(response, charge=1.001 * response.charge), tip="free", beam="dynamic")
+    wrong = check(response.with_waveforms(charge=1.001 * response.charge), tip="free", beam="dynamic")
     with pytest.raises(SolveError, match=r"check failed: charge differs from the port's equations by 1.0e-03"):
         require_agreement(wrong)
-    assert "port's equations" in report(differences)
+    assert "port's equations" in summary(differences)
 
 
 def test_the_package_integrates_the_same_equations() -> None:

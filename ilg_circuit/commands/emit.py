@@ -1,0 +1,110 @@
+"""What every command does with its result: write the files that were asked for, print text, print warnings.
+
+outputs = {"--out": out, "--json": json_path, "--plot": plot, "--report": report}
+require_outputs(outputs, {"DATA": data})  # before the work
+result = ...
+emit(result, outputs, inputs=data, writers={"--out": write_actuator})
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from ..errors import InputError
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+#: Options -> files to write; None where an option was not given.
+Outputs = Mapping[str, Path | None]
+R = TypeVar("R", bound="Result")
+
+
+def require_outputs(outputs: Outputs, inputs: Mapping[str, Path | Iterable[Path] | None] | None = None) -> None:
+    """Refuse output paths before the work is done.
+
+    ``inputs`` are files that the command reads, by the names that its help gives them. Raises InputError where a path
+    cannot be written, a picture (an option that ends in ``plot``) has a suffix that cannot be drawn, or two of all
+    these paths are the same file.
+    """
+    read = {name: [given] if isinstance(given, Path) else list(given or ()) for name, given in (inputs or {}).items()}
+    written = {option: path for option, path in outputs.items() if path is not None}
+    paths = [*(path for given in read.values() for path in given), *written.values()]
+    if len({path.resolve() for path in paths}) < len(paths):
+        *names, last = [*read, *outputs]
+        named = f"two of {', '.join(names)} and {last}" if len(names) > 1 else f"{names[0]} and {last}"
+        raise InputError(f"{named} name the same file; give each its own")
+    for option, path in written.items():
+        if option.endswith("plot"):
+            from ..report.axes import require_picture
+
+            require_picture(path)
+        else:
+            from ..files import require_writable
+
+            require_writable(path)
+
+
+def emit(
+    result: R,
+    outputs: Outputs,
+    *,
+    inputs: Iterable[str | Path | None] = (),
+    seed: int | None = None,
+    writers: Mapping[str, Callable[[R, Path], object]] | None = None,
+    text: str | None = None,
+    as_json: bool = False,
+) -> R:
+    """Write ``result`` to ``outputs``, print its text to stdout and its warnings to stderr, return it.
+
+    The result that is written and returned carries its provenance: version, command line, hashes of those ``inputs``
+    that are files, ``seed`` if numbers were drawn at random. ``--json``, ``--plot`` and ``--report`` are written from
+    `Result.to_dict`, `Result.figure` and `Result.page`; any other option needs a function in ``writers``, which may
+    also replace one of these three: it is called with the result and the path. ``text`` is printed in place of
+    `Result.summary`; with ``as_json`` the plain data are. Warnings are ``result.warnings``, if it has any.
+    """
+    from dataclasses import replace
+
+    from ..provenance import command_line, provenance
+
+    made = replace(result, provenance=provenance(command_line(), [path for path in inputs if path], seed))
+    writing: dict[str, Callable[[R, Path], object]] = {"--json": _json, "--plot": _plot, "--report": _report}
+    writing.update(writers or {})
+    for option, path in outputs.items():
+        if path is not None:
+            writing[option](made, path)
+    if as_json:
+        click.echo(json.dumps(plain_data(made), indent=2))
+    else:
+        click.echo(made.summary() if text is None else text)
+    for line in getattr(made, "warnings", ()):
+        click.echo(f"warning: {line}", err=True)
+    return made
+
+
+def plain_data(result: Result) -> dict[str, Any]:
+    """Return ``result`` as plain data, its provenance last."""
+    return result.to_dict() | {"provenance": result.provenance.to_dict()}
+
+
+def _json(result: Result, path: Path) -> None:
+    from ..files import write_json
+
+    write_json(path, plain_data(result))
+
+
+def _plot(result: Result, path: Path) -> None:
+    from ..report.axes import save
+
+    save(result.figure(), path, result.provenance)
+
+
+def _report(result: Result, path: Path) -> None:
+    from ..report.page import write_page
+
+    write_page(result.page(), path, result.provenance)

@@ -1,0 +1,22 @@
+"""Shows a check: how far independent answers differ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from .tables import aligned
+
+if TYPE_CHECKING:
+    from ..simulation.check import Difference
+
+
+def summary(differences: Sequence[Difference]) -> str:
+    """Return the table that ``--check`` prints."""
+    rows = [("quantity", "compared with", "largest difference / maximum")]
+    rows += [(d.quantity, d.reference, f"{d.value:.1e}") for d in differences]
+    lines = aligned(rows, "<<>")
+    references = {d.reference for d in differences if d.quantity == "displacement"}
+    if references and "closed form" not in references:
+        lines.append("(no closed form of the displacement for this case: it exists for --beam static, Re = 0)")
+    return "\n".join(lines)

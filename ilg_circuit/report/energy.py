@@ -1,0 +1,81 @@
+"""Shows where a strip's energy goes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..units import format_quantity
+from .axes import BLUE, GREY, ORANGE, engineering, new_figure
+from .page import Grid, Page, Section, picture
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..simulation.energy import EnergyAccount
+
+#: Elements that are named in a line, where there are more.
+_NAMED = 5
+
+
+def summary(account: EnergyAccount) -> str:
+    """Return the energies at the end, element by element."""
+    lines = [f"energy delivered until the end  {format_quantity(float(account.source[-1]), 'J', 5)}"]
+    for kind, mechanical, parts in _groups(account):
+        named = [f"{name} {format_quantity(energy, 'J', 4)}" for name, energy in parts.items()]
+        if len(named) > _NAMED + 1:
+            named[_NAMED:] = [f"and {len(named) - _NAMED} more"]
+        if named:
+            lines.append(f"  {kind + (' mechanically' if mechanical else ' electrically'):<26} {', '.join(named)}")
+    if np.abs(account.mechanical).max() > 0:
+        lines.append(
+            f"  {'given to the beam':<26} {format_quantity(float(account.mechanical[-1]), 'J', 4)}, at most "
+            f"{account.efficiency:.1e} of what was delivered"
+        )
+    return "\n".join(lines)
+
+
+def figure(account: EnergyAccount) -> Figure:
+    """Return bars of the energies at the end: what each element dissipated (orange) and stored (blue)."""
+    bars = [
+        (name, energy, ORANGE if kind == "dissipated" else BLUE)
+        for kind, _, parts in _groups(account)
+        for name, energy in parts.items()
+    ]
+    figure, (panel,) = new_figure(1, [0.6 + 0.22 * len(bars)])
+    factor, unit = engineering(np.array([energy for _, energy, _ in bars]), "J")
+    names, energies, colours = zip(*bars, strict=True) if bars else ((), (), ())
+    panel.barh(names, [factor * energy for energy in energies], color=colours)
+    panel.axvline(factor * float(account.source[-1]), color=GREY, linewidth=0.8, linestyle="--")
+    panel.invert_yaxis()
+    panel.set_xlabel(f"energy at the end [{unit}]; orange: dissipated, blue: stored, dashed: delivered")
+    return figure
+
+
+def section(account: EnergyAccount) -> Section:
+    """Return the energies at the end as a section of a page."""
+    rows = [
+        (name, f"{kind} {'mechanically' if mechanical else 'electrically'}", format_quantity(energy, "J", 4))
+        for kind, mechanical, parts in _groups(account)
+        for name, energy in parts.items()
+    ]
+    table = Grid(("element", "", "energy at the end"), rows, words=frozenset({0, 1}))
+    return Section("Where the energy goes", [table, picture(figure(account), "energies at the end, by element")])
+
+
+def page(account: EnergyAccount) -> Page:
+    """Return the account as a page."""
+    delivered = format_quantity(float(account.source[-1]), "J", 5)
+    balance = f"{max(account.electrical_imbalance, account.mechanical_imbalance):.1e}"
+    facts = [("delivered", delivered), ("efficiency", f"{account.efficiency:.1e}"), ("balances closed to", balance)]
+    return Page("Energy of a strip", "delivered, dissipated, stored", facts, (), [section(account)])
+
+
+def _groups(account: EnergyAccount) -> Iterator[tuple[str, bool, dict[str, float]]]:
+    """Kind, whether mechanical, and the energies [J] at the end of the elements that took any."""
+    for kind in ("dissipated", "stored"):
+        for mechanical in (False, True):
+            parts = account.parts(kind, mechanical=mechanical)
+            yield kind, mechanical, {n: float(v[-1]) for n, v in parts.items() if np.abs(v).max() > 0}

@@ -1,0 +1,345 @@
+"""Identifications as text, as a page and as a strip's file.
+
+Sections of a page stand in the order in which a referee asks: what was measured and how well it is described, what
+follows from it and how sure that is, what else was tried, and how to do it again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..arrays import Array
+from ..circuit.strip import strip_netlist
+from ..files import write_text
+from ..fit.selection import Candidate
+from ..identify.displacement_metrics import TAIL, DisplacementMetrics
+from ..identify.identification import Identification
+from ..identify.observation_fit import SIZE, ObservationFit
+from ..simulation.step_metrics import SETTLING_BAND, StepMetrics
+from ..strip.file import dumps
+from ..units import format_quantity
+from .estimates import (
+    HEADER,
+    autocorrelation_picture,
+    correlation_section,
+    derived_line,
+    derived_section,
+    estimate_line,
+    method_lines,
+    parameter_section,
+    plus_minus,
+    strong_correlations,
+)
+from .identification_figure import figure
+from .page import Grid, Listing, Page, Prose, Section, picture, repetition
+
+__all__ = ["figure", "page", "summary", "write_actuator"]
+
+#: Metrics of a displacement as people read them: name -> (unit, "" for a ratio; what it says in words)
+_METRICS = {
+    "final": ("m", "final value"),
+    "peak": ("m", "peak"),
+    "peak_time": ("s", "time of the peak"),
+    "overshoot": ("", "overshoot"),
+    "settling_time": ("s", f"settling time ({SETTLING_BAND:.0%})"),
+    "back_relaxation": ("m", "back-relaxation"),
+}
+_OF_A_PEAK = ("peak_time", "overshoot", "back_relaxation")
+
+
+def summary(result: Identification) -> str:
+    """Return the result for a terminal: candidates, parameters, what follows from them, residuals."""
+    lines = [headline(result), *_check_lines(result)]
+    if len(result.candidates) > 1:
+        lines += ["", *_candidate_lines(result)]
+    lines += ["", HEADER, *(estimate_line(name, e) for name, e in result.parameters.items())]
+    lines += method_lines(result.parameters)
+    if result.own:
+        averaged = sorted({name for found in result.own.values() for name in found})
+        lines += ["", f"own to each record (above: the geometric mean): {', '.join(averaged)}"]
+        every = [(source, name, e) for source, found in result.own.items() for name, e in found.items()]
+        lines += [estimate_line(f"  {name}, {source}", e) for source, name, e in every]
+    lines += ["", *(derived_line(name, e) for name, e in result.derived.items())]
+    lines += ["", *(_statistics_line(result, o) for o in result.observations)]
+    strong = [f"{pair}: {value:+.3f}" for pair, value in strong_correlations(result.correlations).items()]
+    if strong:
+        lines.append(f"correlations beyond 0.9: {'; '.join(strong)}")
+    if not result.single:
+        lines += ["", *comparison_lines(result)]
+    if result.residual_windows:
+        lines += ["", *_window_lines(result)]
+    if result.metrics is not None:
+        lines += ["", *metrics_lines(result.metrics)]
+    return "\n".join(lines)
+
+
+def headline(result: Identification) -> str:
+    """Return what was measured, and the model."""
+    first = result.port.data[0]
+    if not result.single:
+        return f"{files(result)} together, model {result.model}, {_engines(result)}"
+    if first.quantity == "impedance":
+        f = first.abscissa
+        low, high = (format_quantity(float(x), "Hz", 4) for x in (f[0], f[-1]))
+        what = f"spectrum of {len(f)} points, {low} to {high}"
+    else:
+        onset = format_quantity(result.derived["onset"].value, "s", 6)
+        step = f"step of {format_quantity(first.level, 'V', 5)} at" if first.level is not None else "waveform from"
+        what = f"{step} {onset}"
+    return f"{first.source}: {what}; model {result.model}, {_engines(result)}"
+
+
+def files(result: Identification) -> str:
+    """Return how many records and spectra."""
+    spectra = sum(d.quantity == "impedance" for d in result.port.data)
+    records = len(result.port.data) - spectra
+    counts = [(records, "record", "records"), (spectra, "spectrum", "spectra")]
+    return " and ".join(f"{n} {one if n == 1 else many}" for n, one, many in counts if n)
+
+
+def _engines(result: Identification) -> str:
+    engines = dict.fromkeys(d.engine for d in result.port.data)
+    return " and ".join(name if name == "closed form" else f"{name} in the loop" for name in engines)
+
+
+def write_actuator(result: Identification, path: str | Path) -> None:
+    """Write the fitted actuator as TOML; its comment says where it comes from."""
+    comment = [
+        f"fitted by ilg_circuit {__version__} to {', '.join(result.sources)}, model {result.model}",
+        *(f"{name} = {format_quantity(e.value, e.unit, 5)}{plus_minus(e)}" for name, e in result.parameters.items()),
+        *(f"warning: {line}" for line in result.warnings),
+    ]
+    write_text(Path(path), dumps(result.actuator, "\n".join(comment)))
+
+
+def page(result: Identification) -> Page:
+    """Return the report as a page."""
+    worst = max(result.observations, key=lambda o: o.rms_joint / o.size)
+    facts = [
+        ("model", result.model),
+        ("measured", files(result)),
+        ("largest rms of the residuals", f"{worst.rms_joint / worst.size:.2%} ({worst.source}, {worst.quantity})"),
+    ]
+    sections = [
+        Section("Data, fit and residuals", [picture(figure(result), "measurements, fit, prediction, residuals")]),
+        *_check_sections(result),
+        Section("Residuals of every file", [_comparison(result), *(Prose(n) for n in comparison_notes(result))]),
+        Section("Candidates", [_candidates(result)]),
+        parameter_section(result.parameters),
+        *(parameter_section(found, f"Parameters of {source} by itself") for source, found in result.own.items()),
+        derived_section(result.derived),
+        *_metrics_sections(result),
+        *([Section("Residuals by window of time", [_windows(result)])] if result.residual_windows else []),
+        Section("Autocorrelation of the residuals", [autocorrelation_picture(_residuals(result))]),
+        correlation_section(result.fit.labels, result.correlations),
+        Section("Statistics", [Grid(("statistic", "value"), list(_flat(result.statistics)))]),
+        Section("The fitted strip", [Listing(dumps(result.actuator))]),
+        Section("Its circuit", [Listing(str(strip_netlist(result.actuator, beam="static").to_pyspice()))]),
+        repetition(result.provenance.call, _programs(result)),
+    ]
+    return Page(", ".join(result.sources), headline(result), facts, result.warnings, sections)
+
+
+def _statistics_line(result: Identification, o: ObservationFit) -> str:
+    """Return rmse, criteria and number of samples of one observation."""
+    s, of = o.statistics, f"{o.rms_joint / o.size:.2%} of {'the ' * (o.quantity != 'impedance')}{SIZE[o.quantity]}"
+    name = o.quantity if result.single else f"{o.source}, {o.quantity}"
+    size = f"{format_quantity(s['rmse'], o.unit, 3)} ({of})" if o.unit else of
+    line = f"{name}: rmse {size}, AIC {s['aic']:.1f}, BIC {s['bic']:.1f}, n {s['n']}"
+    if o.quantity == "displacement" and result.coupling is not None:
+        window = format_quantity(float(o.abscissa[-1]), "s", 4)
+        line += f", {result.coupling.motion.beam} beam, first {window}"
+    return line
+
+
+def _check_lines(result: Identification) -> list[str]:
+    return [
+        f"Kramers-Kronig{'' if result.single else f', {o.source}'}: residuals {o.check.rms:.2%} rms of abs(Z), "
+        f"{o.check.terms} time constants"
+        for o in result.observations
+        if o.check is not None
+    ]
+
+
+def _check_sections(result: Identification) -> list[Section]:
+    blocks = []
+    for o in result.observations:
+        if o.check is None:
+            continue
+        bad = ", ".join(format_quantity(float(f), "Hz", 4) for f in o.check.frequency[o.check.bad])
+        left_out = f"Left out, since they break the relations: {bad}." if bad else "No point breaks the relations."
+        blocks.append(
+            Prose(
+                f"{o.source}: a linear measurement model of {o.check.terms} time constants obeys the Kramers-Kronig "
+                f"relations; its residuals, the spectrum's own noise, are {o.check.rms:.2%} rms of abs(Z). {left_out}"
+            )
+        )
+    return [Section("Kramers-Kronig check", blocks)] if blocks else []
+
+
+def _candidate_rows(result: Identification) -> list[tuple[str, str, str, str, str]]:
+    best = min((c.bic for c in result.candidates if c.bic is not None), default=0.0)
+
+    def row(c: Candidate) -> tuple[str, str, str, str, str]:
+        if c.bic is None or c.misfit is None:
+            return c.model, "", "", "", c.verdict
+        return c.model, f"{c.parameters}", f"{c.misfit:.2%}", f"{c.bic - best:.1f}", c.verdict
+
+    return [row(c) for c in result.candidates]
+
+
+def _candidate_lines(result: Identification) -> list[str]:
+    lines = [f"{'model':<14}{'parameters':>11}{'rms':>9}{'BIC - best':>12}   verdict"]
+    return lines + [f"{m:<14}{n:>11}{rms:>9}{bic:>12}   {why}" for m, n, rms, bic, why in _candidate_rows(result)]
+
+
+def _candidates(result: Identification) -> Grid:
+    header = ("model", "parameters", "rms", "BIC above the best", "verdict")
+    chosen = frozenset(k for k, c in enumerate(result.candidates) if c.chosen)
+    return Grid(header, _candidate_rows(result), words=frozenset({0, 4}), marked=chosen)
+
+
+def _comparison_rows(result: Identification) -> list[tuple[str, ...]]:
+    return [
+        (
+            o.source,
+            o.quantity,
+            format_quantity(o.voltage, "V", 4),
+            f"{o.rms_individual / o.size:.2%}",
+            f"{o.rms_joint / o.size:.2%}",
+            "-" if o.rms_predicted is None else f"{o.rms_predicted / o.size:.2%}",
+        )
+        for o in result.observations
+    ]
+
+
+def comparison_lines(result: Identification) -> list[str]:
+    """Return a line for each file and quantity: rms of residuals of individual fit, joint fit, prediction."""
+    wide = max(len(o.source) for o in result.observations) + 2
+    lines = [f"{'':<{wide}}{'':<14}{'voltage':>10}{'own fit':>10}{'joint':>10}{'from the others':>18}"]
+    for source, quantity, voltage, own, joint, predicted in _comparison_rows(result):
+        lines.append(f"{source:<{wide}}{quantity:<14}{voltage:>10}{own:>10}{joint:>10}{predicted:>18}")
+    return [*lines, *(f"({note})" for note in comparison_notes(result))]
+
+
+def comparison_notes(result: Identification) -> list[str]:
+    """Return what is to be said of the comparison: what rms is relative to, what individual fits and predictions are."""
+    lines = ["rms of residuals over: peak current; abs(Z); span of the displacement"]
+    if result.own:
+        lines.append("what is own to each record is predicted as the geometric mean of the others")
+    others = (result.model, "d(s)")
+    simpler = [f"{o.source} by {o.individual_model}" for o in result.observations if o.individual_model not in others]
+    if simpler:
+        lines.append(f"own fits by the model that one file determines by itself: {', '.join(simpler)}")
+    return lines + [
+        f"not predicted: {o.source}, {o.quantity}: {o.not_predicted_because}"
+        for o in result.observations
+        if o.not_predicted_because
+    ]
+
+
+def _comparison(result: Identification) -> Grid:
+    header = ("record", "quantity", "voltage", "own fit", "joint fit", "from the others")
+    return Grid(header, _comparison_rows(result), words=frozenset({0, 1}))
+
+
+def _window_rows(result: Identification) -> Iterator[tuple[str, list[tuple[str, str, str]]]]:
+    """Yield a window of time, and rms, its share and the count of samples of each quantity."""
+    windows, by_quantity = result.residual_windows, {o.quantity: o for o in result.observations}
+    for w in windows["current"]:
+        cells = []
+        for name, o in by_quantity.items():
+            part = next((x for x in windows[name] if x.start == w.start), None)
+            size = o.size if name == "current" else result.coupling.individual[0].full_span if result.coupling else 1.0
+            share = f"{part.rms / size:.2%}" if part else ""
+            cells.append((format_quantity(part.rms, o.unit, 3), share, f"{part.count}") if part else ("", "", ""))
+        yield f"{format_quantity(w.start, 's', 3)} to {format_quantity(w.end, 's', 3)}", cells
+
+
+def _window_lines(result: Identification) -> list[str]:
+    names = [(o.quantity, SIZE[o.quantity]) for o in result.observations]
+    head = "".join(f"{name + ', rms':>20}{'of ' + of:>11}{'n':>7}" for name, of in names)
+    lines = [f"{'residuals since the onset':<28}{head}"]
+    for window, cells in _window_rows(result):
+        lines.append(f"{window:<28}" + "".join(f"{rms:>20}{share:>11}{n:>7}" for rms, share, n in cells).rstrip())
+    return lines
+
+
+def _windows(result: Identification) -> Grid:
+    header = ["since the onset"]
+    for o in result.observations:
+        header += [f"{o.quantity}: rms", f"of {SIZE[o.quantity]}", "samples"]
+    return Grid(header, [[window, *(cell for row in cells for cell in row)] for window, cells in _window_rows(result)])
+
+
+def metrics_rows(metrics: DisplacementMetrics) -> list[tuple[str, str, str]]:
+    """Return name, measured and modelled value of each metric, as text."""
+    measured, model = metrics.measured, metrics.model
+    return [(title, metric_text(n, measured), metric_text(n, model)) for n, (_, title) in _METRICS.items()]
+
+
+def metric_text(name: str, metrics: StepMetrics) -> str:
+    """Return one metric with its unit; "none seen" where a peak is not."""
+    number, unit = float(getattr(metrics, name)), _METRICS[name][0]
+    if not np.isfinite(number) or (name in _OF_A_PEAK and not np.isfinite(metrics.peak_time)):
+        return "none seen"
+    return format_quantity(number, unit, 4) if unit else f"{number:.1%}"
+
+
+def metrics_lines(metrics: DisplacementMetrics) -> list[str]:
+    """Return the metrics as a table for a terminal."""
+    rows = [f"{'figures of the displacement':<28}{'measured':>16}{'model':>18}"]
+    rows += [f"{name:<28}{measured:>16}{model:>18}" for name, measured, model in metrics_rows(metrics)]
+    where, how = _metrics_notes(metrics)
+    return [*rows, f"({where};", f"{how})"]
+
+
+def _metrics_notes(metrics: DisplacementMetrics) -> tuple[str, str]:
+    """Return over which part of the record the metrics are taken, and what was done to the data."""
+    until = format_quantity(metrics.until, "s", 4)
+    where = f"over the first {until} under constant voltage, rest and drift taken off, positive towards the anode"
+    low, high = metrics.windows
+    smoothing = f"smoothed by parabolas over {low} to {high} samples" if high > 1 else "not smoothed"
+    return where, f"measured: {smoothing}; final value: mean of the last {TAIL:.0%}"
+
+
+def _metrics_sections(result: Identification) -> list[Section]:
+    if result.metrics is None:
+        return []
+    grid = Grid(("figure", "measured", "model"), metrics_rows(result.metrics))
+    note = Prose(" ".join(f"{line.capitalize()}." for line in _metrics_notes(result.metrics)))
+    return [Section("Displacement: peak, settling, back-relaxation", [grid, note])]
+
+
+def _residuals(result: Identification) -> list[tuple[str, Array]]:
+    """Return the residuals of every observation; of an impedance both parts, over abs(Z)."""
+    found: list[tuple[str, Array]] = []
+    for o in result.observations:
+        if o.quantity == "impedance":
+            relative = o.residuals / np.abs(o.data)
+            found += [(f"{o.source}, real part", relative.real), (f"{o.source}, imaginary part", relative.imag)]
+        else:
+            found.append((f"{o.source}, {o.quantity}", o.residuals))
+    return found
+
+
+def _flat(statistics: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, str]]:
+    for name, value in statistics.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{above}{name}: ")
+        else:
+            yield above + name, f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _programs(result: Identification) -> Sequence[str]:
+    """Return the circuit solver's version, where it was in the loop."""
+    if result.engine != "ngspice":
+        return ()
+    from ..solve.ngspice import session
+
+    return (f"ngspice {session().version}",)

@@ -1,0 +1,102 @@
+"""Shows a response: its waveforms as a table, a picture, a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..simulation.waveforms import ANSWERS, WAVEFORMS
+from ..units import format_quantity
+from .axes import BLUE, GREY, ORANGE, engineering, new_figure
+from .energy import section as energy_section
+from .page import Grid, Page, Section, picture
+from .tables import aligned
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..identify.comparison import Compared
+    from ..simulation.response import Response
+
+_NORMAL_95 = 1.96
+
+
+def summary(response: Response) -> str:
+    """Return a table: each waveform's value at the end, its largest value, and when that is."""
+    return "\n".join(aligned([("quantity", "at the end", "largest", "at"), *_rows(response)], "<>>>"))
+
+
+def headline(response: Response) -> str:
+    """Return in a line what was simulated."""
+    return f"{response.netlist.title}: {response.drive.text}, {response.time[-1]:g} s, {len(response.time)} samples"
+
+
+def text(response: Response, measured: Sequence[Compared] = ()) -> str:
+    """Return all that a user sees: what was simulated, the waveforms, the energies, the error, the comparison."""
+    lines = [headline(response), response.summary(), response.account.summary()]
+    if response.engine == "ngspice":
+        lines.append(f"solved by ngspice, estimated error {response.error:.1e} of each maximum")
+    return "\n".join([*lines, *(part.line() for part in measured)])
+
+
+def figure(response: Response, measured: Sequence[Compared] = ()) -> Figure:
+    """Return the waveforms that are not zero over time, the drive beneath.
+
+    The 95 % band is drawn where the response has standard errors; what was ``measured`` is drawn as points beside the
+    prediction that was compared with it.
+    """
+    shown = [w for w in ANSWERS if np.nanmax(np.abs(response.waveforms[w.name]), initial=0.0) > 0]
+    figure, axes = new_figure(len(shown) + 1, [1.5] * len(shown) + [1.0])
+    beside = {part.quantity: part for part in measured}
+    for panel, waveform in zip(axes, shown, strict=False):
+        values, error = response.waveforms[waveform.name], response.stderr.get(waveform.name)
+        factor, unit = engineering(values, waveform.unit)
+        time, title = response.time, None
+        if waveform.name in beside:  # the prediction that was compared: its drive jumps where the record does
+            part = beside[waveform.name]
+            time, values, error, title = part.time, part.predicted, part.stderr, "predicted"
+            panel.plot(time, factor * part.measured, ".", color=GREY, markersize=2.5, label=f"measured, {part.source}")
+        panel.plot(time, factor * values, color=BLUE, linewidth=1.4, label=title)
+        if error is not None:
+            half = _NORMAL_95 * error
+            edges = (factor * (values - half), factor * (values + half))
+            panel.fill_between(time, *edges, color=BLUE, alpha=0.25, linewidth=0, label="95 % band of the fit")
+        panel.set_ylabel(f"{waveform.name} [{unit}]")
+    if response.stderr or measured:
+        axes[0].legend(frameon=False, fontsize=8)
+    axes[-1].plot(response.time, response.voltage, color=ORANGE, linewidth=1.4)
+    low, high = min(response.voltage.min(), 0.0), max(response.voltage.max(), 0.0)
+    axes[-1].set_ylim(low - 0.08 * (high - low or 1.0), high + 0.08 * (high - low or 1.0))
+    axes[-1].set_ylabel("voltage [V]")
+    axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    figure.suptitle(f"{response.netlist.title}: {response.drive.text}", fontsize=10)
+    return figure
+
+
+def page(response: Response, measured: Sequence[Compared] = ()) -> Page:
+    """Return a page: the picture, the table of waveforms, where the energy goes."""
+    facts = [("engine", response.engine), ("estimated error", f"{response.error:.1e} of each maximum")]
+    shown = [picture(figure(response, measured), "waveforms over time, the drive beneath")]
+    rows = [(*row, "") if len(row) < 4 else row for row in _rows(response)]
+    sections = [
+        Section("Waveforms", [*shown, Grid(("quantity", "at the end", "largest", "at"), rows)]),
+        energy_section(response.account),
+    ]
+    return Page(f"Response of {response.actuator.name}", headline(response), facts, response.warnings, sections)
+
+
+def _rows(response: Response) -> list[tuple[str, ...]]:
+    """Name, value at the end, largest value and its time of each waveform; name and why for one that is not known."""
+    rows: list[tuple[str, ...]] = []
+    for waveform in WAVEFORMS.values():
+        values = response.waveforms[waveform.name]
+        if np.isnan(values).all():
+            rows.append((waveform.name, "not known", "the actuator has no [coupling]"))
+            continue
+        peak = int(np.argmax(np.abs(values)))
+        end, largest = (format_quantity(float(values[k]), waveform.unit, 5) for k in (-1, peak))
+        rows.append((waveform.name, end, largest, format_quantity(float(response.time[peak]), "s", 4)))
+    return rows

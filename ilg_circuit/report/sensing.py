@@ -1,0 +1,79 @@
+"""Shows what a strip senses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..simulation.sensing import SENSED
+from ..simulation.waveforms import WAVEFORMS
+from ..units import format_quantity
+from .axes import BLUE, ORANGE, engineering, new_figure
+from .page import Block, Grid, Page, Section, picture
+from .tables import aligned
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..simulation.sensing import Sensed
+
+_HEADER = ("quantity", "largest", "at")
+
+
+def summary(sensed: Sensed) -> str:
+    """Return a table: each waveform's largest value, and when that is."""
+    return "\n".join(aligned([_HEADER, *_rows(sensed)], "<>>"))
+
+
+def headline(sensed: Sensed) -> str:
+    """Return in a line what was simulated."""
+    return (
+        f"{sensed.actuator.name}, {sensed.terminals} terminals: {sensed.motion.text}, {sensed.time[-1]:g} s, "
+        f"{len(sensed.time)} samples"
+    )
+
+
+def text(sensed: Sensed) -> str:
+    """Return all that a user sees: what was simulated, the waveforms, the error."""
+    lines = [headline(sensed), sensed.summary()]
+    if sensed.engine == "ngspice":
+        lines.append(f"solved by ngspice, estimated error {sensed.error:.1e} of each maximum")
+    return "\n".join(lines)
+
+
+def figure(sensed: Sensed) -> Figure:
+    """Return the terminals' answer and the elastic force over time, the imposed motion beneath."""
+    shown = ("voltage" if sensed.terminals == "open" else "current", "force", "displacement")
+    figure, axes = new_figure(len(shown), [1.5, 1.5, 1.0])
+    for panel, name in zip(axes, shown, strict=True):
+        values = getattr(sensed, name)
+        factor, unit = engineering(values, WAVEFORMS[name].unit)
+        panel.plot(sensed.time, factor * values, color=ORANGE if name == "displacement" else BLUE, linewidth=1.4)
+        panel.set_ylabel(f"{name} [{unit}]")
+        if np.ptp(values) < 1e-3 * np.abs(values).max():  # all but constant: shown against zero
+            panel.set_ylim(*sorted((0.0, 1.08 * factor * float(values[np.argmax(np.abs(values))]))))
+    axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    figure.suptitle(f"{sensed.actuator.name}, {sensed.terminals} terminals: {sensed.motion.text}", fontsize=10)
+    return figure
+
+
+def page(sensed: Sensed) -> Page:
+    """Return a page: the picture and the table of waveforms."""
+    facts = [("engine", sensed.engine), ("estimated error", f"{sensed.error:.1e} of each maximum")]
+    blocks: list[Block] = [
+        picture(figure(sensed), "the terminals' answer and the force over time, the motion beneath"),
+        Grid(_HEADER, _rows(sensed)),
+    ]
+    return Page(f"{sensed.actuator.name} as a sensor", headline(sensed), facts, (), [Section("Waveforms", blocks)])
+
+
+def _rows(sensed: Sensed) -> list[tuple[str, str, str]]:
+    rows = []
+    for name in SENSED:
+        values = getattr(sensed, name)
+        peak = int(np.argmax(np.abs(values)))
+        largest = format_quantity(float(values[peak]), WAVEFORMS[name].unit, 5)
+        rows.append((name, largest, format_quantity(float(sensed.time[peak]), "s", 4)))
+    return rows

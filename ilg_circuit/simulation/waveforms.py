@@ -1,0 +1,97 @@
+"""The registry of the waveforms that a simulation gives: one entry each.
+
+An entry is all that there is to add: `Response`, its CSV file, text, picture and checks, the band of a prediction, and
+what a study can keep go through `WAVEFORMS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Array
+from ..drive import Drive
+from ..solve.transient import Waveforms
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A solved run: ``time`` [s] (n,) of the samples, at the points ``at`` (n,) of the solver's ``waveforms``.
+
+    ``integrate`` turns a power (t,) [W] at all the solver's points into energies [J] (n,) at the samples.
+    """
+
+    drive: Drive
+    time: Array
+    waveforms: Waveforms
+    at: NDArray[np.intp]
+    integrate: Callable[[Array], Array]
+
+    def sampled(self, output: str) -> Array:
+        """Return an output of the netlist (n,); NaN where the netlist does not have it."""
+        if output not in self.waveforms.names:
+            return np.full(len(self.time), np.nan)
+        return self.waveforms.output(output)[self.at]
+
+
+@dataclass(frozen=True)
+class Waveform:
+    """One waveform; ``name`` is its attribute of `Response` and its name everywhere, ``unit`` its SI unit.
+
+    A mechanical one is NaN where the actuator has no coupling. It is the netlist's output of the same name, or what
+    ``compute`` makes of the solution. ``place`` says where it is taken, for tables of what there is. ``on_request``:
+    in a CSV file only if asked for.
+    """
+
+    name: str
+    unit: str
+    domain: Literal["electrical", "mechanical", "energy"]
+    place: str = ""
+    compute: Callable[[Solution], Array] | None = None
+    on_request: bool = False
+
+    @property
+    def column(self) -> str:
+        """Its header in a CSV file, such as current_A."""
+        return f"{self.name}_{self.unit}"
+
+    @property
+    def stderr_column(self) -> str:
+        """The header of its standard error, such as current_stderr_A."""
+        return f"{self.name}_stderr_{self.unit}"
+
+    def of(self, solution: Solution) -> Array:
+        """Return the waveform (n,) of a solution."""
+        return self.compute(solution) if self.compute else solution.sampled(self.name)
+
+
+#: Every waveform by name, in the order of the columns of a CSV file. The drive comes first.
+WAVEFORMS = {
+    waveform.name: waveform
+    for waveform in (
+        Waveform("voltage", "V", "electrical", compute=lambda s: s.drive.value(s.time)),
+        Waveform("current", "A", "electrical"),
+        Waveform("displacement", "m", "mechanical", place="of L_F"),
+        Waveform("force", "N", "mechanical", place="on load or clamp"),
+        Waveform("charge", "C", "electrical"),
+        Waveform(
+            "energy",
+            "J",
+            "energy",
+            compute=lambda s: s.integrate(s.drive.value(s.waveforms.times) * s.waveforms.output("current")),
+            on_request=True,
+        ),
+    )
+}
+
+#: What a strip answers with: all but the drive, the electrical ones first, as pictures and checks show them.
+ANSWERS = tuple(
+    sorted(
+        (waveform for waveform in WAVEFORMS.values() if waveform.name != "voltage"),
+        key=lambda waveform: ("electrical", "mechanical", "energy").index(waveform.domain),
+    )
+)

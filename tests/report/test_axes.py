@@ -1,0 +1,55 @@
+"""Pictures: readable units, files whole or not at all, their origin inside."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ilg_circuit.errors import InputError
+from ilg_circuit.provenance import Provenance
+from ilg_circuit.report.axes import engineering, new_figure, save
+
+SIGNATURES = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}
+
+
+@pytest.mark.parametrize(("suffix", "signature"), SIGNATURES.items())
+def test_every_format_with_its_origin(tmp_path: Path, suffix: str, signature: bytes) -> None:
+    figure, _ = new_figure(1, [1.0])
+    save(figure, tmp_path / f"run{suffix}", Provenance(call="ilg-circuit simulate paper"))
+    written = (tmp_path / f"run{suffix}").read_bytes()
+    assert written.startswith(signature)
+    assert b"ilg_circuit" in written
+    assert b"call: ilg-circuit simulate paper" in written
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("name", ["run.gif", "run", "run.png.txt"])
+def test_other_formats_are_refused(tmp_path: Path, name: str) -> None:
+    figure, _ = new_figure(1, [1.0])
+    with pytest.raises(InputError, match=r"end its name in \.png, \.pdf or \.svg"):
+        save(figure, tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("largest", "unit", "factor", "label"),
+    [
+        (0.2, "A", 1e3, "mA"),
+        (4e-3, "m", 1e3, "mm"),
+        (1.75e-7, "N", 1e9, "nN"),
+        (2.5e-6, "N", 1e6, "\N{MICRO SIGN}N"),
+        (12.0, "J", 1.0, "J"),
+        (2500.0, "V", 1e-3, "kV"),
+        (6.3e6, "Pa", 1e-6, "MPa"),
+        (0.0, "N", 1.0, "N"),
+        (1e-15, "N", 1e15, "fN"),
+        (1e-17, "N", 1e15, "fN"),
+        (1e-3, "m", 1e3, "mm"),
+    ],
+)
+def test_readable_units(largest: float, unit: str, factor: float, label: str) -> None:
+    found, text = engineering(np.array([0.0, -largest, np.nan]), unit)
+    assert found == pytest.approx(factor)
+    assert text == label
