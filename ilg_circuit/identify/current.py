@@ -29,8 +29,6 @@ Array = NDArray[np.float64]
 
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
 _NONLINEAR_ACCURACY = 1e-6
-#: A diffusion time may grow so much beyond its starting value before its ladder ends below the band.
-_REACH = 3.0
 #: Steps whose voltages differ by less than this part tell nothing about a nonlinearity.
 _SAME_VOLTAGE = 0.2
 #: Residuals below this part of the peak are of no interest, whatever their structure.
@@ -101,7 +99,7 @@ def fit_current(
     after = t >= 0
     start = model_start(kind, t[after], data[after] - (offset or 0.0), drive, electrode_resistance)
     nuisance = np.ones((len(t), int(offset is not None)))
-    scales = Scales(np.array([p.below for p in kind.parameters]))
+    scales = Scales(np.array([p.upper for p in kind.parameters]))
 
     def problem(ladders: Ladders) -> tuple[Problem, Ports]:
         def ports(values: Array) -> list[Port]:
@@ -148,7 +146,7 @@ def require_voltages(model: ElectricalModel, measurements: Sequence[Measurement]
     Under a constant voltage it is a resistor, whichever its emission voltage.
     """
     steps = [abs(m.step) for m in measurements if m.step is not None]
-    if "emission_voltage" not in model.names or len(steps) < len(measurements):
+    if not model.constant_voltage_hides or len(steps) < len(measurements):
         return
     if max(steps) < (1 + _SAME_VOLTAGE) * min(steps):
         raise InputError(
@@ -172,17 +170,7 @@ def currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: st
 
 def ladders_for(model: ElectricalModel, start: Array, t: Array) -> Ladders:
     """Ladders that stay the same but for their scale while a fit moves their parameters."""
-    low, high = transient_band(t)
-    values = dict(zip(model.names, start.tolist(), strict=True))
-    if "diffusion_time" in values:
-        ladders = Ladders((low, high), reach=2 * np.pi * high * values["diffusion_time"] * _REACH)
-    elif "cpe_exponent" in values:
-        ladders = Ladders((low, high))
-    else:
-        return Ladders()
-    made = model.port(start.tolist(), ladders=ladders).ladder
-    assert made is not None
-    return replace(ladders, sections=len(made.sections))
+    return model.ladders(start, transient_band(t))
 
 
 def rest_offset(rest: Array) -> float | None:
@@ -195,13 +183,7 @@ def rest_offset(rest: Array) -> float | None:
 
 def in_order(fit: Fit, model: str) -> Fit:
     """The fit with its branches by ascending time constant (a sum of branches is unique up to their order)."""
-    if not model.startswith(("rc2", "rc3")):
-        return fit
-    branches = int(model[2])
-    pairs = fit.values[1 : 2 * branches + 1].reshape(-1, 2)
-    order = np.argsort(pairs.prod(axis=1))
-    arranged = np.concatenate([[0], *([2 * k + 1, 2 * k + 2] for k in order)]).astype(int)
-    index = np.concatenate([arranged, np.arange(len(arranged), len(fit.values))])
+    index = electrical_model(model).order(fit.values)
     everything = np.concatenate([index, np.arange(len(index), fit.count)])
     return replace(
         fit,

@@ -61,7 +61,7 @@ class PortModel:
     @property
     def below(self) -> Array:
         """Limits of the parameters."""
-        limits = [p.below for p in self.kind.parameters]
+        limits = [p.upper for p in self.kind.parameters]
         return np.array([*limits, np.inf] if self.held is None else limits)
 
     @property

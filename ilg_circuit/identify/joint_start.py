@@ -61,7 +61,7 @@ def combined(names: Sequence[str], below: Array, fits: Sequence[Fit], independen
 
 def suggestions(kind: ElectricalModel, datasets: Sequence[Dataset], own: Sequence[OwnFit]) -> list[Array]:
     """Sets of parameters (n,) of ``kind`` that the own fits suggest."""
-    below = np.array([p.below for p in kind.parameters])
+    below = np.array([p.upper for p in kind.parameters])
     typical = combined(kind.names, below, [o.fit for o in own], [o.independent for o in own])
     largest = max((abs(d.voltage) for d in datasets), default=0.0) or 1.0
     known = {"emission_voltage": largest, "capacitance_slope": 0.2 / largest}

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import ComplexArray
 from ..errors import InputError
 from ..fit.residuals import structured
 from ..measurements.spectrum_files import Spectrum
-from ..strip.ladder import ComplexArray
 from ..units import format_quantity
 
 Array = NDArray[np.float64]

@@ -11,22 +11,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import ComplexArray
 from ..errors import InputError, SolveError
 from ..fit.identifiability import DETERMINED
 from ..fit.least_squares import Fit, fit_circuit
 from ..fit.multistart import Search, gather, search
 from ..fit.problem import Scales
 from ..measurements.spectrum_files import Spectrum
-from ..strip.ladder import ComplexArray, Ladder
 from ..strip.models import ElectricalModel, Ladders, electrical_model
 from ..strip.port import Port
 from ..units import format_quantity
-from .spectrum_start import starts
 
 Array = NDArray[np.float64]
 Weighting = Literal["modulus", "unit", "proportional"]
@@ -180,30 +179,10 @@ def require_electrode_resistance(spectrum: Spectrum, held: float) -> None:
         raise InputError(f"electrode resistance {held:g} ohm is too large: the real part falls to {least:.4g} ohm")
 
 
-def impedance_of(kind: ElectricalModel, values: Array, s: ComplexArray, electrode_resistance: float) -> ComplexArray:
-    """Z [ohm] (m, f) of ``m`` sets of ``values`` (m, n) at ``s`` (f,) at once: the port's own closed form.
-
-    `ElectricalModel.port` would design a ladder for each set, of which a closed form makes no use.
-    """
-    columns: Any = values.T[:, :, None]
-    dc, rest = columns[0], columns[1:]
-    # arrays in place of floats: the closed forms take either, and no ladder is made
-    port: Any = Port
-    ladder: Any = Ladder
-    if kind.name in ("warburg", "cpe"):
-        bare = ladder(kind.name, (rest[1], rest[2]), 0.0, np.inf, (), (0.0, 0.0), np.inf)
-        made = port(dc, electrode_resistance=electrode_resistance, ladder=bare, series_resistance=rest[0])
-    else:
-        pairs = tuple(zip(rest[0::2], rest[1::2], strict=True))
-        made = port(dc, pairs, electrode_resistance)
-    with np.errstate(all="ignore"):  # far from the data a search may leave the range of numbers
-        return np.asarray(made.impedance(s, ideal=True))
-
-
 def _linear(model: str) -> ElectricalModel:
     kind = electrical_model(model)
     if not kind.linear:
-        unseen = ", ".join(p.name for p in kind.parameters if p.name in ("emission_voltage", "capacitance_slope"))
+        unseen = ", ".join(kind.needs_several_voltages)
         raise InputError(f"model {model}: a spectrum, a small signal about 0 V, does not show {unseen}; leave it out")
     return kind
 
@@ -220,7 +199,7 @@ class _Problem:
         self.s: ComplexArray = np.asarray(2j * np.pi * spectrum.frequency, dtype=complex)
         self.weights = _weights(z, weighting)
         self.data = self._flat(z)
-        self.scales = Scales(np.array([p.below for p in kind.parameters]))
+        self.scales = Scales(np.array([p.upper for p in kind.parameters]))
 
     def _flat(self, z: ComplexArray) -> Array:
         return np.asarray(np.concatenate([z.real, z.imag], axis=-1) * self.weights)
@@ -232,7 +211,7 @@ class _Problem:
 
     def modelled(self, values: Array) -> Array:
         """Weighted model (m, 2 f) of values (m, n)."""
-        return self._flat(impedance_of(self.kind, values, self.s, self.held))
+        return self._flat(self.kind.impedance(values, self.s, self.held))
 
     def jacobian(self, x: Array, free: NDArray[np.bool_]) -> Array:
         """Derivatives (2 f, free) by the free coordinates, central differences."""
@@ -251,10 +230,7 @@ class _Problem:
 
     def sorted(self, x: Array) -> Array:
         """Coordinates with R-C branches by ascending time constant: a sum does not tell their order."""
-        if self.kind.name in ("warburg", "cpe"):
-            return x
-        pairs = x[1:].reshape(-1, 2)
-        return np.concatenate([x[:1], pairs[np.argsort(pairs.sum(axis=1))].ravel()])
+        return np.asarray(x[self.kind.order(self.scales.values(x))])
 
 
 def _weights(z: ComplexArray, weighting: Weighting) -> Array:
@@ -286,7 +262,8 @@ def _searched(
         return problem.jacobian(full(part), free)
 
     def suggested(count: int) -> list[Array]:
-        sets = starts(problem.kind, problem.spectrum, problem.held, random)
+        omega = 2 * np.pi * problem.spectrum.frequency
+        sets = problem.kind.spectrum_starts(problem.spectrum.impedance - problem.held, omega, random)
         x = np.array([problem.scales.coordinates(v) for v in sets])
         x[:, ~free] = base[~free]
         rest = problem.modelled(problem.scales.values(x)) - problem.data
@@ -340,7 +317,7 @@ def _open_text(problem: _Problem, x: Array, free: NDArray[np.bool_]) -> str:
     """
     from scipy.stats import t as student
 
-    z = impedance_of(problem.kind, problem.scales.values(x)[None], problem.s, problem.held)[0]
+    z = problem.kind.impedance(problem.scales.values(x)[None], problem.s, problem.held)[0]
     direction = problem._flat(-((z - problem.held) ** 2))
     rest = problem.data - problem._flat(z)
     tangent = np.linalg.qr(problem.jacobian(x, free))[0]
@@ -363,7 +340,7 @@ def _result(
     kind, spectrum = problem.kind, problem.spectrum
     values = problem.scales.values(x)
     values[free] = fit.values
-    z = impedance_of(kind, values[None], problem.s, problem.held)[0]
+    z = kind.impedance(values[None], problem.s, problem.held)[0]
     if "dc_resistance" in held:
         values[0] = _OPEN * float(spectrum.modulus.max())
     f = spectrum.frequency

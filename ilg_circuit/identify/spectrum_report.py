@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import __version__
+from ..arrays import ComplexArray
 from ..files import write_text
 from ..report.plots import BLUE, GREY, ORANGE, engineering, save
 from ..strip.file import dumps
-from ..strip.ladder import ComplexArray
 from ..units import format_quantity
 from .report import _plus_minus, _row, _text, method_lines
 from .spectrum_identification import Candidate, SpectrumIdentification

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import ComplexArray
 from ..errors import InputError
-from ..strip.ladder import ComplexArray
 from ..units import format_quantity
 from .prepare import noise_level
 from .record_files import gamry_rows, is_gamry, is_gamry_record

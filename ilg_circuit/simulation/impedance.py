@@ -15,6 +15,7 @@ from ..solve.spectrum import spectrum
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements
 from ..strip.ladder import Ladder
+from ..strip.models import LadderPath
 from ..units import format_quantity
 
 Array = NDArray[np.float64]
@@ -66,7 +67,7 @@ class Impedance:
         lines.append(f"the motion reflects at most {self.reflected:.1e} of the impedance")
         if self.ladder is not None:
             low, high = (format_quantity(f, "Hz", 4) for f in self.ladder.band)
-            name = "Warburg element" if self.ladder.law == "warburg" else "constant phase element"
+            name = self.ladder.ions.title
             lines.append(
                 f"{name} as a ladder of {len(self.ladder.sections)} sections, within {self.ladder.error:.1e} of it "
                 f"from {low} to {high}"
@@ -130,7 +131,7 @@ def impedance(
 
 def _require_in_band(actuator: Actuator, low: float, high: float) -> None:
     m = actuator.material
-    if m.diffusion_time is None and m.cpe_exponent is None:
+    if not isinstance(m.model.ions, LadderPath):
         return
     lowest, highest = m.ladder_lowest or 0.0, m.ladder_highest or np.inf
     if low < lowest * (1 - 1e-9) or high > highest * (1 + 1e-9):
