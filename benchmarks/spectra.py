@@ -58,7 +58,7 @@ def write_spectra(folder: Path) -> list[Path]:
     for k in range(SPECTRA):
         name = tuple(MODELS)[k % len(MODELS)]
         factors = np.exp(0.2 * random.standard_normal(len(MODELS[name])))
-        limits = [p.below for p in electrical_model(name).parameters]
+        limits = [p.upper for p in electrical_model(name).parameters]
         values = [min(v * x, 0.95 * b) for v, x, b in zip(MODELS[name], factors, limits, strict=True)]
         z = electrical_model(name).port(values).impedance(2j * np.pi * f, ideal=True)
         z = z * (1 + NOISE * (random.standard_normal(POINTS) + 1j * random.standard_normal(POINTS)))

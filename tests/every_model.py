@@ -15,7 +15,7 @@ from ilg_circuit.strip.port import Port
 
 Complex = NDArray[np.complex128]
 
-#: Every model of the registry, and one with both additions.
+#: Every model of the registry, and one with several additions.
 MODELS = (*model_names(), "rc2+growing+sinh")
 
 VALUES = {
@@ -33,7 +33,12 @@ VALUES = {
     "diffusion_time": 20.0,
     "cpe_coefficient": 0.2,
     "cpe_exponent": 0.75,
+    "interface_resistance": 12.0,
+    "interface_time": 0.3,
+    "interface_exponent": 0.8,
+    "diffusion_exponent": 0.46,
     "emission_voltage": 0.8,
+    "inductance": 2e-6,
     "capacitance_slope": 0.3,
 }
 

@@ -13,13 +13,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 from ..errors import InputError
 from ..strip.actuator import CANTILEVER_EIGENVALUE, Actuator, Material
 from ..strip.elements import GRAVITY, Elements, lumped_elements
+from ..strip.models.model import LibraryText
 from ..units import format_quantity
-from .netlist import GROUND, Element, plain
+from .netlist import GROUND, Element, Role, plain
 from .provenance import FIRST_STEP, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
 from .strip import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, VELOCITY_SCALE, Load, strip_netlist
 
@@ -48,8 +49,9 @@ def library_parameters(actuator: Actuator) -> tuple[LibraryParameter, ...]:
     """
     g, m = actuator.geometry, actuator.material
     coupled = actuator.coupling is not None
-    used = {"length", "width", "thickness", "dc_resistivity", "dynamic_resistivity", "permittivity"}
-    used |= {"diffusion_time", "emission_voltage", "capacitance_slope"}
+    model = m.model
+    used = {"length", "width", "thickness", "dc_resistivity", *model.ions.library_parameters}
+    used |= {addition.parameter.name for addition in model.additions}
     if _has_electrodes(m):
         used |= {f"electrode_{what}_{k}" for what in ("resistivity", "thickness") for k in (1, 2)}
     if coupled:
@@ -61,10 +63,17 @@ def library_parameters(actuator: Actuator) -> tuple[LibraryParameter, ...]:
         for f in fields(record)
         if f.name in used and getattr(record, f.name) is not None
     ]
+    keys = {p.name: p for p in (*model.ions.material, *(a.parameter for a in model.additions))}
+    found += [
+        LibraryParameter(name, value, keys[name].unit, keys[name].meaning)
+        for name, value in dict(m.constants).items()
+        if name in used
+    ]
     for k, branch in enumerate(m.further_branches, 2):
         found += [
             LibraryParameter(f"{f.name}_{k}", getattr(branch, f.name), f.metadata["unit"], f"that of ionic branch {k}")
             for f in fields(branch)
+            if f"{f.name}_{k}" in used
         ]
     if actuator.coupling is not None:
         found += [
@@ -99,26 +108,25 @@ def library(actuator: Actuator, name: str = "ilg_strip") -> str:
     lumped = lumped_elements(actuator)
     pins = "plus minus tip" if actuator.coupling is not None else "plus minus"
     parameters = library_parameters(actuator)
-    values = element_values(actuator, lumped)
-    body: list[str] = []
-    for element in _at_the_pins(netlist.elements, netlist.drive, coupled=actuator.coupling is not None):
-        body += _lines(element, values)
+    text = _ion_text(actuator, lumped)
+    values = element_values(actuator, lumped, text)
+    pinned = _at_the_pins(netlist.elements, netlist.drive, coupled=actuator.coupling is not None)
+    body = [line for element in pinned for line in _lines(element, values)]
     lines = [f"* {plain(line)}".rstrip() for line in _header(actuator, lumped, name, pins, netlist.title)]
     lines += [f".subckt {name} {pins}", "+ params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
-    lines += [f".param {key}={{{value}}}" for key, value in derived_values(actuator).items()]
+    lines += [f".param {key}={{{value}}}" for key, value in derived_values(actuator, text).items()]
     return "\n".join([*lines, *folded(body), f".ends {name}", ""])
 
 
-def derived_values(actuator: Actuator) -> dict[str, str]:
+def _ion_text(actuator: Actuator, lumped: Elements) -> LibraryText:
+    g = actuator.geometry
+    return actuator.material.model.ions.library(lumped.port, g.length * g.width / g.thickness)
+
+
+def derived_values(actuator: Actuator, ions: LibraryText) -> dict[str, str]:
     """Name -> expression, of parameters and earlier names, of the values that elements share. EC (10)-(16)."""
     m, coupling = actuator.material, actuator.coupling
-    derived = {"area": "length*width", "rdc": "dc_resistivity*thickness/area"}
-    for k in range(1, len(m.branches) + 1):
-        suffix = f"_{k}" if k > 1 else ""
-        derived[f"rion{k}"] = f"dynamic_resistivity{suffix}*thickness/area"
-        derived[f"cion{k}"] = f"permittivity{suffix}*area/thickness"
-    if m.diffusion_time is not None:
-        derived["rdiffusion"] = "diffusion_time/cion1"
+    derived = {"area": "length*width", "rdc": "dc_resistivity*thickness/area", **ions.derived}
     if _has_electrodes(m):
         first, second = (f"electrode_resistivity_{k}*electrode_thickness_{k}" for k in (1, 2))
         derived["electrodes"] = f"{first}+{second}"
@@ -144,14 +152,18 @@ def derived_values(actuator: Actuator) -> dict[str, str]:
     return derived
 
 
-def element_values(actuator: Actuator, lumped: Elements) -> dict[str, str]:
+def element_values(actuator: Actuator, lumped: Elements, ions: LibraryText) -> dict[str, str]:
     """Element name of `strip_netlist` -> expression of its value."""
     port = lumped.port
     values = {"Rdc": "rdc"}
     if port.electrode_resistance:
         values["Re"] = "electrodes/area"
+    if port.inductance:
+        values["Lseries"] = "inductance"
     for suffix in ("", "x"):
-        values |= _ion_values(lumped, suffix)
+        values |= {f"Rion{suffix}": ions.resistance, f"Cion{suffix}": ions.capacitance}
+        for k, (r, c) in enumerate(ions.sections, 1):
+            values |= {f"Rd{suffix}{k}": r, f"C{suffix}{k}": c}
     if actuator.coupling is None:
         return values
     for name in "ds":
@@ -166,54 +178,31 @@ def element_values(actuator: Actuator, lumped: Elements) -> dict[str, str]:
     return values
 
 
-def _ion_values(lumped: Elements, suffix: str) -> dict[str, str]:
-    ladder = lumped.port.ladder
-    if ladder is None:
-        count = range(1, len(lumped.branches) + 1)
-        return {f"Rd{suffix}{k}": f"rion{k}" for k in count} | {f"C{suffix}{k}": f"cion{k}" for k in count}
-    # sections of a ladder keep their proportions: resistances go with Rw = tau/C or 1/Q, capacitances with C or Q
-    if ladder.law == "warburg":
-        impedance = "*rdiffusion"
-        ohm, farad = ladder.constants[0], ladder.constants[1] / ladder.constants[0]
-    else:
-        impedance = "/cion1"
-        ohm, farad = 1 / ladder.constants[0], ladder.constants[0]
-    values = {
-        f"Rion{suffix}": f"rion1+{ladder.resistance / ohm!r}{impedance}",
-        f"Cion{suffix}": f"{ladder.capacitance / farad!r}*cion1",
-    }
-    for k, (r, c) in enumerate(ladder.sections, 1):
-        values |= {f"Rd{suffix}{k}": f"{r / ohm!r}{impedance}", f"C{suffix}{k}": f"{c / farad!r}*cion1"}
-    return values
-
-
 def _at_the_pins(elements: tuple[Element, ...], drive: str, *, coupled: bool) -> Iterator[Element]:
     """The strip's elements without its drive, between the pins plus and minus in place of drive and ground."""
     kept = [e for e in elements if e.name != drive]
+    leaning = {Role.ELECTRON_PATH, Role.REFLECTED_VOLTAGE}
+    if not coupled:  # the ion path ends at minus; a growing capacitance keeps its charge on a node of its own
+        leaning |= {Role.ION_PATH, Role.SOURCE}
     for element in kept:
         nodes = ["plus" if n == "drive" else n for n in element.nodes]
-        # without a coupling the ion path ends at minus; a growing capacitance keeps its charge on a node of its own
-        ions = not coupled and element.name[:2] not in ("Cq", "Fq")
-        if nodes[1] == GROUND and (element.name in ("Rdc", "Bdc", "Eback") or ions):
+        if nodes[1] == GROUND and element.role in leaning:
             nodes[1] = "minus"
         if coupled and element is kept[-1]:
             nodes[1] = "tip"  # the last of the tip's mesh
-        yield Element(element.name, tuple(nodes), element.value, element.control, element.law, element.scale)
+        yield replace(element, nodes=tuple(nodes))
 
 
 def _lines(element: Element, values: dict[str, str]) -> list[str]:
     """An element as SPICE writes it, its value in braces."""
-    nodes = " ".join(element.nodes)
     if element.law == "sinh":
         return _diodes(*element.nodes)
     if element.law == "charge":
-        ions = f"cion{element.name.removeprefix('Bq')}"
-        plus, minus, charge = element.nodes
-        root = f"sqrt(1+{{2*capacitance_slope/{ions}}}*abs(v({charge})))"
-        return [f"{element.name} {plus} {minus} v={{2/{ions}}}*v({charge})/(1+{root})"]
-    value = f"{{{values[element.name]}}}" if element.name in values else repr(element.value)
-    start = " ic=0" if element.kind in "CL" else ""
-    return [" ".join(filter(None, [element.name, nodes, element.control, value])) + start]
+        ions = values[f"C{element.name.removeprefix('Bq')}"]
+        charge = element.nodes[2]
+        root = f"sqrt(1+{{2*capacitance_slope/({ions})}}*abs(v({charge})))"
+        return [element.line(f"{{2/({ions})}}*v({charge})/(1+{root})")]
+    return [element.line(f"{{{values[element.name]}}}" if element.name in values else "")]
 
 
 def _diodes(plus: str, minus: str) -> list[str]:
@@ -269,7 +258,7 @@ def _notes(material: Material, lumped: Elements, *, coupled: bool) -> list[str]:
     lines = [""]
     if ladder is not None:
         low, high = (format_quantity(f, "Hz", 3) for f in ladder.band)
-        scope = "its exponent is fixed" if ladder.law == "cpe" else "another diffusion_time moves the band as 1/tau"
+        scope = material.model.ions.library_note
         lines.append(
             f"ladder of {len(ladder.sections)} sections: within {ladder.error:.1e} from {low} to {high}; {scope}"
         )

@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,35 @@ if TYPE_CHECKING:
     from ..drive import Drive
 
 GROUND = "0"
+
+
+class Role(Enum):
+    """What an element of a strip is there for: its place in the account of energies, and at the pins of a library."""
+
+    OTHER = "other"
+    SOURCE = "source"
+    LEAD = "lead"  # electrodes and inductance, in series with the port
+    ELECTRON_PATH = "electron path"
+    ION_PATH = "ion path"
+    CHARGE_METER = "charge meter"  # what keeps count of the charge of a growing capacitance
+    COUPLING_FILTER = "coupling filter"  # d(s), arithmetic
+    FREE_VELOCITY = "free velocity"  # the transformer's side of the beam
+    REFLECTED_VOLTAGE = "reflected voltage"  # the transformer's side of the port
+    REFLECTION = "reflection"  # what computes the reflected voltage
+    BEAM = "beam"  # the compliance
+    TIP = "tip"
+    LOAD = "load"
+
+    @property
+    def electrical(self) -> bool:
+        """Return whether it dissipates or stores energy of the electrical side."""
+        return self in (Role.LEAD, Role.ELECTRON_PATH, Role.ION_PATH)
+
+    @property
+    def mechanical(self) -> bool:
+        """Return whether it dissipates or stores energy of the mechanical side."""
+        return self in (Role.BEAM, Role.TIP, Role.LOAD)
+
 
 #: kind -> (number of nodes, has an initial state, needs the name of a controlling source, must be positive)
 _KINDS: dict[str, tuple[int | None, bool, bool, bool]] = {
@@ -47,7 +77,7 @@ class Element:
 
     ``nodes`` are plus and minus, for E and G followed by the controlling pair; ``control`` names the voltage source
     whose current controls F and H; ``value`` is in ohm, henry, farad, volt, ampere or the source's gain. Capacitors
-    and inductors start from zero.
+    and inductors start from zero. ``role`` says what it is there for; no engine asks.
 
     A behavioural source B follows a ``law`` with a second constant ``scale`` (v is the voltage across it):
 
@@ -62,6 +92,7 @@ class Element:
     control: str = ""
     law: str = ""
     scale: float = 0.0
+    role: Role = Role.OTHER
 
     @property
     def kind(self) -> str:
@@ -73,6 +104,15 @@ class Element:
             return f"{self.value!r}*sinh(v({nodes[0]},{nodes[1]})/{self.scale!r})"
         q = f"v({nodes[2]})"
         return f"2*{q}/{self.value!r}/(1+sqrt(1+{2 * self.scale / self.value!r}*abs({q})))"
+
+    def line(self, value: str = "") -> str:
+        """Return the element as a line of SPICE, with another text for its ``value`` or, of a law, its expression."""
+        if self.law:
+            plus, minus = self.nodes[:2]
+            return f"{self.name} {plus} {minus} {_LAWS[self.law][1]}={value or self.expression(self.nodes)}"
+        start = " ic=0.0" if _KINDS[self.kind][1] else ""
+        words = [self.name, *self.nodes, self.control, value or repr(float(self.value))]
+        return " ".join(filter(None, words)) + start
 
     def linearised(self, voltage: float) -> Element:
         """The linear element that a small signal meets with ``voltage`` [V] across this one; itself where linear."""
@@ -181,17 +221,9 @@ def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:
         for e in netlist.elements:
             if e is not source:
                 nodes, control = [rename[n] for n in e.nodes], e.control and e.control + suffix
-                lines.append(_line(e, e.name + suffix, nodes, control))
+                lines.append(replace(e, name=e.name + suffix, nodes=tuple(nodes), control=control).line())
         vectors.append({q: _vector(q, rename, suffix) for q in netlist.quantities})
     return "\n".join(lines), vectors
-
-
-def _line(element: Element, name: str, nodes: Sequence[str], control: str) -> str:
-    """An element as PySpice writes it, under another name and on other nodes."""
-    if element.law:
-        return f"{name} {nodes[0]} {nodes[1]} {_LAWS[element.law][1]}={element.expression(nodes)}"
-    start = " ic=0.0" if _KINDS[element.kind][1] else ""
-    return " ".join(filter(None, [name, *nodes, control, repr(float(element.value))])) + start
 
 
 def add_elements(circuit: Circuit, elements: Iterable[Element]) -> None:

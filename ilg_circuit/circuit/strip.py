@@ -22,7 +22,7 @@ from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import Elements, hanging_stiffness, lumped_elements
 from ..strip.ladder import LADDER_BAND
 from ..strip.port import Port
-from .netlist import GROUND, Element, Netlist, Output
+from .netlist import GROUND, Element, Netlist, Output, Role
 
 #: Newtons per mechanical volt and metres per second per mechanical ampere.
 FORCE_SCALE = 1e-6
@@ -103,7 +103,7 @@ def strip_netlist(
 
     ``beam`` "dynamic" is the port EC (17) without simplification: beam compliance and mass, voltage reflected onto the
     electrical side. "static" is EC (26), (29): no mass, nothing reflected. ``tip`` "clamped" holds the point L_F.
-    ``band`` [Hz] is that of a Warburg or CPE ladder where the strip gives none.
+    ``band`` [Hz] is that of a ladder where the strip gives none.
     Raises InputError for an unknown word, a load where there can be none, or a hanging strip too soft to hold itself.
     """
     load = load or Load()
@@ -126,21 +126,22 @@ def strip_netlist(
     return Netlist(title, tuple(elements), tuple(outputs), comments=(SCALE_NOTE,))
 
 
-_DRIVE = Element("Vdrive", ("drive", GROUND), 0.0)
+_DRIVE = Element("Vdrive", ("drive", GROUND), 0.0, role=Role.SOURCE)
 
 
 def _port(port: Port, end: str, source: Element | None = _DRIVE) -> tuple[list[Element], list[Output]]:
-    """A voltage source (or none), Re, the electron path and the ion path from the port's node to ``end``."""
-    elements = [source] if source else []
+    """A voltage source (or none), the leads, the electron path and the ion path from the port's node to ``end``."""
     node = _port_node(port)
-    if port.electrode_resistance:
-        elements.append(Element("Re", ("drive", node), port.electrode_resistance))
+    leads = [("Lseries", port.inductance), ("Re", port.electrode_resistance)]
+    leads = [(name, value) for name, value in leads if value]
+    ends = ["drive", *(f"lead{k}" for k in range(1, len(leads))), node]
+    elements = [source] if source else []
+    elements += [Element(n, (ends[k], ends[k + 1]), v, role=Role.LEAD) for k, (n, v) in enumerate(leads)]
     if port.emission_voltage is None:
-        elements.append(Element("Rdc", (node, GROUND), port.dc_resistance))
+        elements.append(Element("Rdc", (node, GROUND), port.dc_resistance, role=Role.ELECTRON_PATH))
     else:
-        elements.append(
-            Element("Bdc", (node, GROUND), port.saturation_current, law="sinh", scale=port.emission_voltage)
-        )
+        current, scale = port.saturation_current, port.emission_voltage
+        elements.append(Element("Bdc", (node, GROUND), current, law="sinh", scale=scale, role=Role.ELECTRON_PATH))
     ions, charge = _ion_path(port, node, end, "")
     outputs = [
         *([Output("current", "A", ((f"i({source.name})", -1.0),))] if source else []),
@@ -150,51 +151,50 @@ def _port(port: Port, end: str, source: Element | None = _DRIVE) -> tuple[list[E
 
 
 def _port_node(port: Port) -> str:
-    return "port" if port.electrode_resistance else "drive"
+    return "port" if port.electrode_resistance or port.inductance else "drive"
 
 
-def _ion_path(port: Port, top: str, end: str, suffix: str) -> tuple[list[Element], dict[str, float]]:
+def _ion_path(
+    port: Port, top: str, end: str, suffix: str, role: Role = Role.ION_PATH
+) -> tuple[list[Element], dict[str, float]]:
     """The ion path from ``top`` to ``end``, and its charge [C] as coefficients of node voltages."""
-    if port.ladder is not None:
-        return _ladder(port, top, end, suffix)
     elements: list[Element] = []
     charge: dict[str, float] = {}
+
+    def add(name: str, plus: str, minus: str, value: float) -> None:
+        elements.append(Element(name, (plus, minus), value, role=role))
+
+    if port.ladder is not None:
+        # Rs, then R parallel C sections in series, then the capacitor that alone has the whole charge
+        ladder = port.ladder
+        nodes = [f"ion{suffix}{k}" for k in range(1, len(ladder.sections) + 2)]
+        add(f"Rion{suffix}", top, nodes[0], port.series_resistance + ladder.resistance)
+        for k, (r, c) in enumerate(ladder.sections, 1):
+            add(f"Rd{suffix}{k}", nodes[k - 1], nodes[k], r)
+            add(f"C{suffix}{k}", nodes[k - 1], nodes[k], c)
+        add(f"Cion{suffix}", nodes[-1], end, ladder.capacitance)
+        _add_charge(charge, ladder.capacitance, nodes[-1], end)
     for k, (r, c) in enumerate(port.branches, 1):
         node = f"ion{suffix}{k}"
-        elements.append(Element(f"Rd{suffix}{k}", (top, node), r))
+        add(f"Rd{suffix}{k}", top, node, r)
         if port.capacitance_slope:
-            elements += _growing_capacitor(c, port.capacitance_slope, node, end, f"{suffix}{k}")
+            elements += _growing_capacitor(c, port.capacitance_slope, node, end, f"{suffix}{k}", role)
             charge[f"v(q{suffix}{k})"] = 1.0
-            continue
-        elements.append(Element(f"C{suffix}{k}", (node, end), c))
-        _add_charge(charge, c, node, end)
+        else:
+            add(f"C{suffix}{k}", node, end, c)
+            _add_charge(charge, c, node, end)
     return elements, charge
 
 
-def _growing_capacitor(capacitance: float, slope: float, node: str, end: str, name: str) -> list[Element]:
+def _growing_capacitor(capacitance: float, slope: float, node: str, end: str, name: str, role: Role) -> list[Element]:
     """A capacitance that grows with voltage: its charge is the voltage on 1 F that its own current feeds."""
     charge, sense = f"q{name}", f"sense{name}"
     return [
-        Element(f"Bq{name}", (node, sense, charge), capacitance, law="charge", scale=slope),
-        Element(f"Vq{name}", (sense, end), 0.0),
-        Element(f"Fq{name}", (GROUND, charge), 1.0, control=f"Vq{name}"),
-        Element(f"Cq{name}", (charge, GROUND), 1.0),
+        Element(f"Bq{name}", (node, sense, charge), capacitance, law="charge", scale=slope, role=role),
+        Element(f"Vq{name}", (sense, end), 0.0, role=Role.SOURCE),
+        Element(f"Fq{name}", (GROUND, charge), 1.0, control=f"Vq{name}", role=Role.CHARGE_METER),
+        Element(f"Cq{name}", (charge, GROUND), 1.0, role=Role.CHARGE_METER),
     ]
-
-
-def _ladder(port: Port, top: str, end: str, suffix: str) -> tuple[list[Element], dict[str, float]]:
-    """Rs, then R parallel C sections in series, then the capacitor that alone has the whole charge."""
-    ladder = port.ladder
-    assert ladder is not None
-    nodes = [f"ion{suffix}{k}" for k in range(1, len(ladder.sections) + 2)]
-    elements = [Element(f"Rion{suffix}", (top, nodes[0]), port.series_resistance + ladder.resistance)]
-    for k, (r, c) in enumerate(ladder.sections, 1):
-        ends = (nodes[k - 1], nodes[k])
-        elements += [Element(f"Rd{suffix}{k}", ends, r), Element(f"C{suffix}{k}", ends, c)]
-    elements.append(Element(f"Cion{suffix}", (nodes[-1], end), ladder.capacitance))
-    charge: dict[str, float] = {}
-    _add_charge(charge, ladder.capacitance, nodes[-1], end)
-    return elements, charge
 
 
 def _add_charge(charge: dict[str, float], capacitance: float, node: str, end: str) -> None:
@@ -206,22 +206,25 @@ def _add_charge(charge: dict[str, float], capacitance: float, node: str, end: st
 def _filter(coupling: Coupling, plus: str, minus: str, name: str) -> list[Element]:
     """The series R-L-C of d(s) behind a source that does not load (plus, minus); nodes name1, name2, name3."""
     wn = coupling.natural_frequency
+    role = Role.COUPLING_FILTER
     return [
-        Element(f"E{name}", (f"{name}1", GROUND, plus, minus), 1.0),
-        Element(f"R{name}", (f"{name}1", f"{name}2"), 2 * coupling.damping_ratio / wn),
-        Element(f"L{name}", (f"{name}2", f"{name}3"), 1 / wn**2),
-        Element(f"C{name}", (f"{name}3", GROUND), 1.0),
+        Element(f"E{name}", (f"{name}1", GROUND, plus, minus), 1.0, role=role),
+        Element(f"R{name}", (f"{name}1", f"{name}2"), 2 * coupling.damping_ratio / wn, role=role),
+        Element(f"L{name}", (f"{name}2", f"{name}3"), 1 / wn**2, role=role),
+        Element(f"C{name}", (f"{name}3", GROUND), 1.0, role=role),
     ]
 
 
-def _filter_rate(coupling: Coupling, name: str, filter_name: str, out: tuple[str, str], gain: float) -> list[Element]:
+def _filter_rate(
+    coupling: Coupling, name: str, filter_name: str, out: tuple[str, str], gain: float, role: Role
+) -> list[Element]:
     """Two current sources whose sum is gain s d(s) v, from the filter's inductor voltage and its current."""
     wn, d0 = coupling.natural_frequency, coupling.static
     resistor = 2 * coupling.damping_ratio / wn
     n1, n2, n3 = (f"{filter_name}{k}" for k in (1, 2, 3))
     return [
-        Element(f"G{name}a", (*out, n2, n3), gain * d0 * wn**2 / coupling.zero),
-        Element(f"G{name}b", (*out, n1, n2), gain * d0 / resistor),
+        Element(f"G{name}a", (*out, n2, n3), gain * d0 * wn**2 / coupling.zero, role=role),
+        Element(f"G{name}b", (*out, n1, n2), gain * d0 / resistor, role=role),
     ]
 
 
@@ -254,8 +257,8 @@ def _dynamic(
     ratio = lumped.bending_ratio
     # electrical -> mechanical: v1 = k s d(s) v_p flows into the beam's compliance
     elements += _filter(coupling, port, "back", "d")
-    elements += _filter_rate(coupling, "v1", "d", (GROUND, "beam"), ratio / VELOCITY_SCALE)
-    elements.append(Element("Cbeam", ("beam", GROUND), 1 / (lumped.stiffness * IMPEDANCE_SCALE)))
+    elements += _filter_rate(coupling, "v1", "d", (GROUND, "beam"), ratio / VELOCITY_SCALE, Role.FREE_VELOCITY)
+    elements.append(Element("Cbeam", ("beam", GROUND), 1 / (lumped.stiffness * IMPEDANCE_SCALE), role=Role.BEAM))
     elements += _reflection(lumped, coupling)
     # the tip moves by what the strip wants less what its compliance takes up: y = y1 - F1/K
     moved = _free_displacement(coupling, ratio, "d") | {"v(beam)": -FORCE_SCALE / lumped.stiffness}
@@ -276,11 +279,12 @@ def _reflection(lumped: Elements, coupling: Coupling) -> list[Element]:
 
     F1 is the voltage of node ``beam``. Of a nonlinear ion path the copy is that of small signals near 0 V.
     """
+    role, gain = Role.REFLECTION, lumped.bending_ratio * FORCE_SCALE
     return [
         *_filter(coupling, "beam", GROUND, "s"),
-        *_filter_rate(coupling, "u1", "s", (GROUND, "copy"), lumped.bending_ratio * FORCE_SCALE),
-        *_ion_path(lumped.port.linearised(), "copy", GROUND, "x")[0],
-        Element("Eback", ("back", GROUND, "copy", GROUND), 1.0),
+        *_filter_rate(coupling, "u1", "s", (GROUND, "copy"), gain, role),
+        *_ion_path(lumped.port.linearised(), "copy", GROUND, "x", role)[0],
+        Element("Eback", ("back", GROUND, "copy", GROUND), 1.0, role=Role.REFLECTED_VOLTAGE),
     ]
 
 
@@ -299,9 +303,9 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
     if coupling is None:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]; it cannot sense")
     node = _port_node(lumped.port)
-    shorted = Element("Vshort", ("drive", GROUND), 0.0) if terminals == "short" else None
+    shorted = Element("Vshort", ("drive", GROUND), 0.0, role=Role.SOURCE) if terminals == "short" else None
     elements, outputs = _port(lumped.port, "back", shorted)
-    elements.insert(0, Element("Vmotion", ("motion", GROUND), 0.0))
+    elements.insert(0, Element("Vmotion", ("motion", GROUND), 0.0, role=Role.SOURCE))
     elements += _filter(coupling, node, "back", "d")
     # the force on a beam whose tip is held at y: F1 = K (y1 - y), a sum of sources in series
     elastic = {q: c * lumped.stiffness for q, c in _free_displacement(coupling, lumped.bending_ratio, "d").items()}
@@ -322,18 +326,18 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
 
 
 def _without_dangling(elements: list[Element]) -> list[Element]:
-    """Elements but for an Re that ends in the air at open terminals."""
-    ends = [n for e in elements for n in e.nodes]
-    return [e for e in elements if e.name != "Re" or ends.count("drive") > 1]
+    """Elements but for leads that end in the air at open terminals."""
+    ends = [n for e in elements if e.role is not Role.LEAD for n in e.nodes]
+    return [e for e in elements if e.role is not Role.LEAD or "drive" in ends]
 
 
 def _tip(actuator: Actuator, lumped: Elements, load: Load) -> tuple[list[Element], dict[str, float]]:
     """The tip's mesh from node ``beam`` to ground: mass, damping, gravity, load; and the force on the load."""
     g, m = actuator.geometry, actuator.material
     mass = lumped.mass + load.mass
-    chain: list[tuple[str, float]] = [("Ltip", mass * IMPEDANCE_SCALE)]
+    chain = [("Ltip", mass * IMPEDANCE_SCALE, Role.TIP)]
     if lumped.damping:
-        chain.append(("Rtip", lumped.damping * IMPEDANCE_SCALE))
+        chain.append(("Rtip", lumped.damping * IMPEDANCE_SCALE, Role.TIP))
     if actuator.mounting.orientation == "hanging":
         gravity = hanging_stiffness(m.density, g.width, g.thickness)
         if gravity > LARGEST_GRAVITY_RATIO * lumped.stiffness:
@@ -341,15 +345,15 @@ def _tip(actuator: Actuator, lumped: Elements, load: Load) -> tuple[list[Element
                 f"mounting.orientation is 'hanging', but gravity is {gravity / lumped.stiffness:.3g} times as stiff as "
                 f"the strip (allowed: {LARGEST_GRAVITY_RATIO:g}); a coupling fitted with gravity in it is 'weightless'"
             )
-        chain.append(("Cgravity", 1 / (gravity * IMPEDANCE_SCALE)))
+        chain.append(("Cgravity", 1 / (gravity * IMPEDANCE_SCALE), Role.TIP))
     # horizontal: the weight is a constant force; displacement counts from the sagged rest, so it drops out
     start_of_load = len(chain)
     if load.damping:
-        chain.append(("Rload", load.damping * IMPEDANCE_SCALE))
+        chain.append(("Rload", load.damping * IMPEDANCE_SCALE, Role.LOAD))
     if load.stiffness:
-        chain.append(("Cload", 1 / (load.stiffness * IMPEDANCE_SCALE)))
+        chain.append(("Cload", 1 / (load.stiffness * IMPEDANCE_SCALE), Role.LOAD))
     nodes = ["beam", *(f"tip{k}" for k in range(1, len(chain))), GROUND]
-    elements = [Element(name, (nodes[k], nodes[k + 1]), value) for k, (name, value) in enumerate(chain)]
+    elements = [Element(name, (nodes[k], nodes[k + 1]), x, role=role) for k, (name, x, role) in enumerate(chain)]
     force: dict[str, float] = {"v(beam)": 0.0}
     if nodes[start_of_load] != GROUND:
         force[f"v({nodes[start_of_load]})"] = FORCE_SCALE

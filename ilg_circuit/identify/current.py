@@ -135,7 +135,7 @@ class CurrentData:
 
     def holds(self, kind: ElectricalModel) -> bool:
         # one step does not tell a sinh electron path from a resistor
-        return not (kind.constant_voltage_hides and self.level is not None)
+        return not (kind.spectra_only or (kind.constant_voltage_hides and self.level is not None))
 
     def trial_engine(self, kind: ElectricalModel) -> str:
         """Return the engine that tries a model: the exact one for large circuits where many jumps make ngspice slow.

@@ -166,7 +166,10 @@ def by_engine_of_record(found: PortFit, progress: Progress = None) -> PortFit:
 
 
 def require_levels(kind: ElectricalModel, data: Sequence[PortData]) -> None:
-    """Raise InputError where a nonlinear model is to be fitted to data of one voltage."""
+    """Raise InputError where these data cannot show what a model has: one voltage, or no spectrum."""
+    if kind.spectra_only and all(d.quantity == "current" for d in data):
+        hidden = ", ".join(kind.spectra_only)
+        raise InputError(f"model {kind.name}: only a spectrum shows {hidden}; leave it out, or add a spectrum")
     if kind.linear or levels_differ(data):
         return
     unknown = " and ".join(name for name in kind.names if name in kind.needs_several_voltages)

@@ -7,7 +7,6 @@ branch. So individual answers are averaged by their information, and branches ar
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 
 import numpy as np
 
@@ -63,7 +62,7 @@ def suggestions(kind: ElectricalModel, data: Sequence[PortData], individual: Seq
     fits, independent = [i.fit for i in individual], [i.independent for i in individual]
     typical = combined(kind.parameters, fits, independent)
     largest = max((abs(d.voltage) for d in data), default=0.0) or 1.0
-    known = {"emission_voltage": largest, "capacitance_slope": 0.2 / largest}
+    known = {a.parameter.name: a.start(largest) for a in kind.additions}
     known |= {name: v for name, v in zip(kind.names, typical.tolist(), strict=True) if np.isfinite(v) and v > 0}
     ranked = sorted(zip(data, individual, strict=True), key=lambda pair: -pair[1].independent)
     complete = [i for _, i in ranked if i.sure and set(kind.names) <= known.keys() | i.values.keys()]
@@ -78,28 +77,16 @@ def suggestions(kind: ElectricalModel, data: Sequence[PortData], individual: Seq
 def _pooled(
     kind: ElectricalModel, known: dict[str, float], ranked: Sequence[tuple[PortData, IndividualFit]]
 ) -> list[dict[str, float]]:
-    """Return branches in every combination out of those of two individual fits, of different kinds of data if any."""
-    names = _branch_names(kind.names)
-    if len(names) < 2 or "dc_resistance" not in known:
-        return []
+    """Return starts out of the branches of two individual fits, of different kinds of data if there are both."""
     first, *others = ranked
     others.sort(key=lambda pair: pair[0].quantity == first[0].quantity)
     pairs: list[tuple[float, float]] = []
     for _, i in (first, *others[:1]):
-        values = i.values if i.sure else {}
-        pairs += [(values[r], values[c]) for r, c in _branch_names(tuple(values))]
+        names = i.model.kind.names
+        if i.sure and set(names) <= i.values.keys():
+            pairs += i.model.kind.pairs([i.values[name] for name in names])
     pairs.sort(key=lambda pair: pair[0] * pair[1])
-    found = []
-    for chosen in combinations(pairs, len(names)):
-        branches = {r: pair[0] for (r, _), pair in zip(names, chosen, strict=True)}
-        found.append(known | branches | {c: pair[1] for (_, c), pair in zip(names, chosen, strict=True)})
-    return found
-
-
-def _branch_names(names: tuple[str, ...]) -> list[tuple[str, str]]:
-    """Return the names of resistance and capacitance of every R-C branch among ``names``."""
-    every = [("dynamic_resistance", "capacitance"), *((f"resistance_{k}", f"capacitance_{k}") for k in range(1, 10))]
-    return [(r, c) for r, c in every if r in names and c in names]
+    return [known | ions for ions in kind.pooled_starts(pairs)]
 
 
 def _chord(data: Sequence[PortData], individual: Sequence[IndividualFit], largest: float) -> dict[str, float]:

@@ -41,8 +41,8 @@ def fit_best(
     are larger than those of the individual fits. Raises SolveError where no model can be fitted.
     """
     contest = _Contest(data, held, per_record, progress)
-    kinds = {"spectrum" if d.quantity == "impedance" else "record" for d in data}
-    first, *others = candidates(kinds)
+    tried = {m for d in data for m in candidates("spectrum" if d.quantity == "impedance" else "record")}
+    first, *others = (m for m in model_names() if m in tried)
     contest.enter(first)
     contest.enter_nonlinear(first)
     for model in others:
@@ -77,9 +77,9 @@ class _Contest:
 
     def enter_nonlinear(self, ions: str) -> None:
         """Fit ``ions`` with each addition that is not linear, where anything can speak for it."""
-        for model in (m for m in model_names() if m.startswith(f"{ions}+")):
+        for model in model_names():
             kind = electrical_model(model)
-            if model in self.fits or kind.linear or not kind.auto:
+            if model in self.fits or kind.linear or kind.plain != ions:
                 continue
             if not levels_differ(self._data):
                 self.failures[model] = "not tried: it needs several voltages, and these are the same"

@@ -6,19 +6,19 @@ second order filters of the drive, superposed from the closed forms for a whole 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..measurements.prepare import simplified
 from ..simulation import closed_forms as formulas
 from ..simulation.superposition import superpose
 from ..strip.models import ElectricalModel
-
-Array = NDArray[np.float64]
 
 _MOST_SAMPLES = 500
 _RATES = 40
@@ -30,8 +30,6 @@ _APART = 1.8
 _LEAST_STEADY = 1e-2
 #: The drive may be so coarse, in parts of its range, where only starting values are wanted.
 _COARSE = 0.01
-#: A constant phase element's exponent lies between diffusion's 1/2 and a capacitor's 1.
-_CPE_EXPONENT = 0.8
 
 
 def current_start(
@@ -86,39 +84,17 @@ def _refined(t: Array, current: Array, drive: PiecewiseLinear, rates: Array) -> 
 def model_start(
     model: ElectricalModel, t: Array, current: Array, drive: PiecewiseLinear, electrode_resistance: float
 ) -> Array:
-    """Starting values (n,) of ``model``'s parameters in their order; arguments as for `current_start`."""
-    ions = model.name.split("+")[0]
-    branches = {"rc": 1, "rc2": 2, "rc3": 3}.get(ions, 2)
-    try:
-        dc, pairs = current_start(t, current, drive, electrode_resistance, branches)
-    except InputError:
-        if ions in ("rc", "rc2", "rc3"):
-            raise
-        dc, pairs = current_start(t, current, drive, electrode_resistance, 1)
-    values = {"dc_resistance": dc}
-    total = sum(c for _, c in pairs)
-    fast = 1 / sum(1 / r for r, _ in pairs)
-    slowest = max(r * c for r, c in pairs)
-    if ions == "warburg":
-        # the slowest mode of a diffusing admittance has the time constant 4 tau/pi^2
-        tau = np.pi**2 / 4 * slowest
-        values |= {"series_resistance": fast, "warburg_resistance": tau / total, "diffusion_time": tau}
-    elif ions == "cpe":
-        # as large as the capacitance at the slowest branch's frequency
-        values |= {
-            "series_resistance": 0.8 * fast,
-            "cpe_coefficient": total * slowest ** (_CPE_EXPONENT - 1),
-            "cpe_exponent": _CPE_EXPONENT,
-        }
-    else:
-        for k, (r, c) in enumerate(pairs, 1):
-            names = (
-                ("dynamic_resistance", "capacitance") if len(pairs) == 1 else (f"resistance_{k}", f"capacitance_{k}")
+    """Return starting values (n,) of ``model``'s parameters in their order; arguments as for `current_start`.
+
+    Where the record does not show as many relaxations as the model looks for first, it may do with fewer.
+    """
+    *counts, last = model.ions.branch_counts
+    for count in counts:
+        with suppress(InputError):
+            return model.starts_from_branches(
+                *current_start(t, current, drive, electrode_resistance, count), drive.largest()
             )
-            values |= dict(zip(names, (r, c), strict=True))
-    # mildly nonlinear at the largest voltage that was applied
-    values |= {"emission_voltage": drive.largest(), "capacitance_slope": 0.2 / drive.largest()}
-    return np.array([values[name] for name in model.names])
+    return model.starts_from_branches(*current_start(t, current, drive, electrode_resistance, last), drive.largest())
 
 
 class CouplingSearch:

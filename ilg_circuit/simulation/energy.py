@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array, plain
-from ..circuit.netlist import GROUND, Element, Netlist, Output
+from ..circuit.netlist import GROUND, Element, Netlist, Output, Role
 from ..circuit.strip import FORCE_SCALE, VELOCITY_SCALE
 from ..result import Result
 from ..solve.transient import Waveforms
@@ -29,15 +29,15 @@ Integral = Callable[[Array], Array]
 
 #: Joules per mechanical volt-ampere-second.
 _MECHANICAL = FORCE_SCALE * VELOCITY_SCALE
-_MECHANICAL_NAMES = ("Cbeam", "Ltip", "Rtip", "Cgravity", "Rload", "Cload")
 
 
 @dataclass(frozen=True)
 class EnergyAccount(Result):
     """Energies [J] since t = 0, each (n,) at the response's times.
 
-    ``source`` delivered at the terminals; ``dissipated`` and ``stored`` by element of either side; ``converted`` =
-    integral of u1 i1, taken from the electrical side; ``mechanical`` = integral of F1 v1, given to the beam.
+    ``source`` delivered at the terminals; ``dissipated`` and ``stored`` by element of either side, whose ``roles`` say
+    which; ``converted`` = integral of u1 i1, taken from the electrical side; ``mechanical`` = integral of F1 v1, given
+    to the beam.
     """
 
     presenter: ClassVar[str] = "energy"
@@ -46,10 +46,11 @@ class EnergyAccount(Result):
     stored: dict[str, Array]
     converted: Array
     mechanical: Array
+    roles: dict[str, Role]
 
     def parts(self, kind: str, *, mechanical: bool) -> dict[str, Array]:
         """Return what the elements of one side "dissipated" or "stored", which is the ``kind``."""
-        return {k: v for k, v in getattr(self, kind).items() if (k in _MECHANICAL_NAMES) == mechanical}
+        return {k: v for k, v in getattr(self, kind).items() if self.roles[k].mechanical == mechanical}
 
     def total(self, kind: str, *, mechanical: bool) -> Array:
         """Return the sum (n,) of ``kind`` "dissipated" or "stored" over the elements of one side."""
@@ -71,7 +72,8 @@ class EnergyAccount(Result):
     def load(self) -> Array:
         """Energy [J] (n,) that a load has taken up: its spring and dashpot (its mass moves with the strip's)."""
         parts = {**self.stored, **self.dissipated}
-        return np.asarray(sum((parts[n] for n in ("Rload", "Cload") if n in parts), np.zeros_like(self.source)))
+        taken = [energy for name, energy in parts.items() if self.roles[name] is Role.LOAD]
+        return np.asarray(sum(taken, np.zeros_like(self.source)))
 
     @property
     def efficiency(self) -> float:
@@ -97,20 +99,17 @@ class EnergyAccount(Result):
 def probes(netlist: Netlist) -> tuple[Output, ...]:
     """Outputs that an account needs beyond a netlist's own; their errors are not judged."""
     found = [_across(e) for e in netlist.elements if _counts(e)]
-    elements = {e.name: e for e in netlist.elements}
-    if "Eback" in elements:
+    for element in _of(netlist, Role.REFLECTED_VOLTAGE):
         found += [
-            Output("u1", "V", (("v(back)", 1.0),), probe=True),
-            Output("i1", "A", (("i(Eback)", 1.0),), probe=True),
+            Output("u1", "V", ((f"v({element.nodes[0]})", 1.0),), probe=True),
+            Output("i1", "A", ((f"i({element.name})", 1.0),), probe=True),
         ]
-    if "Gv1a" in elements:
-        terms: dict[str, float] = {}
-        for name in ("Gv1a", "Gv1b"):
-            _, _, plus, minus = elements[name].nodes
-            terms[f"v({plus})"] = terms.get(f"v({plus})", 0.0) + elements[name].value
-            terms[f"v({minus})"] = terms.get(f"v({minus})", 0.0) - elements[name].value
-        found.append(Output("v1", "m/s", tuple(terms.items()), probe=True))
-    return tuple(found)
+    terms: dict[str, float] = {}
+    for element in _of(netlist, Role.FREE_VELOCITY):
+        _, _, plus, minus = element.nodes
+        terms[f"v({plus})"] = terms.get(f"v({plus})", 0.0) + element.value
+        terms[f"v({minus})"] = terms.get(f"v({minus})", 0.0) - element.value
+    return (*found, Output("v1", "m/s", tuple(terms.items()), probe=True)) if terms else tuple(found)
 
 
 def account(
@@ -120,7 +119,7 @@ def account(
     dissipated: dict[str, Array] = {}
     stored: dict[str, Array] = {}
     for element in filter(_counts, netlist.elements):
-        scale = _MECHANICAL if element.name in _MECHANICAL_NAMES else 1.0
+        scale = _MECHANICAL if element.role.mechanical else 1.0
         wave = waves.output(f"across {element.name}")
         if element.kind == "R":
             dissipated[element.name] = integrate(scale * wave**2 / element.value)
@@ -135,17 +134,19 @@ def account(
     converted = integrate(waves.output("u1") * waves.output("i1")) if "u1" in waves.names else nothing
     mechanical = nothing
     if "v1" in waves.names:
-        mechanical = integrate(_MECHANICAL * waves.output("across Cbeam") * waves.output("v1"))
-    return EnergyAccount(source, dissipated, stored, converted, mechanical)
+        (beam,) = _of(netlist, Role.BEAM)
+        mechanical = integrate(_MECHANICAL * waves.output(f"across {beam.name}") * waves.output("v1"))
+    roles = {e.name: e.role for e in netlist.elements if _counts(e)}
+    return EnergyAccount(source, dissipated, stored, converted, mechanical, roles)
 
 
 def _counts(element: Element) -> bool:
     """Whether an element is a part of the strip: not arithmetic, not the copy that reflects."""
-    name = element.name
-    if name in _MECHANICAL_NAMES or name in ("Re", "Rdc", "Bdc", "Rion", "Cion"):
-        return True
-    # ion branches and ladder sections; a growing capacitance is its source B, not the capacitor that counts its charge
-    return name.startswith(("Rd", "C", "Bq")) and name[-1].isdigit() and not name.startswith(("Rdx", "Cx", "Cq"))
+    return element.role.electrical or element.role.mechanical
+
+
+def _of(netlist: Netlist, role: Role) -> list[Element]:
+    return [e for e in netlist.elements if e.role is role]
 
 
 def _across(element: Element) -> Output:

@@ -18,6 +18,7 @@ from ..solve.spectrum import spectrum
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements
 from ..strip.ladder import Ladder
+from ..strip.models import LadderPath
 from ..units import format_quantity
 
 
@@ -131,7 +132,7 @@ def impedance(
 
 def _require_in_band(actuator: Actuator, low: float, high: float) -> None:
     m = actuator.material
-    if m.diffusion_time is None and m.cpe_exponent is None:
+    if not isinstance(m.model.ions, LadderPath):
         return
     lowest, highest = m.ladder_lowest or 0.0, m.ladder_highest or np.inf
     if low < lowest * (1 - 1e-9) or high > highest * (1 + 1e-9):

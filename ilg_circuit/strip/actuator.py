@@ -7,11 +7,14 @@ Gel Soft Actuators*.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
 
 from ..errors import InputError
 from .ladder import LADDER_BAND
+from .models.model import ElectricalModel
+from .models.registry import ADDITIONS, composed, ion_path, ion_path_of_material
 from .port import Port
 
 #: First root of cos(x) cosh(x) = -1, the cantilever's eigenvalue in EC (11).
@@ -36,18 +39,23 @@ def validate_quantities(record: Any) -> None:
         if value is None and item.default is None:
             continue
         name = f"{type(record).__name__.lower()}.{item.name}"
-        try:
-            number = float(value) if not isinstance(value, (bool, str)) else math.nan
-        except (TypeError, ValueError, OverflowError):
-            number = math.nan
-        if math.isnan(number) and not isinstance(value, float):
-            raise InputError(f"{name} is {str(value)[:40]!r}; give a number in {item.metadata['unit'] or 'no unit'}")
+        number = checked(name, value, item.metadata["unit"], zero=item.metadata["zero"])
         object.__setattr__(record, item.name, number)
-        if not math.isfinite(number):
-            raise InputError(f"{name} is {number}; give a finite value")
-        if number < 0 or (number == 0 and not item.metadata["zero"]):
-            allowed = "zero or more" if item.metadata["zero"] else "more than zero"
-            raise InputError(f"{name} is {number:g}; it must be {allowed}")
+
+
+def checked(name: str, value: Any, unit: str, *, zero: bool = False) -> float:
+    """Return ``value`` as a float. Raises InputError unless it is finite, and positive or an allowed zero."""
+    try:
+        number = float(value) if not isinstance(value, (bool, str)) else math.nan
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if math.isnan(number) and not isinstance(value, float):
+        raise InputError(f"{name} is {str(value)[:40]!r}; give a number in {unit or 'no unit'}")
+    if not math.isfinite(number):
+        raise InputError(f"{name} is {number}; give a finite value")
+    if number < 0 or (number == 0 and not zero):
+        raise InputError(f"{name} is {number:g}; it must be {'zero or more' if zero else 'more than zero'}")
+    return number
 
 
 @dataclass(frozen=True)
@@ -96,8 +104,9 @@ class IonBranch:
 class Material:
     """Electrical and mechanical constants of the strip as a whole, independent of its size.
 
-    The ion path is one R-C branch; several with ``further_branches``; a finite Warburg element with ``diffusion_time``;
-    a constant phase element with ``cpe_exponent``. See `ilg_circuit.strip.models` for the equations.
+    The ion path is one R-C branch, several with ``further_branches``, or what the keys of an electrical model make it:
+    see `ilg_circuit.strip.models`. ``constants`` holds those of these keys that are no fields of their own, name ->
+    SI value.
     """
 
     dc_resistivity: float = quantity("ohm m", "resistivity rho_dc of the electron path, EC (12)")
@@ -120,9 +129,7 @@ class Material:
     cpe_exponent: float | None = quantity(
         "", "makes the ion path a constant phase element; permittivity is then that at 1 rad/s", default=None
     )
-    ladder_lowest: float | None = quantity(
-        "Hz", "lower end of the band of a Warburg or CPE ladder; 0.1 mHz if absent", default=None
-    )
+    ladder_lowest: float | None = quantity("Hz", "lower end of the band of a ladder; 0.1 mHz if absent", default=None)
     ladder_highest: float | None = quantity("Hz", "upper end of that band; 10 kHz if absent", default=None)
     ladder_sections: float | None = quantity(
         "", "sections of the ladder; as many as its stated error needs if absent", zero=True, default=None
@@ -137,23 +144,18 @@ class Material:
         "N m^2", "EI of the composite strip, in place of E w b^3/12", default=None
     )
     further_branches: tuple[IonBranch, ...] = ()
+    constants: Mapping[str, float] | tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         validate_quantities(self)
         object.__setattr__(self, "further_branches", tuple(self.further_branches))
-        diffusing = [n for n in ("diffusion_time", "cpe_exponent") if getattr(self, n) is not None]
-        if len(diffusing) + bool(self.further_branches) > 1:
-            raise InputError(
-                "material has more than one ion path; give one of further_branches, diffusion_time, cpe_exponent"
-            )
-        if diffusing and self.capacitance_slope:
-            raise InputError(
-                f"material.capacitance_slope goes with R-C branches, not with {diffusing[0]}; leave one out"
-            )
-        if self.cpe_exponent is not None and self.cpe_exponent >= 1:
-            raise InputError(
-                f"material.cpe_exponent is {self.cpe_exponent:g}; it must be less than 1 (1 is a capacitor)"
-            )
+        constants = {n: checked(f"material.{n}", v, "SI units") for n, v in dict(self.constants).items()}
+        object.__setattr__(self, "constants", tuple(sorted(constants.items())))
+        model = self.model
+        given = self.electrical_constants()
+        for key in model.ions.material:
+            if given[key.name] >= key.upper:
+                raise InputError(f"material.{key.name} is {given[key.name]:g}; it must be less than {key.upper:g}")
         low, high = self.ladder_band()
         if low >= high:
             raise InputError(f"material.ladder_lowest {low:g} Hz must be less than ladder_highest {high:g} Hz")
@@ -162,8 +164,33 @@ class Material:
                 f"material.ladder_sections is {self.ladder_sections:g}; give a whole number from 1 on, or leave it out"
             )
 
+    @property
+    def model(self) -> ElectricalModel:
+        """The electrical model. Raises InputError for constants of several models, or of a part of one."""
+        given = self.electrical_constants()
+        names = sorted(a.name for a in ADDITIONS.values() if a.parameter.name in given)
+        keys = given.keys() - {a.parameter.name for a in ADDITIONS.values()}
+        ions = ion_path_of_material(keys, len(self.branches))
+        for addition in (ADDITIONS[name] for name in names):
+            if not addition.goes_with(ions):
+                raise InputError(
+                    f"material.{addition.parameter.name} goes with R-C branches, not with {min(keys)}; leave one out"
+                )
+        return composed(ions, tuple(names))
+
+    def electrical_constants(self) -> dict[str, float]:
+        """The constants of the electrical model beyond resistivities and permittivities, by name."""
+        known: dict[str, Any] = {name: getattr(self, name) for name in _MODEL_FIELDS}
+        return {name: value for name, value in known.items() if value is not None} | dict(self.constants)
+
+    def with_constants(self, values: Mapping[str, float]) -> Material:
+        """The material with other constants of its electrical model, by name; fields or not."""
+        own: dict[str, Any] = {name: value for name, value in values.items() if name in _MODEL_FIELDS}
+        others = {name: value for name, value in values.items() if name not in _MODEL_FIELDS}
+        return replace(self, **own, constants=dict(self.constants) | others)
+
     def ladder_band(self, default: tuple[float, float] = LADDER_BAND) -> tuple[float, float]:
-        """Band [Hz] over which a Warburg or CPE ladder holds; ``default`` where the strip says nothing."""
+        """Band [Hz] over which a ladder holds; ``default`` where the strip says nothing."""
         low, high = default
         return (low if self.ladder_lowest is None else self.ladder_lowest,
                 high if self.ladder_highest is None else self.ladder_highest)  # fmt: skip
@@ -172,6 +199,10 @@ class Material:
     def branches(self) -> tuple[IonBranch, ...]:
         """All ionic branches, the first one included."""
         return (IonBranch(self.dynamic_resistivity, self.permittivity), *self.further_branches)
+
+
+#: Fields of a `Material` that are constants of electrical models.
+_MODEL_FIELDS = ("diffusion_time", "cpe_exponent", "emission_voltage", "capacitance_slope")
 
 
 @dataclass(frozen=True)
@@ -275,36 +306,35 @@ class Actuator:
         one electrode of 1 um.
         """
         area = geometry.length * geometry.width
-        resistive, capacitive = area / geometry.thickness, geometry.thickness / area
-        ladder = port.ladder
-        pairs = port.branches or ((port.series_resistance, 0.0),)
-        ions = [(r * resistive, c * capacitive) for r, c in pairs]
-        diffusion: dict[str, Any] = {}
-        if ladder is not None:
-            diffusion = {"ladder_lowest": ladder.band[0], "ladder_highest": ladder.band[1]}
-            if ladder.law == "warburg":
-                resistance, time_constant = ladder.constants
-                ions = [(ions[0][0], time_constant / resistance * capacitive)]
-                diffusion["diffusion_time"] = time_constant
-            else:
-                ions = [(ions[0][0], ladder.constants[0] * capacitive)]
-                diffusion["cpe_exponent"] = ladder.constants[1]
+        scale = {"ohm m": area / geometry.thickness, "F/m": geometry.thickness / area}
+        ions = ion_path(port)
+        units = {key.name: key.unit for key in ions.material}
+        constants = {
+            name: value * scale.get(units.get(name, "ohm m" if name.startswith("dynamic") else "F/m"), 1.0)
+            for name, value in ions.to_material(ions.values(port)).items()
+        }
+        pairs = [
+            (constants.pop(f"dynamic_resistivity{end}"), constants.pop(f"permittivity{end}"))
+            for end in ("", *(f"_{k}" for k in range(2, len(port.branches) + 1)))
+        ]
+        added = {a.parameter.name: getattr(port, a.parameter.name) for a in ADDITIONS.values()}
+        band = port.ladder.band if port.ladder is not None else (None, None)
         thickness = 1e-6 if port.electrode_resistance else 0.0
         material = Material(
-            dc_resistivity=port.dc_resistance * resistive,
-            dynamic_resistivity=ions[0][0],
-            permittivity=ions[0][1],
+            dc_resistivity=port.dc_resistance * scale["ohm m"],
+            dynamic_resistivity=pairs[0][0],
+            permittivity=pairs[0][1],
             youngs_modulus=base.youngs_modulus,
             density=base.density,
             beam_damping_ratio=base.beam_damping_ratio,
             bending_stiffness=base.bending_stiffness,
             electrode_resistivity_1=port.electrode_resistance * area / thickness if thickness else 0.0,
             electrode_thickness_1=thickness,
-            emission_voltage=port.emission_voltage,
-            capacitance_slope=port.capacitance_slope or None,
-            further_branches=tuple(IonBranch(r, c) for r, c in ions[1:]),
-            **diffusion,
+            ladder_lowest=band[0],
+            ladder_highest=band[1],
+            further_branches=tuple(IonBranch(r, c) for r, c in pairs[1:]),
         )
+        material = material.with_constants(constants | {name: value for name, value in added.items() if value})
         return cls(geometry, material, **rest)
 
 

@@ -6,8 +6,10 @@ from dataclasses import fields
 from typing import Any
 
 from ..units import format_quantity
-from .actuator import Actuator
+from .actuator import Actuator, Material
 from .elements import lumped_elements
+from .models.model import ElectricalModel, Shown
+from .models.registry import material_keys
 from .port import Port
 from .validity import assumptions
 
@@ -15,7 +17,7 @@ from .validity import assumptions
 def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | None = None) -> dict[str, Any]:
     """A JSON-ready description, SI values with their units. ``band`` [Hz]; ``voltage`` [V] of use, if known."""
     lumped = lumped_elements(actuator, band)
-    elements = [*_electrical(lumped.port)]
+    elements = _electrical(lumped.port, actuator.material.model)
     given = actuator.material.bending_stiffness is not None
     elements += [
         ("stiffness", lumped.stiffness, "N/m", "K = 3 EI/L_F^3" if given else "EC (10): K = E w b^3/(4 L_F^3)"),
@@ -36,7 +38,7 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
     return {
         "name": actuator.name,
         "geometry": _record(actuator.geometry) | {"load_distance": _value(actuator.geometry.load_distance, "m")},
-        "material": _record(actuator.material),
+        "material": _record(actuator.material) | _constants(actuator.material),
         "coupling": _record(actuator.coupling) if actuator.coupling else None,
         "mounting": actuator.mounting.orientation,
         "elements": {name: _value(value, unit) | {"equation": note} for name, value, unit, note in elements},
@@ -48,46 +50,20 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
     }
 
 
-def _electrical(port: Port) -> list[tuple[str, float, str, str]]:
-    """Name, value, unit and equation of every element of the electrical side."""
-    elements = [
+def _electrical(port: Port, model: ElectricalModel) -> list[Shown]:
+    """The rows of the electrical side: terminals, electrons, ions."""
+
+    def added(of: str) -> list[Shown]:
+        return [row for addition in model.additions if addition.of == of for row in addition.shown(port)]
+
+    return [
+        *added("terminals"),
         ("electrode_resistance", port.electrode_resistance, "ohm", "EC (13): Re = sum of rho_ek b_ek/(L w)"),
         ("dc_resistance", port.dc_resistance, "ohm", "EC (12): Rdc = rho_dc b/(L w)"),
+        *added("electrons"),
+        *model.ions.shown(port),
+        *added("ions"),
     ]
-    if port.emission_voltage is not None:
-        elements += [
-            ("emission_voltage", port.emission_voltage, "V", "electron path i = Is sinh(v/Vt)"),
-            ("saturation_current", port.saturation_current, "A", "Is = Vt/Rdc"),
-        ]
-    for k, (r, c) in enumerate(port.branches, 1):
-        ending = f"_{k}" if len(port.branches) > 1 else ""
-        elements += [
-            (f"resistance{ending}" if ending else "dynamic_resistance", r, "ohm", "EC (13): Rd = rho_d b/(L w)"),
-            (f"capacitance{ending}", c, "F", "EC (14): C = eps L w/b"),
-            (f"time_constant{ending}", r * c, "s", "Rd C"),
-        ]
-    if port.capacitance_slope:
-        elements.append(("capacitance_slope", port.capacitance_slope, "1/V", "q = C (v + k v abs(v)/2)"))
-    ladder = port.ladder
-    if ladder is not None:
-        elements.append(("series_resistance", port.series_resistance, "ohm", "EC (13): Rs = rho_d b/(L w)"))
-        first, second = ladder.constants
-        if ladder.law == "warburg":
-            elements += [
-                ("warburg_resistance", first, "ohm", "Z = Rw coth(sqrt(s tau))/sqrt(s tau), Rw = tau/C"),
-                ("diffusion_time", second, "s", "tau"),
-                ("capacitance", second / first, "F", "EC (14): C = eps L w/b"),
-            ]
-        else:
-            elements += [
-                ("cpe_coefficient", first, "F s^(a-1)", "Z = 1/(Q s^a); Q is the capacitance at 1 rad/s"),
-                ("cpe_exponent", second, "", "a"),
-            ]
-        elements += [
-            ("ladder_sections", float(len(ladder.sections)), "", "R parallel C sections that realise it"),
-            ("ladder_error", ladder.error, "", f"its largest error from {ladder.band[0]:g} to {ladder.band[1]:g} Hz"),
-        ]
-    return elements
 
 
 def tabulate(description: dict[str, Any]) -> str:
@@ -116,6 +92,12 @@ def _record(record: Any) -> dict[str, Any]:
         for item in fields(record)
         if "unit" in item.metadata and getattr(record, item.name) is not None
     }
+
+
+def _constants(material: Material) -> dict[str, Any]:
+    constants = dict(material.constants)
+    keys = material_keys() if constants else {}
+    return {name: _value(value, keys[name].unit) for name, value in constants.items()}
 
 
 def _value(value: float, unit: str) -> dict[str, Any]:

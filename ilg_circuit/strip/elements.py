@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 from ..errors import InputError
 from .actuator import CANTILEVER_EIGENVALUE, Actuator, Coupling
-from .ladder import LADDER_BAND, cpe_ladder, warburg_ladder
-from .models import ElectricalModel, electrical_model
+from .ladder import LADDER_BAND, Ladders
+from .models import MODELS, ElectricalModel
 from .port import Port
 
 GRAVITY = 9.80665
@@ -70,7 +71,7 @@ class Elements:
 
     @property
     def branches(self) -> tuple[tuple[float, float], ...]:
-        """The ionic (resistance [ohm], capacitance [F]) pairs; none where the ions diffuse."""
+        """The ionic (resistance [ohm], capacitance [F]) pairs; none where a ladder stands for the ions."""
         return self.port.branches
 
     @property
@@ -122,39 +123,29 @@ def lumped_port(actuator: Actuator, band: tuple[float, float] = LADDER_BAND) -> 
     """The electrical side of a strip, EC (12)-(14); ``band`` as for `lumped_elements`."""
     g, m = actuator.geometry, actuator.material
     size = (g.length, g.width, g.thickness)
-    pairs = [(resistance(b.dynamic_resistivity, *size), capacitance(b.permittivity, *size)) for b in m.branches]
-    dc = resistance(m.dc_resistivity, *size)
+    model, given = m.model, m.electrical_constants()
+    constants = {}
+    for k, branch in enumerate(m.branches, 1):
+        ending = f"_{k}" if k > 1 else ""
+        constants[f"dynamic_resistivity{ending}"] = resistance(branch.dynamic_resistivity, *size)
+        constants[f"permittivity{ending}"] = capacitance(branch.permittivity, *size)
+    scales = {"ohm m": resistance, "F/m": capacitance}
+    for key in model.ions.material:
+        value = given[key.name]
+        constants[key.name] = scales[key.unit](value, *size) if key.unit in scales else value
+    ladders = Ladders(m.ladder_band(band), int(m.ladder_sections) if m.ladder_sections else None)
+    port = model.ions.port(resistance(m.dc_resistivity, *size), model.ions.from_material(constants), ladders)
     electrodes = (
         m.electrode_resistivity_1 * m.electrode_thickness_1 + m.electrode_resistivity_2 * m.electrode_thickness_2
     ) / (g.length * g.width)
-    (series, total), *_ = pairs
-    ladder = None
-    band, sections = m.ladder_band(band), int(m.ladder_sections) if m.ladder_sections else None
-    if m.diffusion_time is not None:
-        ladder = warburg_ladder(m.diffusion_time / total, m.diffusion_time, band, sections)
-    elif m.cpe_exponent is not None:
-        ladder = cpe_ladder(total, m.cpe_exponent, band, sections)
-    return Port(
-        dc_resistance=dc,
-        branches=() if ladder else tuple(pairs),
-        electrode_resistance=electrodes,
-        ladder=ladder,
-        series_resistance=series if ladder else 0.0,
-        emission_voltage=m.emission_voltage,
-        capacitance_slope=m.capacitance_slope or 0.0,
-    )
+    added: dict[str, Any] = {a.parameter.name: given[a.parameter.name] for a in model.additions}
+    return replace(port, electrode_resistance=electrodes, **added)
 
 
 def electrical_model_of(actuator: Actuator) -> ElectricalModel:
     """The model of `ilg_circuit.strip.models` that the strip's material is of."""
-    m = actuator.material
-    if m.diffusion_time is not None:
-        name = "warburg"
-    elif m.cpe_exponent is not None:
-        name = "cpe"
-    else:
-        name = {1: "rc", 2: "rc2", 3: "rc3"}.get(len(m.branches), "")
-    if not name:
-        raise InputError(f"{len(m.branches)} ionic branches make no model of the list; it has rc, rc2 and rc3")
-    name += "+growing" if m.capacitance_slope else ""
-    return electrical_model(name + ("+sinh" if m.emission_voltage is not None else ""))
+    model = actuator.material.model
+    if model.plain not in MODELS:
+        count = len(actuator.material.branches)
+        raise InputError(f"{count} ionic branches make no model of the list; it has rc, rc2 and rc3")
+    return model

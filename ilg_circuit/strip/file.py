@@ -1,17 +1,26 @@
-"""An `Actuator` as a TOML file with units, lossless both ways."""
+"""An `Actuator` as a TOML file with units, lossless both ways.
+
+Files are written with ``format = 2``; those without are of version 0.1.0, and read for good. The table [provenance]
+says where a file comes from, and is no part of the actuator.
+"""
 
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
 from ..files import write_text
+from ..provenance import Provenance
 from ..units import format_quantity, parse
 from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting, Uncertainty
-from .models import electrical_model
+from .models import electrical_model, material_keys
+
+#: Format of the files that are written; older ones are read as well.
+FORMAT = 2
 
 _SECTIONS: dict[str, type] = {"geometry": Geometry, "material": Material, "coupling": Coupling, "mounting": Mounting}
 
@@ -49,8 +58,13 @@ def loads(text: str) -> Actuator:
     name = table.pop("name", "strip")
     if not isinstance(name, str):
         raise InputError(f"name is {name!r}; write it in quotes")
+    written = table.pop("format", 1)
+    if not isinstance(written, int) or isinstance(written, bool) or not 1 <= written <= FORMAT:
+        raise InputError(f"format is {written!r}; this version reads formats 1 to {FORMAT}: update ilg_circuit")
+    if not isinstance(table.pop("provenance", {}), dict):
+        raise InputError("'provenance' must be a section [provenance] with keys in it")
     uncertainty = _uncertainty(table.pop("uncertainty")) if "uncertainty" in table else None
-    _refuse_unknown(table, (*_SECTIONS, "uncertainty"), "section")
+    _refuse_unknown(table, (*_SECTIONS, "uncertainty", "provenance"), "section")
     for section in ("geometry", "material"):
         if section not in table:
             raise InputError(f"section [{section}] is missing; an actuator needs [geometry] and [material]")
@@ -58,11 +72,11 @@ def loads(text: str) -> Actuator:
     return Actuator(name=name, uncertainty=uncertainty, **parts)
 
 
-def dumps(actuator: Actuator, comment: str = "") -> str:
+def dumps(actuator: Actuator, comment: str = "", provenance: Provenance | None = None) -> str:
     """TOML text of an actuator; ``loads(dumps(a)) == a`` exactly. ``comment`` becomes ``#`` lines at the top."""
     printable = ("".join(c if c.isprintable() else " " for c in line) for line in comment.splitlines())
     lines = [f"# {line}".rstrip() for line in printable]
-    lines.append(f"name = {_toml_string(actuator.name)}")
+    lines += [f"name = {_toml_string(actuator.name)}", f"format = {FORMAT}"]
     for section in _SECTIONS:
         record = getattr(actuator, section)
         if record is None:
@@ -76,12 +90,28 @@ def dumps(actuator: Actuator, comment: str = "") -> str:
         lines.append(f"model = {_toml_string(u.model)}")
         lines.append(f"names = [{', '.join(map(_toml_string, u.names))}]")
         lines += ["covariance = [", *(f"    [{', '.join(map(repr, row))}]," for row in u.covariance), "]"]
+    if provenance is not None:
+        lines += ["", *_table("provenance", provenance.to_dict())]
     return "\n".join(lines) + "\n"
 
 
-def save_actuator(actuator: Actuator, path: str | Path, comment: str = "") -> None:
+def save_actuator(
+    actuator: Actuator, path: str | Path, comment: str = "", provenance: Provenance | None = None
+) -> None:
     """Write the TOML file, whole or not at all."""
-    write_text(Path(path), dumps(actuator, comment))
+    write_text(Path(path), dumps(actuator, comment, provenance))
+
+
+def _table(name: str, table: Mapping[str, Any]) -> list[str]:
+    """A TOML table of texts, numbers and one table more."""
+    lines = [f"[{name}]"]
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            items = ", ".join(f"{_toml_string(k)} = {_toml_string(v)}" for k, v in value.items())
+            lines.append(f"{key} = {{ {items} }}")
+        else:
+            lines.append(f"{key} = {_toml_string(value) if isinstance(value, str) else repr(value)}")
+    return lines
 
 
 def _uncertainty(table: Any) -> Uncertainty:
@@ -101,17 +131,18 @@ def _uncertainty(table: Any) -> Uncertainty:
 
 
 def _entries(record: Any) -> list[str]:
+    units = {item.name: item.metadata["unit"] for item in fields(record) if "unit" in item.metadata}
+    values: dict[str, Any] = {item.name: getattr(record, item.name) for item in fields(record)}
+    constants = dict(values.pop("constants", ()))
+    if constants:
+        units |= {name: key.unit for name, key in material_keys().items()}
     entries = []
-    value: Any
-    for item in fields(record):
-        value = getattr(record, item.name)
-        if item.name == "further_branches":
-            continue
+    for name, value in (values | constants).items():
         if isinstance(value, str):
-            entries.append(f"{item.name} = {_toml_string(value)}")
+            entries.append(f"{name} = {_toml_string(value)}")
         elif isinstance(value, float):
-            unit = item.metadata["unit"]
-            entries.append(f"{item.name} = " + (f'"{format_quantity(value, unit)}"' if unit else repr(value)))
+            unit = units[name]
+            entries.append(f"{name} = " + (f'"{format_quantity(value, unit)}"' if unit else repr(value)))
     return entries
 
 
@@ -129,15 +160,19 @@ def _refuse_unknown(table: dict[str, Any], known: Any, what: str, where: str = "
 def _record(kind: type, table: Any, where: str) -> Any:
     if not isinstance(table, dict):
         raise InputError(f"'{where}' must be a section [{where}] with keys in it")
-    known = {item.name: item for item in fields(kind)}
-    _refuse_unknown(table, known, "key", f"{where}.")
+    known = {item.name: item for item in fields(kind) if item.name != "constants"}
+    keys = material_keys() if kind is Material and not table.keys() <= known.keys() else {}
+    _refuse_unknown(table, known | keys, "key", f"{where}.")
     for item in known.values():
         if item.default is MISSING and item.default_factory is MISSING and item.name not in table:
             raise InputError(f"key '{where}.{item.name}' is missing; give it in {item.metadata['unit'] or 'no unit'}")
     values: dict[str, Any] = {}
+    constants: dict[str, float] = {}
     for key, value in table.items():
         name = f"{where}.{key}"
-        if key == "further_branches":
+        if key not in known:
+            constants[key] = _quantity(value, keys[key].unit, name)
+        elif key == "further_branches":
             if not isinstance(value, list):
                 raise InputError(f"'{name}' must be written as [[{name}]] sections")
             values[key] = tuple(_record(IonBranch, entry, name) for entry in value)
@@ -147,7 +182,7 @@ def _record(kind: type, table: Any, where: str) -> Any:
             values[key] = value
         else:
             values[key] = _quantity(value, known[key].metadata["unit"], name)
-    return kind(**values)
+    return kind(**values, **({"constants": constants} if constants else {}))
 
 
 def _quantity(value: Any, unit: str, name: str) -> float:

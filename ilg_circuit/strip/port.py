@@ -1,7 +1,7 @@
 """The strip's electrical port as lumped values: electrodes, electron path, ion path. EC (1)-(5) and its extensions.
 
-    drive -- Re --+-- electron path: Rdc, or i = Is sinh(v/Vt) with Rdc = Vt/Is at 0 V
-                  +-- ion path: R-C branches in parallel, or a resistor in series with a ladder (Warburg, CPE)
+    drive -- L -- Re --+-- electron path: Rdc, or i = Is sinh(v/Vt) with Rdc = Vt/Is at 0 V
+                       +-- ion path: R-C branches in parallel, or a resistor in series with a ladder
 
 A capacitance may grow with voltage (Zubieta and Bonert 2000): q = C (v + slope v abs(v)/2).
 """
@@ -12,12 +12,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array, ComplexArray
 from ..errors import InputError, SolveError
-from .ladder import ComplexArray, Ladder
-
-Array = NDArray[np.float64]
+from .ladder import Ladder
 
 
 def hyperbolic_cosine(x: float) -> float:
@@ -37,7 +36,8 @@ class Port:
 
     ``dc_resistance`` Rdc [ohm] of the electron path near 0 V; for the ions ``branches`` ((R [ohm], C [F]), ...), or a
     ``ladder`` behind ``series_resistance`` [ohm]; ``electrode_resistance`` Re [ohm]; ``emission_voltage`` Vt [V] of a
-    sinh electron path, None for an ohmic one; ``capacitance_slope`` [1/V], relative to C.
+    sinh electron path, None for an ohmic one; ``capacitance_slope`` [1/V], relative to C; ``inductance`` L [H] of the
+    leads.
     """
 
     dc_resistance: float
@@ -47,6 +47,7 @@ class Port:
     series_resistance: float = 0.0
     emission_voltage: float | None = None
     capacitance_slope: float = 0.0
+    inductance: float = 0.0
 
     def __post_init__(self) -> None:
         if bool(self.branches) == (self.ladder is not None):
@@ -62,6 +63,17 @@ class Port:
     def capacitance(self) -> float:
         """What the ion path stores at rest per volt near 0 V [F]."""
         return self.ladder.capacitance if self.ladder is not None else sum(c for _, c in self.branches)
+
+    @property
+    def steady_resistance(self) -> float:
+        """Resistance [ohm] of the port near 0 V once the ions are at rest: Re + Rdc."""
+        return self.electrode_resistance + self.dc_resistance
+
+    @property
+    def high_frequency_resistance(self) -> float:
+        """Resistance [ohm] of the port near 0 V as the frequency goes to infinity, its inductance apart."""
+        ions = self.series_resistance if self.ladder is not None else 1 / sum(1 / r for r, _ in self.branches)
+        return self.electrode_resistance + 1 / (1 / self.dc_resistance + 1 / ions)
 
     @property
     def saturation_current(self) -> float:
@@ -102,7 +114,7 @@ class Port:
         return replace(self, dc_resistance=dc, branches=branches, emission_voltage=None, capacitance_slope=0.0)
 
     def ion_impedance(self, s: ArrayLike, *, ideal: bool = False) -> ComplexArray:
-        """Zp(s) [ohm] of the ion path near 0 V; ``ideal``: of the Warburg element or CPE in place of its ladder."""
+        """Zp(s) [ohm] of the ion path near 0 V; ``ideal``: of the element in place of its ladder."""
         points = np.asarray(s, dtype=complex)
         if self.ladder is not None:
             diffusion = self.ladder.ideal(points) if ideal else self.ladder.impedance(points)
@@ -120,16 +132,9 @@ class Port:
         )
 
     def impedance(self, s: ArrayLike, bias: float = 0.0, *, ideal: bool = False) -> ComplexArray:
-        """Z(s) [ohm] between the terminals for a small signal about ``bias`` [V], EC (1): Re + Rdc || Zp."""
+        """Z(s) [ohm] between the terminals for a small signal about ``bias`` [V], EC (1): L s + Re + Rdc || Zp."""
+        points = np.asarray(s, dtype=complex)
         small = self.linearised(self.inner_voltage(bias))
-        ion = small.ion_impedance(s, ideal=ideal)
-        return np.asarray(self.electrode_resistance + 1 / (1 / small.dc_resistance + 1 / ion))
-
-
-def _high(port):
-    ions = port.series_resistance if port.ladder is not None else 1 / sum(1 / r for r, _ in port.branches)
-    return port.electrode_resistance + 1 / (1 / port.dc_resistance + 1 / ions)
-
-
-Port.high_frequency_resistance = property(_high)
-Port.steady_resistance = property(lambda port: port.dc_resistance + port.electrode_resistance)
+        ion = small.ion_impedance(points, ideal=ideal)
+        parallel = 1 / (1 / small.dc_resistance + 1 / ion)
+        return np.asarray(self.inductance * points + self.electrode_resistance + parallel)

@@ -12,7 +12,6 @@ from .elements import GRAVITY, hanging_stiffness, lumped_elements
 
 if TYPE_CHECKING:
     from ..drive import Drive
-    from .ladder import Ladder
 
 #: Electrochemical window [V] of the paper's liquid, BMIMBF4, about.
 ELECTROCHEMICAL_WINDOW = 4.0
@@ -90,8 +89,7 @@ def assumptions(
         )
     )
     rows.append(gravity(actuator, lumped.stiffness))
-    if lumped.port.ladder is not None:
-        rows += _ladder(lumped.port.ladder, band)
+    rows += [Assumption(*row) for row in actuator.material.model.ions.assumptions(lumped.port, band)]
     if voltage is not None:
         rows.append(
             Assumption(
@@ -102,22 +100,6 @@ def assumptions(
             )
         )
     return rows
-
-
-def _ladder(ladder: Ladder, band: tuple[float, float]) -> list[Assumption]:
-    name = "Warburg" if ladder.law == "warburg" else "CPE"
-    low, high = ladder.band
-    # a Warburg element's slow modes are all in its ladder, so that it holds down to any frequency
-    beyond = max(low / band[0] if ladder.law == "cpe" else 0.0, band[1] / high)
-    return [
-        Assumption(f"{name} ladder's error", ladder.error, 0.01, "more ladder_sections, or a narrower band, needed"),
-        Assumption(
-            f"band of use over the {name} ladder's",
-            beyond,
-            1.0 + 1e-6,
-            f"beyond {low:g} Hz to {high:g} Hz the ladder is no {name} element; widen ladder_lowest and ladder_highest",
-        ),
-    ]
 
 
 def gravity(actuator: Actuator, stiffness: float) -> Assumption:

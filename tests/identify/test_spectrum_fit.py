@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from ilg_circuit.errors import InputError, SolveError
-from ilg_circuit.identify.spectrum_fit import Weighting, fit_spectrum, impedance_of
-from ilg_circuit.measurements.spectrum import Spectrum
+from ilg_circuit.identify.spectrum_fit import Weighting, fit_spectrum
+from ilg_circuit.measurements.spectrum_files import Spectrum
 from ilg_circuit.strip.models import ElectricalModel, electrical_model
 
 F = np.geomspace(1e-3, 1e4, 61)
@@ -35,7 +35,7 @@ def test_many_sets_at_once_are_the_port(model: str) -> None:
     sets = np.array(values) * np.random.default_rng(1).uniform(0.5, 1.2, (5, len(values)))
     s = 2j * np.pi * F
     expected = np.array([kind.port(v.tolist(), held).impedance(s, ideal=True) for v in sets])
-    assert impedance_of(kind, sets, s, held) == pytest.approx(expected, rel=1e-13)
+    assert kind.impedance(sets, s, held) == pytest.approx(expected, rel=1e-13)
 
 
 @pytest.mark.parametrize("model", TRUTHS)
@@ -88,7 +88,7 @@ def test_statistics_are_those_of_the_textbook() -> None:
     for j in range(3):
         step = np.zeros(3)
         step[j] = 1e-6 * values[j]
-        ahead, behind = impedance_of(kind, np.array([values + step, values - step]), s, 1.0) / found.spectrum.modulus
+        ahead, behind = kind.impedance(np.array([values + step, values - step]), s, 1.0) / found.spectrum.modulus
         columns.append((ahead - behind) / (2 * step[j]))
     jacobian = np.array(columns).T
     jacobian = np.concatenate([jacobian.real, jacobian.imag])

@@ -14,7 +14,9 @@ from strategies import log_floats
 
 from ilg_circuit.errors import InputError
 from ilg_circuit.strip.actuator import PAPER
-from ilg_circuit.strip.ladder import LADDER_ERROR, Ladder, cpe_impedance, cpe_ladder, warburg_impedance, warburg_ladder
+from ilg_circuit.strip.ladder import LADDER_ERROR, Ladder
+from ilg_circuit.strip.models.cpe import cpe_impedance, cpe_ladder
+from ilg_circuit.strip.models.warburg import warburg_impedance, warburg_ladder
 
 decades = st.floats(0.5, 8.0)
 counts = st.one_of(st.none(), st.integers(1, 200))

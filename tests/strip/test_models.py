@@ -34,12 +34,14 @@ def test_a_model_describes_its_parameters(model: str) -> None:
     assert len(set(kind.names)) == len(kind.names)
     assert kind.names[0] == "dc_resistance"
     units = {"resistance": "ohm", "capacitance": "F", "time": "s", "voltage": "V", "slope": "1/V", "exponent": ""}
+    units |= {"inductance": "H"}
+    limits = {"cpe_exponent": 1.0, "interface_exponent": 1.0, "diffusion_exponent": 0.5}
     for p in kind.parameters:
         word = p.name.rstrip("_0123456789").rsplit("_", 1)[-1]
         assert p.unit == units.get(word, "F s^(a-1)")
         assert p.meaning
-        assert p.below == (1.0 if p.name == "cpe_exponent" else np.inf)
-    assert kind.linear == ("+" not in model)
+        assert (p.lower, p.upper) == (0.0, limits.get(p.name, np.inf))
+    assert kind.linear == (not {"sinh", "growing"} & set(model.split("+")))
     assert kind.port(values_of(model)).linear == kind.linear
 
 
@@ -66,7 +68,7 @@ def test_models_that_there_are_not(name: str) -> None:
 
 def test_the_order_of_additions_does_not_matter() -> None:
     assert electrical_model("rc2+sinh+growing") is electrical_model("rc2+growing+sinh")
-    assert len(set(model_names())) == len(model_names()) == 13
+    assert len(set(model_names())) == len(model_names()) == 6 + 6 + 3 + 6
 
 
 @pytest.mark.parametrize("electrodes", [0.0, 5.0])

@@ -1,0 +1,38 @@
+"""The inductance of leads and cell, in series with the port: what spectra above some 50 kHz show.
+
+Z = L s + Re + Rdc || Zp
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...arrays import Array, ComplexArray
+from ...fit.parameter import Parameter
+from .model import Addition
+
+#: Its reactance at the highest frequency where a fit starts, as a part of the impedance there.
+_LITTLE = 0.02
+
+
+class Inductance(Addition):
+    """A series inductance."""
+
+    name = "inductance"
+    equation = "L s in series"
+    parameter = Parameter("inductance", "L", "H", "leads and cell, in series")
+    of = "terminals"
+    linear = True
+    spectra_only = True
+
+    def start(self, largest_voltage: float) -> float:
+        return 1e-7
+
+    def spectrum_start(self, z: ComplexArray, omega: Array) -> float:
+        return float(_LITTLE * np.abs(z[-1]) / omega[-1])
+
+    def in_series(self, values: Array, s: ComplexArray) -> ComplexArray:
+        return np.asarray(values[:, None] * s)
+
+
+INDUCTANCE = Inductance()

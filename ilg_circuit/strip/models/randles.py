@@ -1,0 +1,153 @@
+"""An interface in series with diffusion of a free exponent: what spectra of porous carbon electrodes show.
+
+    Zp = Rs + R/(1 + (s T)^alpha) + Rw coth((s tau)^a)/(s tau)^a
+
+The second term is a resistance R parallel to a constant phase element Q = T^alpha/R, a flattened arc; the third one is
+generalised finite diffusion, the finite Warburg element for a = 1/2. Both are integrals of relaxations.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Array, ComplexArray
+from ...fit.parameter import Parameter
+from ..ladder import Part
+from ..port import Port
+from .ladder_path import LadderPath
+from .model import LibraryText, Pair, Shown
+from .starts import amounts, electron_path, places
+from .warburg import DIFFUSION_TIME, coth_over
+
+#: Exponents of the density of relaxations stay so far below those at which its peaks are lines.
+_ARC_MOST, _DIFFUSION_MOST = 0.9995, 0.4998
+_ARC_EXPONENT, _DIFFUSION_EXPONENT = 0.8, 0.46
+
+_KEYS = ("interface_resistivity", "interface_time", "interface_exponent", "diffusion_time", "diffusion_exponent")
+
+
+@dataclass(frozen=True)
+class Randles(LadderPath):
+    """A series resistance, the arc of an interface, and finite diffusion with a free exponent."""
+
+    name = "randles"
+    title = "interface and diffusion"
+    equation = "Z = Re + Rdc || (Rs + R/(1 + (s T)^alpha) + Rw coth((s tau)^a)/(s tau)^a)"
+    constants = (
+        Parameter("interface_resistance", "R", "ohm", "interface, parallel to a constant phase element"),
+        Parameter("interface_time", "T", "s", "time constant of the interface; Q = T^alpha/R"),
+        Parameter("interface_exponent", "alpha", "", "interface: 1 a capacitor, less a flattened arc", upper=1.0),
+        Parameter("warburg_resistance", "Rw", "ohm", "diffusion, finite length, reflecting"),
+        DIFFUSION_TIME,
+        Parameter("diffusion_exponent", "a", "", "diffusion: 1/2 is Warburg's, 0.3 to 0.5 found", upper=0.5),
+    )
+    material = (
+        Parameter("interface_resistivity", "rho_i", "ohm m", "resistivity of the interface"),
+        Parameter("interface_time", "T", "s", "time constant of the interface"),
+        Parameter("interface_exponent", "alpha", "", "exponent of the interface", upper=1.0),
+        Parameter("diffusion_time", "tau", "s", "time constant of diffusion; Rw = tau/C"),
+        Parameter("diffusion_exponent", "a", "", "exponent of diffusion", upper=0.5),
+    )
+    library_parameters = (
+        "dynamic_resistivity",
+        "permittivity",
+        "interface_resistivity",
+        "interface_time",
+        "diffusion_time",
+    )
+    library_note = "its exponents are fixed; other time constants move the band as their inverse"
+
+    def element(self, values: Array, s: ComplexArray) -> ComplexArray:
+        r, t, alpha, rw, tau, a = values.T[:, :, None]
+        return np.asarray(arc_impedance(s, r, t, alpha) + diffusion_impedance(s, rw, tau, a))
+
+    def parts(self, constants: Sequence[float]) -> list[Part]:
+        r, t, alpha, rw, tau, a = constants
+        alpha, a = min(alpha, _ARC_MOST), min(a, _DIFFUSION_MOST)
+        return [
+            Part(lambda s: arc_impedance(s, r, t, alpha), math.pi * (1 - alpha) / alpha),
+            Part(lambda s: diffusion_impedance(s, rw, tau, a), math.pi * (1 - 2 * a) / (2 * a)),
+        ]
+
+    def to_material(self, values: Sequence[float]) -> dict[str, float]:
+        series, r, t, alpha, rw, tau, a = values
+        keyed = dict(zip(_KEYS, (r, t, alpha, tau, a), strict=True))
+        return {"dynamic_resistivity": series, "permittivity": tau / rw} | keyed
+
+    def from_material(self, constants: Mapping[str, float]) -> tuple[float, ...]:
+        r, t, alpha, tau, a = (constants[key] for key in _KEYS)
+        return constants["dynamic_resistivity"], r, t, alpha, tau / constants["permittivity"], tau, a
+
+    def starts_from_branches(self, pairs: Sequence[Pair]) -> list[float]:
+        """The interface takes half of the fast resistance; diffusion as for a Warburg element."""
+        fast = 1 / sum(1 / r for r, _ in pairs)
+        constants = [r * c for r, c in pairs]
+        tau = np.pi**2 / 4 * max(constants)
+        total = sum(c for _, c in pairs)
+        return [fast / 2, fast / 2, min(constants) / 3, _ARC_EXPONENT, tau / total, tau, _DIFFUSION_EXPONENT]
+
+    def spectrum_starts(self, z: ComplexArray, omega: Array, random: np.random.Generator) -> Array:
+        s: ComplexArray = np.asarray(1j * omega, dtype=complex)
+        found = []
+        for place in places(random):
+            dc, ions = electron_path(z, random)
+            tau = float((3 / omega[-1]) ** (1 - place) * (30 / omega[0]) ** place)
+            t = float(math.exp(random.uniform(math.log(0.3 / omega[-1]), math.log(tau))))
+            alpha, a = float(random.uniform(0.6, 0.95)), float(random.uniform(0.38, 0.495))
+            shapes = (np.ones_like(s), arc_impedance(s, 1.0, t, alpha), diffusion_impedance(s, 1.0, tau, a))
+            series, r, rw = amounts(np.column_stack(shapes), ions)
+            found.append([dc, series, r, t, alpha, rw, tau, a])
+        return np.array(found)
+
+    def derived(self, values: Sequence[float]) -> dict[str, tuple[float, str]]:
+        _, r, t, alpha, rw, tau, _ = values
+        return {"interface_coefficient": (t**alpha / r, "F s^(a-1)"), "diffusion_capacitance": (tau / rw, "F")}
+
+    def shown_element(self, constants: Sequence[float]) -> list[Shown]:
+        rows = super().shown_element(constants)
+        return [*rows, ("capacitance", constants[4] / constants[3], "F", "EC (14): C = eps L w/b = tau/Rw")]
+
+    def library(self, port: Port, area_over_thickness: float) -> LibraryText:
+        """Each part keeps its proportions: the interface goes with R and T, diffusion with Rw = tau/C and C."""
+        ladder = port.ladder
+        assert ladder is not None
+        r, t, _, rw, tau, _ = ladder.constants
+        arc, diffusion = self.gathered(ladder)
+        units = ((arc, r, t / r, "rinterface", "cinterface"), (diffusion, rw, tau / rw, "rdiffusion", "cion1"))
+        return LibraryText(
+            {
+                "rion1": "dynamic_resistivity*thickness/area",
+                "cion1": "permittivity*area/thickness",
+                "rinterface": "interface_resistivity*thickness/area",
+                "cinterface": "interface_time/rinterface",
+                "rdiffusion": "diffusion_time/cion1",
+            },
+            tuple(
+                (f"{x / ohm!r}*{resistance}", f"{c / farad!r}*{capacitance}")
+                for part, ohm, farad, resistance, capacitance in units
+                for x, c in part.sections
+            ),
+            f"rion1+{arc.resistance / r!r}*rinterface+{diffusion.resistance / rw!r}*rdiffusion",
+            f"1/({arc.elastance * t / r!r}/cinterface+{diffusion.elastance * tau / rw!r}/cion1)",
+        )
+
+
+RANDLES = Randles()
+
+
+def arc_impedance(
+    s: ComplexArray, resistance: float | Array, time_constant: float | Array, exponent: float | Array
+) -> ComplexArray:
+    """Return R/(1 + (s T)^alpha) [ohm]: R parallel to a constant phase element."""
+    return np.asarray(resistance / (1 + (s * time_constant) ** exponent))
+
+
+def diffusion_impedance(
+    s: ComplexArray, resistance: float | Array, time_constant: float | Array, exponent: float | Array
+) -> ComplexArray:
+    """Return Rw coth((s tau)^a)/(s tau)^a [ohm]: generalised finite diffusion, reflecting."""
+    return coth_over(np.asarray((s * time_constant) ** exponent), resistance)

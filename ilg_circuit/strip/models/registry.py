@@ -1,0 +1,140 @@
+"""The registry of electrical models. A name is an ion path, and after a ``+`` what else: ``rc2``, ``cpe+sinh``.
+
+Ion paths of other packages register themselves by an entry point of the group ``ilg_circuit.models``, an `IonPath`
+each; they are loaded when a name or a key of a file is asked for that is not known without them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Set
+from functools import lru_cache
+from importlib.metadata import entry_points
+
+from ...errors import InputError
+from ...fit.parameter import Parameter
+from ..port import Port
+from .branches import RC, RC2, RC3, Branches
+from .cpe import CPE
+from .inductance import INDUCTANCE
+from .model import Addition, ElectricalModel, IonPath
+from .nonlinear import GROWING, SINH
+from .randles import RANDLES
+from .warburg import WARBURG
+
+ENTRY_POINTS = "ilg_circuit.models"
+
+#: Ion paths by name, in the order in which ``--model auto`` tries those that it tries.
+MODELS: dict[str, IonPath] = {ions.name: ions for ions in (RC, RC2, RC3, WARBURG, CPE, RANDLES)}
+ADDITIONS: dict[str, Addition] = {a.name: a for a in (SINH, GROWING, INDUCTANCE)}
+
+
+def register(model: IonPath) -> IonPath:
+    """Add an ion path to the registry, and return it.
+
+    Raises InputError for a name or a set of material keys that is taken, or a key that is another's in another unit.
+    """
+    if not model.name.isidentifier() or model.name in MODELS:
+        raise InputError(f"model '{model.name}' cannot be registered: give a word that is no other model's name")
+    keys = {p.name: p for p in model.material}
+    known = _known_keys()
+    for other in MODELS.values():
+        if {p.name for p in other.material} == keys.keys():
+            raise InputError(
+                f"model '{model.name}' has the material keys of '{other.name}': a file could not tell them"
+            )
+    for name, key in keys.items():
+        if name in known and known[name].unit != key.unit:
+            raise InputError(f"model '{model.name}': material key {name} is in {known[name].unit}, not {key.unit}")
+    MODELS[model.name] = model
+    return model
+
+
+def electrical_model(name: str) -> ElectricalModel:
+    """Return the model of that name. Raises InputError that lists what there is."""
+    plain, *added = name.split("+")
+    if plain not in MODELS:
+        load_entry_points()
+    if plain not in MODELS or len(set(added)) < len(added) or any(a not in ADDITIONS for a in added):
+        raise InputError(f"model is '{name}'; choose one of {', '.join(model_names())}")
+    return composed(MODELS[plain], tuple(sorted(added)))
+
+
+@lru_cache
+def composed(ions: IonPath, additions: tuple[str, ...] = ()) -> ElectricalModel:
+    """Return the model of an ion path and additions by name. Raises InputError for those that do not go together."""
+    for addition in additions:
+        if not ADDITIONS[addition].goes_with(ions):
+            fitting = [m.name for m in MODELS.values() if ADDITIONS[addition].goes_with(m)]
+            name = "+".join((ions.name, *additions))
+            raise InputError(f"model is '{name}'; '{addition}' goes with {', '.join(fitting[:-1])} and {fitting[-1]}")
+    return ElectricalModel(ions, tuple(ADDITIONS[a] for a in additions))
+
+
+def model_names() -> tuple[str, ...]:
+    """Return every name that `electrical_model` knows with one addition at most, simple ones first."""
+    load_entry_points()
+    added = (f"{m.name}+{a.name}" for a in ADDITIONS.values() for m in MODELS.values() if a.goes_with(m))
+    return (*MODELS, *added)
+
+
+def candidates(kind: str) -> tuple[str, ...]:
+    """Return what ``--model auto`` tries, in order, for data of ``kind``: "record" or "spectrum"."""
+    load_entry_points()
+    return tuple(m.name for m in MODELS.values() if kind in m.auto)
+
+
+def ion_path(port: Port) -> IonPath:
+    """Return the ion path of a port."""
+    return Branches(len(port.branches)) if port.ladder is None else port.ladder.ions
+
+
+def ion_path_of_material(keys: Set[str], branches: int = 1) -> IonPath:
+    """Return the ion path that a material with these ``keys`` of models, and so many branches, is of.
+
+    Raises InputError where there is none, or more than one.
+    """
+    if not keys:
+        return Branches(branches)
+    if not keys <= _known_keys().keys():
+        load_entry_points()
+    found = next((m for m in MODELS.values() if {p.name for p in m.material} == keys), None)
+    if found is not None and branches == 1:
+        return found
+    unknown = sorted(keys - _known_keys().keys())
+    if unknown:
+        raise InputError(f"material.{unknown[0]} belongs to no electrical model; known are {', '.join(_known_keys())}")
+    choices = "; or ".join(", ".join(p.name for p in m.material) for m in MODELS.values() if m.material)
+    raise InputError(
+        f"material has more than one ion path, or a part of one ({', '.join(sorted(keys))}); give one of "
+        f"further_branches; or {choices}"
+    )
+
+
+def material_keys() -> dict[str, Parameter]:
+    """Return the keys in [material] of all models and additions, by name."""
+    load_entry_points()
+    return _known_keys()
+
+
+def _known_keys() -> dict[str, Parameter]:
+    keys = {p.name: p for m in MODELS.values() for p in m.material}
+    return keys | {a.parameter.name: a.parameter for a in ADDITIONS.values()}
+
+
+_loaded: set[str] = set()
+
+
+def load_entry_points() -> None:
+    """Register the ion paths of other packages, once. Raises InputError that names one that cannot be loaded."""
+    for entry in entry_points(group=ENTRY_POINTS):
+        if entry.name in _loaded:
+            continue
+        _loaded.add(entry.name)
+        try:
+            model = entry.load()
+        except Exception as error:  # whatever another package does wrong
+            raise InputError(f"electrical model '{entry.name}' ({entry.value}) cannot be loaded: {error}") from error
+        if not isinstance(model, IonPath):
+            raise InputError(f"electrical model '{entry.name}' ({entry.value}) is no IonPath; see strip.models")
+        if MODELS.get(model.name) != model:
+            register(model)
