@@ -15,13 +15,13 @@ from pathlib import Path
 
 import numpy as np
 from figure import Figure
+from ilg_circuit.identify.spectrum_fit import fit_spectrum
 from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
 from ilg_circuit.identify.current import currents, fit_current
-from ilg_circuit.identify.spectrum_fit import fit_spectrum
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum

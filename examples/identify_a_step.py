@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from ilg_circuit.drive import PiecewiseLinear
-from ilg_circuit.identify import identify, read_record
-from ilg_circuit.identify.report import plot_identification, table, write_actuator
+from ilg_circuit.identify import identify
+from ilg_circuit.measurements.read import read_record
+from ilg_circuit.report.axes import save
+from ilg_circuit.report.identification import write_actuator
 from ilg_circuit.simulation.response import sample_times, simulate
 from ilg_circuit.strip.actuator import PAPER
 
@@ -24,6 +26,6 @@ data = folder / "measured.csv"
 np.savetxt(data, columns, delimiter=",", header="time_s,voltage_V,current_mA,displacement_mm", comments="", fmt="%.6g")
 
 result = identify(read_record(data), base=PAPER)
-print(table(result))
+print(result.summary())
 write_actuator(result, folder / "fitted.toml")
-plot_identification(result, folder / "fit.png")
+save(result.figure(), folder / "fit.png")

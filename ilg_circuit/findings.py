@@ -69,7 +69,8 @@ _FORMATTER = _Formatter()
 SENTENCES: dict[str, str] = {
     # -- identification: the port --
     "one-pole-not-enough": (
-        "one pole is not enough: the residuals ({share:.1%} rms of the peak current) are autocorrelated; try --model rc2"
+        "one pole is not enough: the residuals ({share:.1%} rms of the peak current) are autocorrelated; try "
+        "--model rc2"
     ),
     "residuals-structured": (
         "model {model} does not describe all of the current: its residuals ({share:.1%} rms of the peak) are "
@@ -89,6 +90,7 @@ SENTENCES: dict[str, str] = {
         "the electrode resistance is not determined by these data ({reason}): it is held at zero"
     ),
     "not-determined": "not determined by these data ({reason})",
+    "model-not-fitted": "model {model} {reason}",
     "no-model-determined": "no model is fully determined by these data: the simplest that could be fitted is given",
     "start-not-confirmed": (
         "the best of {starts} fits was not reached from a second start: it may not be the global minimum"
@@ -101,8 +103,8 @@ SENTENCES: dict[str, str] = {
         "without {file} one port holds for all others: is it of another strip, or of another state of it?"
     ),
     "kramers-kronig-points": (
-        "{count} of {of} points break the Kramers-Kronig relations (by up to {worst:.1%} of abs(Z)): {frequencies}; they "
-        "are left out of the fit"
+        "{count} of {of} points break the Kramers-Kronig relations (by up to {worst:.1%} of abs(Z)): {frequencies}; "
+        "they are left out of the fit"
     ),
     "kramers-kronig-residuals": (
         "Kramers-Kronig residuals are {rms:.1%} rms of abs(Z){structure}, largest at {at:@Hz4}: the strip drifted or "

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilg_circuit.drive import Drive, PiecewiseLinear, Sine
-from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.prepare import prepare
+from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.strip.actuator import PAPER, Actuator, Coupling, IonBranch

@@ -31,7 +31,7 @@ from .progress import ProgressBar
 )
 @output_options("TOML file for the fitted actuator.", "Picture of data, fit and residuals (.png, .pdf, .svg).")
 @click.pass_context
-def identify(context: click.Context, data: tuple[Path, ...], actuator: str | None, **options: Any) -> None:
+def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | None, **options: Any) -> None:
     """Fit a strip to measured steps, waveforms and impedance spectra.
 
     DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm; or a

@@ -68,8 +68,8 @@ class Scales:
         w = self.values(x) - self._lower
         return np.where(self.free, 1.0, w * (1 - w / self._width))
 
-    def part(self, chosen: Array | Sequence[int]) -> Scales:
-        """Return the scales of the ``chosen`` parameters."""
+    def part(self, chosen: Mask) -> Scales:
+        """Return the scales of the ``chosen`` parameters (n,)."""
         return Scales(self.lower[chosen], self.upper[chosen])
 
     @property

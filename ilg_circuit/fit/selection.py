@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from ..arrays import Array
 from .identifiability import Identifiability
+
+Status = Literal["fitted", "failed", "not tried"]
 
 #: A model with more parameters must be better by this much BIC (very strong evidence, Kass and Raftery 1995).
 EVIDENCE = 10.0
@@ -22,7 +24,7 @@ class Candidate:
     ``parameters`` counts those that were fitted; ``rmse`` [unit of the data] is that of a single observation,
     ``relative_rms`` the same over its size, ``misfit`` the geometric mean of all observations' relative rms. ``bic`` is
     on independent samples; ``against`` says why the model is not to be chosen, or could not be fitted; ``verdict`` is
-    the outcome in words.
+    the outcome in words. ``status`` says whether it was fitted, failed, or was not tried.
     """
 
     model: str
@@ -36,6 +38,7 @@ class Candidate:
     starts_agreeing: int | None = None
     against: str = ""
     verdict: str = ""
+    status: Status = "fitted"
     chosen: bool = False
 
     def to_dict(self) -> dict[str, Any]:

@@ -86,7 +86,7 @@ def fit_coupling(
 
 
 def _of_one_sign(fits: list[DisplacementFit]) -> tuple[list[DisplacementFit], list[Finding]]:
-    """Return the records whose displacement follows the voltage in the direction of most, and findings on the others."""
+    """Return the records whose displacement moves in the direction of most, and findings on the others."""
     sign = 1.0 if sum(i.data.sign for i in fits) >= 0 else -1.0
     against = [Finding("displacement-opposed", i.data.source) for i in fits if i.data.sign != sign]
     return [i for i in fits if i.data.sign == sign], against

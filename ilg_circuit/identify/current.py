@@ -103,8 +103,18 @@ class CurrentData:
             return currents(ports(values), self.record.drive, t, self.engine)
 
         nuisance = np.ones((len(t), int(self.has_offset)))
-        how = {"sigma": sigma, "size": self.size}
-        return Observation(self.source, self.quantity, self.unit, t, self.data, model.names, predict, nuisance, **how)
+        return Observation(
+            source=self.source,
+            quantity=self.quantity,
+            unit=self.unit,
+            x=t,
+            data=self.data,
+            names=model.names,
+            predict=predict,
+            nuisance=nuisance,
+            sigma=sigma,
+            size=self.size,
+        )
 
     def quick(self, model: PortModel) -> Predict | None:
         return self.modal(model, self.abscissa) if model.kind.linear else None

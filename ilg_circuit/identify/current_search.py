@@ -95,9 +95,10 @@ def _thinned_problem(problem: Problem, at_times: Callable[[Array], Predict]) -> 
     (o,) = problem.observations
     keep = thinned(o.x, _SAMPLES)
     edges = np.concatenate([[0.0], (keep[1:] + keep[:-1] + 1) / 2, [float(len(o.x))]])
-    few = {"x": o.x[keep], "data": o.data[keep], "nuisance": o.nuisance[keep]}
-    part = replace(o, predict=at_times(o.x[keep]), sigma=o.sigma / np.sqrt(np.diff(edges)), **few)
-    return replace(problem, observations=(part,))
+    x, data, nuisance = o.x[keep], o.data[keep], o.nuisance[keep]
+    sigma = o.sigma / np.sqrt(np.diff(edges))
+    few = replace(o, x=x, data=data, nuisance=nuisance, predict=at_times(x), sigma=sigma)
+    return replace(problem, observations=(few,))
 
 
 def _descents(problem: Problem, starts: Sequence[Array], rounding: float) -> Search:

@@ -1,4 +1,4 @@
-"""What a fit says of the strip: parameters and derived quantities with their errors, and the covariance for predictions."""
+"""What a fit says of the strip: parameters and derived quantities with errors, and the covariance for predictions."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty) -> 
             ("steady_resistance", "high_frequency_resistance"), np.exp(ends(logs)).tolist(), errors, strict=True
         )
     }
-    derived = port.kind.derived(np.array([values[name] for name in port.kind.names]))
+    derived = port.kind.derived([values[name] for name in port.kind.names])
     found |= {name: Estimate(value, unit) for name, (value, unit) in derived.items()}
     made = port.port
     if len(made.branches) == 1 and made.linear:

@@ -25,7 +25,7 @@ SCHEMA_VERSION = 2
 
 @dataclass(frozen=True, eq=False)
 class Identification(Result):
-    """What one file or several say of a strip; ``actuator`` has the fitted circuit and, if one was fitted, the coupling.
+    """What one file or several say of a strip; ``actuator`` has the fitted circuit and, if there is one, the coupling.
 
     ``fit`` is that of all observations in one parameter space; ``port`` and ``coupling`` are views of it, with the
     individual fits of the files. ``parameters`` are the strip's: of those that each file has for itself the geometric

@@ -301,6 +301,8 @@ def _port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findi
     if shares:
         code = "one-pole-not-enough" if port.kind.plain == "rc" else "residuals-structured"
         found.insert(0, Finding(code, values={"model": port.kind.name, "share": max(shares)}))
+        failed = [c for c in candidates if c.status == "failed"]
+        found += [Finding("model-not-fitted", values={"model": c.model, "reason": c.against}) for c in failed]
     if DC in port.fixed:
         found.append(Finding("electron-path-open", values={"reason": port.fixed[DC], "given": port.values[DC]}))
     found += start_findings(port.fit.starts)

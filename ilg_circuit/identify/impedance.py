@@ -97,7 +97,7 @@ class ImpedanceData:
     @property
     def s(self) -> ComplexArray:
         """2 pi i times the frequencies [rad/s]."""
-        return 2j * np.pi * self.spectrum.frequency
+        return np.asarray(2j * np.pi * self.spectrum.frequency)
 
     @property
     def data(self) -> Array:
@@ -143,10 +143,18 @@ class ImpedanceData:
             return self._numbers(np.array([port.impedance(s, self.bias, ideal=True) for port in ports]))
 
         predict = linear if kind.linear and model.held is not None else about_bias
-        nothing = np.zeros((len(self.data), 0))
-        how = {"sigma": sigma, "size": self.size, "channels": 2}
         return Observation(
-            self.source, self.quantity, self.unit, self.abscissa, self.data, model.names, predict, nothing, **how
+            source=self.source,
+            quantity=self.quantity,
+            unit=self.unit,
+            x=self.abscissa,
+            data=self.data,
+            names=model.names,
+            predict=predict,
+            nuisance=np.zeros((len(self.data), 0)),
+            sigma=sigma,
+            size=self.size,
+            channels=2,
         )
 
     def quick(self, model: PortModel) -> Predict | None:
@@ -250,7 +258,7 @@ class ImpedanceData:
             sets = sets[:, [kind.names.index(label) for label in problem.labels]]
             x = problem.scales.coordinates(sets)
             left = problem.predictions(x) - problem.data
-            finite = np.isfinite(left).all(axis=1)
+            finite = np.asarray(np.isfinite(left).all(axis=1))
             squares = np.where(finite, (np.where(np.isfinite(left), left, 0.0) ** 2).sum(axis=1), np.inf)
             best = [part[np.argmin(squares[part])] for part in np.array_split(np.arange(len(x)), count)]
             return [x[k] for k in best if finite[k]]
@@ -271,7 +279,7 @@ class ImpedanceData:
     def _open_text(self, problem: Problem, model: PortModel, x: Array) -> str:
         """Return why Rdc is fixed: an open circuit, and the least resistance that the data allow (95 %, one-sided).
 
-        Linear in the conductance G = 1/Rdc about G = 0: dZ/dG = -(Z - Re)^2, the other parameters' directions taken out.
+        Linear in the conductance G = 1/Rdc about 0: dZ/dG = -(Z - Re)^2, the other parameters' directions taken out.
         """
         from scipy.stats import t as student
 

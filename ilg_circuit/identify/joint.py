@@ -1,4 +1,4 @@
-"""The last step of an identification: one fit of all observations, electrical and mechanical, in one parameter space."""
+"""The last step of an identification: one fit of all observations in one parameter space."""
 
 from __future__ import annotations
 

@@ -127,8 +127,18 @@ class DisplacementData:
         def predict(values: Array) -> Array:
             return self.sign * motion.displacements(self.drive, t, values, accuracy)
 
-        how = {"sigma": sigma, "size": size}
-        return Observation(self.source, self.quantity, self.unit, t, data, motion.names, predict, self.nuisance, **how)
+        return Observation(
+            source=self.source,
+            quantity=self.quantity,
+            unit=self.unit,
+            x=t,
+            data=data,
+            names=motion.names,
+            predict=predict,
+            nuisance=self.nuisance,
+            sigma=sigma,
+            size=size,
+        )
 
 
 def strip_of(actuator: Actuator, port: Port) -> Actuator:

@@ -28,7 +28,7 @@ SIMPLEST = "rc"
 _SAME_VOLTAGE = 0.2
 #: Fits run from so many starts; those whose sums of squares differ by less are the same.
 _FITS, _SAME = 2, 1e-3
-#: A joint fit is taken as the global minimum if its sum of squares is at most this factor times that of the individual fits.
+#: A joint fit is taken as the global minimum if its sum of squares is at most this factor times the individual fits'.
 _AS_GOOD = 1.02
 #: A joint fit whose residuals are less than this part of an individual fit's gives the better weight.
 _WORTH = 0.7

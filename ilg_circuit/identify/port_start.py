@@ -52,7 +52,7 @@ def combined(parameters: Sequence[Parameter], fits: Sequence[FitResult], indepen
         among = information[np.ix_(felt, felt)] / np.outer(size, size)
         covariance = np.linalg.pinv(among, rcond=_UNFELT, hermitian=True)
         known = np.sqrt(np.diag(covariance)) / size < _LOOSE
-        values = Scales.of(parameters).part(np.flatnonzero(felt)).values(covariance @ (sums[felt] / size) / size)
+        values = Scales.of(parameters).part(felt).values(covariance @ (sums[felt] / size) / size)
         result[felt] = np.where(known, values, np.nan)
     return result
 

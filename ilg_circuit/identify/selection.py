@@ -11,7 +11,7 @@ from ..arrays import Array
 from ..errors import IlgError, SolveError
 from ..fit.identifiability import Identifiability
 from ..fit.problem import Progress
-from ..fit.selection import EVIDENCE, Candidate, bic_on_independent, simplest_of_best
+from ..fit.selection import EVIDENCE, Candidate, Status, bic_on_independent, simplest_of_best
 from ..strip.models import candidates, electrical_model, model_names
 from .impedance import ImpedanceData
 from .port_fit import NEGLIGIBLE, PortFit, by_engine_of_record, fit_port, levels_differ
@@ -60,7 +60,7 @@ class _Contest:
     def __init__(self, data: Sequence[PortData], held: float, per_record: frozenset[str], progress: Progress) -> None:
         self._data, self._held, self._per_record, self._progress = data, held, per_record, progress
         self.fits: dict[str, PortFit] = {}
-        self.failures: dict[str, str] = {}
+        self.failures: dict[str, tuple[Status, str]] = {}
         self._identifiability: dict[str, Identifiability] = {}
 
     def enter(self, model: str) -> None:
@@ -68,12 +68,12 @@ class _Contest:
         count = len(electrical_model(model).parameters)
         for other, found in self.fits.items():
             if model != _CHECK and found.only_noise and count >= len(found.kind.parameters):
-                self.failures[model] = f"not tried: the residuals of {other} are only noise"
+                self._skip(model, f"the residuals of {other} are only noise")
                 return
         try:
             self.fits[model] = fit_port(self._data, model, self._held, self._per_record, self._progress)
         except IlgError as error:
-            self.failures[model] = f"could not be fitted: {error}"
+            self.failures[model] = ("failed", f"could not be fitted: {error}")
 
     def enter_nonlinear(self, ions: str) -> None:
         """Fit ``ions`` with each addition that is not linear, where anything can speak for it."""
@@ -82,11 +82,14 @@ class _Contest:
             if model in self.fits or kind.linear or kind.plain != ions:
                 continue
             if not levels_differ(self._data):
-                self.failures[model] = "not tried: it needs several voltages, and these are the same"
+                self._skip(model, "it needs several voltages, and these are the same")
             elif ions in self.fits and self.fits[ions].beyond_individual(self.samples) < EVIDENCE:
-                self.failures[model] = f"not tried: the residuals of {ions} are no larger than those of individual fits"
+                self._skip(model, f"the residuals of {ions} are no larger than those of individual fits")
             else:
                 self.enter(model)
+
+    def _skip(self, model: str, why: str) -> None:
+        self.failures[model] = ("not tried", f"not tried: {why}")
 
     @property
     def samples(self) -> Array:
@@ -107,7 +110,9 @@ class _Contest:
     def best(self, among: list[str]) -> str:
         """Return the simplest of the best models that nothing speaks against."""
         if not among:
-            raise SolveError("no model could be fitted: " + "; ".join(f"{m}: {w}" for m, w in self.failures.items()))
+            raise SolveError(
+                "no model could be fitted: " + "; ".join(f"{m}: {w}" for m, (_, w) in self.failures.items())
+            )
         bics = {m: bic for m, bic in self.bics.items() if m in among}
         unknowns = {m: self.fits[m].fit.count for m in among}
         return simplest_of_best(bics, unknowns, [m for m in among if not self.against(m)])
@@ -118,8 +123,8 @@ class _Contest:
         rows = []
         for model in (m for m in model_names() if m in self.fits or m in self.failures):
             if model not in self.fits:
-                why = self.failures[model]
-                rows.append(Candidate(model, against=why, verdict=why))
+                status, why = self.failures[model]
+                rows.append(Candidate(model, against=why, verdict=why, status=status))
                 continue
             against = self.against(model)
             row = _row(self.fits[model], bics[model], self._identifiability[model], against)

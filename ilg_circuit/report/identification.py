@@ -228,7 +228,7 @@ def comparison_lines(result: Identification) -> list[str]:
 
 
 def comparison_notes(result: Identification) -> list[str]:
-    """Return what is to be said of the comparison: what rms is relative to, what individual fits and predictions are."""
+    """Return notes on the comparison: what rms is relative to, what individual fits and predictions are."""
     lines = ["rms of residuals over: peak current; abs(Z); span of the displacement"]
     if result.own:
         lines.append("what is own to each record is predicted as the geometric mean of the others")

@@ -127,7 +127,8 @@ def _spectrum(result: Identification, data: ImpedanceData) -> Figure:
     fit = result.port.port.impedance(2j * np.pi * dense, ideal=True)
     _bode(size, phase, f, z, bad, dense, fit)
     (o,) = result.observations
-    _parts(misfit, o.abscissa, o.residuals / np.abs(o.data), "fit residual\n[% of abs(Z)]")
+    relative = np.asarray(o.residuals / np.abs(o.data), dtype=complex)
+    _parts(misfit, o.abscissa, relative, "fit residual\n[% of abs(Z)]")
     _parts(check, f[~bad], data.check.residuals[~bad], "Kramers-Kronig\nresidual [% of abs(Z)]")
     check.set_xlabel("frequency [Hz]")
     for panel in (size, phase, misfit):
@@ -281,7 +282,7 @@ def _comparison(panel: Any, rows: tuple[ObservationFit, ...]) -> None:
         ("joint fit", "rms_joint", "s", BLUE),
         ("from the others", "rms_predicted", "D", ORANGE),
     )
-    shares = []
+    shares: list[float] = []
     for name, attribute, marker, colour in marks:
         known = [(getattr(o, attribute), o.size, y) for o, y in zip(rows, places.tolist(), strict=True)]
         pairs = [(100 * rms / size, y) for rms, size, y in known if rms is not None]

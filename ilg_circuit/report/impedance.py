@@ -94,7 +94,7 @@ def _notes(result: Impedance) -> list[str]:
     notes = [f"the motion reflects at most {result.reflected:.1e} of the impedance"]
     if result.ladder is not None:
         low, high = (format_quantity(f, "Hz", 4) for f in result.ladder.band)
-        name = "Warburg element" if result.ladder.law == "warburg" else "constant phase element"
+        name = result.ladder.ions.title
         notes.append(
             f"{name} as a ladder of {len(result.ladder.sections)} sections, within {result.ladder.error:.1e} of it "
             f"from {low} to {high}"

@@ -11,11 +11,12 @@ from ..circuit.deck import deck
 from ..circuit.library import library
 from ..drive import PiecewiseLinear
 from ..errors import InputError
-from ..files import write_text
-from ..identify import identify, read_record
-from ..identify.report import plot_identification, table, write_actuator, write_json
+from ..files import write_json, write_text
+from ..identify import identify
+from ..measurements.read import read_record
 from ..report import check as checked
 from ..report.axes import save
+from ..report.identification import write_actuator
 from ..simulation.check import check, require_agreement
 from ..simulation.response import Response, sample_times, simulate
 from ..strip.actuator import PAPER
@@ -52,10 +53,10 @@ def run(folder: Path) -> Iterator[str]:
     yield f"5  the step as an instrument would record it, with noise and rest -> {folder / 'measured.csv'}"
     result = identify(read_record(folder / "measured.csv"), base=PAPER)
     write_actuator(result, folder / "fitted.toml")
-    write_json(result, folder / "fit.json")
-    plot_identification(result, folder / "fit.png")
+    write_json(folder / "fit.json", result.to_dict())
+    save(result.figure(), folder / "fit.png")
     yield f"6  identified from it -> {folder / 'fitted.toml'}, {folder / 'fit.json'}, {folder / 'fit.png'}"
-    yield table(result)
+    yield result.summary()
     write_text(folder / "strip.cir", deck(response.netlist, drive, 300.0, PAPER))
     write_text(folder / "strip.lib", library(PAPER))
     yield f"7  for plain SPICE -> {folder / 'strip.cir'} (ngspice -b runs it), {folder / 'strip.lib'}"

@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ilg_circuit.fit.least_squares import Fit, fit_circuit
+from ilg_circuit.identify.scout import Scouting
 from numpy.typing import NDArray
 from synthetic import record, step, two_branches
 
 from ilg_circuit.errors import SolveError
 from ilg_circuit.fit.identifiability import diagnose
-from ilg_circuit.fit.least_squares import Fit, fit_circuit
 from ilg_circuit.identify import identify, selection
 from ilg_circuit.identify.current import CurrentFit, fit_current
-from ilg_circuit.identify.scout import Scouting
 
 Array = NDArray[np.float64]
 T = np.linspace(0.0, 5.0, 300)

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import Run
+from ilg_circuit.identify.html_report import html, write_report
 from spectrum_texts import csv
 
 from ilg_circuit.fit.criteria import autocorrelations, residual_windows
 from ilg_circuit.identify import Identification
-from ilg_circuit.identify.html_report import html, write_report
 
 
 @pytest.fixture(scope="module")

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ilg_circuit.identify.report import plot_identification, table, write_actuator, write_json
 from scipy.stats import t as student
 from synthetic import Synthetic, drives, record, step, two_branches
 
 from ilg_circuit.cli import main
 from ilg_circuit.fit.criteria import autocorrelation, effective_samples, structured
 from ilg_circuit.identify import Identification, identify
-from ilg_circuit.identify.report import plot_identification, table, write_actuator, write_json
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements

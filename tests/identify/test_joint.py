@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import Run, assert_one_line
+from ilg_circuit.identify.html_report import html
+from ilg_circuit.identify.joint_report import joint_table
 from synthetic import Synthetic, record, scaled, step
 
 from ilg_circuit.cli import main
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify import identify
-from ilg_circuit.identify.html_report import html
 from ilg_circuit.identify.joint import JointFit, fit_jointly
-from ilg_circuit.identify.joint_report import joint_table
 from ilg_circuit.simulation.prediction_band import prediction_band
 from ilg_circuit.strip.actuator import PAPER, Actuator
 from ilg_circuit.strip.elements import lumped_elements

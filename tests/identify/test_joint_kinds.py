@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import Run, assert_one_line
+from ilg_circuit.identify.joint_report import joint_figure, joint_table
 from synthetic import Synthetic, record, step, two_branches
 
 from ilg_circuit.fit.estimate import Parameter
 from ilg_circuit.identify import Record, Spectrum, identify, read_record
 from ilg_circuit.identify.joint import JointFit, fit_jointly
-from ilg_circuit.identify.joint_report import joint_figure, joint_table
 from ilg_circuit.strip.actuator import PAPER, Actuator
 from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.strip.file import load_actuator

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from ilg_circuit.identify.spectrum_fit import Weighting, fit_spectrum
+from ilg_circuit.measurements.spectrum_files import Spectrum
 from numpy.typing import NDArray
 
 from ilg_circuit.errors import InputError, SolveError
-from ilg_circuit.identify.spectrum_fit import Weighting, fit_spectrum
-from ilg_circuit.measurements.spectrum_files import Spectrum
 from ilg_circuit.strip.models import ElectricalModel, electrical_model
 
 F = np.geomspace(1e-3, 1e4, 61)

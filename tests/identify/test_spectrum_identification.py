@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ilg_circuit.identify.spectrum_report import spectrum_table
 from spectrum_texts import FORMATS
 from test_spectrum_fit import TRUTHS, spectrum
 
 from ilg_circuit.cli import main
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify import Spectrum, identify_spectra, identify_spectrum
-from ilg_circuit.identify.spectrum_report import spectrum_table
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.strip.file import load_actuator
