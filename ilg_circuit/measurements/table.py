@@ -47,13 +47,13 @@ class Table:
         return column if column is not None and np.isfinite(column).any() else None
 
 
-def parse_table(text: Sequence[str], name: str, kind: Kind) -> Table:
+def parse_table(text: Iterable[tuple[int, str]], name: str, kind: Kind) -> Table:
     """Read lines of text: a header, then rows; commas, or semicolons, tabs, spaces (decimal commas are then allowed).
 
     Parameters
     ----------
     text
-        All lines of the file; those that are blank or begin with # are left out.
+        Lines with their numbers in the file; those that are blank or begin with # are left out.
     name
         Stands for the file in errors.
     kind
@@ -65,7 +65,7 @@ def parse_table(text: Sequence[str], name: str, kind: Kind) -> Table:
         A column or a unit is missing, a cell is no number, times repeat or decrease; the message names file, line and
         column.
     """
-    lines = [(k, line) for k, line in enumerate(text, 1) if line.strip() and not line.startswith("#")]
+    lines = [(k, line) for k, line in text if line.strip() and not line.startswith("#")]
     if not lines:
         raise InputError(f"{name}: the file is empty; it needs a header row such as {kind.example}")
     if any(len(line) > 100_000 for _, line in lines):
@@ -220,30 +220,36 @@ def _check_times(time: Array, lines: list[int], name: str) -> None:
         )
 
 
-def chosen_columns(lines: list[str], name: str, kind: Kind, notes: Iterable[Finding]) -> Table:
-    """Read the columns that a reader of an instrument's files has chosen, separated by tabs, the time first.
+#: Rows of an instrument's table: the number of each line in the file, and its cells.
+Rows = list[tuple[int, list[str]]]
 
-    ``lines`` stand in their places in the file, blank between, so that errors count the file's own. Where a step begins
-    instruments write two readings at one time: the later one stays.
+
+def cells_at(cells: Sequence[str], places: Iterable[int]) -> list[str]:
+    """Return the cells at some places of a row, blank where the row is too short."""
+    return [cells[place].strip() if place < len(cells) else "" for place in places]
+
+
+def parse_rows(rows: Rows, name: str, kind: Kind, notes: Sequence[Finding]) -> Table:
+    """Read rows of an instrument's table as `parse_table` does; the first holds names and units, the first cells times.
+
+    Where a step begins instruments write two readings at one time: the later one stays.
 
     Raises
     ------
     InputError
         As `parse_table`.
     """
-    filled = [k for k, line in enumerate(lines) if line]
-    times = [lines[k].split("\t")[0] for k in filled]
-    repeated = {a for a, now, then in zip(filled[1:], times[1:], times[2:], strict=False) if now == then and now}
-    if repeated:
-        lines = ["" if k in repeated else line for k, line in enumerate(lines)]
-        notes = (*notes, Finding("readings-at-one-time", values={"count": len(repeated)}))
-    return replace(parse_table(lines, name, kind), notes=tuple(notes))
+    header, *body = rows
+    following = [cells[0] for _, cells in body[1:]] + [""]
+    kept = [row for row, time in zip(body, following, strict=False) if row[1][0] != time or not time]
+    if len(kept) < len(body):
+        notes = (*notes, Finding("readings-at-one-time", values={"count": len(body) - len(kept)}))
+    table = parse_table(((number, "\t".join(cells)) for number, cells in (header, *kept)), name, kind)
+    return replace(table, notes=tuple(notes))
 
 
-def spectrum_of_cells(
-    header: Sequence[str], titles: Sequence[str], rows: Sequence[tuple[int, Sequence[str]]], name: str, kind: Kind
-) -> Table:
-    """Read a spectrum from the split ``rows``, each with its line number, of an instrument's table.
+def spectrum_of_cells(header: Sequence[str], titles: Sequence[str], rows: Rows, name: str, kind: Kind) -> Table:
+    """Read a spectrum from the ``rows`` of an instrument's table.
 
     ``titles`` are its names of frequency [Hz], Re Z and Im Z [ohm], to be found in the ``header`` in lower case.
 
@@ -262,8 +268,7 @@ def spectrum_of_cells(
     values = np.full((3, len(rows)), np.nan)
     places = [header.index(title.lower()) for title in titles]
     for k, (number, cells) in enumerate(rows):
-        for j, place in enumerate(places):
-            cell = cells[place].strip() if place < len(cells) else ""
+        for j, cell in enumerate(cells_at(cells, places)):
             if cell:
                 values[j, k] = _number(cell, name, number)
     return Table(dict(zip(("frequency", "re", "im"), values, strict=True)), name)

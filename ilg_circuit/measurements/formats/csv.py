@@ -40,14 +40,14 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
         A column or a unit is missing, a cell is no number, times repeat or decrease; see `table.parse_table`.
     """
     if kind != SPECTRUM:
-        return parse_table(lines, name, kind)
+        return parse_table(enumerate(lines, 1), name, kind)
     start = frequency_row(lines)
     if start is None:
         return bare.read(lines, name, kind)
     if kind.most_rows and len(lines) - start > 2 * kind.most_rows:
         raise InputError(f"{name}: {len(lines) - start} rows; a {kind.name} has {kind.most_rows} at most")
-    # blank lines in place of the preamble: errors then count the file's own lines
-    table = parse_table([""] * start + [_OHM.sub("ohm", lines[start]), *lines[start + 1 :]], name, kind)
+    below = [_OHM.sub("ohm", lines[start]), *lines[start + 1 :]]
+    table = parse_table(enumerate(below, start + 1), name, kind)
     columns = dict(table.columns)
     minus = columns.pop("minus_im", None)
     if minus is None and "im" not in columns:

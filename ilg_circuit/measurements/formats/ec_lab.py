@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from ...errors import InputError
 from ...findings import Finding
 from ..kind import PREAMBLE, RECORD, SPECTRUM, Kind, frequency_row, names_a_spectrum
-from ..table import Table, chosen_columns
+from ..table import Table, cells_at, parse_rows
 from . import csv
 
 NAME = "EC-Lab"
@@ -53,19 +53,16 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
         if present is not None:
             places[quantity] = bare.index(present)
         elif quantity in kind.required:
-            there = ", ".join(repr(t[:40]) for t in titles[:20] if t)
+            there = ", ".join(repr(t[:40]) for t in titles[:20] if t) or "no names"
             raise InputError(
                 f"{name}: line {start + 1}: no column for {quantity} among {there}; EC-Lab calls it {names[0]}/... "
                 f"(or write columns like {kind.example})"
             )
-    kept = [""] * len(lines)
-    kept[start] = "\t".join(f"{quantity} [{titles[k].rpartition('/')[2]}]" for quantity, k in places.items())
-    for k in range(start + 1, len(lines)):
-        if lines[k].strip():
-            cells = lines[k].split("\t")
-            kept[k] = "\t".join(cells[place].strip() if place < len(cells) else "" for place in places.values())
+    header = [f"{quantity} [{titles[k].rpartition('/')[2]}]" for quantity, k in places.items()]
+    below = ((k, line) for k, line in enumerate(lines[start + 1 :], start + 2) if line.strip())
+    rows = [(start + 1, header), *((k, cells_at(line.split("\t"), places.values())) for k, line in below)]
     notes = [Finding("voltage-column", values={"column": titles[places["voltage"]]})] if "voltage" in places else []
-    return chosen_columns(kept, name, kind, notes)
+    return parse_rows(rows, name, kind, notes)
 
 
 def _header(lines: Sequence[str]) -> int | None:

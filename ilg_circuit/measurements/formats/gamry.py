@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from ...errors import InputError
 from ...findings import Finding
 from ..kind import RECORD, SPECTRUM, Kind
-from ..table import Table, chosen_columns, spectrum_of_cells
+from ..table import Rows, Table, cells_at, parse_rows, spectrum_of_cells
 
 NAME = "Gamry"
 KINDS: tuple[Kind, ...] = (RECORD, SPECTRUM)
@@ -41,7 +41,7 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
     return _spectrum(lines, name, kind) if kind == SPECTRUM else _record(lines, name, kind)
 
 
-def _rows(lines: Sequence[str], start: int) -> list[tuple[int, list[str]]]:
+def _rows(lines: Sequence[str], start: int) -> Rows:
     """Return (line number, cells) of the rows of the table whose name stands in line ``start`` (from 0)."""
     rows = []
     for k in range(start + 3, len(lines)):
@@ -67,7 +67,7 @@ def _record(lines: Sequence[str], name: str, kind: Kind) -> Table:
     starts = [k for k, line in enumerate(lines) if _RECORD.match(line) and k + 3 <= len(lines)]
     if not starts:
         raise InputError(f"{name}: a Gamry file without a CURVE table: it holds no record over time")
-    kept = [""] * len(lines)
+    kept: Rows = []
     overloaded = 0
     for start in starts:
         header = _titles(lines, start)
@@ -77,13 +77,14 @@ def _record(lines: Sequence[str], name: str, kind: Kind) -> Table:
             raise InputError(f"{name}: line {start + 2}: no column {missing[0].capitalize()} in its CURVE table")
         places = {quantity: header.index(title) for quantity, title in _RECORD_TITLES.items()}
         over = header.index("over") if "over" in header else None
-        titles = [f"{quantity} [{(units[place].split() or [''])[0]}]" for quantity, place in places.items()]
-        kept[starts[0] + 1] = kept[starts[0] + 1] or "\t".join(titles)
+        if not kept:
+            titles = [f"{quantity} [{(units[place].split() or [''])[0]}]" for quantity, place in places.items()]
+            kept.append((start + 2, titles))
         for number, cells in _rows(lines, start):
-            chosen = [cells[place].strip() if place < len(cells) else "" for place in places.values()]
+            chosen = cells_at(cells, places.values())
             if over is not None and over < len(cells) and cells[over].strip(" .0"):
                 chosen[2] = ""
                 overloaded += 1
-            kept[number - 1] = "\t".join(chosen)
+            kept.append((number, chosen))
     notes = [Finding("overloaded", values={"count": overloaded})] if overloaded else []
-    return chosen_columns(kept, name, kind, notes)
+    return parse_rows(kept, name, kind, notes)
