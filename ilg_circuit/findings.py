@@ -112,9 +112,7 @@ SENTENCES: dict[str, str] = {
     ),
     # -- identification: the coupling --
     "displacement-not-fitted": "no displacement fit: {reason}",
-    "displacements-inconsistent": (
-        "the displacements could not be fitted together ({reason}): the strip is given no coupling"
-    ),
+    "displacements-inconsistent": "the displacements could not be fitted together ({reason})",
     "displacement-opposed": (
         "its displacement moves against the others': was the camera's axis or the strip's polarity reversed? it was "
         "left out of the coupling"

@@ -346,6 +346,7 @@ def _statistics(
     samples = slice(0, port_fit.problem.slices[count - 1].stop)
     statistics: dict[str, Any] = {"rmse": float(np.sqrt(np.mean(port_fit.residuals[samples] ** 2))), "rmse_unit": ""}
     statistics |= {"aic": None, "bic": chosen.bic, "n": samples.stop}
+    statistics |= dict.fromkeys(("rmse_over_peak", "relative_rms", "independent", "weighting", "displacement"))
     if single:
         first = port.data[0]
         statistics |= dict(rows[0].statistics) | {"rmse_unit": first.unit}

@@ -125,7 +125,7 @@ def fit_port(
     cannot hold, SolveError where they do not determine its parameters.
     """
     kind = electrical_model(model)
-    require_levels(kind, data)
+    require_suitable(kind, data)
     if held is None and kind.linear:
         raise InputError(
             f"model {model} with Re fitted: no current and no spectrum of a linear port determines Re, since for every "
@@ -165,11 +165,13 @@ def by_engine_of_record(found: PortFit, progress: Progress = None) -> PortFit:
     return replace(found, fit=again)
 
 
-def require_levels(kind: ElectricalModel, data: Sequence[PortData]) -> None:
-    """Raise InputError where these data cannot show what a model has: one voltage, or no spectrum."""
+def require_suitable(kind: ElectricalModel, data: Sequence[PortData]) -> None:
+    """Raise InputError where these data or their engine cannot show what a model has."""
     if kind.spectra_only and all(d.quantity == "current" for d in data):
         hidden = ", ".join(kind.spectra_only)
         raise InputError(f"model {kind.name}: only a spectrum shows {hidden}; leave it out, or add a spectrum")
+    if not kind.linear and any(d.engine == "exact" for d in data):
+        raise InputError(f"model {kind.name} is nonlinear, and --engine exact solves linear circuits; leave it out")
     if kind.linear or levels_differ(data):
         return
     unknown = " and ".join(name for name in kind.names if name in kind.needs_several_voltages)

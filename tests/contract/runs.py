@@ -266,7 +266,7 @@ def options() -> dict[str, list[str]]:
     from ilg_circuit.commands import COMMANDS
 
     found = {}
-    for name in sorted(str(command.name) for command in COMMANDS):
+    for name in sorted(COMMANDS):
         _, out, _ = command_line([name, "--help"], Path())
         words = (line.replace(",", " ").split() for line in out.splitlines() if line.startswith("  -"))
         found[name] = sorted({word for line in words for word in line[:2] if word.startswith("--")})

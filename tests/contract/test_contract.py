@@ -52,7 +52,9 @@ def test_the_answer_is_that_of_0_1_0(run: Run, performed: Perform) -> None:
 @pytest.mark.parametrize("family", ["record", "spectrum", "several"])
 def test_every_key_of_fit_json_is_there(family: str, performed: Perform) -> None:
     of_family = {run.name: performed(run) for run in RUNS if run.family == family}
-    missing = set(reference("keys")[family]) - set(families(of_family)[family])
+    there = set(families(of_family)[family])
+    # a list or table that was empty may be filled
+    missing = {path for path in reference("keys")[family] if not any(known.startswith(path) for known in there)}
     assert not missing, sorted(missing)
 
 
