@@ -206,8 +206,7 @@ def _individual(d: PortData, kind: ElectricalModel, held: float, progress: Progr
     try:
         return d.individual(electrical_model(SIMPLEST), held, progress)
     except IlgError as error:
-        message = str(error)
-        raise type(error)(message if message.startswith(f"{d.source}: ") else f"{d.source}: {message}") from None
+        raise type(error)(f"{d.source}: {error}") from None
 
 
 def _least_resistance(data: Sequence[PortData]) -> float:
