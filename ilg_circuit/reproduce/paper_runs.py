@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..simulation.response import Response, simulate
 from ..strip.actuator import PAPER, Coupling
@@ -16,8 +16,6 @@ from .published import published
 if TYPE_CHECKING:
     from ..cpg.network import Network
     from ..identify import Identification
-
-Array = NDArray[np.float64]
 
 #: The paper's step [V], and how long its current took to become steady [s].
 VOLTAGE, DURATION = 4.0, 300.0
