@@ -4,49 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ..solve.transient import Progress
+from typing import Any
 
 
 @contextmanager
 def evaluation_counter() -> Iterator[Callable[[], None]]:
-    """A count of model evaluations, for a fit whose number of them nobody knows."""
-    from tqdm import tqdm
-
-    with tqdm(delay=1.0, disable=None, leave=False, unit="evaluation", desc="fitting") as bar:
-
-        def advance() -> None:
-            bar.update()
-
-        yield advance
+    """Yield a counter of model evaluations, for a fit whose number of them is unknown."""
+    with _bar(unit="evaluation", desc="fitting") as bar:
+        yield lambda: bar.update()
 
 
 @contextmanager
 def simulation_counter() -> Iterator[Callable[[int], None]]:
-    """A count of simulations, for a search whose number of them nobody knows."""
-    from tqdm import tqdm
-
-    with tqdm(delay=1.0, disable=None, leave=False, unit="simulation", desc="searching") as bar:
-
-        def advance(count: int) -> None:
-            bar.update(count)
-
-        yield advance
+    """Yield a counter of simulations, for a search whose number of them is unknown."""
+    with _bar(unit="simulation", desc="searching") as bar:
+        yield lambda count: bar.update(count)
 
 
-def progress_bar(unit: str = "run", *, begun: bool = False) -> Progress:
-    """A bar that is told (done, total), and closes when all is done.
+def progress_bar(unit: str = "run", *, begun: bool = False, desc: str | None = None) -> Callable[[float, float], None]:
+    """Return a bar that is called with (done, total), and closes when all is done.
 
-    ``begun``: it is told for the first time before any work, and what is done then was done earlier: it does not count
-    for the time left.
+    ``begun``: its first call comes before any work; what is done then was done earlier and does not count for the time
+    left.
     """
-    from tqdm import tqdm
+    bar = _bar(unit=unit, desc=desc, total=None)
 
-    bar = tqdm(total=None, delay=1.0, disable=None, leave=False, unit=unit)
-
-    def advance(done: int, total: int) -> None:
+    def advance(done: float, total: float) -> None:
         nonlocal begun
         bar.total = total
         if begun:
@@ -56,3 +39,9 @@ def progress_bar(unit: str = "run", *, begun: bool = False) -> Progress:
             bar.close()
 
     return advance
+
+
+def _bar(**how: Any) -> Any:
+    from tqdm import tqdm
+
+    return tqdm(delay=1.0, disable=None, leave=False, **how)
