@@ -18,20 +18,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..cpg.network import Network
-from ..cpg.report import Run
-from ..cpg.report import run as run_network
 from ..cpg.rhythm import rhythm as rhythm_of
+from ..cpg.run import RhythmRun
+from ..cpg.run import run as run_network
 from ..errors import InputError
+from ..findings import Finding, Warned
 from ..solve.spectrum import spectrum
 from ..strip.actuator import PAPER, Actuator
 from ..strip.elements import lumped_elements
 from .activation import Activation, activation
 from .circuits import through_circuits, with_neurons
 from .lattice import Arm
-
-Array = NDArray[np.float64]
 
 MODES = ("ideal", "circuit", "charge")
 #: The paper's voltage [V]; also the edge of its liquid's electrochemical window.
@@ -45,7 +45,7 @@ _MOST_SAMPLES = 2_000_000
 
 @dataclass(frozen=True)
 class TimeScale:
-    """What the mode makes of a rhythm of ``period`` [s]: part of the ideal amplitude kept, and phase [deg]."""
+    """Transfer of a rhythm of ``period`` [s] by the mode: fraction of the ideal amplitude kept, and phase [deg]."""
 
     period: float
     kept: float
@@ -53,8 +53,8 @@ class TimeScale:
 
 
 @dataclass(frozen=True)
-class Coupled:
-    """The way from rhythm to strain at ``time`` [s] (t,), each (t, n) for n segments.
+class Coupled(Warned):
+    """Signals from rhythm to strain at ``time`` [s] (t,), each (t, n) for n segments.
 
     ``outputs`` of the network; ``voltages`` [V]; ``charges`` [C] on each segment's ion path (zero in ``ideal`` mode);
     ``strains``, free, of the face towards the cathode. ``scales``: the rhythm as it is, ten and a hundred times slower.
@@ -62,7 +62,7 @@ class Coupled:
     """
 
     mode: str
-    run: Run
+    run: RhythmRun
     time: Array
     outputs: Array
     voltages: Array
@@ -73,26 +73,16 @@ class Coupled:
     error: float
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """Of the rhythm, and one where it does not pass through the circuit."""
-        found = list(self.run.warnings)
+    def findings(self) -> tuple[Finding, ...]:
+        """Findings of the rhythm, and one where it does not pass through the circuit."""
+        findings = list(self.run.findings)
         if self.run.period is None:
-            found.append("the network does not oscillate: the arm comes to rest")
+            findings.append(Finding("arm-still"))
         if self.scales and self.scales[0].kept < PASSED:
-            found.append(
-                f"the circuit keeps {self.scales[0].kept:.2%} of the ideal amplitude at the rhythm's "
-                f"{self.scales[0].period:.4g} s (below {PASSED:.0%}): the motion is the circuit's lag, not the rhythm's"
-            )
-        return tuple(found)
-
-    def table(self) -> str:
-        """The time scales as text."""
-        if not self.scales:
-            return f"coupling {self.mode}: no period to compare with"
-        lines = [f"coupling {self.mode}: what is left of the ideal strain of {self.largest_strain:.3g}"]
-        lines.append(f"  {'period':>12}{'amplitude':>12}{'phase':>12}")
-        lines += [f"  {s.period:>10.4g} s{s.kept:>12.2%}{round(s.phase):>8} deg" for s in self.scales]
-        return "\n".join(lines)
+            scale = self.scales[0]
+            values = {"kept": scale.kept, "period": scale.period, "least": PASSED}
+            findings.append(Finding("arm-circuit-lag", values=values))
+        return tuple(findings)
 
     def signals(self, times: ArrayLike) -> dict[str, Array]:
         """Outputs, voltages and charges at ``times`` [s] (k,), each (k, n), for a `Motion`."""
@@ -133,7 +123,7 @@ def couple(
     reference: float | None = None,
     neurons_in_circuit: bool = False,
 ) -> Coupled:
-    """Run ``network`` over ``duration`` [s] and carry its outputs through ``mode`` to ``segments`` strains.
+    """Run ``network`` over ``duration`` [s] and transfer its outputs by ``mode`` to the strains of ``segments``.
 
     ``actuator`` is the strip that segments are cut from, each ``segment_length`` [m] (default: its free length over
     their number); ``voltage`` Vmax [V]; ``units`` (segments,) is the unit that drives each segment. ``slower``
@@ -207,7 +197,7 @@ def strip_charge(actuator: Actuator) -> float:
 
 
 def segment_strip(actuator: Actuator, segments: int, length: float | None = None) -> Actuator:
-    """The piece of strip of one segment: R L/l, C l/L, time constants unchanged; ``length`` l [m] as in `couple`."""
+    """Return the piece of strip of one segment: R L/l, C l/L, time constants unchanged; ``length`` l [m]."""
     piece = actuator.geometry.free_length / segments if length is None else length
     if not (np.isfinite(piece) and piece > 0):
         raise InputError(f"segment length {piece:g} m must be more than zero")
@@ -227,7 +217,7 @@ def _times(network: Network, period: float | None, duration: float) -> Array:
 
 
 def unit_of_segment(count: int, segments: int, units: ArrayLike | None = None) -> NDArray[np.intp]:
-    """Which of ``count`` units drives each segment (segments,): the nearest to its place along the arm, if not told."""
+    """Return the unit, of ``count``, that drives each segment (segments,): by default the nearest along the arm."""
     if units is None:
         return np.minimum((np.arange(segments) + 0.5) * count / segments, count - 1).astype(np.intp)
     given = np.asarray(units)
@@ -240,7 +230,7 @@ def unit_of_segment(count: int, segments: int, units: ArrayLike | None = None) -
 
 
 def _scales(strip: Actuator, mode: str, period: float | None) -> tuple[TimeScale, ...]:
-    """The transfer from voltage to strain over its value at rest, at the rhythm's period and slower ones."""
+    """Return the transfer from voltage to strain over its static value, at the rhythm's period and slower."""
     if period is None:
         return ()
     periods = period * np.array([1.0, 10.0, 100.0])

@@ -14,15 +14,16 @@ import math
 
 import numpy as np
 
+from ..arrays import Array
 from .banded import PER_ROD, WIDTH, assemble, factorise, solve
-from .compiled import Array, compiled
+from .compiled import compiled
 from .explicit import (
     DONE,
     NOT_FINITE,
     PAUSE,
     STEPS_A_CALL,
     TOO_SMALL,
-    Run,
+    Integration,
     accept,
     add_works,
     change_step,
@@ -125,7 +126,7 @@ def project(m: Model, q: Array, v: Array, p: Array, work: Array) -> None:
 
 
 @compiled
-def implicit(m: Model, run: Run) -> int:
+def implicit(m: Model, run: Integration) -> int:
     """Integrate on towards the last stop; returns `DONE`, `PAUSE`, `TOO_SMALL` or `NOT_FINITE`."""
     clock = run.clock
     n = m.area.shape[0]

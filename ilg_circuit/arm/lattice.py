@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import Array
 from ..errors import InputError
 from ..strip.actuator import CANTILEVER_EIGENVALUE, ORIENTATIONS, PAPER, Actuator, quantity, validate_quantities
-from .compiled import Array, Indices
+from .compiled import Indices
 
 FORMULATIONS = ("beam", "yekutieli")
 GRAVITY = 9.80665
@@ -97,7 +98,7 @@ class Arm:
 
     ``tip_thickness`` and ``tip_depth`` give a linear taper. ``damping`` is the loss time c/k [s] of the beam's springs
     and of its shear (Kelvin-Voigt: a mode of angular frequency w is damped by w damping/2). ``direction`` [rad] is the
-    axis at the base, ``gravity`` [m/s^2] a vector, ``curvature`` [1/m] that of the rest shape, one value or one a
+    axis at the base, ``gravity`` [m/s^2] a vector, ``curvature`` [1/m] of the rest shape, one value or one a
     segment, positive towards +normal. ``stabilisation`` [1/s] is beta, with which errors of a cell's area die away.
     """
 
@@ -107,8 +108,8 @@ class Arm:
     density: float = quantity("kg/m^3", "density")
     youngs_modulus: float = quantity("Pa", "Young's modulus of the beam formulation", default=7600.0)
     damping: float = quantity("s", "loss time c/k of the beam formulation", zero=True, default=0.0)
-    tip_thickness: float | None = quantity("m", "thickness at the tip; that of the base if absent", default=None)
-    tip_depth: float | None = quantity("m", "depth at the tip; that of the base if absent", default=None)
+    tip_thickness: float | None = quantity("m", "thickness at the tip; as at the base if absent", default=None)
+    tip_depth: float | None = quantity("m", "depth at the tip; as at the base if absent", default=None)
     segments: int = 15
     formulation: str = "beam"
     muscle: Muscle = Muscle()
@@ -155,10 +156,7 @@ class Arm:
         n = self.segments
         x = (np.arange(n) + 0.5) / n if at_cells else np.arange(n + 1) / n
         tips = (self.tip_thickness or self.thickness, self.tip_depth or self.depth)
-        return (
-            self.thickness + (tips[0] - self.thickness) * x,
-            self.depth + (tips[1] - self.depth) * x,
-        )
+        return (self.thickness + (tips[0] - self.thickness) * x, self.depth + (tips[1] - self.depth) * x)
 
     def rest_positions(self) -> Array:
         """Nodes of the rest shape [m] (n + 1, 2, 2): rod, side, axis; the axis' base is the origin."""

@@ -14,14 +14,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from .. import __version__
+from ..arrays import Array
 from ..errors import InputError, SolveError
+from ..provenance import Provenance
 from .network import Network, checked_start
 from .outcome import Rhythm
-
-Array = NDArray[np.float64]
 
 #: Newton's method must be done to rounding, or it and not the grid decides; a later line overrides an earlier one.
 TOLERANCES = ".options reltol=1e-9 abstol=1e-12 vntol=1e-12"
@@ -64,15 +63,26 @@ def netlist_text(network: Network, start: ArrayLike | None = None) -> str:
     return "\n".join(lines) + "\n"
 
 
-def deck(network: Network, duration: float, start: ArrayLike | None = None, samples: int = 2001) -> str:
-    """A deck that plain ``ngspice -b`` runs: the netlist, a transient over ``duration`` [s], a printed table."""
+def deck(
+    network: Network,
+    duration: float,
+    start: ArrayLike | None = None,
+    samples: int = 2001,
+    provenance: Provenance | None = None,
+) -> str:
+    """Return a deck for plain ``ngspice -b``: the netlist, a transient over ``duration`` [s], a printed table.
+
+    Raises InputError for a duration that is not positive.
+    """
     _require_duration(duration)
     title, _, body = netlist_text(network, start).partition("\n")
     step = duration / (samples - 1)
     longest = min(step, min(network.rise_time, network.adaptation_time) / 200)
     shown = " ".join(f"v(y{k + 1})" for k in range(network.size))
+    written, *more = (provenance or Provenance()).lines()
     header = [
-        f"* written by ilg_circuit {__version__}; 1 V stands for 1",
+        f"* {written}; 1 V stands for 1",
+        *(f"* {line}" for line in more),
         "* nodes: x (state), v (fatigue), y = max(0, x) of each neuron; out, the drive output",
         "* run with: ngspice -b FILE",
     ]
@@ -132,7 +142,7 @@ class Measured:
 
 
 def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> Measured:
-    """Period and amplitude of the cycle that ``rhythm`` says there is, by ngspice from the same start.
+    """Measure period and amplitude of the cycle of ``rhythm`` by ngspice from the same start.
 
     The run goes on until the cycle's multiplier has left 1e-8 of the start, and four periods more; where that takes
     more than a hundred periods, it starts on the cycle and takes a hundred at most. The trapezoidal error goes as the

@@ -1,17 +1,16 @@
-"""What becomes of a network: a cycle with its amplitudes and phases, or rest. Found by `ilg_circuit.cpg.rhythm`."""
+"""Outcomes of a network: a cycle with its amplitudes and phases, or rest. Found by `ilg_circuit.cpg.rhythm`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, ComplexArray
+from ..findings import Finding, Warned
 from .flow import ORDER, Flow, Stretch, sign_changes
 from .network import Network
 from .rest import RestStates
-
-Array = NDArray[np.float64]
 
 #: A multiplier of a cycle may exceed one by this: rounding, or a cycle that is one of many.
 MARGINAL = 1e-6
@@ -23,8 +22,8 @@ _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
 class Cycle:
     """A periodic motion of ``network`` through ``state`` (2 n,), of ``period`` [s].
 
-    ``multiplier`` is the largest Floquet multiplier but the one of the motion itself, in magnitude: what is left of a
-    disturbance after a period; above 1 the cycle is unstable.
+    ``multiplier`` is the largest Floquet multiplier in magnitude, apart from the trivial one of the motion itself: the
+    factor by which a disturbance changes over a period; above 1 the cycle is unstable.
     """
 
     network: Network
@@ -34,7 +33,7 @@ class Cycle:
 
     @property
     def stable(self) -> bool:
-        """Whether disturbances die out (or, for a multiplier of one, at least do not grow)."""
+        """True if disturbances decay (or, for a multiplier of one, at least do not grow)."""
         return self.multiplier <= 1 + MARGINAL
 
     def stretches(self) -> list[Stretch]:
@@ -53,7 +52,7 @@ class Cycle:
                 low[k], high[k] = min(low[k], values.min()), max(high[k], values.max())
         return np.asarray((high - low) / 2)
 
-    def fundamentals(self, readout: Array) -> NDArray[np.complex128]:
+    def fundamentals(self, readout: Array) -> ComplexArray:
         """(2/T) int f exp(-2 pi i t/T) dt of f = ``readout`` (rows, n) times y over one period: (rows,)."""
         total = np.zeros(len(readout), dtype=complex)
         for stretch in self.stretches():
@@ -65,25 +64,30 @@ class Cycle:
 
 
 @dataclass(frozen=True)
-class Rhythm:
-    """What becomes of ``network`` from ``start`` (2 n,).
+class Rhythm(Warned):
+    """Long-term behaviour of ``network`` from ``start`` (2 n,).
 
     ``outcome`` is "cycle", "rest", "irregular" (bounded, neither at rest nor periodic as long as it was followed) or
-    "undecided" (the same, but there are states of rest or cycles without growth or decay). ``cycle`` and ``rest`` are
-    where it goes, None for the others; ``settled`` [s] is when it was found to be there. ``swing`` (units,) is half
-    the peak-to-peak of the units' outputs in the end.
+    "undecided" (the same, but there are states of rest or cycles without growth or decay); ``cause`` says why.
+    ``cycle`` or ``rest`` is the attractor, None for the other; ``settled`` [s] is when the motion was found to be
+    there. ``swing`` (units,) is half the final peak-to-peak of the units' outputs.
     """
 
     network: Network
     start: Array
     outcome: str
-    reason: str
+    cause: Finding
     rest_states: RestStates
     settled: float
     swing: Array
     cycle: Cycle | None = None
     rest: Array | None = None
-    warnings: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def reason(self) -> str:
+        """The cause as a sentence."""
+        return str(self.cause)
 
     @property
     def oscillates(self) -> bool | None:

@@ -1,6 +1,7 @@
-"""What a network does in the end: a cycle, with period, amplitude and phases to rounding, or rest.
+"""Long-term behaviour of a network: a cycle, with period, amplitude and phases to rounding, or rest.
 
-Watching cannot tell: near the edge of a cycle's window a rest state is left, or gained, as slowly as one likes. So
+Simulation alone cannot decide: near the edge of a cycle's window a rest state is left, or reached, arbitrarily slowly.
+So
 
 - rest is proven: the motion is in the piece of a stable state of rest, and the sum of the sizes of its decaying modes
   keeps it there, so that the flow is linear for ever (for a piece whose eigenvectors are no basis: it is within an
@@ -17,15 +18,15 @@ from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array, ComplexArray, Mask
+from ..findings import Finding
 from .flow import ORDER, Flow, Stretch
 from .network import Network, checked_start
 from .outcome import MARGINAL, Cycle, Rhythm
 from .rest import RestState, growth, rest_of_piece, rest_states, strong_components
 from .symmetry import Quotient, quotient
-
-Array = NDArray[np.float64]
 
 #: Steps of the flow after which a motion that neither rests nor repeats is called irregular; more where the time
 #: constants lie so far apart that these are fewer than so many of their sums.
@@ -50,54 +51,52 @@ _STOPPED = 1e-10
 
 
 def rhythm(network: Network, start: ArrayLike | None = None) -> Rhythm:
-    """Follow ``network`` from ``start`` (2 n,) = (x, v), by default the paper's, to where it goes.
+    """Return the long-term behaviour of ``network`` from ``start`` (2 n,) = (x, v), by default the paper's.
 
-    Raises InputError for a start that is none, or a network whose outputs grow without bound.
+    Raises InputError for a start of the wrong size, or a network whose outputs grow without bound.
     """
     state = checked_start(network, start)
-    alike = quotient(network, state)
-    small = _Follower(alike.network, alike.folded(state)).run()
-    if alike.trivial:
+    classes = quotient(network, state)
+    small = _Follower(classes.network, classes.folded(state)).run()
+    if classes.trivial:
         return small
-    full = _unfolded(small, network, state, alike)
-    return replace(full, warnings=(*full.warnings, *_told(full, alike)))
+    full = _unfolded(small, network, state, classes)
+    return replace(full, findings=(*full.findings, *_instability(full, classes)))
 
 
-def _unfolded(small: Rhythm, network: Network, start: Array, alike: Quotient) -> Rhythm:
+def _unfolded(small: Rhythm, network: Network, start: Array, classes: Quotient) -> Rhythm:
     """The result for the classes as one for the full network, its stability judged anew."""
     cycle = small.cycle
     if cycle is not None:
-        state = alike.unfolded(cycle.state)
+        state = classes.unfolded(cycle.state)
         multiplier = _multiplier(network, _monodromy(Flow(network), state, cycle.period)[0])
         cycle = Cycle(network, state, cycle.period, multiplier)
-    rest, reason = None, small.reason
+    rest, cause = None, small.cause
     if small.rest is not None:
-        rest = alike.unfolded(small.rest)
-        reason = _rest_reason(rest[: network.size], reason.partition("(")[2].rstrip(")") or "silent")
+        rest = classes.unfolded(small.rest)
+        code = "cpg-silent" if cause.code == "cpg-died-out" else cause.code
+        cause = Finding(code, values={**cause.values, "active": _active(rest[: network.size])})
     return replace(
-        small, network=network, start=start, rest_states=rest_states(network), cycle=cycle, rest=rest, reason=reason
+        small, network=network, start=start, rest_states=rest_states(network), cycle=cycle, rest=rest, cause=cause
     )
 
 
-def _rest_reason(x: Array, kind: str) -> str:
-    active = ", ".join(str(k + 1) for k in np.flatnonzero(x > 0)) or "none"
-    return f"comes to rest with active neurons: {active} ({kind})"
+def _active(x: Array) -> list[int] | str:
+    """Return the numbers of the active neurons, counted from 1, or ``none``."""
+    return [int(k) + 1 for k in np.flatnonzero(x > 0)] or "none"
 
 
-def _told(full: Rhythm, alike: Quotient) -> tuple[str, ...]:
-    """A warning where the neurons stay alike only because nothing disturbs them."""
-    groups = [np.flatnonzero(alike.classes == c) + 1 for c in range(alike.network.size)]
-    names = ", ".join(" = ".join(str(k) for k in g) for g in groups if len(g) > 1)
-    unstable = ""
+def _instability(full: Rhythm, classes: Quotient) -> tuple[Finding, ...]:
+    """Return a finding where identical neurons stay identical only because nothing disturbs them."""
+    members = [np.flatnonzero(classes.classes == c) + 1 for c in range(classes.network.size)]
+    groups = [" = ".join(str(k) for k in g) for g in members if len(g) > 1]
     if full.cycle is not None and not full.cycle.stable:
-        unstable = f"this cycle is unstable (multiplier {full.cycle.multiplier:.3g})"
+        return (Finding("cpg-unstable-cycle", values={"groups": groups, "multiplier": full.cycle.multiplier}),)
     if full.rest is not None:
         rate = growth(full.network, full.rest[: full.network.size] > 0)
         if rate > 0:
-            unstable = f"this rest is unstable (growing by {rate:.3g} 1/s)"
-    if not unstable:
-        return ()
-    return (f"neurons {names} start alike and receive alike, so they stay alike, but {unstable}: start them unlike",)
+            return (Finding("cpg-unstable-rest", values={"groups": groups, "rate": rate}),)
+    return ()
 
 
 @dataclass(frozen=True)
@@ -108,14 +107,14 @@ class _Piece:
     """
 
     rest: RestState
-    rates: NDArray[np.complex128]
-    vectors: NDArray[np.complex128]
-    inverse: NDArray[np.complex128] | None
+    rates: ComplexArray
+    vectors: ComplexArray
+    inverse: ComplexArray | None
     form: Array | None
     radius: float
 
     def stays(self, away: Array, step: float) -> float:
-        """How long [s] a motion ``away`` (2 n,) from the rest surely stays in the piece, at least, to a factor of 2."""
+        """Return a lower bound [s], to a factor of 2, of the stay in the piece of a motion ``away`` (2 n,)."""
         if self.inverse is None:
             inside = self.form is not None and away @ self.form @ away < self.radius
             return np.inf if inside else 0.0
@@ -145,7 +144,7 @@ class _Piece:
 
 
 class _Follower:
-    """One motion, followed until it is known where it goes."""
+    """One motion, followed until its outcome is known."""
 
     def __init__(self, network: Network, start: Array) -> None:
         self.network, self.start = network, start
@@ -174,7 +173,7 @@ class _Follower:
                     if piece and self._has_ended(piece, stretch.terms[0], stays):
                         return self._at_rest(piece.rest, stretch.begin)
                     if piece and self._hangs(piece, stretch, stays):
-                        return self._lost(stretch.begin, "on the edge of stability: no mode grows or dies out there")
+                        return self._lost(stretch.begin, Finding("cpg-edge"))
                     cycle = self._cycling(count)
                     if cycle is not None:
                         return self._in_cycle(cycle, stretch.begin)
@@ -190,13 +189,13 @@ class _Follower:
     # -- rest ----------------------------------------------------------------------------------------------------------
 
     def _has_ended(self, piece: _Piece, state: Array, stays: float) -> bool:
-        """Whether the motion is bound to its rest for ever, or, where no mode says so, has come to a stop."""
+        """Return True if the motion provably tends to its rest, or, where no mode decides, has stopped."""
         if piece.rest.stable:
             return bool(np.isinf(stays))
         return piece.rest.growth <= 0 and self._stopped(piece, state)
 
     def _hangs(self, piece: _Piece, stretch: Stretch, stays: float) -> bool:
-        """Whether no eigenvalue decides: a neutral mode for as long as can be told, or a stop between two pieces."""
+        """Return True if no eigenvalue decides: a mode that stays neutral, or a stop between two pieces."""
         neutral = piece.rest.marginal and stays > 1e9 * stretch.step
         return neutral or (piece.rest.edge and self._stopped(piece, stretch.terms[0]))
 
@@ -205,17 +204,17 @@ class _Follower:
         return bool(np.abs(self.flow.rate(state)).max() * self.network.rise_time <= _STOPPED * size)
 
     def _died_out(self, state: Array) -> bool:
-        """Whether a network without input has lost what it started with."""
+        """Return True if the initial activity of a network without input has decayed."""
         size = float(np.abs(self.start).max())
         return not self.network.tonics.any() and bool(np.abs(state).max() <= _STOPPED * size)
 
     def _silent(self, time: float) -> Rhythm:
         nothing = np.zeros(2 * self.network.size)
         still = np.zeros(len(self.network.units))
-        reason = "has no input, and what it started with has died out"
-        return Rhythm(self.network, self.start, "rest", reason, self.rests, time, still, rest=nothing)
+        cause = Finding("cpg-died-out")
+        return Rhythm(self.network, self.start, "rest", cause, self.rests, time, still, rest=nothing)
 
-    def _piece(self, active: NDArray[np.bool_]) -> _Piece | None:
+    def _piece(self, active: Mask) -> _Piece | None:
         """The piece with just these neurons active, None if it has no rest of its own."""
         key = active.tobytes()
         if key not in self.pieces:
@@ -223,7 +222,7 @@ class _Follower:
             self.pieces[key] = None if rest is None else self._analysed(rest, active)
         return self.pieces[key]
 
-    def _analysed(self, rest: RestState, active: NDArray[np.bool_]) -> _Piece:
+    def _analysed(self, rest: RestState, active: Mask) -> _Piece:
         a = self.flow.matrix(active)
         rates, vectors = np.linalg.eig(a)
         inverse, form, radius = None, None, 0.0
@@ -237,9 +236,10 @@ class _Follower:
         return _Piece(rest, rates.astype(complex), vectors.astype(complex), inverse, form, radius)
 
     def _at_rest(self, rest: RestState, time: float) -> Rhythm:
-        reason = _rest_reason(rest.x, f"decay {-rest.growth:.3g} 1/s" if rest.stable else "on the edge of its piece")
+        values = {"active": _active(rest.x), "decay": -rest.growth}
+        cause = Finding("cpg-rests" if rest.stable else "cpg-rests-on-edge", values=values)
         still = np.zeros(len(self.network.units))
-        return Rhythm(self.network, self.start, "rest", reason, self.rests, time, still, rest=rest.state)
+        return Rhythm(self.network, self.start, "rest", cause, self.rests, time, still, rest=rest.state)
 
     # -- cycles --------------------------------------------------------------------------------------------------------
 
@@ -292,7 +292,7 @@ class _Follower:
         return self._shortest(cycle, size, returns) if cycle.stable else None
 
     def _shortest(self, cycle: Cycle, size: float, returns: int) -> Cycle:
-        """The same cycle with its least period: Newton's method may have found a multiple of it."""
+        """Return the cycle with its least period: Newton's method may have found a multiple."""
         for parts in range(returns, 1, -1):
             monodromy, end, _ = _monodromy(self.flow, cycle.state, cycle.period / parts)
             if np.abs(end - cycle.state).max() <= 1e3 * _CONVERGED * size:
@@ -301,18 +301,15 @@ class _Follower:
         return cycle
 
     def _in_cycle(self, cycle: Cycle, time: float) -> Rhythm:
-        reason = f"repeats itself; of a disturbance {cycle.multiplier:.3g} is left after a period"
-        warnings: tuple[str, ...] = ()
-        if abs(cycle.multiplier - 1) <= MARGINAL:
-            warnings = ("the cycle is one of a family: a disturbance neither grows nor dies out",)
-        return Rhythm(
-            self.network, self.start, "cycle", reason, self.rests, time, cycle.amplitudes(), cycle, warnings=warnings
-        )
+        cause = Finding("cpg-cycle", values={"multiplier": cycle.multiplier})
+        findings = (Finding("cpg-family"),) if abs(cycle.multiplier - 1) <= MARGINAL else ()
+        swing = cycle.amplitudes()
+        return Rhythm(self.network, self.start, "cycle", cause, self.rests, time, swing, cycle, findings=findings)
 
     # -- neither -------------------------------------------------------------------------------------------------------
 
-    def _lost(self, time: float, why: str = "") -> Rhythm:
-        """Neither rest nor a cycle for as long as it was followed, or ``why`` it cannot be told."""
+    def _lost(self, time: float, cause: Finding | None = None) -> Rhythm:
+        """Return the rhythm of a motion that reached neither rest nor a cycle; ``cause``: why that is undecidable."""
         low = np.full(len(self.network.units), np.inf)
         high = -low
         for stretch in self.recent:
@@ -320,15 +317,15 @@ class _Follower:
             values = stretch.outputs(self.network.readout) @ np.vander(grid, ORDER + 1, increasing=True).T
             low, high = np.minimum(low, values.min(axis=1)), np.maximum(high, values.max(axis=1))
         constants = time / (self.network.rise_time + self.network.adaptation_time)
-        if not why and constants < _TIME_CONSTANTS / 3:
-            why = f"could be followed for {time:.3g} s only: the time constants lie too far apart"
+        if cause is None and constants < _TIME_CONSTANTS / 3:
+            cause = Finding("cpg-stiff", values={"time": time})
         doubtful = any(s.marginal or s.edge or s.stable for s in self.rests.states)
-        outcome = "undecided" if doubtful or why else "irregular"
-        reason = why or f"neither at rest nor periodic within {time:.4g} s"
-        if outcome == "irregular":
-            reason += "; no stable state of rest" + ("" if self.rests.complete else " was found")
-        swing = np.asarray((high - low) / 2)
-        return Rhythm(self.network, self.start, outcome, reason, self.rests, time, swing)
+        outcome = "undecided" if doubtful or cause else "irregular"
+        if cause is None:
+            rest = "" if doubtful else "; no stable state of rest" + ("" if self.rests.complete else " was found")
+            cause = Finding("cpg-irregular", values={"time": time, "rest": rest})
+        swing = (high - low) / 2
+        return Rhythm(self.network, self.start, outcome, cause, self.rests, time, swing)
 
 
 def _monodromy(flow: Flow, state: Array, duration: float) -> tuple[Array, Array, int]:

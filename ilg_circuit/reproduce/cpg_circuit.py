@@ -1,4 +1,4 @@
-"""What the strip's circuit makes of the paper's rhythm, and where the arm can go. Imports the arm's kernels."""
+"""Transfer of the paper's rhythm by the strip's circuit, and the reachable positions. Imports the arm's kernels."""
 
 from __future__ import annotations
 
@@ -6,30 +6,28 @@ import cmath
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arm import strip_arm
 from ..arm.coupling import Coupled, couple
-from ..arm.plots import reach_figure
 from ..arm.reach import reach_target
+from ..report.arm import reach_figure
 from ..report.axes import GREY
+from ..report.panels import COLOURS
 from .cpg_motion import ASSUMED, DURATION, move
-from .cpg_rhythm import COLOURS, figure_grid, tidy
-from .items import Check, Claim, Made, rows
-from .runs import Runs
+from .cpg_rhythm import add_legends, figure_grid
+from .items import Check, Claim, Reproduction, rows
+from .paper_runs import PaperRuns
 
-Array = NDArray[np.float64]
-
-#: How much slower the rhythm is made, and for how many periods it runs until the start is forgotten.
+#: Factor by which the rhythm is slowed -> periods until the initial transient has decayed.
 _SLOWER = {1: 150, 10: 25, 100: 6}
-#: A place that an arm could come to if it could come to any, as parts of its length.
+#: A target within the disc of the arm's length, as fractions of it.
 _TARGET = (2 / 3, 1 / 2)
-#: How long it may take [s]: four of the rhythm's periods or more.
+#: Duration [s] of a motion to it: at least four periods of the rhythm.
 _REACH = 6.0
 
 
 def fundamental(coupled: Coupled, period: float) -> complex:
-    """First harmonic of the strain over the last ``period`` [s] relative to that of the ideal one."""
+    """Return the first harmonic of the strain over the last ``period`` [s], relative to the ideal strain's."""
     last = coupled.time >= coupled.time[-1] - period * (1 + 1e-9)
     turning = np.exp(-2j * np.pi * coupled.time[last] / period)
     ideal = coupled.outputs[last, 0] / coupled.run.amplitude * coupled.largest_strain
@@ -37,7 +35,7 @@ def fundamental(coupled: Coupled, period: float) -> complex:
     return complex(made / wanted)
 
 
-def circuit(runs: Runs) -> Made:
+def circuit(runs: PaperRuns) -> Reproduction:
     two = runs.network(2)
     kept: dict[str, float] = {}
     off, curves = 0.0, []
@@ -72,8 +70,8 @@ def circuit(runs: Runs) -> Made:
     tips.set_ylim(1e-5, 2.0)
     tips.set_xlabel("time [s]")
     tips.set_ylabel("tip's displacement [mm]")
-    tidy(strains, tips)
-    return Made(
+    add_legends(strains, tips)
+    return Reproduction(
         rows=rows("cpg_circuit", kept),
         checks=(Check("strain by ngspice, over time", "transfer function", off, 1e-3),),
         claims=(
@@ -89,11 +87,11 @@ def circuit(runs: Runs) -> Made:
     )
 
 
-def reach(runs: Runs) -> Made:
+def reach(runs: PaperRuns) -> Reproduction:
     arm = strip_arm()
     target = (_TARGET[0] * arm.length, _TARGET[1] * arm.length)
     found = reach_target(arm, target, _REACH)
-    return Made(
+    return Reproduction(
         claims=(
             Claim(
                 "the actuator can reach any specified position",

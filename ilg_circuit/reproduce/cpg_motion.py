@@ -9,31 +9,30 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arm import Motion, simulate, strip_arm
 from ..arm.coupling import Coupled, couple
-from ..arm.plots import SNAPSHOT_TIMES
+from ..arrays import Array
 from ..cpg.network import Network
 from ..cpg.rhythm import rhythm
 from ..report.axes import BLUE, GREY, ORANGE
-from .cpg_rhythm import COLOURS, LOST, draw_cycle, figure_grid, tidy
-from .items import Check, Claim, Made, largest_difference
-from .runs import VOLTAGE, Runs
+from ..report.motion import SNAPSHOT_TIMES
+from ..report.panels import COLOURS
+from .cpg_rhythm import LOST, add_legends, draw_cycle, figure_grid
+from .items import Check, Claim, Reproduction, largest_difference
+from .paper_runs import VOLTAGE, PaperRuns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
-
-#: How long the paper's motions last [s].
+#: Duration of the paper's motions [s].
 DURATION = 1.5
 #: Segments of the paper's arm.
 SEGMENTS = 15
-#: Constant area, and the balance of energy, to these.
+#: Tolerances of constant area and of the balance of energy.
 _AREA, _ENERGY = 1e-6, 1e-5
-#: Laws of the rhythm that hold exactly, to this.
+#: Tolerance of exact laws of the rhythm.
 _EXACT = 1e-8
 ASSUMED = (
     *LOST,
@@ -51,7 +50,7 @@ PLACE = Claim(
 
 @dataclass(frozen=True)
 class Moved:
-    """An arm's motion, what drives it, and a label for pictures."""
+    """An arm's motion, its rhythm, and a label for pictures."""
 
     label: str
     coupled: Coupled
@@ -69,8 +68,8 @@ class Moved:
         return float(np.linalg.norm(self.displacement, axis=1).max())
 
 
-def move(runs: Runs, network: Network, label: str = "", *, segments: int = SEGMENTS, mode: str = "ideal") -> Moved:
-    """``network`` drives all segments of the paper's strip alike, for 1.5 s."""
+def move(runs: PaperRuns, network: Network, label: str = "", *, segments: int = SEGMENTS, mode: str = "ideal") -> Moved:
+    """Return the motion of the paper's strip for 1.5 s, all segments driven equally by ``network``."""
     arm = strip_arm(segments=segments)
     reference = rhythm(runs.network()).amplitude
     coupled = couple(network, segments, DURATION, mode=mode, segment_length=arm.segment_length, reference=reference)
@@ -79,19 +78,19 @@ def move(runs: Runs, network: Network, label: str = "", *, segments: int = SEGME
 
 
 def mechanics(*moves: Moved) -> tuple[Check, Check]:
-    """What every motion must keep: the cells' areas, and the balance of energy."""
+    """Return the checks of every motion: the cells' areas, and the balance of energy."""
     return (
         Check("areas of the cells", "their start", max(m.motion.area_drift for m in moves), _AREA),
         Check("balance of energy", "zero", max(m.motion.balance_error for m in moves), _ENERGY),
     )
 
 
-def figure_10(runs: Runs) -> Made:
+def figure_10(runs: PaperRuns) -> Reproduction:
     moved = move(runs, runs.network(), "e = 1")
     motion = moved.motion
     peaks = np.abs(motion.edge_forces).max(axis=(0, 2))
-    alike = float(np.atleast_2d(np.corrcoef(motion.edge_forces[1:, :, 0].T))[0].min())
-    return Made(
+    correlation = float(np.atleast_2d(np.corrcoef(motion.edge_forces[1:, :, 0].T))[0].min())
+    return Reproduction(
         checks=mechanics(moved),
         claims=(
             Claim(
@@ -99,7 +98,7 @@ def figure_10(runs: Runs) -> Made:
                 None,
                 "in what is not said. In a beam clamped at its base the largest tension falls from "
                 f"{1e6 * peaks[0]:.3g} µN in the first segment to {1e6 * peaks[-1]:.3g} µN in the last; over time they "
-                f"correlate with the first by {alike:.2f} or more",
+                f"correlate with the first by {correlation:.2f} or more",
             ),
             Claim(
                 "the motion can be used to simulate the soft actuator",
@@ -132,7 +131,7 @@ def _figure_10(moved: Moved) -> Figure:
     force.set_xlabel("time [s]")
     for letter, panel in zip("abcd", (outputs, phase, shape, force), strict=True):
         panel.set_title(f"({letter})", fontsize=10, loc="left")
-    tidy(outputs, phase, shape, force)
+    add_legends(outputs, phase, shape, force)
     return figure
 
 
@@ -142,7 +141,7 @@ def _axes_of_shape(panel: Axes) -> None:
 
 
 def series(moves: list[Moved]) -> Figure:
-    """(a) outputs, (b) phase portraits, (c) the arm where its tip is farthest, with the tip's way."""
+    """Draw (a) outputs, (b) phase portraits, (c) the arm where its tip is farthest, with the tip's path."""
     figure, ((outputs, phase, shape),) = figure_grid(1, 3, width=11.0, height=3.9)
     for moved, colour in zip(moves, COLOURS, strict=False):
         run, motion = moved.coupled.run, moved.motion
@@ -157,11 +156,11 @@ def series(moves: list[Moved]) -> Figure:
     _axes_of_shape(shape)
     for letter, panel in zip("abc", (outputs, phase, shape), strict=True):
         panel.set_title(f"({letter})", fontsize=10, loc="left")
-    tidy(outputs, phase, shape)
+    add_legends(outputs, phase, shape)
     return figure
 
 
-def figure_11(runs: Runs) -> Made:
+def figure_11(runs: PaperRuns) -> Reproduction:
     moves = [move(runs, runs.network(tonic=float(e)), f"e = {e}") for e in range(1, 5)]
     values = np.arange(1.0, 51.0)
     found = [rhythm(runs.network(tonic=float(e))) for e in values]
@@ -169,10 +168,10 @@ def figure_11(runs: Runs) -> Made:
     periods = np.array([f.period for f in found], dtype=float)
     proportional = amplitudes[0] * values
     strong = [move(runs, runs.network(tonic=e), f"e = {e:g}") for e in (10.0, 20.0, 50.0)]
-    crossing = [m.label for m in strong if any("cross" in event.text for event in m.motion.events)]
+    crossing = [m.label for m in strong if any(e.finding.code == "arm-crosses-itself" for e in m.motion.events)]
     crosses = f"the arm crosses itself at {', '.join(crossing)}" if crossing else "the arm does not cross itself"
     extents = ", ".join(f"{1e3 * m.largest:.1f} mm at {m.label}" for m in strong)
-    return Made(
+    return Reproduction(
         checks=(
             Check(
                 "amplitude at e = 1 to 50",
@@ -197,10 +196,10 @@ def figure_11(runs: Runs) -> Made:
     )
 
 
-def figure_12(runs: Runs) -> Made:
+def figure_12(runs: PaperRuns) -> Reproduction:
     moves = [move(runs, runs.network(rise_time=t), f"T$_r$ = {t:g} s") for t in (0.1, 0.2, 0.3, 0.4, 0.5)]
     resting = [moved.label.replace("$", "") for moved in moves if not moved.coupled.run.rhythm.oscillates]
-    return Made(
+    return Reproduction(
         checks=mechanics(*moves),
         claims=(
             PLACE,
@@ -215,20 +214,21 @@ def figure_12(runs: Runs) -> Made:
     )
 
 
-def figure_13(runs: Runs) -> Made:
+def figure_13(runs: PaperRuns) -> Reproduction:
     by_a = [move(runs, runs.network(inhibition=a, rise_time=0.1), f"a = {a:g}") for a in (2.0, 3.0, 4.0)]
     by_d = [move(runs, runs.network(adaptation=d, rise_time=0.1), f"d = {d:g}") for d in (2.0, 50.0)]
     whole = range(51)
     a_cycles = _cycling(runs, "inhibition", whole)
     d_cycles = _cycling(runs, "adaptation", whole)
-    return Made(
+    return Reproduction(
         checks=mechanics(*by_a, *by_d),
         claims=(
             PLACE,
             Claim(
                 "the parameter's values from 0 to 50 leave a rhythm",
                 None,
-                f"were it a (d = 3), the whole numbers {_told(a_cycles)} cycle; were it d (a = 2.5), {_told(d_cycles)}",
+                f"were it a (d = 3), the whole numbers {_range_text(a_cycles)} cycle; were it d (a = 2.5), "
+                f"{_range_text(d_cycles)}",
             ),
         ),
         unknown=(
@@ -240,15 +240,15 @@ def figure_13(runs: Runs) -> Made:
     )
 
 
-def _cycling(runs: Runs, name: str, values: range) -> list[int]:
-    """Those of ``values`` of a parameter with which the rhythm goes on."""
+def _cycling(runs: PaperRuns, name: str, values: range) -> list[int]:
+    """Return those of ``values`` of a parameter for which the rhythm persists."""
     settings: list[dict[str, Any]] = [{name: float(v)} for v in values]
     found = [rhythm(runs.network(rise_time=0.1, **s)) for s in settings if s[name] > 0]
     return [int(s[name]) for s, f in zip([s for s in settings if s[name] > 0], found, strict=True) if f.oscillates]
 
 
-def _told(values: list[int]) -> str:
-    """A run of whole numbers in words."""
+def _range_text(values: list[int]) -> str:
+    """Return whole numbers as text, a range where they are consecutive."""
     if not values:
         return "none"
     if values == list(range(values[0], values[-1] + 1)) and len(values) > 2:
@@ -256,7 +256,7 @@ def _told(values: list[int]) -> str:
     return ", ".join(map(str, values))
 
 
-def segments(runs: Runs) -> Made:
+def segments(runs: PaperRuns) -> Reproduction:
     moves = [move(runs, runs.network(), f"{n} segments", segments=n) for n in (15, 30, 60)]
     coarse, fine, finest = (moved.displacement for moved in moves)
     largest = float(np.linalg.norm(finest, axis=1).max())
@@ -276,12 +276,9 @@ def segments(runs: Runs) -> Made:
     difference.axhline(0, color=GREY, linewidth=0.6)
     for panel in (way, difference):
         panel.set_xlabel("time [s]")
-    tidy(way, difference)
-    return Made(
-        checks=(
-            Check("tip with 30 segments", "60 segments", next_apart, 0.01),
-            *mechanics(*moves),
-        ),
+    add_legends(way, difference)
+    return Reproduction(
+        checks=(Check("tip with 30 segments", "60 segments", next_apart, 0.01), *mechanics(*moves)),
         claims=(
             Claim(
                 "15 segments can provide the desired continuous structure",

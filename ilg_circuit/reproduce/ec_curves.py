@@ -5,32 +5,28 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..report.axes import BLUE, GREY, ORANGE, new_figure
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
 from .ec_tables import spread
-from .items import Check, Claim, Item, Made, largest_difference, rows
+from .items import Check, Claim, Reproduction, largest_difference, rows
+from .paper_runs import VOLTAGE, PaperRuns, coefficient, printed_current, printed_displacement
 from .published import published
-from .runs import VOLTAGE, Runs, coefficient, printed_current, printed_displacement
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
-
 #: Reading error of the coordinate paper [m].
 _READING = 0.1e-3
-#: The run that most items of EC are made from.
-FREE = "ilg-circuit simulate paper --drive step:4V --duration 300s --beam static --check --out run.csv --plot run.png"
 #: Limit of agreement between ngspice and a closed form.
 EXACT = 1e-6
 
 
 def settled_from(time: Array, values: Array, margin: float) -> float:
-    """Time [s] from which on ``values`` stay within ``margin`` of their last."""
+    """Return the time [s] from which on ``values`` stay within ``margin`` of their last."""
     outside = np.flatnonzero(np.abs(values - values[-1]) > margin)
     return float(time[outside[-1] + 1]) if len(outside) else float(time[0])
 
@@ -39,14 +35,14 @@ def _point(item: str) -> float:
     return float(published("ec_points", item).printed)
 
 
-def closed_displacement(runs: Runs, t: Array) -> Array:
+def closed_displacement(runs: PaperRuns, t: Array) -> Array:
     """(34) [m] with Table 3 in SI units."""
     k, ratio = runs.coupling, lumped_elements(PAPER).bending_ratio
     return VOLTAGE * formulas.displacement_step(t, k.gain, k.zero, k.damping_ratio, k.natural_frequency, ratio)
 
 
 def table_3_allows(t: Array) -> float:
-    """How far (34) may be off at its worst, relative to its maximum, by the rounding of Table 3."""
+    """Return the largest error of (34) due to the rounding of Table 3, relative to its maximum."""
     names = ("coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_natural_frequency")
     ratio = lumped_elements(PAPER).bending_ratio
 
@@ -58,7 +54,7 @@ def table_3_allows(t: Array) -> float:
     return float(off.max() / printed_displacement(t).max())
 
 
-def displacement_checks(runs: Runs) -> tuple[Check, Check]:
+def displacement_checks(runs: PaperRuns) -> tuple[Check, Check]:
     t, y = runs.free.time, runs.free.displacement
     return (
         Check("displacement by ngspice", "(34)", largest_difference(y, closed_displacement(runs, t)), EXACT),
@@ -71,7 +67,7 @@ def displacement_checks(runs: Runs) -> tuple[Check, Check]:
     )
 
 
-def figure_9(runs: Runs) -> Made:
+def figure_9(runs: PaperRuns) -> Reproduction:
     t, y = runs.free.time, runs.free.displacement
     peak = int(y.argmax())
     values = {
@@ -80,7 +76,7 @@ def figure_9(runs: Runs) -> Made:
         "displacement_steady": float(y[-1]),
         "displacement_steady_from": settled_from(t, y, _READING),
     }
-    return Made(
+    return Reproduction(
         rows=rows("ec_points", values),
         checks=displacement_checks(runs),
         claims=(
@@ -95,7 +91,7 @@ def figure_9(runs: Runs) -> Made:
     )
 
 
-def _figure_9(runs: Runs) -> Figure:
+def _figure_9(runs: PaperRuns) -> Figure:
     figure, (panel,) = new_figure(1, [3.2])
     t, y = runs.free.time, runs.free.displacement
     panel.plot(t, 1e3 * y, color=BLUE, linewidth=2.6, label="ngspice, free tip")
@@ -122,12 +118,12 @@ def _figure_9(runs: Runs) -> Figure:
     return figure
 
 
-def current_settled(runs: Runs) -> float:
-    """Time [s] from which on our current is within 1 % of a0."""
+def current_settled(runs: PaperRuns) -> float:
+    """Return the time [s] from which on our current is within 1 % of a0."""
     return settled_from(runs.free.time, runs.free.current, 0.01 * coefficient("step_current_steady"))
 
 
-def figure_10(runs: Runs) -> Made:
+def figure_10(runs: PaperRuns) -> Reproduction:
     t, i = runs.free.time, runs.free.current
     steady = current_settled(runs)
     figure, (panel,) = new_figure(1, [3.0])
@@ -145,7 +141,7 @@ def figure_10(runs: Runs) -> Made:
     panel.set_ylim(bottom=0)
     panel.set_xlim(-3, 309)
     panel.legend(frameon=False)
-    return Made(
+    return Reproduction(
         rows=rows("ec_points", {"current_steady_from": steady}),
         checks=_current_checks(runs),
         unknown=("The measured curve: the text states of it only that it is steady from about 300 s on.",),
@@ -153,12 +149,12 @@ def figure_10(runs: Runs) -> Made:
     )
 
 
-def _current_checks(runs: Runs) -> tuple[Check, ...]:
+def _current_checks(runs: PaperRuns) -> tuple[Check, ...]:
     t, i = runs.free.time, runs.free.current
     return (Check("current by ngspice", "(30) as printed", largest_difference(i, printed_current(t)), 1e-5),)
 
 
-def figure_11(runs: Runs) -> Made:
+def figure_11(runs: PaperRuns) -> Reproduction:
     t, i = runs.free.time, runs.free.current
     fitted, steady = runs.from_run.derived, current_settled(runs)
     values = {
@@ -176,7 +172,7 @@ def figure_11(runs: Runs) -> Made:
     below.set_ylabel("ngspice − (30) [pA]")
     below.set_xlabel("time [s]")
     figure.align_ylabels([panel, below])
-    return Made(
+    return Reproduction(
         rows=rows("ec_curves", values, **dict.fromkeys(values, "identified from our own run")),
         checks=_current_checks(runs),
         claims=(
@@ -195,33 +191,3 @@ def figure_11(runs: Runs) -> Made:
         unknown=("The measured curve, and with it J₁.",),
         figure=figure,
     )
-
-
-_STEP_34 = (
-    "y(t) = (3 U L<sub>F</sub>² K<sub>d</sub>/b²) (Z<sub>d</sub>/ω′²) [1 − e<sup>−σt</sup> (cos ω<sub>d</sub>t + "
-    "((Z<sub>d</sub>ζ′ − ω′)/(Z<sub>d</sub>√(1 − ζ′²))) sin ω<sub>d</sub>t)], &nbsp; σ = ζ′ω′, "
-    "ω<sub>d</sub> = ω′√(1 − ζ′²) &nbsp; [(34)]"
-)
-_STEP_30 = "i(t) = a₀ + a₁ e<sup>−λt</sup> = 0.006 + 0.2058 e<sup>−0.147 t</sup> &nbsp; [(4), (30)]"
-
-ITEMS = (
-    Item(
-        "EC-F9", "Figure 9: displacement under 4 V", "Step response of the soft actuator.", _STEP_34, (FREE,), figure_9
-    ),
-    Item(
-        "EC-F10",
-        "Figure 10: current under 4 V",
-        "Step response curve for the soft actuator.",
-        _STEP_30,
-        (FREE,),
-        figure_10,
-    ),
-    Item(
-        "EC-F11",
-        "Figure 11: the fitted current",
-        "Comparison of soft actuator current response curves.",
-        _STEP_30,
-        (FREE, "ilg-circuit identify run.csv --actuator paper --model rc --json fit.json"),
-        figure_11,
-    ),
-)

@@ -7,24 +7,22 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
+from ..report.panels import grid
 from ..simulation import closed_forms as formulas
 from ..solve.transient import transient
 from ..strip.actuator import PAPER, Actuator
 from ..strip.file import dumps
-from .items import Check, Claim, Item, Made
-from .runs import VOLTAGE, Runs, coefficient
+from .items import Check, Claim, Reproduction
+from .paper_runs import VOLTAGE, PaperRuns, coefficient
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
-
-#: When a step counts as at rest [s]: d(s) has decayed to 1e-8 by then.
+#: Time [s] at which a step counts as at rest: d(s) has decayed to 1e-8.
 _AT_REST = 400.0
 #: The part of the strip held in the clamp [m], kept for every free length.
 _CLAMPED = PAPER.geometry.length - PAPER.geometry.free_length
@@ -33,9 +31,6 @@ LENGTHS = np.linspace(10e-3, 50e-3, 17)
 THICKNESSES = np.linspace(0.2e-3, 1.0e-3, 17)
 WIDTHS = np.linspace(2e-3, 10e-3, 17)
 _LIMIT = 1e-5
-#: One design by itself, and the grids of both figures, by the command line.
-_ONE = "ilg-circuit simulate EC-F12-strip.toml --drive step:4V --duration 400s --beam static"
-_SWEEP = "ilg-circuit sweep paper --drive step:4V --duration 400s --beam static --vary free_length=10mm:50mm:17"
 _RANGES = "The ranges of the paper's axes are not in its text: those drawn here are ours."
 
 
@@ -47,7 +42,7 @@ def sized(*, free_length: float = 30e-3, width: float = 5e-3, thickness: float =
     return replace(PAPER, geometry=geometry)
 
 
-#: One design of the grids as a file, to be simulated alone, and to be changed.
+#: One design of the grids as a file, to simulate alone or to change.
 _DESIGN = {"EC-F12-strip.toml": dumps(replace(sized(free_length=40e-3, thickness=0.3e-3), name="another size"))}
 
 
@@ -69,19 +64,19 @@ def _relative(values: Array, closed: Array) -> float:
     return float(np.abs(values / closed - 1).max())
 
 
-def figure_12(runs: Runs) -> Made:
+def figure_12(runs: PaperRuns) -> Reproduction:
     y = _grid(LENGTHS, THICKNESSES, lambda a, b: sized(free_length=a, thickness=b), "free")
     closed = (
         formulas.steady_displacement(VOLTAGE, runs.coupling.static, 1.0, 1.0) * (LENGTHS[:, None] / THICKNESSES) ** 2
     )
     of_width = at_rest([sized(width=w) for w in WIDTHS.tolist()])
     width_effect = float(np.ptp(of_width) / of_width.mean())
-    figure = _figure(1)
-    _map(figure.axes[0], (LENGTHS, THICKNESSES), 1e3 * y, ("free length L$_0$ [mm]", "thickness b [mm]"), "mm")
+    figure, ((panel,),) = grid(1, 1, (5.6, 4.2))
+    _map(panel, (LENGTHS, THICKNESSES), 1e3 * y, ("free length L$_0$ [mm]", "thickness b [mm]"), "mm")
     figure.suptitle("displacement at rest, 4 V; the dot is the paper's sample", fontsize=10)
     powers = _powers((LENGTHS, THICKNESSES), y)
     steep = float((y / LENGTHS[:, None]).max())
-    return Made(
+    return Reproduction(
         checks=(
             Check(f"displacement of {y.size} designs by ngspice", "(37)", _relative(y, closed), _LIMIT),
             Check(f"displacement of {len(WIDTHS)} widths", "one another", width_effect, _LIMIT),
@@ -105,7 +100,7 @@ def figure_12(runs: Runs) -> Made:
     )
 
 
-def figure_13(runs: Runs) -> Made:
+def figure_13(runs: PaperRuns) -> Reproduction:
     static, modulus = runs.coupling.static, PAPER.material.youngs_modulus
 
     def closed(length: Any, width: Any, thickness: Any) -> Array:
@@ -135,8 +130,8 @@ def figure_13(runs: Runs) -> Made:
             "(c) b = 0.5 mm",
         ),
     )
-    figure = _figure(3)
-    for panel, (axes, names, force, _, title) in zip(figure.axes[:3], panels, strict=True):
+    figure, panels_of = grid(1, 3, (11.5, 4.2))
+    for panel, (axes, names, force, _, title) in zip(panels_of[0], panels, strict=True):
         _map(panel, axes, 1e6 * force, names, "µN")
         panel.set_title(title, fontsize=10)
     figure.suptitle("clamped force at rest, 4 V; the dot is the paper's sample", fontsize=10)
@@ -144,7 +139,7 @@ def figure_13(runs: Runs) -> Made:
     powers = [p for axes, _, force, _, _ in panels for p in _powers(axes, force)]
     count = sum(force.size for _, _, force, _, _ in panels)
     worst = max(_relative(force, expected) for _, _, force, expected, _ in panels)
-    return Made(
+    return Reproduction(
         checks=(Check(f"force of {count} designs by ngspice", "(39), constant corrected", worst, _LIMIT),),
         claims=(
             Claim(
@@ -152,11 +147,7 @@ def figure_13(runs: Runs) -> Made:
                 bool(np.allclose(powers, (1, 1, -1, 1, -1, 1), atol=_LIMIT)),
                 f"powers found: {powers[0]:.5f} of w, {powers[1]:.5f} of b, {powers[2]:.5f} of L₀",
             ),
-            Claim(
-                "its constant is 0.5515",
-                False,
-                f"every force would be {times:.0f} times as large",
-            ),
+            Claim("its constant is 0.5515", False, f"every force would be {times:.0f} times as large"),
         ),
         unknown=(_RANGES,),
         figure=figure,
@@ -165,23 +156,16 @@ def figure_13(runs: Runs) -> Made:
 
 
 def _powers(axes: tuple[Array, Array], values: Array) -> tuple[float, float]:
-    """Powers p, q of the law values ~ x^p y^q that fits best."""
+    """Return the powers p, q of the least-squares law values ~ x^p y^q."""
     x, y = np.meshgrid(*(np.log(a) for a in axes), indexing="ij")
     design = np.column_stack([x.ravel(), y.ravel(), np.ones(x.size)])
     p, q, _ = np.linalg.lstsq(design, np.log(values).ravel(), rcond=None)[0]
     return float(p), float(q)
 
 
-def _figure(columns: int) -> Figure:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(5.6 if columns == 1 else 11.5, 4.2), dpi=150, layout="constrained")
-    figure.subplots(1, columns, squeeze=False)
-    return figure
-
-
 def _map(panel: Axes, axes: tuple[Array, Array], values: Array, names: tuple[str, str], unit: str) -> None:
-    """Filled contours of ``values`` (x, y), spaced evenly in the logarithm, each line with its number."""
+    """Draw filled contours of ``values`` (x, y), spaced evenly in the logarithm, each line with its number."""
+    panel.grid(visible=False)
     x, y = (1e3 * a for a in axes)
     low, high = np.log10(values.min()), np.log10(values.max())
     panel.contourf(x, y, values.T, levels=np.logspace(low, high, 25), norm="log", cmap="Blues")
@@ -193,7 +177,7 @@ def _map(panel: Axes, axes: tuple[Array, Array], values: Array, names: tuple[str
 
 
 def _sample(names: tuple[str, str]) -> tuple[float, float]:
-    """Where the paper's sample lies in a map [mm]."""
+    """Return the coordinates [mm] of the paper's sample in a map."""
     g = PAPER.geometry
     sizes = {"free": g.free_length, "width": g.width, "thickness": g.thickness}
     x, y = (1e3 * sizes[name.split()[0]] for name in names)
@@ -204,30 +188,3 @@ def _round_levels(values: Array) -> list[float]:
     """1, 2, 5 times powers of ten within ``values``."""
     decades = range(int(np.floor(np.log10(values.min()))), int(np.ceil(np.log10(values.max()))) + 1)
     return [k * 10.0**d for d in decades for k in (1, 2, 5) if values.min() < k * 10.0**d < values.max()]
-
-
-ITEMS = (
-    Item(
-        "EC-F12",
-        "Figure 12: displacement over length and thickness",
-        "Relationships between the end displacement of the robot and the length and thickness of the actuator.",
-        "y(∞) = 3 d(0) U L₀²/b² &nbsp; [(37)], U = 4 V",
-        (
-            f"{_SWEEP} --vary thickness=0.2mm:1mm:17 --outputs displacement_final --out displacement.nc --plot map.png",
-            f"{_ONE} --check --out run.csv",
-        ),
-        figure_12,
-    ),
-    Item(
-        "EC-F13",
-        "Figure 13: force over length, thickness and width",
-        "Relationships between the steady-state driving force of the robot and the length, thickness, and width of the "
-        "free end of the actuator. (a) Actuator L₀ = 30 mm. (b) Actuator w = 5 mm. (c) Actuator thickness b = 0.5 mm.",
-        "F(∞) = ¾ E d(0) U b w/L₀ &nbsp; [(39), constant corrected], U = 4 V",
-        (
-            f"{_SWEEP} --vary width=2mm:10mm:17 --tip clamped --outputs force_final --out force.nc --plot map.png",
-            f"{_ONE} --tip clamped --check --out run.csv",
-        ),
-        figure_13,
-    ),
-)

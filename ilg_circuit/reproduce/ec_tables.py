@@ -1,4 +1,4 @@
-"""EC Tables 1-3, identified again from the paper's own fitted curves."""
+"""EC Tables 1-3, identified from the paper's fitted curves."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ import numpy as np
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
-from .items import Check, Item, Made, Row, rows
+from .items import Check, Reproduction, Row, rows
+from .paper_runs import VOLTAGE, PaperRuns, coefficient
 from .published import half_a_digit, published
-from .runs import VOLTAGE, Runs, coefficient
 
-_IDENTIFY = "ilg-circuit identify EC-curves.csv --actuator paper --model rc --json fit.json --plot fit.png"
 _CURVES = "EC-curves.csv"
 
 
@@ -25,16 +24,16 @@ def _inverted() -> tuple[float, float, float]:
     return formulas.resistances_from_step(a0, a1, rate, VOLTAGE)
 
 
-def _elements(runs: Runs) -> dict[str, float]:
+def _elements(runs: PaperRuns) -> dict[str, float]:
     return {name: p.value for name, p in runs.from_curves.parameters.items()}
 
 
-def table_1(runs: Runs) -> Made:
+def table_1(runs: PaperRuns) -> Reproduction:
     found, g = _elements(runs), PAPER.geometry
     names = ("dc_resistance", "dynamic_resistance", "capacitance")
     sizes = {name: getattr(g, name) for name in ("length", "free_length", "width", "thickness")}
     values = [found[name] for name in names]
-    return Made(
+    return Reproduction(
         rows=rows("ec_table1", {name: found[name] for name in (*names, "electrode_resistance")} | sizes),
         checks=(
             Check("identified R_dc, R_d, C", "EC (5) inverted", largest_ratio(values, _inverted()), 1e-6),
@@ -55,7 +54,7 @@ def table_1(runs: Runs) -> Made:
     )
 
 
-def table_2(runs: Runs) -> Made:
+def table_2(runs: PaperRuns) -> Reproduction:
     found, g = _elements(runs), PAPER.geometry
     area = g.length * g.width
     values = {
@@ -71,7 +70,7 @@ def table_2(runs: Runs) -> Made:
         float(published("ec_table1", "capacitance").printed) * 5e-3 / area,
     ]
     slip = largest_ratio(taken, list(printed.values()))
-    return Made(
+    return Reproduction(
         rows=rows("ec_table2", values),
         checks=(Check("Table 1 with b = 5 mm", "Table 2 as printed", slip, 1e-4),),
         files={_CURVES: runs.curves},
@@ -95,7 +94,7 @@ def coupling_of_curve(steady: float, sine: float, decay: float, frequency: float
 
 
 def spread(function: Callable[..., Sequence[float]], texts: Sequence[str], factors: Sequence[float]) -> np.ndarray:
-    """How far the results of ``function`` of rounded numbers may be off: the largest over all ends of the roundings."""
+    """Return the largest errors of ``function`` due to rounded arguments, over all ends of their roundings."""
     centre = np.asarray(function(*(float(t) * f for t, f in zip(texts, factors, strict=True))))
     ranges = [
         [(float(t) + sign * half_a_digit(t)) * f for sign in (-1, 1)] for t, f in zip(texts, factors, strict=True)
@@ -104,7 +103,7 @@ def spread(function: Callable[..., Sequence[float]], texts: Sequence[str], facto
     return np.asarray(np.max(off, axis=0))
 
 
-def table_3(runs: Runs) -> Made:
+def table_3(runs: PaperRuns) -> Reproduction:
     own, curve = runs.fitted_coupling, runs.from_curves.actuator.coupling
     assert curve is not None
     names = ("displacement_steady", "displacement_sine", "displacement_decay", "displacement_frequency")
@@ -118,7 +117,7 @@ def table_3(runs: Runs) -> Made:
         note = f"identified from (35), whose digits leave ±{allowed:.2g} open"
         from_curve.append(Row(paper, getattr(curve, name) / paper.si_factor, allowed, note))
     read_off = [getattr(curve, name) for name in _COUPLING.values()]
-    return Made(
+    return Reproduction(
         rows=rows(
             "ec_table3",
             {item: getattr(own, name) for item, name in _COUPLING.items()},
@@ -133,36 +132,6 @@ def table_3(runs: Runs) -> Made:
 
 
 def largest_ratio(values: Sequence[float], reference: Sequence[float]) -> float:
-    """Largest relative difference, each number by its own size."""
+    """Return the largest relative difference, each number relative to its own size."""
     known = np.asarray(reference, dtype=float)
     return float(np.abs(np.asarray(values, dtype=float) / known - 1).max())
-
-
-ITEMS = (
-    Item(
-        "EC-T1",
-        "Table 1: elements of the equivalent circuit",
-        "Soft actuator geometry/circuit element parameters.",
-        "R<sub>dc</sub> = U/a₀, &nbsp; R<sub>d</sub> = U/(a₀ + a₁) · R<sub>dc</sub>/(R<sub>dc</sub> − U/(a₀ + a₁)) "
-        "= U/a₁, &nbsp; C = 1/(λ R<sub>d</sub>), &nbsp; R<sub>e</sub> = 0 &nbsp; [(5) inverted]",
-        (_IDENTIFY,),
-        table_1,
-    ),
-    Item(
-        "EC-T2",
-        "Table 2: resistivities and permittivity",
-        "Soft actuator characteristic parameters.",
-        "ρ<sub>dc</sub> = R<sub>dc</sub> L w/b, &nbsp; ρ<sub>d</sub> = R<sub>d</sub> L w/b, &nbsp; ε = C b/(L w) "
-        "&nbsp; [(12)–(14)]",
-        (_IDENTIFY, "ilg-circuit show paper"),
-        table_2,
-    ),
-    Item(
-        "EC-T3",
-        "Table 3: the electromechanical coupling",
-        "Electromechanical coupling parameters of the soft actuator.",
-        "d(s) = K<sub>d</sub> (s + Z<sub>d</sub>)/(s² + 2ζ′ω′s + ω′²) &nbsp; [(31)], fitted by way of (34)",
-        (_IDENTIFY,),
-        table_3,
-    ),
-)

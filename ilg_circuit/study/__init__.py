@@ -1,4 +1,4 @@
-"""Studies of many strips: parameters varied over grids, lists and random designs, and what becomes of each.
+"""Studies of many strips: sweeps over grids, lists and random designs; designs that meet requirements.
 
 In: a strip, a run and what to vary. Out: sweeps and designs. May import: the rooms up to `identify`.
 """
@@ -7,18 +7,18 @@ from __future__ import annotations
 
 from .evaluate import Evaluation, evaluate, evaluate_designs
 from .outputs import OUTPUTS, Output, choose_outputs
-from .parameters import Base, Case, Parameter, apply, parameter
+from .parameters import Scenario, ScenarioTemplate, VariedParameter, apply, varied_parameter
 
 __all__ = [
     "OUTPUTS",
-    "Base",
-    "Case",
     "Evaluation",
     "Output",
-    "Parameter",
+    "Scenario",
+    "ScenarioTemplate",
+    "VariedParameter",
     "apply",
     "choose_outputs",
     "evaluate",
     "evaluate_designs",
-    "parameter",
+    "varied_parameter",
 ]

@@ -1,254 +1,322 @@
-"""The inverse problem: which design, within ranges, meets requirements, and best.
-
-Without an objective the best design is the one whose worst margin is largest: the factor by which every requirement
-could be tighter. Where no design meets everything, the nearest one is that whose worst margin is least negative.
-"""
+"""The inverse problem in one call: `design` returns a `DesignReport`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
+from ..circuit.strip import Load
+from ..drive import Drive
+from ..errors import InputError
+from ..findings import Finding, Warned
+from ..result import Result
+from ..strip.actuator import Actuator
+from ..strip.file import save_actuator
+from ..units import format_quantity, parse
+from .constraints import ActiveConstraint, WithoutRequirement, active_constraints, without_each_requirement
+from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, rewritten, scenario_template
+from .pareto import Front, pareto_front, parse_objectives
+from .problem import Design, DesignProblem, Objective, best_design, distinct
+from .quantities import quantity
+from .requirements import parse_requirements
+from .search import INITIAL_POINTS
+from .sensitivity import Sensitivity, confident_design
+from .sensitivity import sensitivity as sensitivity_of
+from .sobol import SobolIndices, sobol_indices
+from .space import Counter, Space, parse_ranges, resolve_engine
+from .threads import one_thread
+from .validity import deflection_findings, run_findings
 
-from ..errors import InputError, SolveError
-from .parameters import Case
-from .quantities import Quantity
-from .requirements import Requirement
-from .search import FEASIBLE, SCOUTS, Found, Goal, Search, Terms, climb, scatter, search
-from .space import Space, measure
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Objective:
-    """What is to be small (``sense`` 1) or large (-1), by its logarithm where it is positive throughout."""
-
-    quantity: Quantity
-    sense: int
-    logarithmic: bool = False
-    scale: float = 1.0
-
-    @property
-    def text(self) -> str:
-        return f"{'minimise' if self.sense > 0 else 'maximise'} {self.quantity.name}"
-
-    def scaled(self, values: Array) -> Objective:
-        """The same in the measure that suits ``values`` (k,) of it, seen over the ranges."""
-        seen = values[np.isfinite(values)]
-        if not len(seen):
-            raise SolveError(f"{self.quantity.name} could not be had of any design within the ranges")
-        if (seen > 0).all():
-            return replace(self, logarithmic=True)
-        return replace(self, scale=float(np.abs(seen).max()) or 1.0)
-
-    def cost(self, values: Array) -> Array:
-        """Values (k,) as a cost."""
-        if self.logarithmic:
-            return np.asarray(self.sense * np.log(np.where(values > 0, values, np.nan)))
-        return np.asarray(self.sense * values / self.scale)
-
-    def gain(self, old: float, new: float) -> float:
-        """How much better ``new`` is, as a part of ``old``."""
-        return -self.sense * (new - old) / (abs(old) or 1.0)
+#: A whole number, which needs no .0.
+_WHOLE = re.compile(r"(\d)\.0(?=\D|$)")
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
-    """What a design is asked for within a space."""
+class DesignReport(Result, Warned):
+    """Result of `design`; None for what was not asked for.
 
-    space: Space
-    requirements: tuple[Requirement, ...]
-    objective: Objective | None = None
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        if not self.requirements and self.objective is None:
-            raise InputError(
-                "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise"
-            )
-
-    @cached_property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """All that has to be known of a design, each once."""
-        wanted = [r.quantity for r in self.requirements] + ([self.objective.quantity] if self.objective else [])
-        return tuple({q.name: q for q in wanted}.values())
-
-    def column(self, quantity: Quantity) -> int:
-        return [q.name for q in self.quantities].index(quantity.name)
-
-    def goal(self) -> Goal:
-        """Best among the designs that meet everything."""
-        return lambda places: self.terms(self.space.look(places, self.quantities))
-
-    def elastic(self) -> Goal:
-        """Nearest to meeting everything."""
-        return lambda places: self.elastic_terms(self.space.look(places, self.quantities))
-
-    def terms(self, values: Array) -> Terms:
-        """Terms of `goal` for ``values`` (k, q) of the quantities."""
-        if self.objective:
-            return Terms(
-                self.objective.cost(values[:, self.column(self.objective.quantity)]),
-                np.zeros((len(values), 0)),
-                self._margins(values, lambda r: True),
-            )
-        if not any(r.stretched for r in self.requirements):
-            return self.elastic_terms(values)
-        return Terms(
-            np.zeros(len(values)),
-            self._margins(values, lambda r: r.stretched),
-            self._margins(values, lambda r: not r.stretched),
-        )
-
-    def elastic_terms(self, values: Array) -> Terms:
-        """Terms of `elastic` for ``values`` (k, q) of the quantities."""
-        return Terms(np.zeros(len(values)), self._margins(values, lambda r: True), np.zeros((len(values), 0)))
-
-    def _margins(self, values: Array, which: Callable[[Requirement], bool]) -> Array:
-        columns = [
-            side.room(values[:, self.column(r.quantity)]) for r in self.requirements if which(r) for side in r.sides()
-        ]
-        return np.stack(columns, axis=1) if columns else np.zeros((len(values), 0))
-
-
-@dataclass(frozen=True, eq=False)
-class Design:
-    """The answer: ``values`` [SI] of what was varied, the ``case`` that they make, and how it was found.
-
-    ``exact`` and ``simulated``: quantities by name, from the search's engine and from ngspice; ``error``: ngspice's
-    own estimate. ``reach``: lowest and highest of each quantity among the designs scattered over the ranges.
+    ``design`` with its active constraints and, where it is not feasible, the effect of omitting each requirement;
+    ``sensitivity`` to the fit's uncertainty; a Pareto ``front``; ``sobol`` indices.
     """
 
-    question: Question
-    found: Found
-    values: dict[str, float]
-    case: Case
-    search: Search
-    exact: dict[str, float]
-    simulated: dict[str, float]
-    error: float
-    reach: dict[str, tuple[float, float]]
-    failures: int
+    presenter: ClassVar[str] = "design"
 
-    def score(self, requirement: Requirement) -> float:
-        """A requirement's score by ngspice, as in `Requirement.score`."""
-        return float(requirement.score(np.array([self.simulated[requirement.quantity.name]]))[0])
-
-    def margin(self, requirement: Requirement) -> float:
-        """How much tighter a requirement could be, by ngspice: 0.1, and at least 4 mm is met as 4.4 mm."""
-        return float(np.expm1(self.score(requirement)))
-
-    def met(self, requirement: Requirement) -> bool:
-        """Whether ngspice finds it met; a size chosen equal to its limit may differ by the rounding of a double."""
-        rounding = 0.0 if requirement.quantity.outputs else 1e-12
-        return self.score(requirement) >= requirement.reserve - rounding
+    design: Design | None = None
+    active_constraints: Sequence[ActiveConstraint] = ()
+    without_requirement: Sequence[WithoutRequirement] = ()
+    sensitivity: Sensitivity | None = None
+    confidence: float | None = None
+    front: Front | None = None
+    sobol: SobolIndices | None = None
 
     @property
     def feasible(self) -> bool:
-        return all(self.met(r) for r in self.question.requirements)
+        """False if a best design was asked for and does not meet every requirement."""
+        return self.design is None or self.design.feasible
 
     @property
-    def worst_score(self) -> float:
-        """Among the requirements whose margins were to be large; among all where not all are met."""
-        wanted = [r for r in self.question.requirements if r.stretched] if self.feasible else []
-        return min((self.score(r) for r in wanted or self.question.requirements), default=np.inf)
+    def findings(self) -> tuple[Finding, ...]:
+        """Assumptions of the model that fail at the design or on the front, and designs that failed."""
+        findings: list[Finding] = []
+        if self.design is not None:
+            scenario, design = self.design.scenario, self.design
+            peak = abs(design.simulated.get("displacement_peak", math.nan))
+            findings += run_findings(scenario, peak if math.isfinite(peak) else None)
+            if design.failures:
+                total = INITIAL_POINTS[design.problem.space.engine]
+                findings.append(Finding("designs-failed", values={"failures": design.failures, "total": total}))
+        if self.front is not None:
+            findings += deflection_findings(self.front.bent)
+        return tuple(findings)
 
-    @property
-    def worst_margin(self) -> float:
-        """The margin of that score."""
-        return float(np.expm1(self.worst_score))
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON-ready values in SI units; what was not asked for is None."""
+        return {
+            "design": _design(self.design, self) if self.design else None,
+            "front": _front(self.front) if self.front else None,
+            "sobol": _sobol(self.sobol) if self.sobol else None,
+            "warnings": list(self.warnings),
+        }
 
-    @property
-    def difference(self) -> float:
-        """Largest difference between the search's engine and ngspice, relative to each quantity."""
-        return max(
-            (abs(self.simulated[n] - x) / abs(x) for n, x in self.exact.items() if x and np.isfinite(x)), default=0.0
-        )
+    def save(self, path: str | Path) -> None:
+        """Write the best strip as TOML; its comment gives aim, drive, requirements and provenance.
+
+        Raises InputError where there is no feasible design, and where the file cannot be written.
+        """
+        design = self.design
+        if design is None or not design.feasible:
+            raise InputError("no design meets all requirements, so there is no strip to write")
+        actuator, space = design.scenario.actuator, design.problem.space
+        written, *more = self.provenance.lines()
+        lines = [
+            f"designed by {written.removeprefix('written by ')} from '{actuator.name}': {aim(design)}",
+            f"drive {design_drive(design)}, {format_quantity(space.template.duration, 's')}, tip {design.scenario.tip}",
+        ]
+        for r in design.problem.requirements:
+            value = format_quantity(design.simulated[r.quantity.name], r.quantity.unit, 6)
+            lines.append(f"{r.text}: {value} by ngspice")
+        save_actuator(replace(actuator, name=f"{actuator.name}, designed"), Path(path), "\n".join(lines + more))
 
 
-def best_design(question: Question, extra: Sequence[Quantity] = ()) -> Design:
-    """The best design, or the nearest to one; ``extra`` are quantities to know of it besides.
+def design(
+    actuator: str | Path | Actuator,
+    drive: str | Drive,
+    duration: str | float,
+    *,
+    vary: Iterable[str],
+    require: Iterable[str] = (),
+    minimise: str | None = None,
+    maximise: str | None = None,
+    pareto: str | None = None,
+    points: int | None = None,
+    tip: str = "free",
+    beam: str | None = None,
+    load: str | Load | None = None,
+    engine: str = "auto",
+    seed: int = 0,
+    sensitivity: bool = False,
+    confidence: str | float | None = None,
+    sobol: bool = False,
+    count: Counter = lambda _: None,
+    progress: Callable[[int, int], None] | None = None,
+) -> DesignReport:
+    """Find the strip, within the ranges of ``vary``, that meets the requirements: best, or on a Pareto front.
 
-    Raises SolveError where not one design within the ranges can be simulated.
+    Parameters
+    ----------
+    actuator, drive, duration, tip, beam, load
+        The strip that is varied and its run, as in `study.parameters.scenario_template`.
+    vary
+        Ranges such as ``thickness=0.2mm:1mm``; ``width=5mm`` fixes a value.
+    require
+        Requirements such as ``displacement_final>=4mm``, or ``valid`` for all assumptions of the model.
+    minimise, maximise
+        Name of the objective; without one, the worst margin is maximised.
+    pareto, points
+        Two or three objectives of a front, such as ``displacement_final,force_blocked``, and its number of points.
+    engine
+        ``exact``, ``ngspice``, or ``auto``: exact for linear circuits. The answer is always simulated by ngspice.
+    sensitivity, confidence
+        Propagate the fit's uncertainty to the design; probability with which each requirement must be met.
+    sobol
+        Sobol indices of all quantities over the ranges.
+    count, progress
+        Called with the number of simulations since the last call, and with (done, total) points of the front.
+
+    Raises
+    ------
+    InputError
+        For texts that are not understood and options that contradict one another.
+    SolveError
+        Where no design within the ranges can be simulated, or there is no front.
     """
-    space = question.space
-    scouted = scatter(len(space.spans), SCOUTS[space.engine], question.seed)
-    values = space.look(scouted, question.quantities)
-    known = np.isfinite(values).all(axis=1)
-    if not known.any():
-        raise SolveError(_why_none(space, question, scouted))
-    if question.objective:
-        column = values[:, question.column(question.objective.quantity)]
-        question = replace(question, objective=question.objective.scaled(column))
-    result = _search(question, scouted, values)
-    reach = {
-        q.name: (float(np.nanmin(values[:, k])), float(np.nanmax(values[:, k])))
-        for k, q in enumerate(question.quantities)
-    }
-    return _answer(question, result, reach, int((~known).sum()), extra)
-
-
-def _why_none(space: Space, question: Question, places: Array) -> str:
-    columns = space.columns(places[:8])
-    evaluation = measure(space.cases(columns), columns, question.quantities, space.engine)[1]
-    reason = next(iter(evaluation.failures.values()), None)
-    if reason is None:
-        names = ", ".join(q.name for q in question.quantities)
-        reason = f"one of {names} is not known of this strip under this drive (no coupling, or a motion that ends at 0)"
-    return f"not one design within the ranges can be judged: {reason}"
-
-
-def _search(question: Question, scouted: Array, values: Array) -> Search:
-    """By the goal itself; where that ends outside, from the place that comes nearest to meeting everything."""
-    space, seed = question.space, question.seed
-    found = search(space, question.goal(), scouted, question.terms(values), seed=seed)
-    if found.best.feasible:
-        return found
-    nearest = search(space, question.elastic(), scouted, question.elastic_terms(values), seed=seed)
-    if nearest.best.merit > FEASIBLE:
-        return nearest
-    end = climb(space, question.goal(), nearest.best.place)
-    return Search(end, (end,)) if end.feasible else nearest
-
-
-def _answer(
-    question: Question, result: Search, reach: dict[str, tuple[float, float]], failures: int, extra: Sequence[Quantity]
-) -> Design:
-    """The design at the search's end, its sizes rounded where that harms no requirement, simulated again by ngspice."""
-    space = question.space
-    exactly = {name: float(column[0]) for name, column in space.columns(result.best.place[None]).items()}
-    quantities = tuple({q.name: q for q in (*question.quantities, *extra)}.values())
-    answers = []
-    for values in (space.rounded(result.best.place), exactly):
-        case = space.case(values)
-        if isinstance(case, str):
-            continue
-        columns = {name: np.array([x]) for name, x in values.items()}
-        ours = measure([case], columns, quantities, space.engine)[0][0]
-        simulated, evaluation = measure([case], columns, quantities, "ngspice")
-        if evaluation.failures:
-            raise SolveError(f"ngspice could not simulate the design that was found: {evaluation.failures[0]}")
-        names = [q.name for q in quantities]
-        answers.append(
-            Design(
-                question,
-                result.best,
-                values,
-                case,
-                result,
-                dict(zip(names, map(float, ours), strict=True)),
-                dict(zip(names, map(float, simulated[0]), strict=True)),
-                float(evaluation.errors[0]),
-                reach,
-                failures,
+    wishes = tuple(require)
+    probability = parse(confidence, "", "--confidence") if isinstance(confidence, str) else confidence
+    _require_consistent(wishes, minimise, maximise, pareto, points, probability)
+    template = scenario_template(actuator, drive, duration, tip=tip, beam=beam, load=load)
+    template.parsed_drive()  # a text that is no drive fails at once
+    ranges, fixed = parse_ranges(list(vary))
+    space = Space(template, ranges, fixed, resolve_engine(template, ranges, fixed, engine), count)
+    named, sense = (minimise, 1) if minimise else (maximise, -1)
+    objective = Objective(quantity(named, space.names), sense) if named else None
+    front_of = parse_objectives(pareto, space.names) if pareto else ()
+    requirements = parse_requirements(wishes, space.names, template.actuator)
+    problem = DesignProblem(space, requirements, objective or (front_of[0] if front_of else None), seed)
+    best, report = None, DesignReport(confidence=probability)
+    with one_thread():
+        if objective or not front_of or any(r.maximised for r in requirements):
+            extra = [o.quantity for o in front_of]
+            if template.actuator.coupling is not None:
+                extra.append(quantity("displacement_peak", space.names))
+            wanted = replace(problem, objective=objective)
+            best = confident_design(wanted, probability, extra) if probability else best_design(wanted, extra)
+            report = replace(
+                report,
+                design=best,
+                active_constraints=active_constraints(best),
+                without_requirement=[] if best.feasible else without_each_requirement(best),
+                sensitivity=sensitivity_of(best) if sensitivity or probability else None,
             )
+            problem = replace(problem, requirements=best.problem.requirements)
+        if front_of and report.feasible:
+            report = replace(report, front=pareto_front(problem, front_of, points=points, progress=progress))
+        if sobol:
+            asked = [q for q in distinct((*problem.quantities, *(o.quantity for o in front_of))) if q.outputs]
+            report = replace(report, sobol=sobol_indices(space, asked, seed=seed))
+    return report
+
+
+def _require_consistent(
+    require: Sequence[str],
+    minimise: str | None,
+    maximise: str | None,
+    pareto: str | None,
+    points: int | None,
+    confidence: float | None,
+) -> None:
+    """Raise InputError for arguments that contradict one another or have no effect."""
+    if minimise and maximise:
+        raise InputError("--minimise and --maximise: give one of them, or --pareto for several")
+    if not (require or minimise or maximise or pareto):
+        raise InputError(
+            "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise, or "
+            "--pareto"
         )
-        if answers[-1].feasible:
-            break
-    if not answers:
-        raise SolveError("the design that was found cannot be simulated")
-    return answers[0] if answers[0].feasible or not answers[-1].feasible else answers[-1]
+    if confidence and not require:
+        raise InputError("--confidence is that of requirements; give --require")
+    if points and not pareto:
+        raise InputError("--points goes with --pareto")
+
+
+def aim(design: Design) -> str:
+    """Return what the design is best at, as text."""
+    objective = design.problem.objective
+    return objective.text if objective else "largest margin to all requirements"
+
+
+def design_drive(design: Design) -> str:
+    """Return the design's drive as ``--drive`` takes it; as prose where a voltage scales a square wave or a file."""
+    space = design.problem.space
+    drive = space.template.drive
+    values = {**space.fixed, **design.values}
+    changed = {name: float(values[name]) for name in DRIVE_KEYS if name in values}
+    if not changed:
+        return space.template.drive_text
+    if not isinstance(drive, str) or ("voltage" in changed and drive.partition(":")[0] not in FIRST_IS_VOLTAGE):
+        return design.scenario.drive.text
+    return _WHOLE.sub(r"\1", rewritten(drive, changed).replace(" ", ""))
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _design(design: Design, report: DesignReport) -> dict[str, Any]:
+    problem, search = design.problem, design.search
+    objective, uncertainty = problem.objective, report.sensitivity
+    return {
+        "feasible": design.feasible,
+        "aim": aim(design),
+        "drive": design_drive(design),
+        "parameters": {
+            name: {"value": design.values[name], "unit": r.parameter.unit, "low": r.low, "high": r.high}
+            for name, r in zip(problem.space.names, problem.space.ranges, strict=True)
+        },
+        "objective": {
+            "quantity": objective.quantity.name,
+            "unit": objective.quantity.unit,
+            "sense": "minimise" if objective.sense > 0 else "maximise",
+            "value": _number(design.exact[objective.quantity.name]),
+            "ngspice": _number(design.simulated[objective.quantity.name]),
+        }
+        if objective
+        else None,
+        "requirements": [
+            {
+                "text": r.text,
+                "quantity": r.quantity.name,
+                "relation": r.relation,
+                "limit": r.limit,
+                "unit": r.quantity.unit,
+                "value": _number(design.exact[r.quantity.name]),
+                "ngspice": _number(design.simulated[r.quantity.name]),
+                "margin": _number(design.margin(r)),
+                "met": design.met(r),
+                "range": list(map(_number, design.reach[r.quantity.name])),
+                "probability": uncertainty.met[r.text] if uncertainty else None,
+            }
+            for r in problem.requirements
+        ],
+        "worst_margin": _number(design.worst_margin),
+        "limits": [
+            {"what": x.text, "parameter": x.parameter, "end": x.end, "binds": x.binds, "gain_per_percent": x.gain}
+            for x in report.active_constraints
+        ],
+        "omissions": [{"without": x.requirement.text, "worst_margin": x.margin} for x in report.without_requirement],
+        "search": {
+            "engine": problem.space.engine,
+            "scattered": INITIAL_POINTS[problem.space.engine],
+            "starts": len(search.ends),
+            "agreeing": search.agreeing,
+            "spread": dict(zip(problem.space.names, search.spread.tolist(), strict=True)),
+        },
+        "ngspice": {"largest_difference": design.difference, "estimated_error": design.error},
+        "uncertainty": {
+            "stderr": uncertainty.stderr,
+            "shares": uncertainty.shares,
+            "all_met": uncertainty.all_met,
+            "drawn": uncertainty.drawn,
+            "failed": uncertainty.failed,
+            "confidence": report.confidence,
+        }
+        if uncertainty
+        else None,
+    }
+
+
+def _front(front: Front) -> dict[str, Any]:
+    return {
+        "objectives": {o.quantity.name: "minimise" if o.sense > 0 else "maximise" for o in front.objectives},
+        "units": front.units,
+        "parameters": {name: column.tolist() for name, column in front.columns.items()},
+        "values": {name: column.tolist() for name, column in front.values.items()},
+        "ngspice": {name: column.tolist() for name, column in front.simulated.items()},
+        "improvable": front.improvable,
+        "largest_difference": front.difference,
+    }
+
+
+def _sobol(indices: SobolIndices) -> dict[str, Any]:
+    keys = ("first", "first_ci95", "total", "total_ci95")
+    tables = (indices.first, indices.first_error, indices.total, indices.total_error)
+    return {
+        name: {
+            parameter: {key: _number(table[k, j]) for key, table in zip(keys, tables, strict=True)}
+            for j, parameter in enumerate(indices.parameters)
+        }
+        for k, name in enumerate(indices.quantities)
+    }

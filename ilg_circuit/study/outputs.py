@@ -1,9 +1,9 @@
-"""What a study reports of each run: numbers drawn from its waveforms, each with its unit and meaning.
+"""Outputs of a run: numbers derived from its waveforms, each with its unit and meaning.
 
-Signs are those of `simulation.response`: displacement and force are positive towards the anode and taken at L_F. "The
-motion" is the displacement, or the force where the tip is clamped. A quantity that a case does not have (a displacement
-without a coupling) is NaN, and so is a time of a motion that ends at zero. Peaks and times are those of the waveform
-itself, not of its samples.
+Signs as in `simulation.response`: displacement and force are positive towards the anode and taken at L_F. "The motion"
+is the displacement, or the force where the tip is clamped. NaN stands for a quantity that a scenario does not have (a
+displacement without a coupling), and for times of a motion that ends at zero. Peaks and times are exact, not limited
+to samples.
 """
 
 from __future__ import annotations
@@ -12,17 +12,15 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..simulation.waveforms import ANSWERS
 from ..simulation.waveforms import WAVEFORMS as SIMULATED
 from ..solve.panels import Panels
-from .curves import Curves
+from .piecewise import PiecewiseLegendre
 
-Array = NDArray[np.float64]
-
-#: A motion is settled once it stays within this part of its final value of it.
+#: Relative distance from its final value within which a motion counts as settled.
 SETTLING_BAND = 0.02
 
 #: Waveforms that a study can keep whole -> SI unit.
@@ -30,39 +28,39 @@ WAVEFORMS = {waveform.name: waveform.unit for waveform in ANSWERS if waveform.co
 
 
 @dataclass(frozen=True, eq=False)
-class Runs:
-    """Waveforms of n cases on the same panels; ``voltage`` (n, m, NODES) [V]; ``tip`` free or clamped.
+class BatchWaveforms:
+    """Waveforms of n scenarios on the same panels; ``voltage`` (n, m, NODES) [V]; ``tip`` free or clamped.
 
     ``load_distance`` (n,) is L_F [m].
     """
 
     panels: Panels
     voltage: Array
-    curves: dict[str, Curves]
+    curves: dict[str, PiecewiseLegendre]
     tip: str
     load_distance: Array
 
-    def curve(self, name: str) -> Curves:
-        """The waveforms of that name, NaN where the cases do not have it."""
-        return self.curves.get(name) or Curves(self.panels, np.full(self.voltage.shape, np.nan))
+    def curve(self, name: str) -> PiecewiseLegendre:
+        """Return the waveforms of that name; NaN where the scenarios do not have it."""
+        return self.curves.get(name) or PiecewiseLegendre(self.panels, np.full(self.voltage.shape, np.nan))
 
     @property
-    def motion(self) -> Curves:
+    def motion(self) -> PiecewiseLegendre:
         return self.curve("force" if self.tip == "clamped" else "displacement")
 
 
 @dataclass(frozen=True)
 class Output:
-    """A number that a run comes down to. ``blocked``: of the same case with its tip clamped and without a load."""
+    """A number derived from a run; ``blocked``: from the same scenario with its tip clamped and without a load."""
 
     name: str
     unit: str
     meaning: str
-    compute: Callable[[Runs], Array]
+    compute: Callable[[BatchWaveforms], Array]
     blocked: bool = False
 
     def __reduce__(self) -> tuple[Callable[[str], Output], tuple[str]]:
-        """Between processes an output goes by its name."""
+        """Pickle an output by its name."""
         return _by_name, (self.name,)
 
 
@@ -70,15 +68,15 @@ def _by_name(name: str) -> Output:
     return OUTPUTS[name]
 
 
-def _energy(runs: Runs) -> Array:
+def _energy(runs: BatchWaveforms) -> Array:
     return runs.curve("current").integral(runs.voltage)
 
 
-def _overshoot(runs: Runs) -> Array:
+def _overshoot(runs: BatchWaveforms) -> Array:
     final = runs.motion.final
     beyond = runs.motion.extreme(np.where(final < 0, -1.0, 1.0))[0]
-    ratio = np.divide(beyond, final, out=np.full_like(final, np.nan), where=final != 0)
-    return np.asarray(np.maximum(ratio - 1, 0.0))
+    ratio: Array = np.divide(beyond, final, out=np.full_like(final, np.nan), where=final != 0)
+    return np.maximum(ratio - 1, 0.0)
 
 
 def _of_waveform(name: str) -> list[Output]:
@@ -119,14 +117,14 @@ _ALL = [
 
 #: Every output by name.
 OUTPUTS = {output.name: output for output in _ALL}
-#: What a study reports that was not told: all but what needs a second run, with the tip clamped.
+#: Outputs of a study that names none: all but those that need a second run with the tip clamped.
 DEFAULT_OUTPUTS = tuple(output.name for output in _ALL if not output.blocked)
 
 
 def choose_outputs(names: Iterable[str] | None = None) -> tuple[Output, ...]:
-    """The outputs of those names, each once; all of `DEFAULT_OUTPUTS` without any.
+    """Return the outputs of those names, each once; by default all of `DEFAULT_OUTPUTS`.
 
-    Raises InputError that lists what there is.
+    Raises InputError that lists the known names.
     """
     chosen = tuple(dict.fromkeys(DEFAULT_OUTPUTS if names is None else names))
     for name in chosen:

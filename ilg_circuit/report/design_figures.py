@@ -1,95 +1,91 @@
-"""Pictures of designs: how requirements go along each parameter, a Pareto front, Sobol indices."""
+"""Pictures of designs: requirements along each parameter, a Pareto front, Sobol indices."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..report.axes import BLUE, GREY, ORANGE, engineering, save
-from .design import Design
-from .findings import aim
-from .pareto import Front
-from .sobol import SobolIndices
+from ..arrays import Array
+from ..study.design import aim
+from ..study.pareto import Front
+from ..study.problem import Design
+from ..study.sobol import SobolIndices
+from .axes import BLUE, GREY, ORANGE, engineering
+from .panels import COLOURS, axis_label, grid, logarithmic, wide
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
-
-_COLOURS = (BLUE, ORANGE, "#2e8b57", "#8c4fa8", "#b8901c", "#444444", "#c2427a", "#3aa0a0")
-#: Lines that may lie on one another.
+#: Line styles by which coinciding lines can be told apart.
 _STYLES = ("-", (0, (5, 2)), "-.", (0, (1, 1)))
 _SLICE = 61
 #: Axes over more than this ratio are logarithmic.
 _DECADES = 8.0
 
 
-def plot_design(design: Design, path: str | Path) -> None:
-    """By which factor each requirement is met along each parameter, the others staying as designed."""
-    question, space = design.question, design.question.space
-    n = len(space.spans)
+def design_figure(design: Design) -> Figure:
+    """Return the factor by which each requirement is met along each parameter, the others as designed."""
+    problem, space = design.problem, design.problem.space
+    n = len(space.ranges)
     columns = min(n, 3)
     figure, axes = _panels(n, columns, height=2.7)
     shares = np.linspace(0, 1, _SLICE)
-    places = np.repeat(design.found.place[None, None], n, axis=0).repeat(_SLICE, axis=1)
+    points = np.repeat(design.optimum.point[None, None], n, axis=0).repeat(_SLICE, axis=1)
     for j in range(n):
-        places[j, :, j] = shares
-    values = space.look(places.reshape(-1, n), question.quantities).reshape(n, _SLICE, -1)
-    for j, (panel, span) in enumerate(zip(axes, space.spans, strict=False)):
-        x = space.columns(places[j])[span.parameter.name]
-        factor, unit = engineering(x, span.parameter.unit)
-        for k, r in enumerate(question.requirements):
-            score = r.score(values[j, :, question.column(r.quantity)])
+        points[j, :, j] = shares
+    values = space.evaluate(points.reshape(-1, n), problem.quantities).reshape(n, _SLICE, -1)
+    for j, (panel, interval) in enumerate(zip(axes, space.ranges, strict=False)):
+        x = space.columns(points[j])[interval.parameter.name]
+        factor, unit = engineering(x, interval.parameter.unit)
+        for k, r in enumerate(problem.requirements):
+            score = r.score(values[j, :, problem.column(r.quantity)])
             if r.relation == "=":  # how far off, instead of a tolerance's sliver
-                score = np.log(np.abs(values[j, :, question.column(r.quantity)] / r.limit))
+                score = np.log(np.abs(values[j, :, problem.column(r.quantity)] / r.limit))
             met = np.exp(np.clip(score, -4, 4))
-            style: Any = {"color": _COLOURS[k % len(_COLOURS)], "linestyle": _STYLES[k % len(_STYLES)]}
+            style: Any = {"color": COLOURS[k % len(COLOURS)], "linestyle": _STYLES[k % len(_STYLES)]}
             panel.plot(factor * x, met, linewidth=1.6, label=r.text, **style)
-        if question.objective:
-            column = values[j, :, question.column(question.objective.quantity)]
-            here = design.exact[question.objective.quantity.name]
+        if problem.objective:
+            column = values[j, :, problem.column(problem.objective.quantity)]
+            here = design.exact[problem.objective.quantity.name]
             if here > 0:
-                label = f"{question.objective.quantity.name} / at the design"
+                label = f"{problem.objective.quantity.name} / at the design"
                 panel.plot(factor * x, column / here, "--", color=GREY, linewidth=1.2, label=label)
-        panel.axvline(factor * design.values[span.parameter.name], color="black", linewidth=0.9, label="design")
-        if _wide(x) and span.log:
-            _logarithmic(panel, "x")
-        _logarithmic(panel, "y")
+        panel.axvline(factor * design.values[interval.parameter.name], color="black", linewidth=0.9, label="design")
+        if wide(x, _DECADES) and interval.log:
+            logarithmic(panel, "x")
+        logarithmic(panel, "y")
         low, high = panel.get_ylim()
         low, high = min(low, 0.8), max(high, 1.25)
         panel.set_ylim(low, high)
         panel.axhspan(low, 1.0, color="#d9534f", alpha=0.09, linewidth=0)
         panel.axhline(1.0, color="#d9534f", linewidth=0.8)
-        panel.set_xlabel(_label(span.parameter.name, unit))
+        panel.set_xlabel(axis_label(interval.parameter.name, unit))
         if j % columns == 0:
             panel.set_ylabel("factor by which it is met")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
     title = "design" if design.feasible else "nearest design (not all requirements are met)"
     figure.suptitle(f"{title}: shaded, a requirement is missed", fontsize=10)
-    save(figure, path)
+    return figure
 
 
-def plot_front(front: Front, path: str | Path, design: Design | None = None) -> None:
-    """The front, and the parameters along it; three objectives as a scatter, the third by colour. ``design`` is marked
-    where it has both."""
+def front_figure(front: Front, design: Design | None = None) -> Figure:
+    """Return the front, its third objective as colour, the parameters along it, and ``design`` where comparable."""
     names = [o.quantity.name for o in front.objectives]
     figure, axes = _panels(2, 2, height=3.9, width=4.6)
     data, labels = [], []
     for name in names:
         factor, unit = engineering(front.simulated[name], front.units[name])
         data.append(factor * front.simulated[name])
-        labels.append(_label(name, unit))
+        labels.append(axis_label(name, unit))
     panel = axes[0]
     if len(names) == 2:
         panel.plot(*data, "o-", color=BLUE, markersize=4, linewidth=1.0, label="Pareto front")
     else:
         colours: dict[str, Any] = {"c": data[2], "cmap": "viridis"}
-        if _wide(data[2]):
+        if wide(data[2], _DECADES):
             colours["norm"] = "log"
         points = panel.scatter(data[0], data[1], s=26, edgecolors="white", linewidths=0.4, **colours)
         figure.colorbar(points, ax=panel, label=labels[2])
@@ -99,36 +95,34 @@ def plot_front(front: Front, path: str | Path, design: Design | None = None) -> 
         panel.plot(*mark, "*", color=ORANGE, markersize=13, markeredgecolor="black", label=label)
     for axis, values, label in zip("xy", data, labels, strict=False):
         getattr(panel, f"set_{axis}label")(label)
-        if _wide(values):
-            _logarithmic(panel, axis)
+        if wide(values, _DECADES):
+            logarithmic(panel, axis)
     if panel.get_lines():
         panel.legend(frameon=False, fontsize=8)
     _parameters(axes[1], front, data[0], labels[0])
     aims = ", ".join(("min " if o.sense > 0 else "max ") + o.quantity.name for o in front.objectives)
     figure.suptitle(f"Pareto front of {len(front)} designs: {aims}", fontsize=10)
-    save(figure, path)
+    return figure
 
 
 def _parameters(panel: Axes, front: Front, x: Array, label: str) -> None:
-    """Each parameter along the front, as a part of its largest value there."""
+    """Draw each parameter along the front, relative to its largest value there."""
     style = "o-" if len(front.objectives) == 2 else "o"
     for k, (name, column) in enumerate(front.columns.items()):
         factor, unit = engineering(column, front.units[name])
         largest = float(np.abs(column).max()) or 1.0
         text = f"{name} / {factor * largest:.4g} {unit}".rstrip()
-        panel.plot(
-            x, column / largest, style, color=_COLOURS[k % len(_COLOURS)], markersize=3, linewidth=1.0, label=text
-        )
-    if _wide(x):
-        _logarithmic(panel, "x")
+        panel.plot(x, column / largest, style, color=COLOURS[k % len(COLOURS)], markersize=3, linewidth=1.0, label=text)
+    if wide(x, _DECADES):
+        logarithmic(panel, "x")
     panel.set_ylim(bottom=min(0.0, panel.get_ylim()[0]), top=1.3)
     panel.set_xlabel(label)
     panel.set_ylabel("parameter / its largest on the front")
     panel.legend(frameon=False, fontsize=8, loc="upper center", ncols=2)
 
 
-def plot_sobol(found: SobolIndices, path: str | Path) -> None:
-    """First-order and total indices of each quantity as bars with their 95 % intervals."""
+def sobol_figure(found: SobolIndices) -> Figure:
+    """Return first-order and total indices of each quantity as bars with their 95 % intervals."""
     n = len(found.quantities)
     columns = min(n, 2)
     figure, axes = _panels(n, columns, height=0.9 + 0.42 * len(found.parameters), width=4.4)
@@ -141,7 +135,7 @@ def plot_sobol(found: SobolIndices, path: str | Path) -> None:
             if np.isfinite(values).all():
                 panel.barh(y + shift, values, 0.36, xerr=errors, color=colour, error_kw={"elinewidth": 1}, label=label)
         if not np.isfinite(found.first[k]).all():
-            panel.text(0.5, 0.5, "does not vary, or is not had by every design", transform=panel.transAxes, ha="center")
+            panel.text(0.5, 0.5, "does not vary, or is missing for some design", transform=panel.transAxes, ha="center")
         panel.set_yticks(y, found.parameters)
         panel.invert_yaxis()
         panel.set_xlim(0, max(1.0, panel.get_xlim()[1]))
@@ -152,38 +146,13 @@ def plot_sobol(found: SobolIndices, path: str | Path) -> None:
         handles, labels = drawn.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
     figure.suptitle("Sobol indices over the ranges, 95 % intervals", fontsize=10)
-    save(figure, path)
+    return figure
 
 
 def _panels(count: int, columns: int, height: float, width: float = 3.4) -> tuple[Figure, list[Axes]]:
-    """A figure that needs no display with ``count`` panels in rows of ``columns``."""
-    from matplotlib.figure import Figure
-
+    """Return a figure with ``count`` panels in rows of ``columns``."""
     rows = -(-count // columns)
-    figure = Figure(figsize=(max(width * columns, 5.5), height * rows + 0.9), dpi=150, layout="constrained")
-    grid: Any = figure.subplots(rows, columns, squeeze=False)
-    axes = [panel for row in grid for panel in row]
-    for k, panel in enumerate(axes):
-        panel.grid(alpha=0.25, linewidth=0.6)
-        panel.spines[["top", "right"]].set_visible(False)
+    figure, panels = grid(rows, columns, (max(width * columns, 5.5), height * rows + 0.9))
+    for k, panel in enumerate(panels.flat):
         panel.set_visible(k < count)
-    return figure, axes
-
-
-def _logarithmic(panel: Axes, name: str) -> None:
-    """A logarithmic axis with ticks 0.1, 0.2, 0.5, 1, 2, 5 ..., written as plain numbers."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axis = panel.xaxis if name == "x" else panel.yaxis
-    getattr(panel, f"set_{name}scale")("log")
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
-def _label(name: str, unit: str) -> str:
-    return f"{name.replace('_', ' ')} [{unit}]" if unit else name.replace("_", " ")
-
-
-def _wide(values: Array) -> bool:
-    return bool(values.min() > 0 and values.max() > _DECADES * values.min())
+    return figure, list(panels.flat)

@@ -1,0 +1,205 @@
+"""Runs of a network at given times."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array, plain
+from ..errors import InputError
+from ..files import write_csv
+from ..findings import Finding, Warned
+from ..result import Result
+from ..simulation.response import sample_times
+from ..units import parse
+from .flow import Flow, sampled
+from .network import Network, checked_start, wired
+from .outcome import Rhythm
+from .rhythm import rhythm
+from .symmetry import quotient
+
+ENGINES = ("ode", "ngspice")
+#: Samples in the shorter of the two time constants, unless asked for otherwise; and how many at most.
+_SAMPLES_PER_CONSTANT = 100
+_MOST_DEFAULT_SAMPLES = 100_000
+
+
+@dataclass(frozen=True, eq=False)
+class RhythmRun(Result, Warned):
+    """A network from ``start`` at ``time`` [s] (t,): ``states`` (t, 2 n) = (x, v), NaN for v from ngspice.
+
+    ``rhythm`` is its long-term behaviour. ``period`` [s] and ``amplitude`` are its, or those read off ngspice's
+    waveforms; ``error`` is ngspice's estimated relative error of both, ``wave_error`` that of x over time (0 for ode).
+    """
+
+    presenter: ClassVar[str] = "cpg"
+
+    network: Network
+    engine: str
+    time: Array
+    states: Array
+    rhythm: Rhythm
+    period: float | None
+    amplitude: float
+    error: float
+    wave_error: float
+
+    @property
+    def outputs(self) -> Array:
+        """y (t, n)."""
+        return np.maximum(self.states[:, : self.network.size], 0)
+
+    @property
+    def unit_outputs(self) -> Array:
+        """y_extensor - y_flexor of every unit (t, units)."""
+        return self.outputs @ self.network.readout.T
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Findings about the rhythm, and about a duration too short to show it."""
+        return (*self.rhythm.findings, *_about_duration(self.rhythm, float(self.time[-1])))
+
+    def write_csv(self, path: str | Path) -> None:
+        """Write time_s, neuron_1.., output (y_1 - y_2), and for a chain unit_1..; with full precision."""
+        columns = {"time_s": self.time} | {f"neuron_{k + 1}": y for k, y in enumerate(self.outputs.T)}
+        columns["output"] = self.unit_outputs[:, 0]
+        if len(self.network.units) > 1:
+            columns |= {f"unit_{k + 1}": y for k, y in enumerate(self.unit_outputs.T)}
+        write_csv(path, columns)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return outcome, period, amplitude, lags, states of rest and the network as JSON-ready values."""
+        end, network = self.rhythm, self.network
+        content: dict[str, Any] = {
+            "oscillates": end.oscillates,
+            "period_s": self.period,
+            "amplitude": self.amplitude,
+            "frequency_Hz": 1 / self.period if self.period else None,
+            "outcome": end.outcome,
+            "reason": end.reason,
+            "phase_lags_deg": plain(end.phase_lags),
+            "engine": self.engine,
+            "estimated_error": self.error,
+            "estimated_wave_error": self.wave_error,
+            "floquet_multiplier": end.cycle.multiplier if end.cycle else None,
+            "settled_s": end.settled,
+            "rest_outputs": plain(np.maximum(end.rest[: network.size], 0)) if end.rest is not None else None,
+            "rest_states": [
+                {"active": list(s.active), "stable": s.stable, "growth_per_s": s.growth} for s in end.rest_states.states
+            ],
+            "rest_states_complete": end.rest_states.complete,
+            "rest_states_found_by": end.rest_states.how,
+            "warnings": list(self.warnings),
+            "network": {
+                "neurons": network.size,
+                "weights": network.matrix.tolist(),
+                "adaptation": network.adaptation,
+                "tonic": network.tonic,
+                "rise_time_s": network.rise_time,
+                "adaptation_time_s": network.adaptation_time,
+                "start": end.start.tolist(),
+            },
+        }
+        if len(network.units) > 1:
+            content["unit_lags_deg"] = plain(end.unit_lags)
+            content["unit_amplitudes"] = plain(end.swing)
+        return content
+
+
+def default_times(network: Network, duration: float) -> Array:
+    """Return times from 0 to ``duration`` [s], a round step apart.
+
+    At least a hundred in the shorter time constant, but no more than a hundred thousand. Raises InputError for a
+    duration that is not positive.
+    """
+    if not (np.isfinite(duration) and duration > 0):
+        raise InputError(f"duration {duration:g} s must be more than zero")
+    shorter = min(network.rise_time, network.adaptation_time, duration)
+    step = max(shorter / _SAMPLES_PER_CONSTANT, duration / _MOST_DEFAULT_SAMPLES)
+    decade = 10.0 ** math.floor(math.log10(step))
+    rounded = decade * max(k for k in (1, 2, 5) if k * decade <= step * (1 + 1e-12))
+    if duration / rounded > _MOST_DEFAULT_SAMPLES:  # rounding down makes more of them
+        return sample_times(duration, samples=_MOST_DEFAULT_SAMPLES + 1)
+    return sample_times(duration, step=rounded)
+
+
+def run(
+    network: Network,
+    times: ArrayLike,
+    start: ArrayLike | None = None,
+    *,
+    engine: str = "ode",
+    progress: Callable[[float, float], None] | None = None,
+) -> RhythmRun:
+    """Return a run of ``network`` at ``times`` [s], ascending from >= 0, with its long-term behaviour.
+
+    ``engine`` "ode" is the exact flow, "ngspice" the netlist. The former calls ``progress(time, end)``. Raises
+    InputError for times or an engine that are not allowed, SolveError where ngspice fails.
+    """
+    samples = np.asarray(times, dtype=float)
+    if samples.ndim != 1 or not len(samples) or not np.isfinite(samples).all() or samples[0] < 0:
+        raise InputError("the times of a run must be finite and not negative")
+    if (np.diff(samples) <= 0).any():
+        raise InputError("the times of a run must ascend")
+    if not samples[-1] > 0:
+        raise InputError(f"duration {samples[-1]:g} s must be more than zero")
+    if engine not in ENGINES:
+        raise InputError(f"engine is '{engine}'; choose {' or '.join(ENGINES)}")
+    state = checked_start(network, start)
+    end = rhythm(network, state)
+    period, amplitude, error, wave_error = end.period, end.amplitude, 0.0, 0.0
+    if engine == "ode":
+        classes = quotient(network, state)
+        duration = float(samples[-1])
+        tell = None if progress is None else lambda time: progress(min(time, duration), duration)
+        states = classes.unfolded(sampled(Flow(classes.network), classes.folded(state), samples, tell))
+        if progress:
+            progress(duration, duration)
+    else:
+        from .netlist import measured, sampled_by_ngspice
+
+        inner, wave_error = sampled_by_ngspice(network, samples, state)
+        states = np.hstack([inner, np.full_like(inner, np.nan)])
+        if end.cycle is not None:
+            measurement = measured(end)
+            period, amplitude, error = measurement.period, measurement.amplitude, measurement.error
+    return RhythmRun(network, engine, samples, states, end, period, amplitude, error, wave_error)
+
+
+def _about_duration(end: Rhythm, duration: float) -> tuple[Finding, ...]:
+    if end.period is not None and duration < end.period:
+        return (Finding("cpg-no-period", values={"duration": duration, "period": end.period}),)
+    if end.period is not None and duration < end.settled + end.period:
+        return (Finding("cpg-unsettled-cycle", values={"duration": duration, "settled": end.settled}),)
+    if end.outcome == "rest" and duration < end.settled:
+        return (Finding("cpg-unsettled-rest", values={"duration": duration}),)
+    return ()
+
+
+def cpg(
+    duration: str | float,
+    *,
+    start: ArrayLike | None = None,
+    samples: int | None = None,
+    step: str | float | None = None,
+    engine: str = "ode",
+    progress: Callable[[float, float], None] | None = None,
+    **wiring: Any,
+) -> RhythmRun:
+    """Run a network over ``duration`` (a text such as ``10s``, or seconds); ``wiring`` as in `network.wired`.
+
+    ``samples``, or a ``step`` between them; by default as in `default_times`. Other arguments as in `run`. Raises
+    InputError for values out of range.
+    """
+    network = wired(**wiring)
+    seconds = parse(duration, "s", "--duration") if isinstance(duration, str) else duration
+    apart = parse(step, "s", "--step") if isinstance(step, str) else step
+    chosen = samples is not None or apart is not None
+    times = sample_times(seconds, samples=samples, step=apart) if chosen else default_times(network, seconds)
+    return run(network, times, start, engine=engine, progress=progress)

@@ -1,0 +1,196 @@
+"""Specification of a sweep, its key, and its division into tasks that any process can solve.
+
+Tasks, and therefore results, do not depend on the number of workers: the designs of one task are solved in the same
+batches wherever it runs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+from ..arrays import Array
+from ..drive import PiecewiseLinear
+from ..errors import InputError
+from ..simulation.response import sample_times
+from ..strip.file import dumps
+from .evaluate import ENGINES, STUDY_ACCURACY, Evaluation, Progress, evaluate_designs
+from .outputs import DEFAULT_OUTPUTS, WAVEFORMS, choose_outputs
+from .parameters import ScenarioTemplate
+from .plan import Column, Plan, grid_plan, random_plan, read_plan
+from .threads import one_thread
+
+#: Designs of a task, for linear and for nonlinear circuits; largest size of its waveforms in bytes.
+_DESIGNS, _DESIGNS_NONLINEAR = 256, 16
+_MOST_BYTES = 32e6
+#: Constants that make a strip nonlinear.
+_NONLINEAR = ("emission_voltage", "capacitance_slope")
+#: Version since which the same specification gives the same numbers: an interrupted sweep of that version is resumed.
+_RESULTS_OF = "0.1.0"
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """Some designs of a sweep, and everything that it takes to solve them."""
+
+    template: ScenarioTemplate
+    columns: dict[str, Column]
+    outputs: tuple[str, ...]
+    engine: str
+    accuracy: float
+    waveforms: tuple[str, ...]
+    times: Array
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+    def part(self, start: int, stop: int) -> Task:
+        """Return the task of its designs from ``start`` up to ``stop``."""
+        columns = {name: column[start:stop] for name, column in self.columns.items()}
+        return replace(self, columns=columns)
+
+
+def solve_task(task: Task, progress: Progress | None = None) -> Evaluation:
+    """Return the outputs of a task's designs, the same wherever it runs."""
+    with one_thread():
+        return evaluate_designs(
+            task.template,
+            task.columns,
+            task.outputs,
+            engine=task.engine,
+            accuracy=task.accuracy,
+            waveforms=task.waveforms,
+            times=task.times,
+            progress=progress,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class SweepSpec:
+    """Everything that determines a sweep's result: template, plan, output names, engine, accuracy, kept waveforms.
+
+    ``samples`` is the number of samples of each waveform. Raises InputError for unknown names and numbers out of range.
+    """
+
+    template: ScenarioTemplate
+    plan: Plan
+    outputs: tuple[str, ...]
+    engine: str = "ngspice"
+    accuracy: float = STUDY_ACCURACY
+    waveforms: tuple[str, ...] = ()
+    samples: int = 601
+
+    def __post_init__(self) -> None:
+        choose_outputs(self.outputs)
+        if self.engine not in ENGINES:
+            raise InputError(f"engine is '{self.engine}'; choose one of {', '.join(ENGINES)}")
+        if not 1e-11 <= self.accuracy <= 1e-2:
+            raise InputError(f"accuracy {self.accuracy:g} must lie between 1e-11 and 1e-2")
+        unknown = [name for name in self.waveforms if name not in WAVEFORMS]
+        if unknown:
+            raise InputError(f"unknown waveform '{unknown[0]}'; choose from {', '.join(WAVEFORMS)}")
+        if isinstance(self.template.drive, str) and self.template.drive.startswith("file:"):
+            # read once and here: where tasks are solved there may be no such file
+            object.__setattr__(self, "template", replace(self.template, drive=self.template.parsed_drive()))
+        self.template.parsed_drive()  # raises for a text that is no drive
+        _ = self.times
+
+    @cached_property
+    def times(self) -> Array:
+        """Times [s] of the waveforms' samples."""
+        return sample_times(self.template.duration, samples=self.samples)
+
+    @cached_property
+    def task_size(self) -> int:
+        """Designs of a task; tasks are of equal size, so that no worker is left with a long last one."""
+        material = self.template.actuator.material
+        nonlinear = any(getattr(material, n) or n in self.plan.names for n in _NONLINEAR)
+        size = _DESIGNS_NONLINEAR if nonlinear else _DESIGNS
+        if self.waveforms:
+            size = min(size, int(_MOST_BYTES / (8 * len(self.times) * len(self.waveforms))))
+        tasks = math.ceil(self.plan.count / max(size, 1))
+        return math.ceil(self.plan.count / tasks)
+
+    @property
+    def task_count(self) -> int:
+        return math.ceil(self.plan.count / self.task_size)
+
+    def bounds(self, number: int) -> tuple[int, int]:
+        """Return the first design of task ``number``, and the one after its last."""
+        start = number * self.task_size
+        return start, min(start + self.task_size, self.plan.count)
+
+    def task(self, number: int) -> Task:
+        columns = self.plan.designs(*self.bounds(number))
+        return Task(self.template, columns, self.outputs, self.engine, self.accuracy, self.waveforms, self.times)
+
+    @cached_property
+    def key(self) -> str:
+        """Digest of the whole specification: sweeps with the same key have the same result."""
+        template = self.template
+        drive = template.parsed_drive()
+        digest = hashlib.sha256()
+        settings = (
+            template.drive_text,
+            template.duration,
+            template.tip,
+            template.beam,
+            template.load,
+            self.engine,
+            self.accuracy,
+        )
+        for part in (
+            _RESULTS_OF,
+            dumps(template.actuator),
+            *map(repr, (settings, self.outputs, self.waveforms, self.samples, self.task_size, self.plan.grid)),
+            *((drive.times.tobytes(), drive.values.tobytes()) if isinstance(drive, PiecewiseLinear) else ()),
+            *(
+                item
+                for name, column in self.plan.columns.items()
+                for item in (name, str(column.dtype), column.tobytes())
+            ),
+        ):
+            data = part if isinstance(part, bytes) else part.encode()
+            digest.update(len(data).to_bytes(8, "little") + data)
+        return digest.hexdigest()
+
+
+def sweep_spec(
+    template: ScenarioTemplate,
+    vary: Sequence[str] = (),
+    *,
+    random: int | None = None,
+    method: str | None = None,
+    seed: int | None = None,
+    designs: Path | None = None,
+    outputs: Sequence[str] | None = None,
+    waveforms: Sequence[str] = (),
+    samples: int | None = None,
+    engine: str = "ngspice",
+    accuracy: float = STUDY_ACCURACY,
+) -> SweepSpec:
+    """Return the specification of a grid of ``vary``, of ``random`` designs over its ranges, or of a CSV file.
+
+    ``method`` (default lhs) and ``seed`` (default 0) are those of random designs, see `plan.random_plan`; ``samples``
+    (default 601) of the kept ``waveforms``. Raises InputError for arguments that contradict one another.
+    """
+    if samples is not None and not waveforms:
+        raise InputError("--samples are those of --waveforms; say which to keep, such as --waveforms displacement")
+    if random is None:
+        given = next((name for name, value in (("method", method), ("seed", seed)) if value is not None), None)
+        if given:
+            raise InputError(f"--{given} belongs to --random; say how many random designs")
+    if designs and (vary or random is not None):
+        raise InputError("--designs lists every design; leave out --vary and --random")
+    if designs:
+        plan = read_plan(designs)
+    elif random is None:
+        plan = grid_plan(vary)
+    else:
+        plan = random_plan(vary, random, method or "lhs", seed or 0)
+    chosen = tuple(outputs) if outputs else DEFAULT_OUTPUTS
+    return SweepSpec(template, plan, chosen, engine, accuracy, tuple(waveforms), samples or 601)
