@@ -70,7 +70,7 @@ def design(actuator: str, **options: Any) -> None:
     progress = ProgressBar("point") if options["pareto"] else None
     run = {"vary": options.pop("varied"), "require": options.pop("required"), "load": options.pop("load_text")}
     with ProgressBar("simulation", doing="searching") as bar:
-        report = find(actuator, count=count, progress=progress, **run, **options)
+        report = find(actuator, count=bar.count, progress=progress, **run, **options)
     emit(
         report,
         outputs,

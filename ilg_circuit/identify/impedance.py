@@ -183,7 +183,9 @@ class ImpedanceData:
                 "leave it out"
             )
         if len(self.data) < len(kind.names) + 3:
-            raise InputError(f"{len(self.abscissa)} points are too few for model {kind.name}; it needs {len(kind.names) // 2 + 2}")
+            raise InputError(
+                f"{len(self.abscissa)} points are too few for model {kind.name}; it needs {len(kind.names) // 2 + 2}"
+            )
         model, random = PortModel(kind, held), np.random.default_rng(seed)
         problem = port_problem((self,), model, (1.0,))
         found = self._search(problem, model, random)
