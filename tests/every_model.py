@@ -38,7 +38,7 @@ VALUES = {
     "interface_exponent": 0.8,
     "diffusion_exponent": 0.46,
     "emission_voltage": 0.8,
-    "inductance": 2e-6,
+    "inductance": 0.02,
     "capacitance_slope": 0.3,
 }
 

@@ -12,7 +12,7 @@ against the closed form and stated.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -34,7 +34,9 @@ _PER_DECADE = 60
 #: Nodes of the quadrature that gathers relaxations, a block: four need the fewest sections.
 ORDER = 4
 #: So far beyond both ends of the band relaxations are gathered in sections, as a factor.
-_BEYOND = 300.0
+_BEYOND = 1000.0
+#: The capacitor of a ladder stores at least so much, in parts of the impedance at the lower end of the band.
+_LEAST = 1e-9
 #: Widest step of the logarithmic grid on which a density of relaxations is sampled.
 _STEP = 0.1
 #: A peak of the density is sampled no finer than this, in units of log(lambda).
@@ -96,42 +98,52 @@ class Ladder:
 
 
 @dataclass(frozen=True)
-class Part:
-    """One term of an impedance: ``impedance`` of complex ``s`` (n,) [rad/s] off the negative real axis [ohm].
+class Relaxations:
+    """What a ladder is made from: the closed form, and how fine its density of relaxations is.
 
-    ``width`` is the half-width of the narrowest peak of its density of relaxations, in units of log(lambda).
+    ``impedance`` [ohm] of complex ``s`` (n,) [rad/s] off the negative real axis; ``width`` is the half-width of the
+    narrowest peak of the density, in units of log(lambda).
     """
 
     impedance: Callable[[ComplexArray], ComplexArray]
     width: float = 1.0
 
 
-@dataclass(frozen=True)
-class Gathered:
-    """A `Part` as few relaxations: ``resistance`` [ohm], ``elastance`` [1/F], and sections R [ohm], C [F]."""
+def relaxation_ladder(
+    ions: LadderPath, constants: tuple[float, ...], relaxations: Relaxations, ladders: Ladders
+) -> Ladder:
+    """Return the ladder of any sum of relaxations, gathered in sections by Gauss quadrature of their density.
 
-    resistance: float
-    elastance: float
-    sections: tuple[tuple[float, float], ...]
+    Raises InputError for a band that is none, or no sections, or more than 200.
+    """
+    require_ladders(ladders)
+
+    def made(sections: int) -> Ladder:
+        found = gathered(relaxations, ladders.band, sections)
+        return Ladder(ions, constants, *found, ladders.band).with_error()
+
+    return enough(made, ladders.sections, ORDER, ORDER)
 
 
-def gathered(part: Part, band: tuple[float, float], sections: int) -> Gathered:
-    """Gather the relaxations of a part over ``band`` [Hz] in ``sections``, by Gauss quadrature of its density.
+def gathered(
+    relaxations: Relaxations, band: tuple[float, float], sections: int
+) -> tuple[float, float, tuple[tuple[float, float], ...]]:
+    """Return the resistance [ohm], capacitance [F] and ``sections`` (R [ohm], C [F]) of a ladder over ``band`` [Hz].
 
     The density w lambda dlog(lambda) is sampled on a grid that depends on the band alone, so the sections are smooth
-    functions of the constants of the part. What lies beyond the grid is one resistor and one capacitor, which match the
-    impedance at the ends of the band.
+    functions of the constants. What lies beyond the grid is one resistor and one capacitor, which match the impedance
+    at the ends of the band.
     """
     low, high = 2 * np.pi * band[0], 2 * np.pi * band[1]
     blocks = -(-sections // ORDER)
     length = math.log(high / low * _BEYOND**2)
     coarse = math.ceil(length / _STEP / blocks)
-    fine = 2 ** math.ceil(max(math.log2(3 * _STEP / max(part.width, _NARROWEST)), 0.0))
+    fine = 2 ** math.ceil(max(math.log2(3 * _STEP / max(relaxations.width, _NARROWEST)), 0.0))
     count = blocks * coarse * fine
     logs = math.log(low / _BEYOND) + length / count * (np.arange(count) + 0.5)
     rates = np.exp(logs)
     # multiplied by sqrt(lambda), which evens out what diffusion has at both ends
-    weights = np.maximum(-part.impedance(-rates + 0j).imag, 0.0) / np.pi * np.sqrt(rates) * length / count
+    weights = np.maximum(-relaxations.impedance(-rates + 0j).imag, 0.0) / np.pi * np.sqrt(rates) * length / count
     nodes, masses = np.zeros(0), np.zeros(0)
     for x, w, order in zip(np.split(logs, blocks), np.split(weights, blocks), shares(sections, blocks), strict=True):
         if w.sum() > 0:
@@ -140,34 +152,10 @@ def gathered(part: Part, band: tuple[float, float], sections: int) -> Gathered:
             nodes = np.append(nodes, np.exp(middle + found))
             masses = np.append(masses, mass * np.exp((middle + found) / 2))
     ends = 1j * np.array([low, high])
-    rest = part.impedance(ends) - (masses / (ends[:, None] + nodes)).sum(axis=1)
+    rest = relaxations.impedance(ends) - (masses / (ends[:, None] + nodes)).sum(axis=1)
+    elastance = max(-low * float(rest[0].imag), _LEAST * low * abs(relaxations.impedance(ends)[0]))
     pairs = tuple((float(w / x), float(1 / w)) for x, w in zip(nodes, masses, strict=True))
-    return Gathered(max(float(rest[1].real), 0.0), max(-low * float(rest[0].imag), 0.0), pairs)
-
-
-def relaxation_ladder(
-    ions: LadderPath, constants: tuple[float, ...], parts: Sequence[Part], ladders: Ladders
-) -> Ladder:
-    """Return the ladder of a sum of ``parts``, each gathered in its share of the sections; they stand in that order.
-
-    Raises InputError for a band that is none, or no sections, or more than 200.
-    """
-    require_ladders(ladders)
-
-    def made(sections: int) -> Ladder:
-        found = gathered_parts(parts, ladders.band, sections)
-        pairs = tuple(pair for each in found for pair in each.sections)
-        elastance = max(sum(each.elastance for each in found), 1e-12 * 2 * np.pi * ladders.band[0] * pairs[0][0])
-        resistance = sum(each.resistance for each in found)
-        return Ladder(ions, constants, resistance, 1 / elastance, pairs, ladders.band).with_error()
-
-    return enough(made, ladders.sections, 4 * len(parts), 4 * len(parts))
-
-
-def gathered_parts(parts: Sequence[Part], band: tuple[float, float], sections: int) -> list[Gathered]:
-    """Return several parts with equal shares of the sections, one each at least."""
-    counts = shares(sections, len(parts))
-    return [gathered(part, band, max(count, 1)) for part, count in zip(parts, counts, strict=True)]
+    return max(float(rest[1].real), 0.0), 1 / elastance, pairs
 
 
 def shares(sections: int, parts: int) -> list[int]:

@@ -319,7 +319,7 @@ def test_lcapy_derives_the_same_impedance(which: str, coupled: bool) -> None:
         # symbolic algebra on thirty sections takes minutes; how many there are changes nothing here
         strip = replace(strip, material=replace(strip.material, ladder_sections=3.0 if coupled else 6.0))
     strip = strip if coupled else replace(strip, coupling=None)
-    lines = [" ".join([name, *rest]).replace(" ic=0", "") for name, rest in elements(library(strip)).items()]
+    lines = [" ".join([name, *rest]).replace(" ic=0.0", "") for name, rest in elements(library(strip)).items()]
     circuit = lcapy.Circuit("\n".join(re.sub(r"\b(minus|tip)\b", "0", line) for line in lines))
     impedance = circuit.impedance("plus", "0").sympy
     (s,) = impedance.free_symbols

@@ -199,7 +199,7 @@ def test_no_convergence_is_no_success(monkeypatch: pytest.MonkeyPatch) -> None:
     def far(kind: ElectricalModel, *_: object) -> NDArray[np.float64]:
         return np.tile(1e3 * np.array(TRUTHS[kind.name][0]), (60, 1))
 
-    monkeypatch.setattr(spectrum_fit, "starts", far)
+    monkeypatch.setattr(ElectricalModel, "spectrum_starts", far)
     monkeypatch.setattr(spectrum_fit, "_EVALUATIONS", 1)
     monkeypatch.setattr(least_squares, "_MOST_EVALUATIONS", 1)
     with pytest.raises(SolveError, match=r"did not converge|ran away|determine|come back"):

@@ -13,6 +13,7 @@ from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.strip.actuator import PAPER, Actuator, Coupling
 from ilg_circuit.strip.elements import lumped_elements
+from ilg_circuit.strip.models import LadderPath, electrical_model
 
 T = np.linspace(0, 60, 31)
 #: Few sections: the balance is the same.
@@ -20,7 +21,7 @@ SMALL = {"band": (1e-3, 10.0), "sections": 8}
 
 
 def made(model: str, electrodes: float = 5.0) -> Actuator:
-    return strip_of(model, electrodes, **(SMALL if model.startswith(("warburg", "cpe")) else {}))
+    return strip_of(model, electrodes, **(SMALL if isinstance(electrical_model(model).ions, LadderPath) else {}))
 
 
 @pytest.mark.parametrize("drive", ["square:-2V..3V,17s", "sine:2V,0.05Hz"])

@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import Array, ComplexArray
 from ...errors import InputError
 from ...fit.parameter import Parameter
-from ..ladder import Gathered, Ladder, Ladders, Part, gathered_parts, relaxation_ladder
+from ..ladder import Ladder, Ladders, Relaxations, relaxation_ladder
 from ..port import Port
 from .model import Assumed, IonPath, Shown
 
@@ -44,17 +44,13 @@ class LadderPath(IonPath):
     def impedance(self, values: Array, s: ComplexArray) -> ComplexArray:
         return np.asarray(values[:, :1] + self.element(values[:, 1:], s))
 
-    def parts(self, constants: Sequence[float]) -> list[Part]:
-        """Return the terms of the element, each of which is gathered in sections of its own."""
-        return [Part(lambda s: np.asarray(self.element(np.array([constants]), s)[0]))]
-
-    def gathered(self, ladder: Ladder) -> list[Gathered]:
-        """Return the parts that a `ladder` of this path is the sum of."""
-        return gathered_parts(self.parts(ladder.constants), ladder.band, len(ladder.sections))
+    def relaxations(self, constants: Sequence[float]) -> Relaxations:
+        """Return what its ladder is made from; `ladder` may do without."""
+        return Relaxations(lambda s: np.asarray(self.element(np.array([constants]), s)[0]))
 
     def ladder(self, constants: Sequence[float], ladders: Ladders) -> Ladder:
         """Return the ladder of the element. Raises InputError for a band or a number of sections that cannot be."""
-        return relaxation_ladder(self, tuple(constants), self.parts(constants), ladders)
+        return relaxation_ladder(self, tuple(constants), self.relaxations(constants), ladders)
 
     def port(self, dc_resistance: float, values: Sequence[float], ladders: Ladders) -> Port:
         return Port(dc_resistance, ladder=self.ladder(values[1:], ladders), series_resistance=values[0])

@@ -16,10 +16,9 @@ import numpy as np
 
 from ...arrays import Array, ComplexArray
 from ...fit.parameter import Parameter
-from ..ladder import Part
-from ..port import Port
+from ..ladder import Relaxations
 from .ladder_path import LadderPath
-from .model import LibraryText, Pair, Shown
+from .model import Pair, Shown
 from .starts import amounts, electron_path, places
 from .warburg import DIFFUSION_TIME, coth_over
 
@@ -52,26 +51,16 @@ class Randles(LadderPath):
         Parameter("diffusion_time", "tau", "s", "time constant of diffusion; Rw = tau/C"),
         Parameter("diffusion_exponent", "a", "", "exponent of diffusion", upper=0.5),
     )
-    library_parameters = (
-        "dynamic_resistivity",
-        "permittivity",
-        "interface_resistivity",
-        "interface_time",
-        "diffusion_time",
-    )
-    library_note = "its exponents are fixed; other time constants move the band as their inverse"
 
     def element(self, values: Array, s: ComplexArray) -> ComplexArray:
         r, t, alpha, rw, tau, a = values.T[:, :, None]
         return np.asarray(arc_impedance(s, r, t, alpha) + diffusion_impedance(s, rw, tau, a))
 
-    def parts(self, constants: Sequence[float]) -> list[Part]:
-        r, t, alpha, rw, tau, a = constants
-        alpha, a = min(alpha, _ARC_MOST), min(a, _DIFFUSION_MOST)
-        return [
-            Part(lambda s: arc_impedance(s, r, t, alpha), math.pi * (1 - alpha) / alpha),
-            Part(lambda s: diffusion_impedance(s, rw, tau, a), math.pi * (1 - 2 * a) / (2 * a)),
-        ]
+    def relaxations(self, constants: Sequence[float]) -> Relaxations:
+        alpha, a = min(constants[2], _ARC_MOST), min(constants[5], _DIFFUSION_MOST)
+        kept = np.array([[*constants[:2], alpha, *constants[3:5], a]])
+        width = math.pi * min((1 - alpha) / alpha, (1 - 2 * a) / (2 * a))
+        return Relaxations(lambda s: np.asarray(self.element(kept, s)[0]), width)
 
     def to_material(self, values: Sequence[float]) -> dict[str, float]:
         series, r, t, alpha, rw, tau, a = values
@@ -110,30 +99,6 @@ class Randles(LadderPath):
     def shown_element(self, constants: Sequence[float]) -> list[Shown]:
         rows = super().shown_element(constants)
         return [*rows, ("capacitance", constants[4] / constants[3], "F", "EC (14): C = eps L w/b = tau/Rw")]
-
-    def library(self, port: Port, area_over_thickness: float) -> LibraryText:
-        """Each part keeps its proportions: the interface goes with R and T, diffusion with Rw = tau/C and C."""
-        ladder = port.ladder
-        assert ladder is not None
-        r, t, _, rw, tau, _ = ladder.constants
-        arc, diffusion = self.gathered(ladder)
-        units = ((arc, r, t / r, "rinterface", "cinterface"), (diffusion, rw, tau / rw, "rdiffusion", "cion1"))
-        return LibraryText(
-            {
-                "rion1": "dynamic_resistivity*thickness/area",
-                "cion1": "permittivity*area/thickness",
-                "rinterface": "interface_resistivity*thickness/area",
-                "cinterface": "interface_time/rinterface",
-                "rdiffusion": "diffusion_time/cion1",
-            },
-            tuple(
-                (f"{x / ohm!r}*{resistance}", f"{c / farad!r}*{capacitance}")
-                for part, ohm, farad, resistance, capacitance in units
-                for x, c in part.sections
-            ),
-            f"rion1+{arc.resistance / r!r}*rinterface+{diffusion.resistance / rw!r}*rdiffusion",
-            f"1/({arc.elastance * t / r!r}/cinterface+{diffusion.elastance * tau / rw!r}/cion1)",
-        )
 
 
 RANDLES = Randles()
