@@ -64,10 +64,10 @@ class _Contest:
         self._identifiability: dict[str, Identifiability] = {}
 
     def enter(self, model: str) -> None:
-        """Fit a model, unless a simpler one's residuals are only noise."""
-        count = len(electrical_model(model).parameters)
+        """Fit a model, unless that takes transients and a simpler one's residuals are only noise."""
+        count, costly = len(electrical_model(model).parameters), any(d.quantity == "current" for d in self._data)
         for other, found in self.fits.items():
-            if model != _CHECK and found.only_noise and count >= len(found.kind.parameters):
+            if costly and model != _CHECK and found.only_noise and count >= len(found.kind.parameters):
                 self._skip(model, f"the residuals of {other} are only noise")
                 return
         try:
