@@ -17,7 +17,12 @@ _OUT = click.Path(path_type=Path)
 @click.command()
 @click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
-@click.option("--model", default="auto", show_default=True, help="rc, rc2, rc3, warburg, cpe; +sinh, +growing; auto.")
+@click.option(
+    "--model",
+    default="auto",
+    show_default=True,
+    help="rc, rc2, rc3, warburg, cpe, randles; +sinh, +growing, +inductance; auto.",
+)
 @click.option("--electrode-resistance", help="Held, such as 2ohm; fit: of several files.  [default: the actuator's]")
 @click.option("--own", multiple=True, help="A parameter that each of several files has for itself; may be repeated.")
 @click.option("--bias", multiple=True, help="Of spectra among several files: 1V, or FILE=1V for one of them.")
