@@ -36,7 +36,7 @@ _COUNTS = (
 
 #: SI prefixes used when a value is written; larger or smaller values are written without one.
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-_PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "N", "s", "C", "J", "W", "Hz"})
+_PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "H", "N", "s", "C", "J", "W", "Hz"})
 
 
 @lru_cache(maxsize=1)

@@ -10,14 +10,14 @@ import click
 
 from ..errors import InputError
 from .emit import emit, require_outputs
-from .options import engine_option, output_options, outputs
+from .options import ModelOption, engine_option, output_options, outputs
 from .progress import ProgressBar
 
 
 @click.command()
 @click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
-@click.option("--model", default="auto", show_default=True, help="rc, rc2, rc3, warburg, cpe; +sinh, +growing; auto.")
+@click.option("--model", cls=ModelOption, default="auto", show_default=True)
 @click.option("--electrode-resistance", help="Held, such as 2ohm; fit: nonlinear models.  [default: the actuator's]")
 @click.option("--own", multiple=True, help="A parameter that each of several files has for itself; may be repeated.")
 @click.option("--bias", multiple=True, help="Of spectra: 1V, or FILE=1V for one of them.")

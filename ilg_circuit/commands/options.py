@@ -41,6 +41,18 @@ _SAMPLES = (
 )
 
 
+class ModelOption(click.Option):
+    """An option for an electrical model; its help names those of the registry, which is read when help is shown."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        from ..strip.models import MODELS, model_names
+
+        plain = ", ".join(MODELS)
+        added = ", ".join(dict.fromkeys(f"+{name.split('+')[1]}" for name in model_names() if "+" in name))
+        self.help = f"{plain}; {added}; auto."
+        return super().get_help_record(ctx)
+
+
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
     """The options that say what a strip is made to do: drive, duration, tip, beam, load."""
     return _with(_RUN, command)

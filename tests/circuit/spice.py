@@ -41,6 +41,14 @@ _RESISTIVE = {"electrode_resistivity_1": 175.0, "electrode_thickness_1": 2e-6}
 #: The band is that of a transient of 60 s, and given, so that library and `simulate` take the same ladder.
 _BAND = {"ladder_lowest": 1e-3, "ladder_highest": 100.0}
 
+_RANDLES = {
+    "interface_resistivity": 4.0,
+    "interface_time": 0.3,
+    "interface_exponent": 0.8,
+    "diffusion_time": 20.0,
+    "diffusion_exponent": 0.46,
+}
+
 #: One strip of every electrical model, alone and with what goes with it.
 MODELS: dict[str, Actuator] = {
     s.name: s
@@ -50,6 +58,8 @@ MODELS: dict[str, Actuator] = {
         _strip("rc3", further_branches=(_SECOND, _THIRD), **_RESISTIVE),
         _strip("warburg", diffusion_time=20.0, **_BAND),
         _strip("cpe", cpe_exponent=0.8, **_BAND),
+        _strip("randles", constants=_RANDLES, **_BAND),
+        _strip("rc inductance", constants={"inductance": 2e-3}),
         _strip("rc sinh", emission_voltage=0.8),
         _strip("rc growing", capacitance_slope=0.3),
         _strip(

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from ilg_circuit.identify.spectrum_fit import SpectrumFit
 
 from ilg_circuit.identify import SpectrumIdentification, identify_spectrum, read_spectrum
+from ilg_circuit.identify.spectrum_fit import SpectrumFit, fit_spectrum
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "eis_supercap"
 FILES = ("eis_0V5_fresh.txt", "eis_ocv_fresh.txt")
@@ -30,7 +30,7 @@ def test_file(found: SpectrumIdentification) -> None:
     f = found.spectrum.frequency
     assert len(f) == 43
     assert found.spectrum.impedance.imag.max() < 0  # the column holds -Im Z
-    assert "1 point from 200 kHz on, where Im Z is positive" in str(found.spectrum.notes[0])
+    assert "1 point from 200 kHz on, where Im Z is positive" in found.spectrum.notes[0]
 
 
 def test_it_is_linear_and_steady(found: SpectrumIdentification) -> None:
@@ -62,3 +62,26 @@ def test_what_the_model_leaves_is_said(found: SpectrumIdentification) -> None:
     assert "the model is not all that is there" in told
     assert "those of a block bootstrap are given" in told
     assert found.parameters["diffusion_time"].bootstrap is not None
+
+
+# -- an interface and diffusion with a free exponent: relative rms of the complex residuals, sqrt(2) of each part's ----
+
+
+def complex_rms(fit: SpectrumFit) -> float:
+    return fit.relative_rms * 2**0.5
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_randles_describes_it_within_a_few_per_cent(name: str) -> None:
+    spectrum = read_spectrum(DATA / name)
+    plain, leads = (fit_spectrum(spectrum, model) for model in ("randles", "randles+inductance"))
+    assert complex_rms(plain) == pytest.approx(0.0155, abs=0.001)  # 2.6 % with the point whose Im Z is positive
+    assert complex_rms(leads) == pytest.approx(0.0097, abs=0.0005)
+    for fit in (plain, leads):
+        assert fit.open_circuit
+        assert fit.undetermined == ()
+        assert fit.values["diffusion_exponent"] == pytest.approx(0.4742, abs=0.001)
+        assert fit.agreeing > 1
+    assert plain.values["series_resistance"] == pytest.approx(0.807, abs=0.005)
+    assert leads.values["series_resistance"] == pytest.approx(0.681, abs=0.01)
+    assert leads.values["inductance"] == pytest.approx(1.11e-7, rel=0.03)

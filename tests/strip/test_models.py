@@ -11,6 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from every_model import MODELS, VALUES, port_of, strip_of, values_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from strategies import log_floats
 
 from ilg_circuit.circuit import port_netlist, strip_netlist
 from ilg_circuit.circuit.deck import deck
@@ -25,7 +28,9 @@ from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.describe import describe
 from ilg_circuit.strip.elements import electrical_model_of, lumped_elements
 from ilg_circuit.strip.file import dumps, loads
-from ilg_circuit.strip.models import electrical_model, model_names
+from ilg_circuit.strip.models import Ladders, candidates, electrical_model, model_names
+from ilg_circuit.strip.models.cpe import cpe_impedance
+from ilg_circuit.strip.models.warburg import warburg_impedance
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -122,7 +127,7 @@ def test_every_model_is_simulated(model: str) -> None:
 STAIRS = PiecewiseLinear([0, 40, 40, 80, 80, 120, 120, 160], [1.0, 1, 3, 3, -2, -2, 2, 2], "stairs")
 
 
-@pytest.mark.parametrize("model", ["rc", "rc2", "rc3", "warburg", "cpe", "rc+sinh", "rc+growing"])
+@pytest.mark.parametrize("model", ["rc", "rc2", "rc3", "warburg", "cpe", "randles", "rc+sinh", "rc+growing"])
 def test_every_fit_finds_the_truth(model: str) -> None:
     t = np.linspace(0.5, 159.5, 160)
     net = port_netlist(port_of(model, 2.0, band=transient_band(t)))
@@ -160,3 +165,129 @@ def test_a_deck_runs_by_plain_ngspice(model: str, tmp_path: Path) -> None:
 
 def test_the_paper_s_strip_is_of_the_simplest_model() -> None:
     assert electrical_model_of(PAPER).name == "rc"
+
+
+# -- what a fit asks of a model ----------------------------------------------------------------------------------------
+
+S = 2j * np.pi * np.geomspace(1e-3, 1e3, 25)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_many_sets_at_once_are_the_port(model: str) -> None:
+    kind = electrical_model(model)
+    sets = np.array(values_of(model)) * np.random.default_rng(1).uniform(0.6, 1.08, (4, len(kind.names)))
+    expected = np.array([kind.port(v.tolist(), 5.0).impedance(S, ideal=True) for v in sets])
+    assert kind.impedance(sets, S, 5.0) == pytest.approx(expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_order_puts_interchangeable_parts_by_time_constant(model: str) -> None:
+    kind, values = electrical_model(model), np.array(values_of(model))
+    index = kind.order(values)
+    assert sorted(index) == list(range(len(values)))
+    assert (kind.order(values[index]) == np.arange(len(values))).all()
+    pairs = kind.pairs(values[index].tolist())
+    assert sorted(pairs, key=lambda pair: pair[0] * pair[1]) == pairs
+    if model.startswith(("rc2", "rc3")):
+        swapped = values.copy()
+        swapped[1:3], swapped[3:5] = values[3:5], values[1:3]
+        assert swapped[kind.order(swapped)] == pytest.approx(values)
+    else:
+        assert (index == np.arange(len(values))).all()
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_starting_values_are_allowed_values(model: str) -> None:
+    kind = electrical_model(model)
+    pairs = [(10.0 * k, 0.1 * k) for k in range(1, kind.branch_count + 1)]
+    assert kind.port(kind.starts_from_branches(500.0, pairs, 3.0).tolist())
+    z = kind.impedance(np.array([values_of(model)]), S)[0]
+    if kind.linear:
+        sets = kind.spectrum_starts(z, S.imag, np.random.default_rng(2))
+        assert sets.shape == (60, len(kind.names))
+        assert all(kind.port(v.tolist(), ladders=Ladders(sections=4)) for v in sets[::20])
+    else:
+        with pytest.raises(InputError, match="does not show"):
+            kind.spectrum_starts(z, S.imag, np.random.default_rng(2))
+    for found in kind.pooled_starts(pairs):
+        assert set(found) <= set(kind.names)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_ladders_of_a_fit_differ_in_their_values_only(model: str) -> None:
+    kind, values = electrical_model(model), np.array(values_of(model))
+    ladders = kind.ladders(values, (1e-3, 10.0))
+    counts = {len(port_netlist(kind.port(v.tolist(), 0.0, ladders)).elements) for v in (values, 0.8 * values)}
+    assert len(counts) == 1
+
+
+def test_what_a_model_says_of_voltages_and_data() -> None:
+    kind = electrical_model("rc2+growing+sinh")
+    assert (kind.plain, kind.ions.name, [a.name for a in kind.additions]) == ("rc2", "rc2", ["growing", "sinh"])
+    assert kind.needs_several_voltages == ("capacitance_slope", "emission_voltage")
+    assert kind.constant_voltage_hides == ("emission_voltage",)
+    assert electrical_model("randles+inductance").spectra_only == ("inductance",)
+    assert electrical_model("randles+inductance").needs_several_voltages == ()
+    assert candidates("record") == ("rc", "rc2", "rc3", "warburg")
+    assert candidates("spectrum") == ("rc", "rc2", "rc3", "warburg", "cpe")
+
+
+def test_quantities_that_follow_from_a_fit() -> None:
+    assert electrical_model("rc").derived([600, 20, 0.35]) == {"time_constant": (7.0, "s")}
+    two = electrical_model("rc2+sinh").derived([600, 30, 0.1, 50, 0.3, 0.8])
+    assert two == {"time_constant_1": (3.0, "s"), "time_constant_2": (15.0, "s"), "total_capacitance": (0.4, "F")}
+    assert electrical_model("warburg").derived([600, 15, 60, 30]) == {"diffusion_capacitance": (0.5, "F")}
+    found = electrical_model("randles").derived([600, 15, 2.0, 0.25, 0.5, 60, 30, 0.45])
+    assert found == {"interface_coefficient": (0.25, "F s^(a-1)"), "diffusion_capacitance": (0.5, "F")}
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_both_ends_of_a_port(model: str) -> None:
+    kind = electrical_model(model)
+    port = kind.port(
+        [v if n != "inductance" else 1e-30 for n, v in zip(kind.names, values_of(model), strict=True)], 5.0
+    )
+    assert port.steady_resistance == pytest.approx(port.impedance(1e-14j, ideal=True).real, rel=1e-6)
+    assert port.high_frequency_resistance == pytest.approx(port.impedance(1e16j, ideal=True).real, rel=1e-3)
+
+
+# -- randles -----------------------------------------------------------------------------------------------------------
+
+
+def test_randles_with_an_exponent_of_one_half_is_a_warburg_element_behind_an_arc() -> None:
+    z = electrical_model("randles").impedance(np.array([[1e30, 15.0, 12.0, 0.3, 0.8, 60.0, 20.0, 0.5]]), S)[0]
+    arc = 1 / (1 / 12 + cpe_impedance(S, 0.3**0.8 / 12, 0.8) ** -1)
+    assert z == pytest.approx(15 + arc + warburg_impedance(S, 60.0, 20.0), rel=1e-12)
+
+
+@settings(max_examples=25)
+@given(
+    st.floats(0.3, 0.99), st.floats(0.3, 0.4999), log_floats(1e-4, 1e2), log_floats(1e-1, 1e4), log_floats(1e-5, 1e-1),
+    st.floats(2.0, 8.0),
+)  # fmt: skip
+def test_the_ladder_of_randles_is_within_its_stated_error(
+    alpha: float, a: float, fast: float, slow: float, low: float, decades: float
+) -> None:
+    kind = electrical_model("randles")
+    values, band = [600.0, 15.0, 12.0, fast, alpha, 60.0, slow, a], (low, low * 10**decades)
+    port = kind.port(values, ladders=Ladders(band))
+    assert port.ladder is not None
+    assert port.ladder.error < 2e-4
+    assert all(r > 0 and c > 0 for r, c in port.ladder.sections)
+    s = 2j * np.pi * np.exp(np.random.default_rng(1).uniform(*np.log(band), 100))
+    ideal = kind.impedance(np.array([values]), s)[0]
+    assert np.abs(port.impedance(s) / ideal - 1).max() <= port.ladder.error
+
+
+def test_the_ladder_of_randles_is_a_smooth_function_of_its_constants() -> None:
+    """A fit takes derivatives of it by differences."""
+    kind, s = electrical_model("randles"), np.array([1j])
+    for k in range(2, 8):
+        found = []
+        for step in np.linspace(-0.02, 0.02, 41):
+            values = np.array([600.0, 15.0, 12.0, 0.3, 0.8, 60.0, 20.0, 0.46])
+            values[k] *= np.exp(step)
+            port = kind.port(values.tolist(), ladders=Ladders((1e-3, 10.0), 24))
+            found.append(port.impedance(s)[0])
+        bends = np.abs(np.diff(found, 3))
+        assert bends.max() < 1e-5 * np.abs(np.diff(found)).max() + 1e-12, kind.names[k]

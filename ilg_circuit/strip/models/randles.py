@@ -34,7 +34,8 @@ class Randles(LadderPath):
     """A series resistance, the arc of an interface, and finite diffusion with a free exponent."""
 
     name = "randles"
-    title = "interface and diffusion"
+    title = "Randles element"
+    name_in_tables = "Randles"
     equation = "Z = Re + Rdc || (Rs + R/(1 + (s T)^alpha) + Rw coth((s tau)^a)/(s tau)^a)"
     constants = (
         Parameter("interface_resistance", "R", "ohm", "interface, parallel to a constant phase element"),

@@ -121,15 +121,16 @@ def _known_keys() -> dict[str, Parameter]:
     return keys | {a.parameter.name: a.parameter for a in ADDITIONS.values()}
 
 
-_loaded: set[str] = set()
+#: Names of the entry points that have been looked at.
+loaded: set[str] = set()
 
 
 def load_entry_points() -> None:
     """Register the ion paths of other packages, once. Raises InputError that names one that cannot be loaded."""
     for entry in entry_points(group=ENTRY_POINTS):
-        if entry.name in _loaded:
+        if entry.name in loaded:
             continue
-        _loaded.add(entry.name)
+        loaded.add(entry.name)
         try:
             model = entry.load()
         except Exception as error:  # whatever another package does wrong
