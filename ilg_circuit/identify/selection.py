@@ -82,7 +82,8 @@ class _Contest:
             if model in self.fits or kind.linear or kind.plain != ions:
                 continue
             if not levels_differ(self._data):
-                self._skip(model, "it needs several voltages, and these are the same")
+                if len(self._data) > 1:
+                    self._skip(model, "it needs several voltages, and these are the same")
             elif ions in self.fits and self.fits[ions].beyond_individual(self.samples) < EVIDENCE:
                 self._skip(model, f"the residuals of {ions} are no larger than those of individual fits")
             else:

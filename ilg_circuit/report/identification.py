@@ -15,13 +15,12 @@ import numpy as np
 from .. import __version__
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
-from ..files import write_text
 from ..fit.selection import Candidate
 from ..identify.displacement_metrics import TAIL, DisplacementMetrics
 from ..identify.identification import Identification
 from ..identify.observation_fit import SIZE, ObservationFit
 from ..simulation.step_metrics import SETTLING_BAND, StepMetrics
-from ..strip.file import dumps
+from ..strip.file import dumps, save_actuator
 from ..units import format_quantity
 from .estimates import (
     HEADER,
@@ -114,7 +113,7 @@ def write_actuator(result: Identification, path: str | Path) -> None:
         *(f"{name} = {format_quantity(e.value, e.unit, 5)}{plus_minus(e)}" for name, e in result.parameters.items()),
         *(f"warning: {line}" for line in result.warnings),
     ]
-    write_text(Path(path), dumps(result.actuator, "\n".join(comment)))
+    save_actuator(result.actuator, path, "\n".join(comment), result.provenance)
 
 
 def page(result: Identification) -> Page:
