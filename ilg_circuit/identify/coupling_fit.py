@@ -45,7 +45,7 @@ class CouplingFit:
 
     def sigmas(self) -> tuple[float, ...]:
         """Return the units [m] in which the residuals of each record count."""
-        return tuple(sigma_of(i.fit, float(np.ptp(i.data.part.values))) for i in self.individual)
+        return tuple(sigma_of(i.fit, i.data.size) for i in self.individual)
 
 
 def fit_coupling(

@@ -128,7 +128,8 @@ class _WindowSearch:
         # data are fitted relative to a reference near rest, so that a rest position far away does not dominate
         reference = float(np.median(at_rest)) if len(at_rest) else 0.0
         drive, voltage = record.record.drive, record.voltage
-        self.base = DisplacementData(channel, drive, record.source, voltage, float(channel.time[-1]), reference)
+        end, engine = float(channel.time[-1]), record.engine
+        self.base = DisplacementData(channel, drive, record.source, voltage, end, reference, engine)
         self.motions = {beam: Motion(actuator, beam, record.engine) for beam in ("static", "dynamic")}
         self.progress = progress
         self.ratio = lumped_elements(actuator).bending_ratio

@@ -44,14 +44,15 @@ from .impedance import DC, ImpedanceData, Weighting
 from .joint import joined
 from .motion import NAMES
 from .observation_fit import (
+    LeftOut,
     ObservationFit,
     consistency_findings,
-    displacement_observations,
+    leave_one_out,
     leave_one_port_out,
-    port_observations,
+    observation_fits,
 )
 from .port_fit import PortFit
-from .port_model import PortData
+from .port_model import Measured, PortData
 from .selection import fit_best, fit_named
 
 #: Residuals count as autocorrelated where they exceed this factor of the data's white noise, and this part of the size.
@@ -263,20 +264,26 @@ def _actuator(port: PortFit, strip: Actuator, base: Actuator | None, data: Seque
 
 def _observations(
     port: PortFit, coupling: CouplingFit | None, fit: FitResult, progress: Progress
-) -> tuple[list[ObservationFit], Any]:
+) -> tuple[list[ObservationFit], LeftOut]:
     """Return the rows of all observations, and the ports' fits without each file in turn."""
     without = leave_one_port_out(port, progress)
-    derived = [file_quantities(d, fit, k) for k, d in enumerate(port.data)]
-    rows = port_observations(port, without, fit, derived)
+    pairs = zip(port.data, port.individual, strict=True)
+    own: list[tuple[str, Measured, FitResult]] = [(i.model.kind.name, d, i.fit) for d, i in pairs]
+    rows = observation_fits(port.data, own, port.fit, without, fit, 0)
+    for k, d in enumerate(port.data):
+        check = d.check if isinstance(d, ImpedanceData) else None
+        rows[k] = replace(rows[k], derived=file_quantities(d, fit, k), check=check)
     if coupling is None:
         return rows, without
     first, ratio = len(port.data), lumped_elements(coupling.motion.actuator).bending_ratio
-    quantities, metrics = [], []
-    for k, (own, data) in enumerate(zip(coupling.individual, coupling.data, strict=True)):
+    own = [("d(s)", i.data, i.fit) for i in coupling.individual]
+    left_out = leave_one_out(coupling.fit, progress)
+    moved = observation_fits(coupling.data, own, coupling.fit, left_out, fit, first)
+    for k, (i, data) in enumerate(zip(coupling.individual, coupling.data, strict=True)):
         per_volt = data.sign * ratio * coupling.coupling.static
-        quantities.append(displacement_quantities(own, data.reference, fit.nuisance_of(first + k), per_volt))
-        metrics.append(displacement_metrics(own))
-    return [*rows, *displacement_observations(coupling, fit, first, quantities, metrics, progress)], without
+        derived = displacement_quantities(i, data.reference, fit.nuisance_of(first + k), per_volt)
+        moved[k] = replace(moved[k], size=i.span, derived=derived, metrics=displacement_metrics(i))
+    return [*rows, *moved], without
 
 
 def _port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Finding]:

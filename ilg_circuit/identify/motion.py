@@ -101,6 +101,7 @@ class DisplacementData:
     voltage: float
     window: float
     reference: float
+    engine: str
     sign: float = 1.0
     drift: bool = False
 
@@ -113,16 +114,31 @@ class DisplacementData:
         return self.channel.until(self.window)
 
     @property
+    def abscissa(self) -> Array:
+        return self.part.time
+
+    @property
+    def data(self) -> Array:
+        return self.part.values - self.reference
+
+    @property
+    def size(self) -> float:
+        return float(np.ptp(self.data))
+
+    def shown(self, numbers: Array) -> Array:
+        return numbers + self.reference
+
+    @property
     def nuisance(self) -> Array:
         """Linear terms (samples, 1 or 2): rest position, drift."""
-        t = self.part.time
+        t = self.abscissa
         return np.column_stack([np.ones(len(t)), t])[:, : 1 + self.drift]
 
     def observation(
         self, motion: Motion, sigma: float = 1.0, size: float = 1.0, accuracy: float = DEFAULT_ACCURACY
     ) -> Observation:
         """Return the observation that ``motion`` predicts."""
-        t, data = self.part.time, self.part.values - self.reference
+        t = self.abscissa
 
         def predict(values: Array) -> Array:
             return self.sign * motion.displacements(self.drive, t, values, accuracy)
@@ -132,7 +148,7 @@ class DisplacementData:
             quantity=self.quantity,
             unit=self.unit,
             x=t,
-            data=data,
+            data=self.data,
             names=motion.names,
             predict=predict,
             nuisance=self.nuisance,

@@ -18,10 +18,10 @@ from ..fit.estimate import Estimate
 from ..fit.fitting import fit_without
 from ..fit.problem import Progress
 from ..fit.result import FitResult
-from .coupling_fit import CouplingFit
 from .displacement_metrics import DisplacementMetrics
 from .kramers_kronig import KramersKronig
 from .port_fit import PortFit, levels_differ
+from .port_model import Measured
 
 Numbers = NDArray[Any]
 
@@ -33,7 +33,7 @@ _NOT_DESCRIBED = 0.15
 SIZE = {"current": "peak", "impedance": "abs(Z)", "displacement": "span"}
 #: Misfits below this part of a record's size are of no interest, whatever their ratio.
 _NEGLIGIBLE = 1e-4
-ONLY_ONE = "there is no other file"
+ONLY_ONE = "there is no other file of this quantity"
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,15 +154,22 @@ def predicted_by(found: FitResult, k: int, others: FitResult | str) -> tuple[Arr
         return None, f"the prediction from the others cannot be solved: {error}"
 
 
-def port_observations(
-    found: PortFit, without: LeftOut, fit: FitResult, derived: Sequence[Mapping[str, Estimate]]
+def observation_fits(
+    data: Sequence[Measured],
+    individual: Sequence[tuple[str, Measured, FitResult]],
+    staged: FitResult,
+    without: LeftOut,
+    fit: FitResult,
+    first: int,
 ) -> list[ObservationFit]:
-    """Return every current and impedance, by ``fit``, the final one of all observations, and from the others."""
+    """Return the rows of ``data``, which are the observations of ``fit`` from ``first`` on.
+
+    ``individual`` gives the model, data and result of each individual fit; ``staged`` is the fit of these data that
+    ``without`` leaves one out of.
+    """
     rows = []
-    for k, (d, individual) in enumerate(zip(found.data, found.individual, strict=True)):
-        predicted, why = predicted_by(found.fit, k, without[k])
-        alone = individual.fit
-        own = alone.fitted(0)
+    for k, (d, (model, alone, own)) in enumerate(zip(data, individual, strict=True)):
+        predicted, why = predicted_by(staged, k, without[k])
         rows.append(
             ObservationFit(
                 source=d.source,
@@ -172,65 +179,16 @@ def port_observations(
                 voltage=d.voltage,
                 abscissa=d.abscissa,
                 data=d.shown(d.data),
-                fitted=d.shown(fit.fitted(k)),
-                individually=d.shown(own),
+                fitted=d.shown(fit.fitted(first + k)),
+                individually=alone.shown(own.fitted(0)),
                 predicted=None if predicted is None else d.shown(predicted),
-                individual_model=individual.model.kind.name,
-                rms_individual=individual.rms,
-                rms_joint=fit.rms_of(k),
-                rms_predicted=None if predicted is None else found.fit.problem.observations[k].rms(predicted),
+                individual_model=model,
+                rms_individual=own.rms_of(0),
+                rms_joint=fit.rms_of(first + k),
+                rms_predicted=None if predicted is None else staged.problem.observations[k].rms(predicted),
                 size=d.size,
-                statistics=fit.statistics_of(k),
-                not_predicted_because=why,
-                derived=derived[k],
-                check=getattr(d, "check", None),
-            )
-        )
-    return rows
-
-
-def displacement_observations(
-    found: CouplingFit,
-    fit: FitResult,
-    first: int,
-    derived: Sequence[Mapping[str, Estimate]],
-    metrics: Sequence[DisplacementMetrics | None],
-    progress: Progress,
-) -> list[ObservationFit]:
-    """Return every displacement over the stretch that its individual fit describes.
-
-    ``first`` is the place of the first displacement among the observations of ``fit``.
-    """
-    without = leave_one_out(found.fit, progress)
-    rows = []
-    for k, (own, data) in enumerate(zip(found.individual, found.data, strict=True)):
-        channel = own.data.part
-        individually = own.fitted[: len(channel.time)]
-        fitted = channel.values - fit.residuals_of(first + k)
-        predicted, why = predicted_by(found.fit, k, without[k])
-        if predicted is not None:
-            predicted = predicted + data.reference
-        rows.append(
-            ObservationFit(
-                source=data.source,
-                quantity="displacement",
-                unit="m",
-                engine=found.motion.engine,
-                voltage=data.voltage,
-                abscissa=channel.time,
-                data=channel.values,
-                fitted=fitted,
-                individually=individually,
-                predicted=predicted,
-                individual_model="d(s)",
-                rms_individual=own.fit.rms_of(0),
-                rms_joint=_rms(channel.values - fitted),
-                rms_predicted=None if predicted is None else _rms(channel.values - predicted),
-                size=float(np.ptp(individually)),
                 statistics=fit.statistics_of(first + k),
-                not_predicted_because=why if why != ONLY_ONE else "no other file has a displacement",
-                derived=derived[k],
-                metrics=metrics[k],
+                not_predicted_because=why,
             )
         )
     return rows
@@ -262,7 +220,3 @@ def _outlying_file(rows: Sequence[ObservationFit], without: LeftOut) -> list[Fin
         if all(others.rms_of(j) <= limit for j, limit in enumerate(limits)):
             found.append(rows[k].source)
     return [Finding("file-outlying", values={"file": found[0]})] if len(found) == 1 else []
-
-
-def _rms(residuals: Array) -> float:
-    return float(np.sqrt(np.mean(residuals**2)))

@@ -85,12 +85,11 @@ class IndividualFit:
         return dict(zip(self.fit.labels, self.fit.values.tolist(), strict=True))
 
 
-class PortData(Protocol):
-    """One file's currents or impedances.
+class Measured(Protocol):
+    """One measured quantity of one file.
 
     ``data`` (samples,) are real numbers in ``unit``; ``size`` [unit] is what misfits are compared with; ``voltage`` [V]
-    the largest applied, or the bias; ``level`` [V] that of all the time, None for a waveform; ``band`` [Hz] is what the
-    data cover; ``engine`` names what predicts them; ``notes`` are the reader's findings.
+    the largest applied, or the bias; ``engine`` names what predicts the data.
     """
 
     @property
@@ -104,20 +103,29 @@ class PortData(Protocol):
     @property
     def voltage(self) -> float: ...
     @property
-    def level(self) -> float | None: ...
-    @property
     def abscissa(self) -> Array: ...
     @property
     def data(self) -> Array: ...
     @property
     def size(self) -> float: ...
+
+    def shown(self, numbers: Array) -> NDArray[Any]:
+        """Return ``numbers`` as they were measured [A], [ohm] or [m], one a point of ``abscissa``."""
+
+
+class PortData(Measured, Protocol):
+    """One file's currents or impedances.
+
+    ``level`` [V] is the voltage of all the time, None for a waveform; ``band`` [Hz] is what the data cover; ``notes``
+    are the reader's findings.
+    """
+
+    @property
+    def level(self) -> float | None: ...
     @property
     def band(self) -> tuple[float, float]: ...
     @property
     def notes(self) -> tuple[Finding, ...]: ...
-
-    def shown(self, numbers: Array) -> NDArray[Any]:
-        """Return ``numbers`` as they were measured [A] or [ohm], one a point of ``abscissa``."""
 
     def observation(self, model: PortModel, sigma: float = 1.0) -> Observation:
         """Return the observation that ``model`` predicts by the engine of record."""
