@@ -43,7 +43,7 @@ def cli() -> None:
 def main(arguments: list[str] | None = None) -> None:
     """Entry point: every failure that is ours ends in one line on stderr and the exit code."""
     try:
-        status = cli.main(args=arguments, prog_name="ilg-circuit", standalone_mode=False)
+        status = cli.main(args=arguments, prog_name="ilg-circuit", standalone_mode=False, obj=arguments)
     except click.exceptions.NoArgsIsHelpError as error:  # called without a command: the help is the answer
         click.echo(error.format_message())
         sys.exit(2)

@@ -50,6 +50,6 @@ def digest(path: str | Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def command_line() -> str:
-    """Return the present command, quoted for a shell."""
-    return shlex.join(["ilg-circuit", *sys.argv[1:]])
+def command_line(arguments: Iterable[str] | None = None) -> str:
+    """Return the command with ``arguments`` (default: those of this process), quoted for a shell."""
+    return shlex.join(["ilg-circuit", *(sys.argv[1:] if arguments is None else arguments)])

@@ -18,6 +18,7 @@ import click
 from ..errors import InputError
 
 if TYPE_CHECKING:
+    from ..provenance import Provenance
     from ..result import Result
 
 #: Options -> files to write; None where an option was not given.
@@ -70,9 +71,7 @@ def emit(
     """
     from dataclasses import replace
 
-    from ..provenance import command_line, provenance
-
-    made = replace(result, provenance=provenance(command_line(), [path for path in inputs if path], seed))
+    made = replace(result, provenance=origin(inputs, seed))
     writing: dict[str, Callable[[R, Path], object]] = {"--json": _json, "--plot": _plot, "--report": _report}
     writing.update(writers or {})
     for option, path in outputs.items():
@@ -85,6 +84,14 @@ def emit(
     for line in getattr(made, "warnings", ()):
         click.echo(f"warning: {line}", err=True)
     return made
+
+
+def origin(inputs: Iterable[str | Path | None] = (), seed: int | None = None) -> Provenance:
+    """Return the provenance of what the present command makes; ``inputs`` that are no files have no hash."""
+    from ..provenance import command_line, provenance
+
+    call = command_line(click.get_current_context().find_root().obj)
+    return provenance(call, [path for path in inputs if path], seed)
 
 
 def plain_data(result: Result) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from ..errors import InputError
+from .emit import origin
 from .options import FILE, beam_of, beam_option, tip_option
 
 
@@ -26,7 +27,6 @@ def netlist(
     from ..circuit.library import library
     from ..circuit.strip import parse_load, strip_netlist
     from ..files import write_text
-    from ..provenance import command_line, provenance
     from ..simulation.drives import parse_drive
     from ..strip.file import load_actuator
     from ..units import parse
@@ -43,7 +43,7 @@ def netlist(
         text = deck(circuit, parse_drive(drive, seconds), seconds, strip)
     else:
         raise InputError(f"cannot tell what to write to '{out}': end its name in .cir (a deck) or .lib (a subcircuit)")
-    made = provenance(command_line(), [actuator, drive.removeprefix("file:")])
+    made = origin([actuator, drive.removeprefix("file:")])
     write_text(out, _with_origin(text, made.lines()[1:]))
     click.echo(f"wrote {out}")
 

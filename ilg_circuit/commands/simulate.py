@@ -64,7 +64,7 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, **
     emit(
         response,
         outputs(options),
-        inputs=(actuator, drive.removeprefix("file:")),
+        inputs=(actuator, drive.removeprefix("file:"), options["compare"]),
         writers={
             "--out": lambda result, path: result.write_csv(path, energy=options["with_energy"]),
             "--plot": lambda result, path: save(shown.figure(result, compared), path, result.provenance),
