@@ -21,8 +21,8 @@ from machine import conditions
 from numpy.typing import NDArray
 
 from ilg_circuit.strip.actuator import PAPER
-from ilg_circuit.study import Base
-from ilg_circuit.study.design import Question
+from ilg_circuit.study import ScenarioTemplate
+from ilg_circuit.study.problem import DesignProblem
 from ilg_circuit.study.pareto import pareto_front, parse_objectives
 from ilg_circuit.study.space import Space, parse_ranges
 from ilg_circuit.study.threads import one_thread
@@ -63,17 +63,17 @@ def shortfall(displacement: Array, force: Array) -> tuple[float, float]:
 
 def fronts() -> list[tuple[str, float, float, float]]:
     """Method, processor seconds, largest and median shortfall, for a static strip."""
-    spans, fixed = parse_ranges(RANGES)
-    space = Space(Base(PAPER, "step:4V", 600.0, beam="static"), spans, fixed, "exact")
+    ranges, fixed = parse_ranges(RANGES)
+    space = Space(ScenarioTemplate(PAPER, "step:4V", 600.0, beam="static"), ranges, fixed, "exact")
     aims = parse_objectives("displacement_final,force_blocked", space.names)
     quantities = [aim.quantity for aim in aims]
     begin = process_time()
-    front = pareto_front(Question(space, (), aims[0]), aims)
+    front = pareto_front(DesignProblem(space, (), aims[0]), aims)
     rows = [("this, 25 points", process_time() - begin, *shortfall(*(front.values[q.name] for q in quantities)))]
     if find_spec("pymoo"):
         for generations in (20, 60, 150):
             begin = process_time()
-            found = evolved(lambda x: -np.log(space.look(x, quantities)), len(spans), generations)
+            found = evolved(lambda x: -np.log(space.evaluate(x, quantities)), len(ranges), generations)
             spent = process_time() - begin
             rows.append((f"NSGA-II, 50 points, {generations} generations", spent, *shortfall(*np.exp(-found).T)))
     return rows

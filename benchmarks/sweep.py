@@ -18,11 +18,11 @@ import numpy as np
 from figure import Figure
 
 from ilg_circuit.strip.actuator import PAPER
-from ilg_circuit.study import Base
+from ilg_circuit.study import ScenarioTemplate
 from ilg_circuit.study.dataset import read_sweep
 from ilg_circuit.study.outputs import DEFAULT_OUTPUTS
 from ilg_circuit.study.plan import random_plan
-from ilg_circuit.study.question import Question
+from ilg_circuit.study.spec import SweepSpec
 from ilg_circuit.study.sweep import sweep
 
 RANGES = ("thickness=0.2mm:1mm", "free_length=15mm:40mm", "width=2mm:10mm", "youngs_modulus=5kPa:50kPa")
@@ -40,10 +40,10 @@ class Measured:
 
 def measure(engine: str, jobs: int, designs: int, path: Path) -> Measured:
     """Seconds of one sweep, from the start of its workers to its file."""
-    question = Question(Base(PAPER, "step:4V", 300.0), random_plan(RANGES, designs), DEFAULT_OUTPUTS, engine, ACCURACY)
+    spec = SweepSpec(ScenarioTemplate(PAPER, "step:4V", 300.0), random_plan(RANGES, designs), DEFAULT_OUTPUTS, engine, ACCURACY)
     used = processor_time()
     begin = perf_counter()
-    done = sweep(question, path, jobs=jobs)
+    done = sweep(spec, path, jobs=jobs)
     wall = perf_counter() - begin
     if done.summary.failed:
         raise SystemExit(f"{done.summary.failed} designs failed")

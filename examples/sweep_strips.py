@@ -7,18 +7,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ilg_circuit.strip.actuator import PAPER
-from ilg_circuit.study import Base
+from ilg_circuit.study import ScenarioTemplate
 from ilg_circuit.study.dataset import read_sweep
 from ilg_circuit.study.plan import random_plan
-from ilg_circuit.study.question import Question
+from ilg_circuit.study.spec import SweepSpec
 from ilg_circuit.study.sweep import sweep
 
 plan = random_plan(["thickness=0.3mm:1mm", "free_length=15mm:40mm", "youngs_modulus=5kPa:50kPa:log"], 200, "sobol")
 outputs = ("displacement_peak", "relative_deflection", "force_blocked", "settling_time")
-question = Question(Base(PAPER, "step:4V", 300.0), plan, outputs, engine="exact")
+spec = SweepSpec(ScenarioTemplate(PAPER, "step:4V", 300.0), plan, outputs, engine="exact")
 
 with TemporaryDirectory() as folder:
-    done = sweep(question, Path(folder) / "strips.nc", jobs=1)
+    done = sweep(spec, Path(folder) / "strips.nc", jobs=1)
     with read_sweep(done.path) as data:
         holds = data.where(data.relative_deflection < 0.2, drop=True)
         print(f"{holds.sizes['design']} of {done.summary.count} strips stay within small deflection")

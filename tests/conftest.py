@@ -79,7 +79,7 @@ def brisk(monkeypatch: pytest.MonkeyPatch) -> None:
     from ilg_circuit.study import search
 
     for table, values in (
-        (search.SCOUTS, {"exact": 128, "ngspice": 16}),
+        (search.INITIAL_POINTS, {"exact": 128, "ngspice": 16}),
         (search.STARTS, {"exact": 4, "ngspice": 2}),
         (search.POLISHING, {"exact": (2, 8), "ngspice": (1, 4)}),
     ):
@@ -95,4 +95,4 @@ def step_record() -> Record:
 
 @pytest.fixture(scope="session")
 def step_fit(step_record: Record) -> Identification:
-    return identify(step_record.measurement(), base=PAPER, model="rc")
+    return identify(step_record.measurement(), template=PAPER, model="rc")

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
-from .compiled import Array
 from .lattice import Arm
 
 #: Where a muscle or an eigenstrain sits: the edge of the face towards +normal, that of the other face, the rods.

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiled import Array, compiled, compiled_loosely
+from ..arrays import Array
+from .compiled import compiled, compiled_loosely
 from .forces import area_gradient
 from .lattice import Model
 

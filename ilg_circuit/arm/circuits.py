@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..circuit.netlist import Netlist, copies
 from ..circuit.strip import strip_netlist
 from ..cpg.netlist import TOLERANCES, netlist_text
@@ -18,8 +19,6 @@ from ..cpg.network import Network
 from ..errors import SolveError
 from ..simulation.response import transient_band
 from ..strip.actuator import Actuator
-
-Array = NDArray[np.float64]
 
 #: Error of the strains, relative to their largest value, beyond which a solve has failed.
 _LARGEST_ERROR = 1e-3

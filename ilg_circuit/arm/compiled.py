@@ -14,7 +14,6 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Function = TypeVar("Function", bound=Callable[..., object])
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..cpg.network import Network
 from ..cpg.report import Run
@@ -30,8 +31,6 @@ from ..strip.elements import lumped_elements
 from .activation import Activation, activation
 from .circuits import through_circuits, with_neurons
 from .lattice import Arm
-
-Array = NDArray[np.float64]
 
 MODES = ("ideal", "circuit", "charge")
 #: The paper's voltage [V]; also the edge of its liquid's electrochemical window.

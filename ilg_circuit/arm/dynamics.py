@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError, SolveError
 from .activation import Activation, corners
-from .compiled import Array
 from .energy import crosses_itself
 from .explicit import DONE, NOT_FINITE, PAUSE, Run, explicit
 from .forces import acceleration

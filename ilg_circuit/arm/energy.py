@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from .compiled import Array, compiled
+from ..arrays import Array
+from .compiled import compiled
 from .forces import depth_in_plane, drag_of_cell, rod_activation, shear_state
 from .lattice import Model
 

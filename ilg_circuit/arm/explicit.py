@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiled import Array, Indices, compiled
+from ..arrays import Array
+from .compiled import Indices, compiled
 from .energy import powers
 from .forces import acceleration
 from .lattice import Model

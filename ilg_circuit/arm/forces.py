@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 
-from .compiled import Array, compiled
+from ..arrays import Array
+from .compiled import compiled
 from .lattice import Model
 
 #: Columns of energies: kinetic, elastic (springs and plane), shear, gravity [J]; of powers: the actuators', and the

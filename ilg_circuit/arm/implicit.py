@@ -14,8 +14,9 @@ import math
 
 import numpy as np
 
+from ..arrays import Array
 from .banded import PER_ROD, WIDTH, assemble, factorise, solve
-from .compiled import Array, compiled
+from .compiled import compiled
 from .explicit import (
     DONE,
     NOT_FINITE,

@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import Array
 from ..errors import InputError
 from ..strip.actuator import CANTILEVER_EIGENVALUE, ORIENTATIONS, PAPER, Actuator, quantity, validate_quantities
-from .compiled import Array, Indices
+from .compiled import Indices
 
 FORMULATIONS = ("beam", "yekutieli")
 GRAVITY = 9.80665

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from ..files import replacing
 from .activation import CHANNELS, Activation
-from .compiled import Array
 from .energy import evaluate
 from .explicit import Run
 from .forces import ENERGIES, POWERS

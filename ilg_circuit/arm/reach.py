@@ -14,8 +14,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..cpg.flow import Flow, sampled
 from ..cpg.network import CHAIN_SAME, INHIBITION, TONIC, Network, chain, default_start, ring, unit
 from ..cpg.rhythm import rhythm
@@ -28,8 +29,6 @@ from .coupling import LARGEST_VOLTAGE, Coupled, couple, lumped_strain, segment_s
 from .dynamics import Progress, simulate
 from .lattice import Arm
 from .motion import Motion
-
-Array = NDArray[np.float64]
 
 RHYTHMS = ("unit", "ring", "one-way-ring", "chain")
 #: Where each parameter is looked for: the tonic input e, the inhibition a within the window of a cycle (by the paper's

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from ..arrays import Array
 from ..errors import InputError, SolveError
 from .activation import Activation
 from .banded import PER_ROD, WIDTH, assemble, factorise, matrix, solve, vector
-from .compiled import Array
 from .dynamics import velocity_rate
 from .forces import acceleration, add_pressures, area_gradient, cell_area, forces
 from .jacobian import derivatives

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError, SolveError
-from .options import base_of, run_options
-from .progress import ProgressBar
+from .options import run_options, template_of
+from .progress import progress_bar, simulation_counter
 
 if TYPE_CHECKING:
-    from ..study.design import Question
-    from ..study.findings import Findings
+    from ..study.design import DesignReport
+    from ..study.problem import DesignProblem
     from ..study.quantities import Quantity
     from ..study.space import Counter, Space
 
@@ -65,13 +65,13 @@ def design(actuator: str, **options: Any) -> None:
     """
     confidence = _confidence(options)
     _require_sense(options)
-    from ..study.design_text import describe
-    from ..study.findings import write_design, write_front
+    from ..report.design_text import describe
+    from ..study.design import write_design, write_front
     from ..study.threads import one_thread
 
     _require_paths(options)
-    with ProgressBar("simulation", doing="searching") as bar, one_thread():
-        question, findings = _find(actuator, options, confidence, bar.count)
+    with simulation_counter() as count, one_thread():
+        problem, findings = _find(actuator, options, confidence, count)
     feasible = findings.design is None or findings.design.feasible
     if options["json_path"]:
         findings.write_json(options["json_path"])
@@ -84,7 +84,7 @@ def design(actuator: str, **options: Any) -> None:
     for line in findings.warnings:
         click.echo(f"warning: {line}", err=True)
     if not feasible:
-        asked = " and ".join(r.text for r in question.requirements)
+        asked = " and ".join(r.text for r in problem.requirements)
         raise SolveError(
             f"no design within the ranges meets {asked}; the nearest one is shown above"
             + (f" and '{options['out']}' is not written" if options["out"] else "")
@@ -93,11 +93,11 @@ def design(actuator: str, **options: Any) -> None:
 
 def _find(
     actuator: str, options: dict[str, Any], confidence: float | None, count: Counter
-) -> tuple[Question, Findings]:
-    from ..study.binding import limits, omissions
-    from ..study.design import Objective, Question, best_design
-    from ..study.findings import Findings
+) -> tuple[DesignProblem, DesignReport]:
+    from ..study.constraints import active_constraints, without_each_requirement
+    from ..study.design import DesignReport
     from ..study.pareto import pareto_front, parse_objectives
+    from ..study.problem import DesignProblem, Objective, best_design
     from ..study.quantities import quantity
     from ..study.requirements import parse_requirements
     from ..study.sensitivity import confident_design, sensitivity
@@ -107,34 +107,34 @@ def _find(
     named, sense = (options["minimise"], 1) if options["minimise"] else (options["maximise"], -1)
     objective = Objective(quantity(named, space.names), sense) if named else None
     front_of = parse_objectives(options["pareto"], space.names) if options["pareto"] else ()
-    requirements = parse_requirements(options["required"], space.names, space.base.actuator)
-    wanted = Question(space, requirements, objective or (front_of[0] if front_of else None), options["seed"])
+    requirements = parse_requirements(options["required"], space.names, space.template.actuator)
+    wanted = DesignProblem(space, requirements, objective or (front_of[0] if front_of else None), options["seed"])
     best = bounds = left_out = sure = front = indices = None
-    if objective or not front_of or any(r.stretched for r in requirements):
-        question = Question(space, requirements, objective, options["seed"])
+    if objective or not front_of or any(r.maximised for r in requirements):
+        problem = DesignProblem(space, requirements, objective, options["seed"])
         extra: tuple[Quantity, ...] = tuple(o.quantity for o in front_of)
-        if space.base.actuator.coupling is not None:
+        if space.template.actuator.coupling is not None:
             extra = (*extra, quantity("displacement_peak", space.names))
-        best = confident_design(question, confidence, extra) if confidence else best_design(question, extra)
-        bounds, left_out = limits(best), [] if best.feasible else omissions(best)
+        best = confident_design(problem, confidence, extra) if confidence else best_design(problem, extra)
+        bounds, left_out = active_constraints(best), [] if best.feasible else without_each_requirement(best)
         if options["sensitivity"] or confidence:
             sure = sensitivity(best)
-        wanted = Question(space, best.question.requirements, wanted.objective, options["seed"])
+        wanted = DesignProblem(space, best.problem.requirements, wanted.objective, options["seed"])
     if front_of and (best is None or best.feasible):
         front = pareto_front(wanted, front_of, points=options["points"], progress=ProgressBar("point"))
     if options["sobol"]:
         asked = {q.name: q for q in (*wanted.quantities, *(o.quantity for o in front_of)) if q.outputs}
         indices = sobol_indices(space, tuple(asked.values()), seed=options["seed"])
-    return wanted, Findings(best, bounds or (), left_out or (), sure, confidence, front, indices)
+    return wanted, DesignReport(best, bounds or (), left_out or (), sure, confidence, front, indices)
 
 
 def _space(actuator: str, options: dict[str, Any], count: Counter) -> Space:
     from ..study.space import Space, parse_ranges, resolve_engine
 
-    base = base_of(actuator, options)
-    base.parsed_drive()  # a drive that is no drive is told at once
-    spans, fixed = parse_ranges(options["varied"])
-    return Space(base, spans, fixed, resolve_engine(base, spans, fixed, options["engine"]), count)
+    template = template_of(actuator, options)
+    template.parsed_drive()  # a drive that is no drive is told at once
+    ranges, fixed = parse_ranges(options["varied"])
+    return Space(template, ranges, fixed, resolve_engine(template, ranges, fixed, options["engine"]), count)
 
 
 def _confidence(options: dict[str, Any]) -> float | None:
@@ -182,8 +182,8 @@ def _require_paths(options: dict[str, Any]) -> None:
         require_sensitivity()
 
 
-def _draw(findings: Findings, options: dict[str, Any]) -> None:
-    from ..study.design_plots import plot_design, plot_front, plot_sobol
+def _draw(findings: DesignReport, options: dict[str, Any]) -> None:
+    from ..report.design import plot_design, plot_front, plot_sobol
 
     if options["plot"]:
         if findings.front:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ..arrays import Array
     from ..circuit.strip import Load
     from ..strip.actuator import Actuator
-    from ..study.parameters import Base
+    from ..study.parameters import ScenarioTemplate
 
 FILE = click.Path(path_type=Path)
 
@@ -89,13 +89,15 @@ def beam_of(actuator: Actuator, given: str | None, load: Load | None) -> str:
     return given or actuator.usual_beam(loaded=bool(load))
 
 
-def base_of(actuator: str, options: dict[str, Any]) -> Base:
+def template_of(actuator: str, options: dict[str, Any]) -> ScenarioTemplate:
     """The strip and the run that a study varies, of a command's drive, duration, tip, beam and load."""
     from ..circuit.strip import parse_load
     from ..strip.file import load_actuator
-    from ..study.parameters import NO_LOAD, Base
+    from ..study.parameters import NO_LOAD, ScenarioTemplate
     from ..units import parse
 
     strip, load = load_actuator(actuator), parse_load(options["load_text"]) or NO_LOAD
     duration = parse(options["duration"], "s", "--duration")
-    return Base(strip, options["drive"], duration, options["tip"], beam_of(strip, options["beam"], load), load)
+    return ScenarioTemplate(
+        strip, options["drive"], duration, options["tip"], beam_of(strip, options["beam"], load), load
+    )

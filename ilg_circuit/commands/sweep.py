@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
-from .options import base_of, run_options
-from .progress import ProgressBar
+from .options import run_options, template_of
+from .progress import progress_bar
 
 if TYPE_CHECKING:
     from ..study.plan import Plan
-    from ..study.question import Question
+    from ..study.spec import SweepSpec
     from ..study.sweep import Swept
 
 _OUT = click.Path(path_type=Path)
@@ -71,43 +71,43 @@ def sweep(actuator: str, **options: Any) -> None:
     from ..study.sweep import sweep as solve
 
     require_study(cluster=bool(options["cluster"]))
-    question = _question(actuator, options)
+    spec = _spec(actuator, options)
     require_writable(options["out"])
     drawn = _names(options["plot_outputs"])
     if options["plot"]:
         require_picture(options["plot"])
         if options["plot"].resolve() == options["out"].resolve():
             raise InputError("--out and --plot name the same file; give each its own")
-        if drawn and not set(drawn) <= set(question.outputs):
-            missing = next(n for n in drawn if n not in question.outputs)
+        if drawn and not set(drawn) <= set(spec.outputs):
+            missing = next(n for n in drawn if n not in spec.outputs)
             raise InputError(f"--plot-outputs: '{missing}' is not among the outputs of this sweep")
     elif drawn:
         raise InputError("--plot-outputs goes with --plot; give a picture to write")
     done = solve(
-        question,
+        spec,
         options["out"],
         jobs=options["jobs"],
         cluster=options["cluster"],
         progress=ProgressBar("design", begun=True),
         command="ilg-circuit " + shlex.join(sys.argv[1:]),
     )
-    _report(question, done)
+    _report(spec, done)
     if options["plot"]:
-        from ..study.plots import plot_sweep
+        from ..report.sweep import plot_sweep
 
         plot_sweep(options["out"], options["plot"], drawn)
 
 
-def _question(actuator: str, options: dict[str, Any]) -> Question:
+def _spec(actuator: str, options: dict[str, Any]) -> SweepSpec:
     from ..study.outputs import DEFAULT_OUTPUTS
-    from ..study.question import Question
+    from ..study.spec import SweepSpec
 
-    base = base_of(actuator, options)
+    template = template_of(actuator, options)
     waveforms = _names(options["waveforms"])
     if options["samples"] is not None and not waveforms:
         raise InputError("--samples are those of --waveforms; say which to keep, such as --waveforms displacement")
-    return Question(
-        base,
+    return SweepSpec(
+        template,
         _plan(options),
         _names(options["outputs"]) or DEFAULT_OUTPUTS,
         options["engine"],
@@ -137,7 +137,7 @@ def _names(text: str | None) -> tuple[str, ...]:
     return tuple(dict.fromkeys(n.strip() for n in text.split(",") if n.strip())) if text else ()
 
 
-def _report(question: Question, done: Swept) -> None:
+def _report(spec: SweepSpec, done: Swept) -> None:
     """What came of it, in short."""
     from ..strip.validity import deflection_warnings
     from ..study.outputs import OUTPUTS
@@ -145,7 +145,7 @@ def _report(question: Question, done: Swept) -> None:
 
     summary = done.summary
     solved = summary.count - summary.failed
-    click.echo(f"{question.plan.text}: {solved} of {summary.count} designs solved into {done.path}")
+    click.echo(f"{spec.plan.text}: {solved} of {summary.count} designs solved into {done.path}")
     if done.resumed:
         click.echo(f"{done.resumed} of them by an earlier run, which this one continued")
     if done.leftover:
@@ -159,7 +159,7 @@ def _report(question: Question, done: Swept) -> None:
         if len(summary.reasons) > _MOST_REASONS:
             click.echo(f"  and {len(summary.reasons) - _MOST_REASONS} other reasons")
     rows = [("output", "lowest", "with", "highest", "with")]
-    for name in question.outputs:
+    for name in spec.outputs:
         if name not in summary.lowest:
             rows.append((name, "not known", "", "", ""))
             continue
@@ -169,7 +169,7 @@ def _report(question: Question, done: Swept) -> None:
             rows.append((name, format_quantity(low, unit, 5), "all alike", "", ""))
             continue
         ends = format_quantity(low, unit, 5), format_quantity(high, unit, 5)
-        rows.append((name, ends[0], _design(question.plan, first), ends[1], _design(question.plan, last)))
+        rows.append((name, ends[0], _design(spec.plan, first), ends[1], _design(spec.plan, last)))
     widths = [max(len(row[k]) for row in rows) for k in range(5)]
     for row in rows:
         cells = (

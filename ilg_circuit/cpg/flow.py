@@ -17,13 +17,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array, Mask
 from ..errors import InputError, SolveError
 from .network import Network
 
-Array = NDArray[np.float64]
-Active = NDArray[np.bool_]
+Active = Mask
 
 #: Terms after the first of the Taylor series; 1/19! is below rounding.
 ORDER = 18

@@ -14,14 +14,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .. import __version__
+from ..arrays import Array
 from ..errors import InputError, SolveError
 from .network import Network, checked_start
 from .outcome import Rhythm
-
-Array = NDArray[np.float64]
 
 #: Newton's method must be done to rounding, or it and not the grid decides; a later line overrides an earlier one.
 TOLERANCES = ".options reltol=1e-9 abstol=1e-12 vntol=1e-12"

@@ -14,14 +14,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-Array = NDArray[np.float64]
 
 #: CPG §6.3. The mutual inhibition a was lost from the paper's text; 2.5 lies in the middle of the window of a cycle.
 INHIBITION = 2.5

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, ComplexArray
 from .flow import ORDER, Flow, Stretch, sign_changes
 from .network import Network
 from .rest import RestStates
-
-Array = NDArray[np.float64]
 
 #: A multiplier of a cycle may exceed one by this: rounding, or a cycle that is one of many.
 MARGINAL = 1e-6
@@ -53,7 +51,7 @@ class Cycle:
                 low[k], high[k] = min(low[k], values.min()), max(high[k], values.max())
         return np.asarray((high - low) / 2)
 
-    def fundamentals(self, readout: Array) -> NDArray[np.complex128]:
+    def fundamentals(self, readout: Array) -> ComplexArray:
         """(2/T) int f exp(-2 pi i t/T) dt of f = ``readout`` (rows, n) times y over one period: (rows,)."""
         total = np.zeros(len(readout), dtype=complex)
         for stretch in self.stretches():

@@ -19,11 +19,9 @@ from dataclasses import dataclass
 from graphlib import TopologicalSorter
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, ComplexArray, Mask
 from .network import Network
-
-Array = NDArray[np.float64]
 
 #: Neurons of a strongly connected component whose active sets are all tried.
 LARGEST_COMPONENT = 12
@@ -80,7 +78,7 @@ class RestStates:
         return tuple(s for s in self.states if s.stable)
 
 
-def growth(network: Network, active: NDArray[np.bool_]) -> float:
+def growth(network: Network, active: Mask) -> float:
     """Largest real part [1/s] of the eigenvalues of the piece in which just ``active`` (n,) neurons have x > 0."""
     rise, fatigue = network.rise_time, network.adaptation_time
     largest = -np.inf if active.all() else max(-1 / rise, -1 / fatigue)
@@ -97,7 +95,7 @@ def growth(network: Network, active: NDArray[np.bool_]) -> float:
     return largest
 
 
-def rest_of_piece(network: Network, active: NDArray[np.bool_]) -> RestState | None:
+def rest_of_piece(network: Network, active: Mask) -> RestState | None:
     """The state of rest with just ``active`` (n,) neurons above threshold; None without one, or with many."""
     found = _solve(network.matrix, network.tonics, network.adaptation, active)
     return None if found is None else _judged(network, found)
@@ -132,7 +130,7 @@ def _scale(network: Network) -> float:
     return float(np.abs(network.tonics).max())
 
 
-def _continuum(w: Array, inputs: Array, adaptation: float, active: NDArray[np.bool_]) -> bool:
+def _continuum(w: Array, inputs: Array, adaptation: float, active: Mask) -> bool:
     """Whether an active set for which `_solve` finds no single state may have many."""
     if not active.any():
         return False
@@ -143,7 +141,7 @@ def _continuum(w: Array, inputs: Array, adaptation: float, active: NDArray[np.bo
     return bool(np.abs(matrix @ y - inputs[active]).max() <= 1e-9 * np.abs(inputs).max())
 
 
-def _solve(w: Array, inputs: Array, adaptation: float, active: NDArray[np.bool_]) -> Array | None:
+def _solve(w: Array, inputs: Array, adaptation: float, active: Mask) -> Array | None:
     """x (n,) at rest on one active set under ``inputs`` e, None where it is not consistent or not determined."""
     y = np.zeros(len(w))
     tolerance = _EDGE * float(np.abs(inputs).max())
@@ -160,7 +158,7 @@ def _solve(w: Array, inputs: Array, adaptation: float, active: NDArray[np.bool_]
     return np.where(active, y, x)
 
 
-def block_eigenvalues(matrix: Array) -> NDArray[np.complex128]:
+def block_eigenvalues(matrix: Array) -> ComplexArray:
     """Eigenvalues (n,) of a matrix, block by block where it is block triangular.
 
     A chain's units all have the same ones; taken from the whole matrix they would come out wrong in the first digit.
@@ -210,7 +208,7 @@ def _enumerated(network: Network, components: list[list[int]]) -> tuple[list[Arr
     return partial, tried, continuum
 
 
-def _subsets(count: int) -> NDArray[np.bool_]:
+def _subsets(count: int) -> Mask:
     return (np.arange(2**count)[:, None] >> np.arange(count)[None, :] & 1).astype(bool)
 
 

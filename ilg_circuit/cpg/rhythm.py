@@ -17,15 +17,14 @@ from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array, ComplexArray, Mask
 from .flow import ORDER, Flow, Stretch
 from .network import Network, checked_start
 from .outcome import MARGINAL, Cycle, Rhythm
 from .rest import RestState, growth, rest_of_piece, rest_states, strong_components
 from .symmetry import Quotient, quotient
-
-Array = NDArray[np.float64]
 
 #: Steps of the flow after which a motion that neither rests nor repeats is called irregular; more where the time
 #: constants lie so far apart that these are fewer than so many of their sums.
@@ -108,9 +107,9 @@ class _Piece:
     """
 
     rest: RestState
-    rates: NDArray[np.complex128]
-    vectors: NDArray[np.complex128]
-    inverse: NDArray[np.complex128] | None
+    rates: ComplexArray
+    vectors: ComplexArray
+    inverse: ComplexArray | None
     form: Array | None
     radius: float
 
@@ -215,7 +214,7 @@ class _Follower:
         reason = "has no input, and what it started with has died out"
         return Rhythm(self.network, self.start, "rest", reason, self.rests, time, still, rest=nothing)
 
-    def _piece(self, active: NDArray[np.bool_]) -> _Piece | None:
+    def _piece(self, active: Mask) -> _Piece | None:
         """The piece with just these neurons active, None if it has no rest of its own."""
         key = active.tobytes()
         if key not in self.pieces:
@@ -223,7 +222,7 @@ class _Follower:
             self.pieces[key] = None if rest is None else self._analysed(rest, active)
         return self.pieces[key]
 
-    def _analysed(self, rest: RestState, active: NDArray[np.bool_]) -> _Piece:
+    def _analysed(self, rest: RestState, active: Mask) -> _Piece:
         a = self.flow.matrix(active)
         rates, vectors = np.linalg.eig(a)
         inverse, form, radius = None, None, 0.0

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array, Mask
 from ..errors import InputError
 from ..files import write_text
 from .network import Network
 from .rhythm import rhythm
-
-Array = NDArray[np.float64]
 
 #: name of a parameter -> (column of a CSV file, SI unit)
 PARAMETERS = {
@@ -41,7 +40,7 @@ class Sweep:
     amplitude: Array
 
     @property
-    def oscillates(self) -> NDArray[np.bool_]:
+    def oscillates(self) -> Mask:
         """(n,); False where it could not be decided."""
         return np.array([o in ("cycle", "irregular") for o in self.outcomes])
 

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from .network import Network
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

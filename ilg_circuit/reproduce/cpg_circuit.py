@@ -6,7 +6,6 @@ import cmath
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arm import strip_arm
 from ..arm.coupling import Coupled, couple
@@ -17,8 +16,6 @@ from .cpg_motion import ASSUMED, DURATION, move
 from .cpg_rhythm import COLOURS, figure_grid, tidy
 from .items import Check, Claim, Made, rows
 from .runs import Runs
-
-Array = NDArray[np.float64]
 
 #: How much slower the rhythm is made, and for how many periods it runs until the start is forgotten.
 _SLOWER = {1: 150, 10: 25, 100: 6}

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arm import Motion, simulate, strip_arm
 from ..arm.coupling import Coupled, couple
 from ..arm.plots import SNAPSHOT_TIMES
+from ..arrays import Array
 from ..cpg.network import Network
 from ..cpg.rhythm import rhythm
 from ..report.axes import BLUE, GREY, ORANGE
@@ -24,8 +24,6 @@ from .runs import VOLTAGE, Runs
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 #: How long the paper's motions last [s].
 DURATION = 1.5

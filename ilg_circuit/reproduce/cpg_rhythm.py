@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..cpg.closed_forms import describing_frequency
 from ..cpg.flow import Flow, sampled
 from ..cpg.network import ADAPTATION, ADAPTATION_TIME, INHIBITION, RISE_TIME, Network, ring, unit
@@ -22,8 +22,6 @@ from .runs import Runs
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 #: Of values that are told apart by colour.
 COLOURS = (BLUE, ORANGE, "#3a8f4d", "#8b4fa8", "#b0892c")

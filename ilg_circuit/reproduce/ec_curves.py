@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..report.axes import BLUE, GREY, ORANGE, new_figure
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
@@ -18,8 +18,6 @@ from .runs import VOLTAGE, Runs, coefficient, printed_current, printed_displacem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 #: Reading error of the coordinate paper [m].
 _READING = 0.1e-3

@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
 from ..report.axes import BLUE, GREY, ORANGE, new_figure
@@ -23,8 +23,6 @@ from .runs import VOLTAGE, Runs, coefficient
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 #: Electrode resistance [ohm] with which (5) is tried: any but zero shows the misprint's unit.
 _ELECTRODES = 5.0

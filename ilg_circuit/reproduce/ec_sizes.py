@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
 from ..simulation import closed_forms as formulas
@@ -21,8 +21,6 @@ from .runs import VOLTAGE, Runs, coefficient
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 #: When a step counts as at rest [s]: d(s) has decayed to 1e-8 by then.
 _AT_REST = 400.0

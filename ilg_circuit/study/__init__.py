@@ -7,15 +7,15 @@ from __future__ import annotations
 
 from .evaluate import Evaluation, evaluate, evaluate_designs
 from .outputs import OUTPUTS, Output, choose_outputs
-from .parameters import Base, Case, Parameter, apply, parameter
+from .parameters import Parameter, Scenario, ScenarioTemplate, apply, parameter
 
 __all__ = [
     "OUTPUTS",
-    "Base",
-    "Case",
     "Evaluation",
     "Output",
     "Parameter",
+    "Scenario",
+    "ScenarioTemplate",
     "apply",
     "choose_outputs",
     "evaluate",

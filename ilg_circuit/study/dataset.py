@@ -20,13 +20,11 @@ from ..strip.validity import LARGEST_DEFLECTION
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, WAVEFORMS
 from .parameters import PARAMETERS
-from .question import Question
+from .spec import SweepSpec
 from .store import Store
 
 if TYPE_CHECKING:
     from xarray import Dataset
-
-Array = NDArray[np.float64]
 
 #: Dimension of designs that are no grid.
 DESIGN = "design"
@@ -74,7 +72,7 @@ class Summary:
                 self.highest[output.name] = float(values[high]), start + high
 
 
-def write_dataset(path: Path, question: Question, store: Store, command: str = "") -> Summary:
+def write_dataset(path: Path, spec: SweepSpec, store: Store, command: str = "") -> Summary:
     """Write the file, whole or not at all, from the tasks in the store, all of which must be there.
 
     Raises SolveError when every design failed.
@@ -82,14 +80,14 @@ def write_dataset(path: Path, question: Question, store: Store, command: str = "
     import h5netcdf
     import h5py
 
-    plan = question.plan
+    plan = spec.plan
     summary = Summary(plan.count)
     text = h5py.string_dtype()
     with replacing(path) as temporary, h5netcdf.File(temporary, "w") as file:
         dimensions = plan.names if plan.grid else (DESIGN,)
         file.dimensions = dict(zip(dimensions, plan.shape, strict=True))
-        if question.waveforms:
-            file.dimensions["time"] = len(question.times)
+        if spec.waveforms:
+            file.dimensions["time"] = len(spec.times)
         described = {"coordinates": " ".join(plan.names)} if not plan.grid else {}
 
         def create(name: str, over: tuple[str, ...], kind: Any, unit: str, meaning: str, **more: str) -> None:
@@ -100,22 +98,22 @@ def write_dataset(path: Path, question: Question, store: Store, command: str = "
             item = PARAMETERS[name]
             create(name, (name,) if plan.grid else (DESIGN,), text if item.words else "f8", item.unit, item.meaning)
             file[name][:] = column.astype(object) if item.words else column
-        for name in question.outputs:
+        for name in spec.outputs:
             create(name, dimensions, "f8", OUTPUTS[name].unit, OUTPUTS[name].meaning, **described)
         create("error", dimensions, "f8", "", "estimated error of the worst waveform over its maximum", **described)
         create("failure", dimensions, text, "", "why a design failed; empty where it did not", **described)
-        if question.waveforms:
+        if spec.waveforms:
             create("time", ("time",), "f8", "s", "time")
-            file["time"][:] = question.times
-            for name in question.waveforms:
+            file["time"][:] = spec.times
+            for name in spec.waveforms:
                 create(name, (*dimensions, "time"), "f8", WAVEFORMS[name], name, **described)
-        file.attrs.update(_attributes(question, command))
-        for number in range(question.task_count):
-            start, stop = question.bounds(number)
+        file.attrs.update(_attributes(spec, command))
+        for number in range(spec.task_count):
+            start, stop = spec.bounds(number)
             result = store.read(number)
             summary.add(start, result)
             failure = np.array([result.failures.get(k, "") for k in range(stop - start)], dtype=object)
-            flat: dict[str, NDArray[Any]] = {n: result.values[:, j] for j, n in enumerate(question.outputs)}
+            flat: dict[str, NDArray[Any]] = {n: result.values[:, j] for j, n in enumerate(spec.outputs)}
             flat |= {"error": result.errors, "failure": failure} | result.waveforms
             for box, inside in boxes(plan.shape, start, stop):
                 shape = tuple(s.stop - s.start for s in box)
@@ -172,25 +170,25 @@ def read_sweep(path: str | Path) -> Dataset:
     return data
 
 
-def _attributes(question: Question, command: str) -> dict[str, Any]:
+def _attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
     import scipy
 
-    base = question.base
-    solver = {} if question.engine == "exact" else {"ngspice_version": _ngspice_version()}
+    template = spec.template
+    solver = {} if spec.engine == "exact" else {"ngspice_version": _ngspice_version()}
     return {
         "Conventions": "CF-1.11",
-        "title": f"{question.plan.text}: {base.actuator.name}, {base.drive_text}",
+        "title": f"{spec.plan.text}: {template.actuator.name}, {template.drive_text}",
         "source": f"ilg_circuit {__version__}",
         "command": command,
-        "actuator": dumps(base.actuator),
-        "drive": base.drive_text,
-        "duration_s": base.duration,
-        "tip": base.tip,
-        "beam": base.beam,
-        **{f"load_{name}": value for name, value in asdict(base.load).items()},
-        "designs": question.plan.text,
-        "engine": question.engine,
-        "accuracy": question.accuracy,
+        "actuator": dumps(template.actuator),
+        "drive": template.drive_text,
+        "duration_s": template.duration,
+        "tip": template.tip,
+        "beam": template.beam,
+        **{f"load_{name}": value for name, value in asdict(template.load).items()},
+        "designs": spec.plan.text,
+        "engine": spec.engine,
+        "accuracy": spec.accuracy,
         "python_version": platform.python_version(),
         "numpy_version": np.__version__,
         "scipy_version": scipy.__version__,

@@ -1,8 +1,8 @@
-"""Many cases to their outputs: solved together where they are alike, one at a time where one of them fails.
+"""Many scenarios to their outputs: solved together where they are alike, one at a time where one of them fails.
 
 Cases whose circuits have one topology, under drives that differ by a factor at most (for a linear circuit the answer
 goes with the drive), are solved in batches of similar time constants: by ngspice as copies in one netlist, by the exact
-engine as one stack of matrices. A batch that fails is halved until the case that fails is found; its reason is kept.
+engine as one stack of matrices. A batch that fails is halved until the scenario that fails is found; its reason is kept.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array, ComplexArray
 from ..circuit.netlist import Netlist
 from ..circuit.strip import strip_netlist
 from ..drive import Drive, PiecewiseLinear, Sine, drive_times
@@ -23,11 +24,10 @@ from ..solve.exact import exact_on_panels
 from ..solve.panels import design_panels
 from ..solve.state_space import StateSpace, state_space
 from ..solve.transient import fastest_modes, similar, transient
-from .curves import Curves
-from .outputs import WAVEFORMS, Output, Runs, choose_outputs
-from .parameters import NO_LOAD, Base, Case, Value, apply, scaled
+from .outputs import WAVEFORMS, BatchWaveforms, Output, choose_outputs
+from .parameters import NO_LOAD, Scenario, ScenarioTemplate, Value, apply, scaled
+from .piecewise import PiecewiseLegendre
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 ENGINES = ("ngspice", "exact", "auto")
@@ -37,13 +37,13 @@ STUDY_ACCURACY = 1e-6
 #: Rounds in which panels of nonlinear circuits are cut, and into how many.
 _MOST_CUTS, _CUT_INTO = 7, 4
 
-#: What may go wrong with one case and says nothing of the others.
+#: What may go wrong with one scenario and says nothing of the others.
 _FAILURES = (IlgError, ArithmeticError, np.linalg.LinAlgError)
 
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """Outputs of n cases: ``values`` (n, outputs), SI, NaN where a case failed; ``failures``: case -> reason.
+    """Outputs of n scenarios: ``values`` (n, outputs), SI, NaN where a scenario failed; ``failures``: scenario -> reason.
 
     ``errors`` (n,): estimated error of the worst waveform relative to its maximum (0 by the exact engine).
     ``waveforms``: name -> (n, t) at ``times`` [s], for those that were asked for.
@@ -62,7 +62,7 @@ class Evaluation:
 
 
 def evaluate_designs(
-    base: Base, designs: Mapping[str, ArrayLike], outputs: Sequence[str] | None = None, **how: Any
+    template: ScenarioTemplate, designs: Mapping[str, ArrayLike], outputs: Sequence[str] | None = None, **how: Any
 ) -> Evaluation:
     """`evaluate` for ``designs``: parameter -> values (n,), SI, as in `ilg_circuit.study.parameters.apply`.
 
@@ -74,18 +74,18 @@ def evaluate_designs(
     if len(counts) != 1:
         raise InputError("designs need at least one parameter, and as many values of each")
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-    return evaluate([_case(base, row) for row in rows], outputs, **how)
+    return evaluate([_scenario(template, row) for row in rows], outputs, **how)
 
 
-def _case(base: Base, values: Mapping[str, Value]) -> Case | str:
+def _scenario(template: ScenarioTemplate, values: Mapping[str, Value]) -> Scenario | str:
     try:
-        return apply(base, values)
+        return apply(template, values)
     except _FAILURES as error:
         return _reason(error)
 
 
 def evaluate(
-    cases: Sequence[Case | str],
+    scenarios: Sequence[Scenario | str],
     outputs: Sequence[str] | None = None,
     *,
     engine: str = "ngspice",
@@ -94,12 +94,12 @@ def evaluate(
     times: ArrayLike | None = None,
     progress: Progress | None = None,
 ) -> Evaluation:
-    """The outputs of ``cases``; a text in place of one is the reason why it could not even be made.
+    """The outputs of ``scenarios``; a text in place of one is the reason why it could not even be made.
 
     ``engine`` is ngspice, exact (linear circuits only) or auto, which is exact where it can be. ``accuracy`` is that
     of ngspice's waveforms. ``waveforms`` (of `WAVEFORMS`) are kept at ``times`` [s], by default 601 over the longest
     run; on a jump the right limit, at the run's end the left one. ``times`` also tell the band of a Warburg or CPE
-    ladder, as in `simulation.response.simulate`. ``progress(done, total)`` counts cases. Raises InputError for unknown
+    ladder, as in `simulation.response.simulate`. ``progress(done, total)`` counts scenarios. Raises InputError for unknown
     words, MissingLibraryError without ngspice.
     """
     chosen = choose_outputs(outputs)
@@ -108,19 +108,19 @@ def evaluate(
     unknown = [name for name in waveforms if name not in WAVEFORMS]
     if unknown:
         raise InputError(f"unknown waveform '{unknown[0]}'; choose from {', '.join(WAVEFORMS)}")
-    longest = max((case.duration for case in cases if isinstance(case, Case)), default=1.0)
+    longest = max((scenario.duration for scenario in scenarios if isinstance(scenario, Scenario)), default=1.0)
     samples = sample_times(longest) if times is None else np.asarray(times, dtype=np.float64)
-    work = _Work(chosen, engine, accuracy, tuple(waveforms), samples, len(cases))
+    work = _Work(chosen, engine, accuracy, tuple(waveforms), samples, len(scenarios))
     kinds = sorted({output.blocked for output in chosen} | ({False} if waveforms else set()))
     for blocked in kinds:
-        groups = work.prepare(cases, blocked)
+        groups = work.prepare(scenarios, blocked)
         for group in groups:
             work.solve(group)
             if progress and blocked == kinds[-1]:
                 work.done += len(group.members)
-                progress(min(work.done, len(cases)), len(cases))
+                progress(min(work.done, len(scenarios)), len(scenarios))
     if progress:
-        progress(len(cases), len(cases))
+        progress(len(scenarios), len(scenarios))
     for k in work.failures:
         work.values[k], work.errors[k] = np.nan, np.nan
         for kept in work.waveforms.values():
@@ -132,13 +132,13 @@ def evaluate(
 class _Batch:
     """Cases ``members`` that are solved together: netlists, their state space (linearised), poles, and the drive.
 
-    ``factors`` (n,) are what each case's own drive is of ``drive``.
+    ``factors`` (n,) are what each scenario's own drive is of ``drive``.
     """
 
     members: NDArray[np.intp]
     netlists: list[Netlist]
     system: StateSpace
-    poles: NDArray[np.complex128]
+    poles: ComplexArray
     drive: Drive
     factors: Array
     duration: float
@@ -147,7 +147,7 @@ class _Batch:
     blocked: bool
 
     def part(self, index: NDArray[np.intp]) -> _Batch:
-        """Some of the cases."""
+        """Some of the scenarios."""
         s = self.system
         system = StateSpace(s.a[index], s.b[index], s.c[index], s.d[index], s.output_names)
         return replace(
@@ -180,17 +180,17 @@ class _Work:
         self.failures: dict[int, str] = {}
         self.done = 0
 
-    def prepare(self, cases: Sequence[Case | str], blocked: bool) -> list[_Batch]:
-        """Batches of cases that can be solved together; cases that make no circuit become failures."""
-        groups: dict[Any, list[tuple[int, Netlist, Drive, float, Case]]] = {}
+    def prepare(self, scenarios: Sequence[Scenario | str], blocked: bool) -> list[_Batch]:
+        """Batches of scenarios that can be solved together; scenarios that make no circuit become failures."""
+        groups: dict[Any, list[tuple[int, Netlist, Drive, float, Scenario]]] = {}
         band = transient_band(self.times)
-        for k, case in enumerate(cases):
-            if isinstance(case, str):
-                self.failures[k] = case
-            if k in self.failures or isinstance(case, str):
+        for k, scenario in enumerate(scenarios):
+            if isinstance(scenario, str):
+                self.failures[k] = scenario
+            if k in self.failures or isinstance(scenario, str):
                 continue
             try:
-                held = replace(case, tip="clamped", load=NO_LOAD) if blocked else case
+                held = replace(scenario, tip="clamped", load=NO_LOAD) if blocked else scenario
                 netlist = strip_netlist(held.actuator, tip=held.tip, beam=held.beam, load=held.load, band=band)
                 drive, factor = _normalised(held.drive) if netlist.linear else (held.drive, 1.0)
             except _FAILURES as error:
@@ -200,7 +200,7 @@ class _Work:
             groups.setdefault(key, []).append((k, netlist, drive, factor, held))
         return [batch for group in groups.values() for batch in self._batches(group, blocked)]
 
-    def _batches(self, group: list[tuple[int, Netlist, Drive, float, Case]], blocked: bool) -> list[_Batch]:
+    def _batches(self, group: list[tuple[int, Netlist, Drive, float, Scenario]], blocked: bool) -> list[_Batch]:
         members, netlists, drives, factors, held = (list(column) for column in zip(*group, strict=True))
         try:
             system = state_space([n.linearised() for n in netlists])
@@ -222,14 +222,14 @@ class _Work:
             drive=drives[0],
             factors=np.array(factors),
             duration=held[0].duration,
-            load_distances=np.array([case.actuator.geometry.load_distance for case in held]),
+            load_distances=np.array([scenario.actuator.geometry.load_distance for scenario in held]),
             tip=held[0].tip,
             blocked=blocked,
         )
         return [whole.part(batch) for batch in similar(fastest_modes(system))]
 
     def solve(self, batch: _Batch) -> None:
-        """Solve a batch, or halve it until the case that fails is alone."""
+        """Solve a batch, or halve it until the scenario that fails is alone."""
         linear = batch.netlists[0].linear
         if self.engine == "exact" and not linear:
             reason = "the exact engine solves linear circuits only, and this one is not; use ngspice or auto"
@@ -248,9 +248,9 @@ class _Work:
             return
         panels = next(iter(curves.values())).panels
         factors = batch.factors[:, None, None]
-        curves = {name: Curves(panels, curve.values * factors) for name, curve in curves.items()}
+        curves = {name: PiecewiseLegendre(panels, curve.values * factors) for name, curve in curves.items()}
         voltage = batch.drive.value(panels.points) * factors
-        runs = Runs(panels, voltage, curves, batch.tip, batch.load_distances)
+        runs = BatchWaveforms(panels, voltage, curves, batch.tip, batch.load_distances)
         for j, output in enumerate(self.outputs):
             if output.blocked == batch.blocked:
                 self.values[batch.members, j] = output.compute(runs)
@@ -261,7 +261,7 @@ class _Work:
             for name, kept in self.waveforms.items():
                 kept[np.ix_(batch.members, inside)] = runs.curve(name).sampled(times)
 
-    def _curves(self, batch: _Batch) -> tuple[dict[str, Curves], Array]:
+    def _curves(self, batch: _Batch) -> tuple[dict[str, PiecewiseLegendre], Array]:
         """A batch's waveforms under its common drive, and their errors (n,).
 
         The poles do not tell where a nonlinear law has a kink, so where a panel's series does not die out, it is cut.
@@ -279,7 +279,7 @@ class _Work:
                 )
                 solved = waves.values.reshape(*waves.values.shape[:2], *panels.points.shape)
                 errors = waves.errors.max(axis=1)
-            curves = {name: Curves(panels, solved[:, k]) for k, name in enumerate(batch.system.output_names)}
+            curves = {name: PiecewiseLegendre(panels, solved[:, k]) for k, name in enumerate(batch.system.output_names)}
             if linear:
                 break
             doubt = np.stack([curve.doubt for curve in curves.values()])

@@ -1,7 +1,7 @@
 """What a study reports of each run: numbers drawn from its waveforms, each with its unit and meaning.
 
 Signs are those of `simulation.response`: displacement and force are positive towards the anode and taken at L_F. "The
-motion" is the displacement, or the force where the tip is clamped. A quantity that a case does not have (a displacement
+motion" is the displacement, or the force where the tip is clamped. A quantity that a scenario does not have (a displacement
 without a coupling) is NaN, and so is a time of a motion that ends at zero. Peaks and times are those of the waveform
 itself, not of its samples.
 """
@@ -12,15 +12,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..simulation.waveforms import ANSWERS
 from ..simulation.waveforms import WAVEFORMS as SIMULATED
 from ..solve.panels import Panels
-from .curves import Curves
-
-Array = NDArray[np.float64]
+from .piecewise import PiecewiseLegendre
 
 #: A motion is settled once it stays within this part of its final value of it.
 SETTLING_BAND = 0.02
@@ -30,35 +28,35 @@ WAVEFORMS = {waveform.name: waveform.unit for waveform in ANSWERS if waveform.co
 
 
 @dataclass(frozen=True, eq=False)
-class Runs:
-    """Waveforms of n cases on the same panels; ``voltage`` (n, m, NODES) [V]; ``tip`` free or clamped.
+class BatchWaveforms:
+    """Waveforms of n scenarios on the same panels; ``voltage`` (n, m, NODES) [V]; ``tip`` free or clamped.
 
     ``load_distance`` (n,) is L_F [m].
     """
 
     panels: Panels
     voltage: Array
-    curves: dict[str, Curves]
+    curves: dict[str, PiecewiseLegendre]
     tip: str
     load_distance: Array
 
-    def curve(self, name: str) -> Curves:
-        """The waveforms of that name, NaN where the cases do not have it."""
-        return self.curves.get(name) or Curves(self.panels, np.full(self.voltage.shape, np.nan))
+    def curve(self, name: str) -> PiecewiseLegendre:
+        """The waveforms of that name, NaN where the scenarios do not have it."""
+        return self.curves.get(name) or PiecewiseLegendre(self.panels, np.full(self.voltage.shape, np.nan))
 
     @property
-    def motion(self) -> Curves:
+    def motion(self) -> PiecewiseLegendre:
         return self.curve("force" if self.tip == "clamped" else "displacement")
 
 
 @dataclass(frozen=True)
 class Output:
-    """A number that a run comes down to. ``blocked``: of the same case with its tip clamped and without a load."""
+    """A number that a run comes down to. ``blocked``: of the same scenario with its tip clamped and without a load."""
 
     name: str
     unit: str
     meaning: str
-    compute: Callable[[Runs], Array]
+    compute: Callable[[BatchWaveforms], Array]
     blocked: bool = False
 
     def __reduce__(self) -> tuple[Callable[[str], Output], tuple[str]]:
@@ -70,11 +68,11 @@ def _by_name(name: str) -> Output:
     return OUTPUTS[name]
 
 
-def _energy(runs: Runs) -> Array:
+def _energy(runs: BatchWaveforms) -> Array:
     return runs.curve("current").integral(runs.voltage)
 
 
-def _overshoot(runs: Runs) -> Array:
+def _overshoot(runs: BatchWaveforms) -> Array:
     final = runs.motion.final
     beyond = runs.motion.extreme(np.where(final < 0, -1.0, 1.0))[0]
     ratio = np.divide(beyond, final, out=np.full_like(final, np.nan), where=final != 0)

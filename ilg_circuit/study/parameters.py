@@ -68,8 +68,8 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Base:
-    """What all cases of a study share but for what is varied: an actuator and the run that it makes.
+class ScenarioTemplate:
+    """What all scenarios of a study share but for what is varied: an actuator and the run that it makes.
 
     ``drive`` is a text such as ``step:4V``, or a drive, of which only the voltage can be varied; ``duration`` [s] is
     how long it lasts; ``tip``, ``beam`` and ``load`` are those of `ilg_circuit.circuit.strip.strip_netlist`.
@@ -97,7 +97,7 @@ class Base:
 
 
 @dataclass(frozen=True)
-class Case:
+class Scenario:
     """One strip in one run of ``duration`` [s]: all that a solve needs to know."""
 
     actuator: Actuator
@@ -140,22 +140,27 @@ def parameter(name: str) -> Parameter:
     return PARAMETERS[name]
 
 
-def apply(base: Base, values: Mapping[str, Value]) -> Case:
-    """The case that ``values`` (SI, by name; see the module) make of ``base``.
+def apply(template: ScenarioTemplate, values: Mapping[str, Value]) -> Scenario:
+    """The scenario that ``values`` (SI, by name; see the module) make of ``template``.
 
     Raises InputError for an unknown name, a value out of range, a strip that cannot be (a free part longer than the
-    whole), or a parameter that the base does not have (a second branch's, a period of a step).
+    whole), or a parameter that the template does not have (a second branch's, a period of a step).
     """
     changed: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
         item = parameter(name)
         changed.setdefault(item.part, {})[name] = value if item.words else _number(name, value)
-    actuator = _actuator(base.actuator, changed)
-    load = base.load
+    actuator = _actuator(template.actuator, changed)
+    load = template.load
     if "load" in changed:
         load = replace(load, **{name.removeprefix("load_"): v for name, v in changed["load"].items()})
-    return Case(
-        actuator, _drive(base.drive, base.duration, changed.get("drive", {})), base.duration, base.tip, base.beam, load
+    return Scenario(
+        actuator,
+        _drive(template.drive, template.duration, changed.get("drive", {})),
+        template.duration,
+        template.tip,
+        template.beam,
+        load,
     )
 
 
@@ -197,14 +202,14 @@ def _actuator(actuator: Actuator, changed: Mapping[str, dict[str, Any]]) -> Actu
     return replace(actuator, **parts) if parts else actuator
 
 
-def _geometry(base: Geometry, changed: dict[str, float]) -> Geometry:
+def _geometry(template: Geometry, changed: dict[str, float]) -> Geometry:
     if "free_length" in changed:
         free = changed["free_length"]
-        follow = {"length": base.length - base.free_length + free}
-        if base.load_position is not None:
-            follow["load_position"] = base.load_position / base.free_length * free
+        follow = {"length": template.length - template.free_length + free}
+        if template.load_position is not None:
+            follow["load_position"] = template.load_position / template.free_length * free
         changed = follow | changed
-    return replace(base, **changed)
+    return replace(template, **changed)
 
 
 @lru_cache(maxsize=4096)

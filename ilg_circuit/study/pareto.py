@@ -13,14 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError, SolveError
 from ..strip.validity import LARGEST_DEFLECTION
-from .design import Objective, Question
+from .problem import DesignProblem, Objective
 from .quantities import quantity
-from .search import FEASIBLE, SCOUTS, Terms, apart, climb, scatter
+from .search import FEASIBLE, INITIAL_POINTS, Terms, apart, local_search, sobol_points
 from .space import Space, measure
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 #: Points of a front of two, of three objectives where nobody says how many.
@@ -91,71 +91,73 @@ def parse_objectives(text: str, varied: Sequence[str]) -> tuple[Objective, ...]:
 
 
 def pareto_front(
-    question: Question,
+    problem: DesignProblem,
     objectives: tuple[Objective, ...],
     *,
     points: int | None = None,
     progress: Progress | None = None,
 ) -> Front:
-    """The front of the designs that meet the question's requirements. Raises SolveError where there are none."""
-    work = _Front(question, objectives, points or POINTS[len(objectives)])
+    """The front of the designs that meet the problem's requirements. Raises SolveError where there are none."""
+    work = _Front(problem, objectives, points or POINTS[len(objectives)])
     work.begin()
     while work.fill():
         if progress:
-            progress(min(len(work.places), work.wanted - 1), work.wanted)
+            progress(min(len(work.points), work.wanted - 1), work.wanted)
     if progress:
         progress(work.wanted, work.wanted)
     return work.result()
 
 
 class _Front:
-    """A front while it is made: ``places`` (k, n) of its points and their ``costs`` (k, m)."""
+    """A front while it is made: ``points`` (k, n) of its points and their ``costs`` (k, m)."""
 
-    def __init__(self, question: Question, objectives: tuple[Objective, ...], wanted: int) -> None:
+    def __init__(self, problem: DesignProblem, objectives: tuple[Objective, ...], wanted: int) -> None:
         if not len(objectives) <= wanted <= 1000:
             raise InputError(f"a front of {wanted} points: give {len(objectives)} to 1000")
         self.wanted, self.objectives = wanted, objectives
-        self.question = replace(question, objective=objectives[0])
-        needed = [r.quantity for r in question.requirements] + [o.quantity for o in objectives]
+        self.problem = replace(problem, objective=objectives[0])
+        needed = [r.quantity for r in problem.requirements] + [o.quantity for o in objectives]
         self.quantities = tuple({q.name: q for q in needed}.values())
-        self.space: Space = question.space
+        self.space: Space = problem.space
         self.tried: set[tuple[float, ...]] = set()
 
     def begin(self) -> None:
         """Scattered designs, the best of each objective, and a few improved from well apart."""
-        scouted = scatter(len(self.space.spans), 2 * SCOUTS[self.space.engine], self.question.seed)
-        values = self._look(scouted)
+        sampled_points = sobol_points(len(self.space.ranges), 2 * INITIAL_POINTS[self.space.engine], self.problem.seed)
+        values = self._evaluate(sampled_points)
         self.objectives = tuple(o.scaled(values[:, self._column(o)]) for o in self.objectives)
-        costs, kept = self._judge(values)
-        fine = (kept >= -FEASIBLE).all(axis=1) & np.isfinite(costs).all(axis=1)
+        costs, constraints = self._judge(values)
+        fine = (constraints >= -FEASIBLE).all(axis=1) & np.isfinite(costs).all(axis=1)
         m = len(self.objectives)
         ends = []
         for j in range(m):
             weights = np.full(m, _SUM)
             weights[j] = 1.0
-            order = Terms(np.where(np.isfinite(costs[:, j]), costs[:, j], np.inf), np.zeros((len(costs), 0)), kept)
-            start = scouted[int(order.order()[0])]
-            ends.append(climb(self.space, self._weighted(weights), start))
-        feasible = [end.place for end in ends if end.feasible]
+            order = Terms(
+                np.where(np.isfinite(costs[:, j]), costs[:, j], np.inf), np.zeros((len(costs), 0)), constraints
+            )
+            start = sampled_points[int(order.order()[0])]
+            ends.append(local_search(self.space, self._weighted(weights), start))
+        feasible = [end.point for end in ends if end.feasible]
         if not feasible:
             raise SolveError("no design within the ranges meets the requirements, so there is no front")
-        places = np.concatenate([np.array(feasible), scouted[fine]])
-        costs = np.concatenate([self._judge(self._look(np.array(feasible)))[0], costs[fine]])
+        points = np.concatenate([np.array(feasible), sampled_points[fine]])
+        costs = np.concatenate([self._judge(self._evaluate(np.array(feasible)))[0], costs[fine]])
         first = nondominated(costs)
         self.low, self.extent = costs[first].min(axis=0), np.ptp(costs[first], axis=0)
         self.extent = np.where(self.extent > 1e-9, self.extent, 1.0)
-        self.places, self.costs = np.array(feasible), costs[: len(feasible)]
+        self.points, self.costs = np.array(feasible), costs[: len(feasible)]
         scattered = first[first >= len(feasible)]
         more = min(_FIRST[m], self.wanted - len(feasible))
         if len(scattered) and more > 0:
             shape = (costs[scattered] - self.low) / self.extent
             for k in apart(shape, np.arange(len(shape)), more):
-                self._improve(places[scattered[k]], costs[scattered[k]])
+                self._improve(points[scattered[k]], costs[scattered[k]])
         self.misses = 0
 
     def fill(self) -> bool:
         """Fill the longest gap between neighbours; False when the front is complete."""
-        if len(self.places) >= self.wanted or self.misses > _PATIENCE * self.wanted:
+        if len(self.points) >= self.wanted or self.misses > _PATIENCE * self.wanted:
             return False
         shape = (self.costs - self.low) / self.extent
         for i, j in neighbours(shape):
@@ -164,7 +166,7 @@ class _Front:
             if mark in self.tried:
                 continue
             self.tried.add(mark)
-            self.misses += not self._improve((self.places[i] + self.places[j]) / 2, middle)
+            self.misses += not self._improve((self.points[i] + self.points[j]) / 2, middle)
             return True
         return False
 
@@ -172,32 +174,32 @@ class _Front:
         """Add the point to which ``reference`` (m,) improves; False where the front has it, or better, already."""
         m = len(self.objectives)
 
-        def goal(places: Array) -> Terms:
-            costs, kept = self._judge(self._look(places))
-            lifted = (reference - costs) / self.extent
-            return Terms(-_SUM / m * lifted.sum(axis=1), lifted, kept)
+        def goal(points: Array) -> Terms:
+            costs, constraints = self._judge(self._evaluate(points))
+            maximin = (reference - costs) / self.extent
+            return Terms(-_SUM / m * maximin.sum(axis=1), maximin, constraints)
 
-        end = climb(self.space, goal, start)
+        end = local_search(self.space, goal, start)
         if not end.feasible:
             return False
-        cost = self._judge(self._look(end.place[None]))[0]
+        cost = self._judge(self._evaluate(end.point[None]))[0]
         near = np.abs((self.costs - cost) / self.extent).max(axis=1).min() < _SAME
         costs = np.concatenate([self.costs, cost])
-        kept = nondominated(costs / self.extent, _DOMINATED)
-        new = bool((kept == len(self.costs)).any()) and not near
+        constraints = nondominated(costs / self.extent, _DOMINATED)
+        new = bool((constraints == len(self.costs)).any()) and not near
         if new:
-            self.places, self.costs = np.concatenate([self.places, end.place[None]])[kept], costs[kept]
+            self.points, self.costs = np.concatenate([self.points, end.point[None]])[constraints], costs[constraints]
         return new
 
     def result(self) -> Front:
         apart = nondominated(np.round((self.costs - self.low) / self.extent, 6), _DOMINATED)  # ends may be one point
         order = apart[np.argsort(self.costs[apart, 0])]
-        places, costs = self.places[order], self.costs[order]
-        columns = self.space.columns(places)
-        cases = self.space.cases(columns)
+        points, costs = self.points[order], self.costs[order]
+        columns = self.space.columns(points)
+        scenarios = self.space.scenarios(columns)
         deflection = quantity("relative_deflection", self.space.names)
-        *ours, deflections = measure(cases, columns, (*self.quantities, deflection), self.space.engine)[0].T
-        theirs = measure(cases, columns, self.quantities, "ngspice")[0]
+        *ours, deflections = measure(scenarios, columns, (*self.quantities, deflection), self.space.engine)[0].T
+        theirs = measure(scenarios, columns, self.quantities, "ngspice")[0]
         names = [q.name for q in self.quantities]
         return Front(
             self.objectives,
@@ -205,23 +207,23 @@ class _Front:
             dict(zip(names, ours, strict=True)),
             dict(zip(names, theirs.T, strict=True)),
             {
-                **{s.parameter.name: s.parameter.unit for s in self.space.spans},
+                **{s.parameter.name: s.parameter.unit for s in self.space.ranges},
                 **{q.name: q.unit for q in self.quantities},
             },
-            self._improvable(places, costs),
+            self._improvable(points, costs),
             deflections,
         )
 
-    def _improvable(self, places: Array, costs: Array) -> float:
-        random = np.random.default_rng(self.question.seed)
-        around = places[:, None] + _CHALLENGE * random.uniform(-1, 1, (len(places), _CHALLENGERS, places.shape[1]))
-        found, kept = self._judge(self._look(np.clip(around, 0, 1).reshape(-1, places.shape[1])))
+    def _improvable(self, points: Array, costs: Array) -> float:
+        random = np.random.default_rng(self.problem.seed)
+        around = points[:, None] + _CHALLENGE * random.uniform(-1, 1, (len(points), _CHALLENGERS, points.shape[1]))
+        found, constraints = self._judge(self._evaluate(np.clip(around, 0, 1).reshape(-1, points.shape[1])))
         better = ((np.repeat(costs, _CHALLENGERS, axis=0) - found) / self.extent).min(axis=1)
-        fine = (kept >= 0).all(axis=1) & np.isfinite(better)
+        fine = (constraints >= 0).all(axis=1) & np.isfinite(better)
         return float(max(better[fine].max(initial=0.0), 0.0))
 
-    def _look(self, places: Array) -> Array:
-        return self.space.look(places, self.quantities)
+    def _evaluate(self, points: Array) -> Array:
+        return self.space.evaluate(points, self.quantities)
 
     def _column(self, objective: Objective) -> int:
         return [q.name for q in self.quantities].index(objective.quantity.name)
@@ -231,14 +233,14 @@ class _Front:
         costs = np.stack([o.cost(values[:, self._column(o)]) for o in self.objectives], axis=1)
         names = [q.name for q in self.quantities]
         scores = [
-            side.room(values[:, names.index(r.quantity.name)]) for r in self.question.requirements for side in r.sides()
+            side.slack(values[:, names.index(r.quantity.name)]) for r in self.problem.requirements for side in r.sides()
         ]
         return costs, np.stack(scores, axis=1) if scores else np.zeros((len(values), 0))
 
     def _weighted(self, weights: Array) -> Callable[[Array], Terms]:
-        def goal(places: Array) -> Terms:
-            costs, kept = self._judge(self._look(places))
-            return Terms(costs @ weights, np.zeros((len(costs), 0)), kept)
+        def goal(points: Array) -> Terms:
+            costs, constraints = self._judge(self._evaluate(points))
+            return Terms(costs @ weights, np.zeros((len(costs), 0)), constraints)
 
         return goal
 

@@ -11,13 +11,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..measurements.table import split_header
 from ..units import scale
 from .parameters import PARAMETERS, Parameter, Value, parameter
 
 #: Values of one parameter: floats in SI, or words.
-Column = NDArray[np.float64] | NDArray[np.str_]
+Column = Array | NDArray[np.str_]
 
 MOST_DESIGNS = 10_000_000
 METHODS = ("lhs", "sobol", "uniform")
@@ -28,7 +29,7 @@ VARY_FORMS = (
 
 
 @dataclass(frozen=True)
-class Span:
+class Range:
     """What one parameter runs through: ``values``, or all between ``low`` and ``high`` (by equal ratios if ``log``)."""
 
     parameter: Parameter
@@ -45,7 +46,7 @@ class Span:
         if self.log and self.low <= 0:
             raise InputError(f"{self.parameter.name}: a range by equal ratios begins above zero, not at {self.low:g}")
 
-    def at(self, share: NDArray[np.float64]) -> Column:
+    def at(self, share: Array) -> Column:
         """Values for numbers from 0 to 1: places within the range, or picks from the values."""
         if self.values:
             pick = np.minimum((share * len(self.values)).astype(int), len(self.values) - 1)
@@ -95,8 +96,8 @@ class Plan:
         return {name: column[k] for (name, column), k in zip(self.columns.items(), index, strict=True)}
 
 
-def parse_span(text: str) -> tuple[Span, int | None]:
-    """A span and the number of values wanted from it, if said, from a text such as ``thickness=0.2mm:1mm:20``."""
+def parse_range(text: str) -> tuple[Range, int | None]:
+    """A interval and the number of values wanted from it, if said, from a text such as ``thickness=0.2mm:1mm:20``."""
     name, separator, rest = (part.strip() for part in text.partition("="))
     if not separator or not rest:
         raise InputError(f"'{text[:60]}' is not understood; write {VARY_FORMS}")
@@ -105,31 +106,31 @@ def parse_span(text: str) -> tuple[Span, int | None]:
     log = len(parts) > 2 and parts[-1] == "log"
     parts = parts[:-1] if log else parts
     if len(parts) == 1:
-        return Span(item, tuple(item.value(cell.strip()) for cell in rest.split(","))), None
+        return Range(item, tuple(item.value(cell.strip()) for cell in rest.split(","))), None
     if item.words or len(parts) > 3 or (len(parts) == 3 and not parts[2].isdecimal()):
         raise InputError(f"'{text[:60]}' is not understood; write {VARY_FORMS}")
     low, high = (float(item.value(part)) for part in parts[:2])
-    return Span(item, low=low, high=high, log=log), int(parts[2]) if len(parts) == 3 else None
+    return Range(item, low=low, high=high, log=log), int(parts[2]) if len(parts) == 3 else None
 
 
 def grid_plan(texts: Sequence[str]) -> Plan:
     """The full grid of axes such as ``thickness=0.2mm:1mm:20`` and ``width=2mm,5mm``. Raises InputError."""
     columns: dict[str, Column] = {}
     for text in texts:
-        span, count = parse_span(text)
-        name = _new(span, columns)
-        if not span.values and count is None:
+        interval, count = parse_range(text)
+        name = _new(interval, columns)
+        if not interval.values and count is None:
             raise InputError(f"'{text}' does not say how many values; write {text}:20, or give --random")
-        if span.values:
-            columns[name] = np.asarray(span.values)
+        if interval.values:
+            columns[name] = np.asarray(interval.values)
         elif count == 1:
             raise InputError(
                 f"'{text}': one value is no range; write {name}={text.partition('=')[2].partition(':')[0]}"
             )
         else:
-            columns[name] = span.at(np.linspace(0.0, 1.0, count or 0))
+            columns[name] = interval.at(np.linspace(0.0, 1.0, count or 0))
             if count:
-                columns[name][-1] = span.high
+                columns[name][-1] = interval.high
     return Plan(columns, True, "grid of " + ", ".join(texts))
 
 
@@ -144,22 +145,22 @@ def random_plan(texts: Sequence[str], count: int, method: str = "lhs", seed: int
         raise InputError(f"method is '{method}'; choose one of {', '.join(METHODS)}")
     if not 1 <= count <= MOST_DESIGNS:
         raise InputError(f"{count} random designs: give 1 to {MOST_DESIGNS}")
-    spans: dict[str, Span] = {}
+    ranges: dict[str, Range] = {}
     for text in texts:
-        span, values = parse_span(text)
+        interval, values = parse_range(text)
         if values is not None:
             raise InputError(f"'{text}': random designs have no number of values a parameter; leave out ':{values}'")
-        spans[_new(span, spans)] = span
-    if not spans:
+        ranges[_new(interval, ranges)] = interval
+    if not ranges:
         raise InputError(f"no designs: say what to vary, such as {VARY_FORMS}")
     if method == "uniform":
-        shares = np.random.default_rng(seed).random((count, len(spans)))
+        shares = np.random.default_rng(seed).random((count, len(ranges)))
     elif method == "lhs":
-        shares = qmc.LatinHypercube(len(spans), rng=np.random.default_rng(seed)).random(count)
+        shares = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(count)
     else:
-        sampler = qmc.Sobol(len(spans), rng=np.random.default_rng(seed))
+        sampler = qmc.Sobol(len(ranges), rng=np.random.default_rng(seed))
         shares = sampler.random_base2(max(math.ceil(math.log2(count)), 0))[:count]
-    columns = {name: span.at(shares[:, k]) for k, (name, span) in enumerate(spans.items())}
+    columns = {name: interval.at(shares[:, k]) for k, (name, interval) in enumerate(ranges.items())}
     return Plan(columns, False, f"{count} random designs ({method}, seed {seed}) of {', '.join(texts)}")
 
 
@@ -195,10 +196,10 @@ def read_plan(path: Path) -> Plan:
     return Plan(arrays, False, f"designs of {path.name}")
 
 
-def _new(span: Span, known: dict[str, Column] | dict[str, Span]) -> str:
-    if span.parameter.name in known:
-        raise InputError(f"{span.parameter.name} is varied twice; give it once")
-    return span.parameter.name
+def _new(interval: Range, known: dict[str, Column] | dict[str, Range]) -> str:
+    if interval.parameter.name in known:
+        raise InputError(f"{interval.parameter.name} is varied twice; give it once")
+    return interval.parameter.name
 
 
 def _heading(title: str, source: str) -> tuple[Parameter, float]:

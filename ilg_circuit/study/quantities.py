@@ -1,4 +1,4 @@
-"""What a design can be asked for: outputs of its run, the parameters that are varied, and where the model holds."""
+"""Quantities that a design can be required to have: outputs of its run, varied parameters, validity numbers."""
 
 from __future__ import annotations
 
@@ -6,33 +6,31 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..strip.elements import lumped_elements
 from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS, gravity
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, Output
-from .parameters import PARAMETERS, Case
+from .parameters import PARAMETERS, Scenario
 
-Array = NDArray[np.float64]
-
-#: Units of what one wants much of; of times, currents, energies, charges, voltages and sizes one wants little.
+#: Units of outputs that are maximised by default (displacement, force); all others are minimised.
 _WANTED_MORE = ("m", "N")
 
 
 @dataclass(frozen=True, eq=False)
 class Designs:
-    """n designs: their ``cases``, or why one cannot be; values (n,) of what is varied; outputs of their runs."""
+    """n designs: ``scenarios`` (a text says why one is impossible), varied values (n,), outputs of their runs."""
 
-    cases: Sequence[Case | str]
+    scenarios: Sequence[Scenario | str]
     columns: dict[str, Array]
     evaluation: Evaluation
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number that a design has. ``outputs`` are those of its run that it takes; none: it is exact as it stands."""
+    """A number that a design has; ``outputs`` of its run that it needs, none where it takes no simulation."""
 
     name: str
     unit: str
@@ -42,12 +40,12 @@ class Quantity:
 
     @property
     def more_is_better(self) -> bool:
-        """What people want of it, where they do not say."""
+        """Direction of an objective for which none is given."""
         return bool(self.outputs) and self.unit in _WANTED_MORE
 
 
-def _of_case(compute: Callable[[Case], float]) -> Callable[[Designs], Array]:
-    return lambda designs: np.array([np.nan if isinstance(c, str) else compute(c) for c in designs.cases])
+def _of_scenario(compute: Callable[[Scenario], float]) -> Callable[[Designs], Array]:
+    return lambda designs: np.array([np.nan if isinstance(c, str) else compute(c) for c in designs.scenarios])
 
 
 def _of_output(output: Output) -> Quantity:
@@ -55,11 +53,11 @@ def _of_output(output: Output) -> Quantity:
     return Quantity(name, output.unit, output.meaning, lambda designs: designs.evaluation.output(name), (name,))
 
 
-def _gravity(case: Case) -> float:
-    return gravity(case.actuator, lumped_elements(case.actuator).stiffness).number
+def _gravity(scenario: Scenario) -> float:
+    return gravity(scenario.actuator, lumped_elements(scenario.actuator).stiffness).number
 
 
-#: Where the model holds, as `ilg_circuit.strip.validity` judges it: quantity and the limit of each assumption.
+#: Assumptions of the model as in `ilg_circuit.strip.validity`: name -> quantity and its limit.
 ASSUMPTIONS = {
     "relative_deflection": (_of_output(OUTPUTS["relative_deflection"]), LARGEST_DEFLECTION),
     "slenderness": (
@@ -67,7 +65,7 @@ ASSUMPTIONS = {
             "slenderness",
             "",
             "thickness over free length",
-            _of_case(lambda c: c.actuator.geometry.thickness / c.actuator.geometry.free_length),
+            _of_scenario(lambda c: c.actuator.geometry.thickness / c.actuator.geometry.free_length),
         ),
         LARGEST_SLENDERNESS,
     ),
@@ -76,19 +74,19 @@ ASSUMPTIONS = {
             "window",
             "",
             f"largest voltage over the electrochemical window of {ELECTROCHEMICAL_WINDOW:g} V",
-            _of_case(lambda c: c.drive.largest() / ELECTROCHEMICAL_WINDOW),
+            _of_scenario(lambda c: c.drive.largest() / ELECTROCHEMICAL_WINDOW),
         ),
         1.0,
     ),
     "gravity": (
-        Quantity("gravity", "", "sag over L0 if horizontal, else gravity's stiffness over K", _of_case(_gravity)),
+        Quantity("gravity", "", "sag over L0 if horizontal, else gravity's stiffness over K", _of_scenario(_gravity)),
         1.0,
     ),
 }
 
 
 def quantity(name: str, varied: Sequence[str]) -> Quantity:
-    """The quantity of that name, ``varied`` being the parameters that a design may choose. Raises InputError."""
+    """Return the quantity of that name; ``varied`` names the parameters of the search. Raises InputError."""
     if name in OUTPUTS:
         return _of_output(OUTPUTS[name])
     if name in ASSUMPTIONS:

@@ -9,18 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import IlgError, InputError
 from ..simulation.prediction_band import scaled
 from ..simulation.response import sample_times, transient_band
 from ..strip.actuator import Uncertainty
-from .design import Design, Question, best_design
-from .parameters import Case
+from .parameters import Scenario
+from .problem import Design, DesignProblem, best_design
 from .quantities import Quantity
 from .space import measure
-
-Array = NDArray[np.float64]
 
 #: Strips drawn, and step of the differences in parts of a parameter, by the exact engine and by ngspice.
 _DRAWN = {"exact": 1024, "ngspice": 128}
@@ -49,36 +47,36 @@ class Sensitivity:
         return max(shares, key=lambda p: shares[p]) if self.stderr[name] > 0 else None
 
 
-def require_uncertainty(case: Case, name: str) -> Uncertainty:
+def require_uncertainty(scenario: Scenario, name: str) -> Uncertainty:
     """The fit's uncertainty. Raises InputError where there is none, or none that still holds for the design."""
-    if case.actuator.uncertainty is None:
+    if scenario.actuator.uncertainty is None:
         raise InputError(
             f"actuator '{name}' has no [uncertainty] that holds for the design: fit one with `ilg-circuit identify ... "
             "--out`, and vary neither material nor coupling, which the fit determined"
         )
-    return case.actuator.uncertainty
+    return scenario.actuator.uncertainty
 
 
 def sensitivity(design: Design) -> Sensitivity:
     """Standard errors and probabilities of a design. Raises InputError where its strip brings no covariance."""
-    question, case = design.question, design.case
-    engine, quantities = question.space.engine, question.quantities
-    uncertainty = require_uncertainty(case, question.space.base.actuator.name)
+    problem, scenario = design.problem, design.scenario
+    engine, quantities = problem.space.engine, problem.quantities
+    uncertainty = require_uncertainty(scenario, problem.space.template.actuator.name)
     covariance = np.array(uncertainty.covariance)
-    slopes = _slopes(case, quantities, engine)
+    slopes = _slopes(scenario, quantities, engine)
     errors = np.sqrt(np.clip(np.einsum("pq,pr,rq->q", slopes, covariance, slopes), 0.0, None))
     alone = slopes**2 * np.diag(covariance)[:, None]
     parts = alone / np.where(alone.sum(axis=0) > 0, alone.sum(axis=0), 1.0)
 
-    random = np.random.default_rng(question.seed)
+    random = np.random.default_rng(problem.seed)
     drawn = random.multivariate_normal(
         np.zeros(len(covariance)), covariance, _DRAWN[engine], check_valid="ignore", method="eigh"
     )
-    values, failed = _measure(case, np.exp(drawn), quantities, engine)
+    values, failed = _measure(scenario, np.exp(drawn), quantities, engine)
     for k, q in enumerate(quantities):
         if not q.outputs:  # a size that was chosen, which no fit makes uncertain
             values[:, k] = design.exact[q.name]
-    met = {r.text: r.score(values[:, question.column(r.quantity)]) >= 0 for r in question.requirements}
+    met = {r.text: r.score(values[:, problem.column(r.quantity)]) >= 0 for r in problem.requirements}
     every = np.all(list(met.values()), axis=0) if met else np.ones(len(drawn), dtype=bool)
     return Sensitivity(
         {q.name: float(x) for q, x in zip(quantities, errors, strict=True)},
@@ -90,7 +88,7 @@ def sensitivity(design: Design) -> Sensitivity:
     )
 
 
-def confident_design(question: Question, confidence: float, extra: tuple[Quantity, ...] = ()) -> Design:
+def confident_design(problem: DesignProblem, confidence: float, extra: tuple[Quantity, ...] = ()) -> Design:
     """The best design each of whose requirements (``=`` apart) is met with probability ``confidence``.
 
     The reserve is the fit's standard error at the design, times the normal quantile; design and reserve are found in
@@ -101,30 +99,30 @@ def confident_design(question: Question, confidence: float, extra: tuple[Quantit
     if not 0.5 <= confidence < 1:
         raise InputError(f"confidence {confidence:g}: give 50% or more, and less than 100%")
     quantile = float(norm.ppf(confidence))
-    middle = question.space.case(question.space.rounded(np.full(len(question.space.spans), 0.5)))
-    if isinstance(middle, Case):
-        require_uncertainty(middle, question.space.base.actuator.name)
-    reserves = np.zeros(len(question.requirements))
+    middle = problem.space.scenario(problem.space.rounded(np.full(len(problem.space.ranges), 0.5)))
+    if isinstance(middle, Scenario):
+        require_uncertainty(middle, problem.space.template.actuator.name)
+    reserves = np.zeros(len(problem.requirements))
     for _ in range(_MOST_ROUNDS):
-        design = best_design(question, extra)
+        design = best_design(problem, extra)
         wanted = quantile * _score_errors(design)
         moved = float(np.abs(wanted - reserves).max(initial=0.0))
         if moved <= _SETTLED:
             break
         reserves = wanted
-        kept = [replace(r, reserve=float(x)) for r, x in zip(question.requirements, reserves, strict=True)]
-        question = replace(question, requirements=tuple(kept))
+        kept = [replace(r, reserve=float(x)) for r, x in zip(problem.requirements, reserves, strict=True)]
+        problem = replace(problem, requirements=tuple(kept))
     return design
 
 
 def _score_errors(design: Design) -> Array:
     """Standard errors (r,) of the requirements' scores; 0 for an ``=``."""
-    question, case = design.question, design.case
-    slopes = _slopes(case, question.quantities, question.space.engine)
-    covariance = np.array(require_uncertainty(case, question.space.base.actuator.name).covariance)
+    problem, scenario = design.problem, design.scenario
+    slopes = _slopes(scenario, problem.quantities, problem.space.engine)
+    covariance = np.array(require_uncertainty(scenario, problem.space.template.actuator.name).covariance)
     errors = []
-    for r in question.requirements:
-        k = question.column(r.quantity)
+    for r in problem.requirements:
+        k = problem.column(r.quantity)
         value = design.exact[r.quantity.name]
         small = 1e-6 * abs(value)
         slope = (r.score(np.array([value + small])) - r.score(np.array([value - small])))[0] / (2 * small or 1.0)
@@ -133,34 +131,34 @@ def _score_errors(design: Design) -> Array:
     return np.array(errors)
 
 
-def _slopes(case: Case, quantities: tuple[Quantity, ...], engine: str) -> Array:
+def _slopes(scenario: Scenario, quantities: tuple[Quantity, ...], engine: str) -> Array:
     """Slopes (p, q) of the quantities with respect to the logarithms of the p fitted parameters."""
-    uncertainty = case.actuator.uncertainty
+    uncertainty = scenario.actuator.uncertainty
     assert uncertainty is not None
     step, n = _STEPS[engine], len(uncertainty.names)
     factors = np.exp(step * np.concatenate([np.eye(n), -np.eye(n)]))
-    values, _ = _measure(case, factors, quantities, engine)
+    values, _ = _measure(scenario, factors, quantities, engine)
     return np.asarray((values[:n] - values[n:]) / (2 * step))
 
 
-def _measure(case: Case, factors: Array, quantities: tuple[Quantity, ...], engine: str) -> tuple[Array, int]:
+def _measure(scenario: Scenario, factors: Array, quantities: tuple[Quantity, ...], engine: str) -> tuple[Array, int]:
     """Values (k, q) for strips whose fitted parameters are multiplied by ``factors`` (k, p), and how many failed.
 
     Zero for what is no output of a simulation.
     """
-    uncertainty = case.actuator.uncertainty
+    uncertainty = scenario.actuator.uncertainty
     assert uncertainty is not None
-    band = transient_band(sample_times(case.duration))
-    cases: list[Case | str] = []
+    band = transient_band(sample_times(scenario.duration))
+    scenarios: list[Scenario | str] = []
     for row in factors:
         try:
-            moved = scaled(case.actuator, dict(zip(uncertainty.names, row.tolist(), strict=True)), band)
+            moved = scaled(scenario.actuator, dict(zip(uncertainty.names, row.tolist(), strict=True)), band)
         except IlgError as error:
-            cases.append(str(error))
+            scenarios.append(str(error))
         else:
-            cases.append(replace(case, actuator=moved))
+            scenarios.append(replace(scenario, actuator=moved))
     simulated = [q for q in quantities if q.outputs]
-    found, evaluation = measure(cases, {}, simulated, engine)
-    values = np.zeros((len(cases), len(quantities)))
+    found, evaluation = measure(scenarios, {}, simulated, engine)
+    values = np.zeros((len(scenarios), len(quantities)))
     values[:, [k for k, q in enumerate(quantities) if q.outputs]] = found
     return values, len(evaluation.failures)

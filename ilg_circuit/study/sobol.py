@@ -6,14 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..extras import require_sensitivity
 from .quantities import Quantity
 from .space import Space
-
-Array = NDArray[np.float64]
 
 #: Base samples (times parameters + 2 simulations), by the exact engine and by ngspice.
 SAMPLES = {"exact": 1024, "ngspice": 64}
@@ -41,7 +39,7 @@ def sobol_indices(
 ) -> SobolIndices:
     """Indices of ``quantities`` over the whole space; ``samples`` is a power of two."""
     return indices(
-        lambda places: space.look(places, quantities),
+        lambda points: space.evaluate(points, quantities),
         space.names,
         tuple(q.name for q in quantities),
         samples=samples or SAMPLES[space.engine],
@@ -57,7 +55,7 @@ def indices(
     samples: int,
     seed: int = 0,
 ) -> SobolIndices:
-    """Indices of ``function``, from places (k, p) in the unit cube to values (k, q).
+    """Indices of ``function``, from points (k, p) in the unit cube to values (k, q).
 
     Raises InputError for a number of samples that is no power of two, MissingLibraryError without SALib.
     """
@@ -68,11 +66,11 @@ def indices(
     if samples < 8 or samples & (samples - 1):
         raise InputError(f"{samples} samples for Sobol indices: give a power of two from 8 on, such as 1024")
     problem = {"num_vars": len(parameters), "names": list(parameters), "bounds": [[0.0, 1.0]] * len(parameters)}
-    places = sampling.sample(problem, samples, calc_second_order=False, seed=seed)
-    values = function(places)
+    points = sampling.sample(problem, samples, calc_second_order=False, seed=seed)
+    values = function(points)
     found = np.full((4, len(quantities), len(parameters)), np.nan)
     for k, column in enumerate(values.T):
         if np.isfinite(column).all() and np.ptp(column) > 1e-9 * np.abs(column).max():
             result = analysis.analyze(problem, column, calc_second_order=False, seed=seed)
             found[:, k] = result["S1"], result["S1_conf"], result["ST"], result["ST_conf"]
-    return SobolIndices(quantities, parameters, found[0], found[1], found[2], found[3], len(places))
+    return SobolIndices(quantities, parameters, found[0], found[1], found[2], found[3], len(points))

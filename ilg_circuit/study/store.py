@@ -1,6 +1,6 @@
 """Finished tasks on disk, so that a sweep that was interrupted goes on where it was.
 
-Each lies beside the sweep's file in a folder of the question's key, so the tasks of another question are never taken
+Each lies beside the sweep's file in a folder of the spec's key, so the tasks of another spec are never taken
 for its own, and is put there whole.
 """
 
@@ -19,16 +19,16 @@ from ..errors import InputError
 from ..files import replacing
 from .evaluate import Evaluation
 from .outputs import choose_outputs
-from .question import Question
+from .spec import SweepSpec
 
 
 class Store:
-    """The finished tasks of one question whose answer goes to ``out``."""
+    """The finished tasks of one spec whose answer goes to ``out``."""
 
-    def __init__(self, out: Path, question: Question) -> None:
-        self._question = question
+    def __init__(self, out: Path, spec: SweepSpec) -> None:
+        self._spec = spec
         self.parent = out.with_name(out.name + ".part")
-        self.folder = self.parent / question.key[:16]
+        self.folder = self.parent / spec.key[:16]
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -40,7 +40,7 @@ class Store:
     def finished(self) -> set[int]:
         """Numbers of the tasks that are there."""
         names = {path.name for path in self.folder.glob("*.npz")}
-        return {k for k in range(self._question.task_count) if self._path(k).name in names}
+        return {k for k in range(self._spec.task_count) if self._path(k).name in names}
 
     def write(self, number: int, result: Evaluation) -> None:
         """Put a task's result there."""
@@ -62,12 +62,10 @@ class Store:
             with suppress(OSError):
                 path.unlink()
             raise InputError(f"'{path}' was damaged and has been removed; start again to solve what it held") from None
-        return Evaluation(
-            choose_outputs(self._question.outputs), values, errors, failures, self._question.times, waveforms
-        )
+        return Evaluation(choose_outputs(self._spec.outputs), values, errors, failures, self._spec.times, waveforms)
 
     def remove(self) -> None:
-        """Clear away, with the parent folder unless another question has tasks in it."""
+        """Clear away, with the parent folder unless another spec has tasks in it."""
         shutil.rmtree(self.folder, ignore_errors=True)
         self.remove_if_empty()
 

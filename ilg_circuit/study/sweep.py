@@ -1,4 +1,4 @@
-"""The sweep: what is not yet solved of a question is solved, and its answer put into one file."""
+"""The sweep: what is not yet solved of a spec is solved, and its answer put into one file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..errors import InputError, SolveError
 from ..files import require_writable
 from .dataset import Summary, write_dataset
 from .evaluate import Evaluation, Progress
-from .question import Question, solve_task
+from .spec import SweepSpec, solve_task
 from .store import Store
 from .workers import GivenPool, LokyPool, Pool, processes_possible, solve_on
 
@@ -22,7 +22,7 @@ from .workers import GivenPool, LokyPool, Pool, processes_possible, solve_on
 class Swept:
     """A finished sweep: its file, its summary, and how many designs had been solved by a run before this one.
 
-    ``leftover`` is a folder where finished tasks of another question for the same file still lie, if there is one.
+    ``leftover`` is a folder where finished tasks of another spec for the same file still lie, if there is one.
     """
 
     path: Path
@@ -32,7 +32,7 @@ class Swept:
 
 
 def sweep(
-    question: Question,
+    spec: SweepSpec,
     out: str | Path,
     *,
     jobs: int | None = None,
@@ -41,7 +41,7 @@ def sweep(
     progress: Progress | None = None,
     command: str = "",
 ) -> Swept:
-    """Answer ``question`` into the netCDF file ``out`` (read it with `ilg_circuit.study.read_sweep`).
+    """Answer ``spec`` into the netCDF file ``out`` (read it with `ilg_circuit.study.read_sweep`).
 
     Solved by ``jobs`` processes (by default one a core, none beside this one for a single task or where a machine lets
     processes share no locks), on a dask ``cluster``
@@ -56,14 +56,14 @@ def sweep(
         raise InputError("give one of jobs, cluster and executor")
     if jobs is not None and not 1 <= jobs <= 1024:
         raise InputError(f"{jobs} jobs: give 1 to 1024")
-    store = Store(path, question)
+    store = Store(path, spec)
     try:
         finished = store.finished()
-        resumed = sum(stop - start for start, stop in map(question.bounds, finished))
-        missing = [k for k in range(question.task_count) if k not in finished]
-        _solve(question, missing, store, jobs or _usual_jobs(len(missing)), cluster, executor, progress)
+        resumed = sum(stop - start for start, stop in map(spec.bounds, finished))
+        missing = [k for k in range(spec.task_count) if k not in finished]
+        _solve(spec, missing, store, jobs or _usual_jobs(len(missing)), cluster, executor, progress)
         try:
-            summary = write_dataset(path, question, store, command)
+            summary = write_dataset(path, spec, store, command)
         except SolveError:  # nothing is worth keeping where every design failed
             store.remove()
             raise
@@ -74,7 +74,7 @@ def sweep(
 
 
 def _solve(
-    question: Question,
+    spec: SweepSpec,
     missing: list[int],
     store: Store,
     workers: int,
@@ -83,8 +83,8 @@ def _solve(
     progress: Progress | None,
 ) -> None:
     """Solve the tasks that are ``missing`` into the store."""
-    total = question.plan.count
-    done = total - sum(stop - start for start, stop in map(question.bounds, missing))
+    total = spec.plan.count
+    done = total - sum(stop - start for start, stop in map(spec.bounds, missing))
     if progress:
         progress(done, total)
 
@@ -97,10 +97,10 @@ def _solve(
 
     if missing and cluster is None and executor is None and workers == 1:
         for number in missing:
-            save(number, solve_task(question.task(number), _within(progress, done, total)))
+            save(number, solve_task(spec.task(number), _within(progress, done, total)))
     elif missing:
         with _pool(workers, cluster, executor) as pool:
-            solve_on(pool, missing, question.task, save)
+            solve_on(pool, missing, spec.task, save)
 
 
 def _within(progress: Progress | None, before: int, total: int) -> Progress | None:

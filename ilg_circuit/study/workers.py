@@ -21,7 +21,7 @@ import numpy as np
 from ..errors import SolveError
 from .evaluate import Evaluation
 from .outputs import choose_outputs
-from .question import Task, solve_task
+from .spec import Task, solve_task
 
 #: Tasks handed out for each worker: one in work, one waiting, so that none is idle.
 _AHEAD = 2

@@ -1,4 +1,4 @@
-"""Outputs of many cases against closed forms, other engines and `simulate`; failures that stop nothing."""
+"""Outputs of many scenarios against closed forms, other engines and `simulate`; failures that stop nothing."""
 
 from dataclasses import replace
 
@@ -12,10 +12,10 @@ from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.strip.actuator import PAPER, Coupling
-from ilg_circuit.study import OUTPUTS, Base, evaluate, evaluate_designs
+from ilg_circuit.study import OUTPUTS, ScenarioTemplate, evaluate, evaluate_designs
 
-STATIC = Base(PAPER, "step:4V", 300.0, beam="static")
-FULL = Base(PAPER, "step:4V", 300.0)
+STATIC = ScenarioTemplate(PAPER, "step:4V", 300.0, beam="static")
+FULL = ScenarioTemplate(PAPER, "step:4V", 300.0)
 
 
 def _closed(t: float, strip: Coupling, ratio: float = 3 * 60.0**2) -> float:
@@ -53,15 +53,15 @@ def test_a_step_by_its_closed_form(engine: str, damping: float) -> None:
 @pytest.mark.parametrize("strip", ["paper", "rc2 electrodes", "load inside", "no coupling"])
 def test_waveforms_are_those_of_simulate(drive: str, strip: str, strips: dict[str, object]) -> None:
     times = np.linspace(0, 100, 401)
-    base = Base(strips[strip], drive, 100.0)  # type: ignore[arg-type]
+    template = ScenarioTemplate(strips[strip], drive, 100.0)  # type: ignore[arg-type]
     found = evaluate_designs(
-        base, {"voltage" if "ramp" not in drive else "rate": [2.0, 3.0]}, engine="exact", times=times,
+        template, {"voltage" if "ramp" not in drive else "rate": [2.0, 3.0]}, engine="exact", times=times,
         waveforms=("current", "displacement", "charge"), outputs=["energy", "charge_final"],
     )  # fmt: skip
     assert not found.failures
     text = {"s": "step:3V", "q": "square:-3V..1.5V,40s,0.3", "i": "sine:3V,0.05Hz", "r": "ramp:3V/s"}
     wanted = text["q" if drive.startswith("sq") else "i" if drive.startswith("si") else drive[0]]
-    run = simulate(base.actuator, parse_drive(wanted, 100.0), times, engine="exact")
+    run = simulate(template.actuator, parse_drive(wanted, 100.0), times, engine="exact")
     for name, waves in found.waveforms.items():
         expected = getattr(run, name)
         assert np.isnan(waves[1]).all() == np.isnan(expected).all()
@@ -122,12 +122,12 @@ def test_a_nonlinear_strip_goes_to_ngspice_and_not_to_the_exact_engine() -> None
 def test_waveforms_with_kinks_are_those_of_simulate(drive: str) -> None:
     """A charge that passes zero bends the current where no pole tells: panels are cut until they see it."""
     material = replace(PAPER.material, emission_voltage=1.0, capacitance_slope=0.3)
-    base = replace(STATIC, actuator=replace(PAPER, material=material), drive=drive, duration=40.0)
+    template = replace(STATIC, actuator=replace(PAPER, material=material), drive=drive, duration=40.0)
     times = np.linspace(0, 40, 401)
     kept = ("current", "charge", "displacement")
-    found = evaluate_designs(base, {"width": [5e-3, 6e-3]}, ["energy"], waveforms=kept, times=times)
+    found = evaluate_designs(template, {"width": [5e-3, 6e-3]}, ["energy"], waveforms=kept, times=times)
     assert found.errors.max() < 2e-6
-    run = simulate(base.actuator, parse_drive(drive, 40.0), times, beam="static", accuracy=1e-6)
+    run = simulate(template.actuator, parse_drive(drive, 40.0), times, beam="static", accuracy=1e-6)
     for name in kept:
         expected = getattr(run, name)
         assert np.abs(found.waveforms[name][0] - expected).max() <= 2e-6 * np.abs(expected).max()

@@ -11,9 +11,9 @@ from ilg_circuit.circuit.strip import Load
 from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.errors import InputError
 from ilg_circuit.strip.actuator import PAPER, Coupling, Geometry, Material, Uncertainty
-from ilg_circuit.study.parameters import PARAMETERS, Base, apply, parameter
+from ilg_circuit.study.parameters import PARAMETERS, ScenarioTemplate, apply, parameter
 
-BASE = Base(PAPER, "step:4V", 300.0)
+BASE = ScenarioTemplate(PAPER, "step:4V", 300.0)
 
 
 def test_every_quantity_of_an_actuator_can_be_varied() -> None:
@@ -23,9 +23,9 @@ def test_every_quantity_of_an_actuator_can_be_varied() -> None:
 
 @given(st.sampled_from(sorted(p.name for p in PARAMETERS.values() if p.part in ("coupling",))), st.floats(1e-9, 1e3))
 def test_a_value_arrives_where_it_belongs(name: str, value: float) -> None:
-    case = apply(BASE, {name: value})
-    assert getattr(case.actuator.coupling, name) == value
-    assert replace(case.actuator, coupling=PAPER.coupling) == PAPER
+    scenario = apply(BASE, {name: value})
+    assert getattr(scenario.actuator.coupling, name) == value
+    assert replace(scenario.actuator, coupling=PAPER.coupling) == PAPER
 
 
 def test_the_clamped_part_keeps_its_length() -> None:
@@ -67,22 +67,22 @@ def test_unknown_names_are_answered_with_near_ones() -> None:
     ],
 )
 def test_drives(drive: str, changed: dict[str, float], expected: list[float]) -> None:
-    case = apply(replace(BASE, drive=drive), changed)
-    assert case.drive.value([1.0, 25.0, 40.0]).tolist() == pytest.approx(expected)
+    scenario = apply(replace(BASE, drive=drive), changed)
+    assert scenario.drive.value([1.0, 25.0, 40.0]).tolist() == pytest.approx(expected)
 
 
 def test_a_drive_of_one_s_own_can_be_scaled() -> None:
     own = PiecewiseLinear(np.array([0.0, 10.0]), np.array([0.0, -2.0]), "own")
-    case = apply(replace(BASE, drive=own), {"voltage": 3.0})
-    assert case.drive.value([5.0, 10.0]).tolist() == [-1.5, -3.0]
+    scenario = apply(replace(BASE, drive=own), {"voltage": 3.0})
+    assert scenario.drive.value([5.0, 10.0]).tolist() == [-1.5, -3.0]
     assert apply(replace(BASE, drive=own), {"thickness": 1e-3}).drive is own
     with pytest.raises(InputError, match="no part of the drive 'file:own'"):
         apply(replace(BASE, drive=own), {"period": 3.0})
 
 
 def test_sine() -> None:
-    case = apply(replace(BASE, drive="sine:2V,0.1Hz"), {"voltage": 3.0, "frequency": 0.25})
-    assert case.drive == Sine(3.0, 0.25)
+    scenario = apply(replace(BASE, drive="sine:2V,0.1Hz"), {"voltage": 3.0, "frequency": 0.25})
+    assert scenario.drive == Sine(3.0, 0.25)
 
 
 @pytest.mark.parametrize(
@@ -111,6 +111,6 @@ def test_loads_branches_and_mounting(strips: dict[str, object]) -> None:
 
 def test_the_uncertainty_is_that_of_the_constants_not_of_the_size() -> None:
     known = replace(PAPER, uncertainty=Uncertainty("rc", ("dc_resistance",), ((0.01,),)))
-    base = replace(BASE, actuator=known)
-    assert apply(base, {"thickness": 1e-3}).actuator.uncertainty == known.uncertainty
-    assert apply(base, {"dc_resistivity": 100.0}).actuator.uncertainty is None
+    template = replace(BASE, actuator=known)
+    assert apply(template, {"thickness": 1e-3}).actuator.uncertainty == known.uncertainty
+    assert apply(template, {"dc_resistivity": 100.0}).actuator.uncertainty is None

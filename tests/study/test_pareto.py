@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_design import D0, SIZES, E, question
+from test_design import D0, SIZES, E, problem
 
 from ilg_circuit.errors import InputError, SolveError
-from ilg_circuit.study.findings import Findings
+from ilg_circuit.study.design import DesignReport
 from ilg_circuit.study.pareto import Front, neighbours, nondominated, pareto_front, parse_objectives
 
 pytestmark = pytest.mark.usefixtures("brisk")
@@ -18,7 +18,7 @@ def front(
 ) -> Front:
     names = tuple(v.partition("=")[0] for v in varied)
     objectives = parse_objectives(text, names)
-    asked = question(requirements or [], varied, f"min {objectives[0].quantity.name}")
+    asked = problem(requirements or [], varied, f"min {objectives[0].quantity.name}")
     return pareto_front(asked, objectives, points=points)
 
 
@@ -39,7 +39,7 @@ def test_displacement_against_force_is_the_closed_form() -> None:
     assert found.deflections == pytest.approx(y / found.columns["free_length"], rel=0.15)  # peak over final
     bent = int((found.deflections > 0.2).sum())
     assert 0 < bent < 15
-    assert any(f"{bent} designs have a relative_deflection beyond 0.2" in w for w in Findings(front=found).warnings)
+    assert any(f"{bent} designs have a relative_deflection beyond 0.2" in w for w in DesignReport(front=found).warnings)
 
 
 def test_three_objectives_against_a_grid() -> None:
@@ -47,10 +47,10 @@ def test_three_objectives_against_a_grid() -> None:
     varied = (*SIZES, "voltage=1V:4V")
     found = front("displacement_final,force_blocked,energy", varied, ["displacement_final>=1mm"], points=20)
     assert len(found) == 20
-    asked = question([], varied, "min energy")
+    asked = problem([], varied, "min energy")
     grid = np.stack(np.meshgrid(*[np.linspace(0, 1, 9)] * 3), axis=-1).reshape(-1, 3)
     wanted = [o.quantity for o in found.objectives]
-    costs = np.log(asked.space.look(grid, wanted)) * [-1, -1, 1]
+    costs = np.log(asked.space.evaluate(grid, wanted)) * [-1, -1, 1]
     costs = costs[costs[:, 0] <= -np.log(1e-3)]
     ours = np.log(np.stack([found.values[q.name] for q in wanted], axis=1)) * [-1, -1, 1]
     extent = np.ptp(ours, axis=0)
@@ -58,7 +58,7 @@ def test_three_objectives_against_a_grid() -> None:
     better = ((ours[:, None] - costs[None]) / extent).min(axis=2)
     assert better.max() < 1e-3
     assert len(nondominated(ours)) == len(ours)
-    # and no place of the grid's own front is far from ours
+    # and no point of the grid's own front is far from ours
     mine = costs[nondominated(costs)]
     distance = np.abs((mine[:, None] - ours[None]) / extent).max(axis=2).min(axis=1)
     assert distance.max() < 0.35

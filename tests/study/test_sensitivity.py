@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import norm
-from test_design import SIZES, STATIC, design, question
+from test_design import SIZES, STATIC, design, problem
 
 from ilg_circuit.errors import InputError
 from ilg_circuit.strip.actuator import PAPER, Uncertainty
@@ -27,7 +27,7 @@ ASKED = (["displacement_final>=4mm", "thickness<=0.9mm"], SIZES, "min energy")
 
 
 def test_errors_and_probabilities_are_the_closed_forms() -> None:
-    found = sensitivity(design(*ASKED, base=BASE))
+    found = sensitivity(design(*ASKED, template=BASE))
     assert found.stderr["displacement_final"] == pytest.approx(4e-3 * _DISPLACEMENT, rel=1e-3)
     assert found.shares["displacement_final"]["coupling_zero"] == pytest.approx(16 / 25, abs=1e-4)
     assert found.matters_most("displacement_final") == "coupling_zero"
@@ -39,10 +39,10 @@ def test_errors_and_probabilities_are_the_closed_forms() -> None:
 
 
 def test_a_design_with_confidence() -> None:
-    found = confident_design(question(*ASKED, base=BASE), 0.95)
+    found = confident_design(problem(*ASKED, template=BASE), 0.95)
     reserve = norm.ppf(0.95) * _DISPLACEMENT
     assert found.feasible
-    assert found.margin(found.question.requirements[0]) == pytest.approx(np.expm1(reserve), rel=5e-3)
+    assert found.margin(found.problem.requirements[0]) == pytest.approx(np.expm1(reserve), rel=5e-3)
     sure = sensitivity(found)
     assert sure.all_met == pytest.approx(0.95, abs=4 * np.sqrt(0.95 * 0.05 / sure.drawn))
 
@@ -50,18 +50,18 @@ def test_a_design_with_confidence() -> None:
 def test_without_a_fit_there_is_nothing_to_carry() -> None:
     with pytest.raises(InputError, match="no \\[uncertainty\\]"):
         sensitivity(design(*ASKED))
-    varied = question(["displacement_final>=4mm"], ("dc_resistivity=100ohm m:200ohm m",), base=BASE)
+    varied = problem(["displacement_final>=4mm"], ("dc_resistivity=100ohm m:200ohm m",), template=BASE)
     with pytest.raises(InputError, match="neither material nor coupling"):
         confident_design(varied, 0.95)
     with pytest.raises(InputError, match="50% or more"):
-        confident_design(question(*ASKED, base=BASE), 0.3)
+        confident_design(problem(*ASKED, template=BASE), 0.3)
 
 
 def test_ishigami() -> None:
     a, b, pi = 7.0, 0.1, np.pi
 
-    def function(places: np.ndarray) -> np.ndarray:
-        x = pi * (2 * places - 1)
+    def function(points: np.ndarray) -> np.ndarray:
+        x = pi * (2 * points - 1)
         y = np.sin(x[:, 0]) + a * np.sin(x[:, 1]) ** 2 + b * x[:, 2] ** 4 * np.sin(x[:, 0])
         return np.stack([y, np.ones(len(y))], axis=1)
 
@@ -77,7 +77,7 @@ def test_ishigami() -> None:
 
 def test_indices_of_a_static_displacement() -> None:
     """y ~ U L^2/b^2, each even in its logarithm: a product of independent factors, whose indices are closed forms."""
-    asked = question(["displacement_final>=4mm"], ("thickness=0.5mm:1mm", "free_length=20mm:30mm", "voltage=2V:4V"))
+    asked = problem(["displacement_final>=4mm"], ("thickness=0.5mm:1mm", "free_length=20mm:30mm", "voltage=2V:4V"))
     found = sobol_indices(asked.space, asked.quantities, samples=512, seed=2)
     parts = []
     for power, ratio in ((-2, 2.0), (2, 1.5), (1, 2.0)):
@@ -92,4 +92,4 @@ def test_indices_of_a_static_displacement() -> None:
 
 def test_samples_are_a_power_of_two() -> None:
     with pytest.raises(InputError, match="power of two"):
-        indices(lambda places: places, ("x",), ("y",), samples=100)
+        indices(lambda points: points, ("x",), ("y",), samples=100)

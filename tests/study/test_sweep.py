@@ -19,12 +19,12 @@ from command import Run
 from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.strip.actuator import PAPER
-from ilg_circuit.study import Base, workers
-from ilg_circuit.study import question as questions
+from ilg_circuit.study import ScenarioTemplate, workers
+from ilg_circuit.study import spec as questions
 from ilg_circuit.study import sweep as sweeps
 from ilg_circuit.study.evaluate import Evaluation
 from ilg_circuit.study.plan import Plan, grid_plan, random_plan
-from ilg_circuit.study.question import Question, Task, solve_task
+from ilg_circuit.study.spec import SweepSpec, Task, solve_task
 from ilg_circuit.study.store import Store
 from ilg_circuit.study.sweep import sweep
 from ilg_circuit.study.workers import GivenPool, LokyPool, processes_possible, solve_on
@@ -32,7 +32,7 @@ from ilg_circuit.study.workers import GivenPool, LokyPool, processes_possible, s
 pytest.importorskip("h5netcdf", reason="netCDF files are an extra")
 from ilg_circuit.study.dataset import read_sweep
 
-STEP = Base(PAPER, "step:4V", 300.0)
+STEP = ScenarioTemplate(PAPER, "step:4V", 300.0)
 STATIC = replace(STEP, beam="static")
 
 
@@ -42,9 +42,9 @@ def small_tasks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(questions, "_DESIGNS", 4)
 
 
-def _question(count: int = 22, engine: str = "exact", **more: Any) -> Question:
+def _spec(count: int = 22, engine: str = "exact", **more: Any) -> SweepSpec:
     texts = ["thickness=0.3mm:1mm", "free_length=15mm:40mm"]
-    return Question(STATIC, random_plan(texts, count), ("displacement_final", "settling_time"), engine, **more)
+    return SweepSpec(STATIC, random_plan(texts, count), ("displacement_final", "settling_time"), engine, **more)
 
 
 def _equal(first: Path, second: Path) -> bool:
@@ -56,8 +56,8 @@ def _equal(first: Path, second: Path) -> bool:
 @pytest.mark.parametrize("beam", ["static", "dynamic"])
 def test_displacement_over_length_thickness_and_width_is_ec_37(tmp_path: Path, engine: str, beam: str) -> None:
     plan = grid_plan(["free_length=15mm:40mm:4", "thickness=0.2mm:1mm:4", "width=2mm,10mm"])
-    base = replace(STEP, beam=beam, duration=600.0)
-    sweep(Question(base, plan, ("displacement_final",), engine, 1e-6), tmp_path / "s.nc", jobs=1)
+    template = replace(STEP, beam=beam, duration=600.0)
+    sweep(SweepSpec(template, plan, ("displacement_final",), engine, 1e-6), tmp_path / "s.nc", jobs=1)
     with read_sweep(tmp_path / "s.nc") as data:
         expected = 3 * 4 * PAPER.coupling.static * data.free_length**2 / data.thickness**2
         assert np.abs(data.displacement_final / expected - 1).max() < 1e-5
@@ -71,22 +71,22 @@ def test_displacement_over_length_thickness_and_width_is_ec_37(tmp_path: Path, e
 def test_force_over_thickness_width_and_length_is_ec_39(tmp_path: Path, engine: str) -> None:
     plan = grid_plan(["thickness=0.2mm:1mm:3", "width=2mm:10mm:3", "free_length=15mm:40mm:3"])
     clamped = replace(STEP, tip="clamped", duration=600.0)
-    question = Question(clamped, plan, ("force_final", "force_blocked"), engine, 1e-6)
-    sweep(question, tmp_path / "s.nc", jobs=1)
+    spec = SweepSpec(clamped, plan, ("force_final", "force_blocked"), engine, 1e-6)
+    sweep(spec, tmp_path / "s.nc", jobs=1)
     with read_sweep(tmp_path / "s.nc") as data:
         expected = formulas.steady_force(
             4.0, PAPER.coupling.static, 7600.0, data.width, data.thickness, data.free_length
         )
-        for name in question.outputs:
+        for name in spec.outputs:
             assert np.abs(data[name] / expected - 1).max() < 1e-5
 
 
 def test_what_the_file_says(tmp_path: Path, small_tasks: None) -> None:
     plan = grid_plan(["orientation=weightless,horizontal", "thickness=0.4mm:0.6mm:3", "voltage=1V,4V"])
-    question = Question(STATIC, plan, ("displacement_final", "energy"), "exact", waveforms=("current",), samples=31)
+    spec = SweepSpec(STATIC, plan, ("displacement_final", "energy"), "exact", waveforms=("current",), samples=31)
     told: list[tuple[int, int]] = []
     done = sweep(
-        question, tmp_path / "s.nc", jobs=1, progress=lambda *x: told.append(x), command="ilg-circuit sweep ..."
+        spec, tmp_path / "s.nc", jobs=1, progress=lambda *x: told.append(x), command="ilg-circuit sweep ..."
     )
     assert told[0] == (0, 12)
     assert told[-1] == (12, 12)
@@ -112,7 +112,7 @@ def test_designs_that_cannot_be_are_rows_with_reasons(tmp_path: Path) -> None:
     plan = Plan(
         {"thickness": np.array([0.5e-3, np.nan, 0.4e-3]), "length": np.array([35e-3, 35e-3, 10e-3])}, False, "x"
     )
-    done = sweep(Question(STATIC, plan, ("displacement_final",), "exact"), tmp_path / "s.nc", jobs=1)
+    done = sweep(SweepSpec(STATIC, plan, ("displacement_final",), "exact"), tmp_path / "s.nc", jobs=1)
     assert done.summary.failed == 2
     with read_sweep(tmp_path / "s.nc") as data:
         assert data.sizes == {"design": 3}
@@ -124,7 +124,7 @@ def test_designs_that_cannot_be_are_rows_with_reasons(tmp_path: Path) -> None:
 def test_a_sweep_without_any_success_is_an_error(tmp_path: Path) -> None:
     plan = Plan({"thickness": np.array([-1.0, np.nan])}, False, "x")
     with pytest.raises(SolveError, match=r"all 2 designs failed, design 0 because: .*thickness is -1"):
-        sweep(Question(STATIC, plan, ("displacement_final",), "exact"), tmp_path / "s.nc", jobs=1)
+        sweep(SweepSpec(STATIC, plan, ("displacement_final",), "exact"), tmp_path / "s.nc", jobs=1)
     assert not list(tmp_path.iterdir())
 
 
@@ -135,16 +135,16 @@ class _Interrupted(Exception):
 def test_an_interrupted_sweep_goes_on_and_another_question_does_not(
     tmp_path: Path, small_tasks: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    question, path = _question(), tmp_path / "s.nc"
-    sweep(question, tmp_path / "whole.nc", jobs=1)
+    spec, path = _spec(), tmp_path / "s.nc"
+    sweep(spec, tmp_path / "whole.nc", jobs=1)
 
     def interrupt(done: int, total: int) -> None:
         if done >= 12:
             raise _Interrupted
 
     with pytest.raises(_Interrupted):
-        sweep(question, path, jobs=1, progress=interrupt)
-    kept = Store(path, question)
+        sweep(spec, path, jobs=1, progress=interrupt)
+    kept = Store(path, spec)
     assert kept.finished() == {0, 1}
     assert not path.exists()
     solved: list[Task] = []
@@ -154,13 +154,13 @@ def test_an_interrupted_sweep_goes_on_and_another_question_does_not(
         return solve_task(task, progress)
 
     monkeypatch.setattr("ilg_circuit.study.sweep.solve_task", counting)
-    other = sweep(_question(count=21), path, jobs=1)
+    other = sweep(_spec(count=21), path, jobs=1)
     assert other.resumed == 0
     assert other.leftover == tmp_path / "s.nc.part"
     assert len(solved) == 6
     assert kept.finished() == {0, 1}
     solved.clear()
-    done = sweep(question, path, jobs=1)
+    done = sweep(spec, path, jobs=1)
     assert (done.resumed, done.leftover) == (8, None)
     assert len(solved) == 4
     assert _equal(path, tmp_path / "whole.nc")
@@ -174,26 +174,26 @@ def test_an_interrupted_sweep_goes_on_and_another_question_does_not(
         {"engine": "ngspice"},
         {"accuracy": 1e-5},
         {"waveforms": ("current",)},
-        {"base": replace(STATIC, duration=301.0)},
-        {"base": replace(STATIC, drive="step:3V")},
-        {"base": replace(STATIC, actuator=replace(PAPER, name="other"))},
+        {"template": replace(STATIC, duration=301.0)},
+        {"template": replace(STATIC, drive="step:3V")},
+        {"template": replace(STATIC, actuator=replace(PAPER, name="other"))},
         {"plan": random_plan(["thickness=0.3mm:1mm", "free_length=15mm:40mm"], 22, seed=1)},
     ],
 )
 def test_every_part_of_a_question_is_in_its_key(change: dict[str, Any]) -> None:
-    question = _question()
-    parts = {n: getattr(question, n) for n in ("base", "plan", "outputs", "engine", "accuracy", "waveforms", "samples")}
-    assert Question(**parts).key == question.key
-    assert Question(**(parts | change)).key != question.key
+    spec = _spec()
+    parts = {n: getattr(spec, n) for n in ("template", "plan", "outputs", "engine", "accuracy", "waveforms", "samples")}
+    assert SweepSpec(**parts).key == spec.key
+    assert SweepSpec(**(parts | change)).key != spec.key
 
 
 def test_a_file_may_be_larger_than_the_memory_that_makes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(questions, "_MOST_BYTES", 1e6)
-    question = _question(count=128, waveforms=("displacement",), samples=30_001)
-    sweep(_question(count=1), tmp_path / "first.nc", jobs=1)  # what is imported on the way is not of the sweep
+    spec = _spec(count=128, waveforms=("displacement",), samples=30_001)
+    sweep(_spec(count=1), tmp_path / "first.nc", jobs=1)  # what is imported on the way is not of the sweep
     tracemalloc.start()
     try:
-        sweep(question, tmp_path / "s.nc", jobs=1)
+        sweep(spec, tmp_path / "s.nc", jobs=1)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
@@ -205,13 +205,13 @@ def test_a_measured_drive_is_read_once(tmp_path: Path) -> None:
     """Where tasks are solved there may be no such file; and it is in the key by what it holds."""
     path = tmp_path / "drive.csv"
     path.write_text("time_s,voltage_V\n0,0\n10,4\n300,4\n")
-    base = replace(STATIC, drive=f"file:{path}")
+    template = replace(STATIC, drive=f"file:{path}")
     plan = grid_plan(["voltage=2V,4V"])
-    question = Question(base, plan, ("displacement_final",), "exact")
+    spec = SweepSpec(template, plan, ("displacement_final",), "exact")
     path.write_text("time_s,voltage_V\n0,0\n10,3\n300,4\n")
-    assert Question(base, plan, ("displacement_final",), "exact").key != question.key
+    assert SweepSpec(template, plan, ("displacement_final",), "exact").key != spec.key
     path.unlink()
-    sweep(question, tmp_path / "s.nc", jobs=1)
+    sweep(spec, tmp_path / "s.nc", jobs=1)
     with read_sweep(tmp_path / "s.nc") as data:
         assert data.attrs["drive"] == "file drive.csv"
         steady = formulas.steady_displacement(4.0, PAPER.coupling.static, 30e-3, 0.5e-3)
@@ -219,12 +219,12 @@ def test_a_measured_drive_is_read_once(tmp_path: Path) -> None:
 
 
 def test_a_damaged_part_is_named_and_removed(tmp_path: Path, small_tasks: None) -> None:
-    question, path = _question(), tmp_path / "s.nc"
-    store = Store(path, question)
+    spec, path = _spec(), tmp_path / "s.nc"
+    store = Store(path, spec)
     (store.folder / "000001.npz").write_bytes(b"not a result")
     with pytest.raises(InputError, match=r"000001\.npz' was damaged"):
-        sweep(question, path, jobs=1)
-    assert sweep(question, path, jobs=1).resumed == 18
+        sweep(spec, path, jobs=1)
+    assert sweep(spec, path, jobs=1).resumed == 18
 
 
 def test_killed_and_started_again(tmp_path: Path, run: Run) -> None:
@@ -281,15 +281,15 @@ class _Renewable(GivenPool):
 def test_workers_that_die_cost_time_and_at_most_the_design_that_kills_them(
     poisoned: int | None, small_tasks: None
 ) -> None:
-    question = _question()
-    b = question.plan.columns["thickness"]
+    spec = _spec()
+    b = spec.plan.columns["thickness"]
     poison = -1.0 if poisoned is None else float(b[poisoned])
     found: dict[int, Evaluation] = {}
     pool = _Renewable(_Dying(poison))
-    solve_on(pool, range(question.task_count), question.task, found.__setitem__)
+    solve_on(pool, range(spec.task_count), spec.task, found.__setitem__)
     assert sorted(found) == list(range(6))
     values = np.concatenate([found[k].values[:, 0] for k in range(6)])
-    expected = formulas.steady_displacement(4.0, PAPER.coupling.static, question.plan.columns["free_length"], b)
+    expected = formulas.steady_displacement(4.0, PAPER.coupling.static, spec.plan.columns["free_length"], b)
     lost = [] if poisoned is None else [poisoned]
     assert np.flatnonzero(np.isnan(values)).tolist() == lost
     assert np.delete(values, lost) == pytest.approx(np.delete(expected, lost), rel=1e-6)
@@ -299,17 +299,17 @@ def test_workers_that_die_cost_time_and_at_most_the_design_that_kills_them(
 
 
 def test_any_executor_will_do(tmp_path: Path, small_tasks: None) -> None:
-    question = _question()
-    sweep(question, tmp_path / "serial.nc", jobs=1)
+    spec = _spec()
+    sweep(spec, tmp_path / "serial.nc", jobs=1)
     with ThreadPoolExecutor(2) as executor:
-        sweep(question, tmp_path / "threads.nc", executor=executor)
+        sweep(spec, tmp_path / "threads.nc", executor=executor)
     assert _equal(tmp_path / "serial.nc", tmp_path / "threads.nc")
     with pytest.raises(SolveError, match="lost a worker"):
-        sweep(question, tmp_path / "dead.nc", executor=_Dying(-1.0))
+        sweep(spec, tmp_path / "dead.nc", executor=_Dying(-1.0))
     with pytest.raises(InputError, match="give one of"):
-        sweep(question, tmp_path / "x.nc", jobs=2, cluster="local:2")
+        sweep(spec, tmp_path / "x.nc", jobs=2, cluster="local:2")
     with pytest.raises(InputError, match="give 1 to"):
-        sweep(question, tmp_path / "x.nc", jobs=0)
+        sweep(spec, tmp_path / "x.nc", jobs=0)
 
 
 with_processes = pytest.mark.skipif(
@@ -320,8 +320,8 @@ with_processes = pytest.mark.skipif(
 @with_processes
 def test_processes_of_which_one_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(questions, "_DESIGNS", 20)
-    question = _question(count=200)
-    sweep(question, tmp_path / "serial.nc", jobs=1)
+    spec = _spec(count=200)
+    sweep(spec, tmp_path / "serial.nc", jobs=1)
     pools: list[LokyPool] = []
     killed: list[int] = []
 
@@ -336,7 +336,7 @@ def test_processes_of_which_one_is_killed(tmp_path: Path, monkeypatch: pytest.Mo
             os.kill(killed[0], signal.SIGKILL)
 
     monkeypatch.setattr(sweeps, "LokyPool", Watched)
-    done = sweep(question, tmp_path / "two.nc", jobs=2, progress=kill_one)
+    done = sweep(spec, tmp_path / "two.nc", jobs=2, progress=kill_one)
     assert len(killed) == 1
     assert done.summary.failed == 0
     assert _equal(tmp_path / "serial.nc", tmp_path / "two.nc")
@@ -350,11 +350,11 @@ def test_a_machine_without_shared_locks(tmp_path: Path, monkeypatch: pytest.Monk
             raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(workers.multiprocessing, "get_context", lambda _: Closed())
-    done = sweep(_question(), tmp_path / "s.nc")
+    done = sweep(_spec(), tmp_path / "s.nc")
     assert done.summary.failed == 0
     for how in ({"jobs": 2}, {"cluster": "local:2"}):
         with pytest.raises(SolveError, match=r"share no locks.*--jobs 1"):
-            sweep(_question(), tmp_path / "t.nc", **how)
+            sweep(_spec(), tmp_path / "t.nc", **how)
 
 
 @with_processes
@@ -363,8 +363,8 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path, monkeypatch: pytest.Monke
     """Three workers on loopback, one of them killed while it works: the file is complete and equal."""
     distributed = pytest.importorskip("distributed", reason="dask.distributed is an extra")
     monkeypatch.setattr(questions, "_DESIGNS", 20)
-    question = _question(count=200, engine="ngspice")
-    sweep(question, tmp_path / "serial.nc", jobs=1)
+    spec = _spec(count=200, engine="ngspice")
+    sweep(spec, tmp_path / "serial.nc", jobs=1)
     with (
         distributed.LocalCluster(n_workers=3, threads_per_worker=1, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
@@ -376,7 +376,7 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path, monkeypatch: pytest.Monke
                 os.kill(victims[0], signal.SIGKILL)
                 victims.clear()
 
-        done = sweep(question, tmp_path / "cluster.nc", cluster=cluster.scheduler_address, progress=kill_one)
+        done = sweep(spec, tmp_path / "cluster.nc", cluster=cluster.scheduler_address, progress=kill_one)
     assert not victims
     assert done.summary.failed == 0
     assert _equal(tmp_path / "serial.nc", tmp_path / "cluster.nc")
@@ -386,5 +386,5 @@ def test_clusters_that_are_none(tmp_path: Path) -> None:
     pytest.importorskip("distributed", reason="dask.distributed is an extra")
     for address in ("local:", "local:0", "localhost", "udp://x:1"):
         with pytest.raises(InputError, match="local:4 for four workers"):
-            sweep(_question(), tmp_path / "x.nc", cluster=address)
+            sweep(_spec(), tmp_path / "x.nc", cluster=address)
     assert not list(tmp_path.iterdir())

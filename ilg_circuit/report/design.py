@@ -6,19 +6,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..report.axes import BLUE, GREY, ORANGE, engineering, save
-from .design import Design
-from .findings import aim
+from .design import aim
 from .pareto import Front
+from .problem import Design
 from .sobol import SobolIndices
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 _COLOURS = (BLUE, ORANGE, "#2e8b57", "#8c4fa8", "#b8901c", "#444444", "#c2427a", "#3aa0a0")
 #: Lines that may lie on one another.
@@ -30,33 +28,33 @@ _DECADES = 8.0
 
 def plot_design(design: Design, path: str | Path) -> None:
     """By which factor each requirement is met along each parameter, the others staying as designed."""
-    question, space = design.question, design.question.space
-    n = len(space.spans)
+    problem, space = design.problem, design.problem.space
+    n = len(space.ranges)
     columns = min(n, 3)
     figure, axes = _panels(n, columns, height=2.7)
     shares = np.linspace(0, 1, _SLICE)
-    places = np.repeat(design.found.place[None, None], n, axis=0).repeat(_SLICE, axis=1)
+    points = np.repeat(design.optimum.point[None, None], n, axis=0).repeat(_SLICE, axis=1)
     for j in range(n):
-        places[j, :, j] = shares
-    values = space.look(places.reshape(-1, n), question.quantities).reshape(n, _SLICE, -1)
-    for j, (panel, span) in enumerate(zip(axes, space.spans, strict=False)):
-        x = space.columns(places[j])[span.parameter.name]
-        factor, unit = engineering(x, span.parameter.unit)
-        for k, r in enumerate(question.requirements):
-            score = r.score(values[j, :, question.column(r.quantity)])
+        points[j, :, j] = shares
+    values = space.evaluate(points.reshape(-1, n), problem.quantities).reshape(n, _SLICE, -1)
+    for j, (panel, interval) in enumerate(zip(axes, space.ranges, strict=False)):
+        x = space.columns(points[j])[interval.parameter.name]
+        factor, unit = engineering(x, interval.parameter.unit)
+        for k, r in enumerate(problem.requirements):
+            score = r.score(values[j, :, problem.column(r.quantity)])
             if r.relation == "=":  # how far off, instead of a tolerance's sliver
-                score = np.log(np.abs(values[j, :, question.column(r.quantity)] / r.limit))
+                score = np.log(np.abs(values[j, :, problem.column(r.quantity)] / r.limit))
             met = np.exp(np.clip(score, -4, 4))
             style: Any = {"color": _COLOURS[k % len(_COLOURS)], "linestyle": _STYLES[k % len(_STYLES)]}
             panel.plot(factor * x, met, linewidth=1.6, label=r.text, **style)
-        if question.objective:
-            column = values[j, :, question.column(question.objective.quantity)]
-            here = design.exact[question.objective.quantity.name]
+        if problem.objective:
+            column = values[j, :, problem.column(problem.objective.quantity)]
+            here = design.exact[problem.objective.quantity.name]
             if here > 0:
-                label = f"{question.objective.quantity.name} / at the design"
+                label = f"{problem.objective.quantity.name} / at the design"
                 panel.plot(factor * x, column / here, "--", color=GREY, linewidth=1.2, label=label)
-        panel.axvline(factor * design.values[span.parameter.name], color="black", linewidth=0.9, label="design")
-        if _wide(x) and span.log:
+        panel.axvline(factor * design.values[interval.parameter.name], color="black", linewidth=0.9, label="design")
+        if _wide(x) and interval.log:
             _logarithmic(panel, "x")
         _logarithmic(panel, "y")
         low, high = panel.get_ylim()
@@ -64,7 +62,7 @@ def plot_design(design: Design, path: str | Path) -> None:
         panel.set_ylim(low, high)
         panel.axhspan(low, 1.0, color="#d9534f", alpha=0.09, linewidth=0)
         panel.axhline(1.0, color="#d9534f", linewidth=0.8)
-        panel.set_xlabel(_label(span.parameter.name, unit))
+        panel.set_xlabel(_label(interval.parameter.name, unit))
         if j % columns == 0:
             panel.set_ylabel("factor by which it is met")
     handles, labels = axes[0].get_legend_handles_labels()
@@ -75,7 +73,7 @@ def plot_design(design: Design, path: str | Path) -> None:
 
 
 def plot_front(front: Front, path: str | Path, design: Design | None = None) -> None:
-    """The front, and the parameters along it; three objectives as a scatter, the third by colour. ``design`` is marked
+    """The front, and the parameters along it; three objectives as a sobol_points, the third by colour. ``design`` is marked
     where it has both."""
     names = [o.quantity.name for o in front.objectives]
     figure, axes = _panels(2, 2, height=3.9, width=4.6)
@@ -91,7 +89,7 @@ def plot_front(front: Front, path: str | Path, design: Design | None = None) -> 
         colours: dict[str, Any] = {"c": data[2], "cmap": "viridis"}
         if _wide(data[2]):
             colours["norm"] = "log"
-        points = panel.scatter(data[0], data[1], s=26, edgecolors="white", linewidths=0.4, **colours)
+        points = panel.sobol_points(data[0], data[1], s=26, edgecolors="white", linewidths=0.4, **colours)
         figure.colorbar(points, ax=panel, label=labels[2])
     if design and all(name in design.simulated for name in names):
         mark = [design.simulated[n] * engineering(front.simulated[n], front.units[n])[0] for n in names[:2]]

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from ..cpg.network import Network
     from ..identify import Identification
 
-
 #: The paper's step [V], and how long its current took to become steady [s].
 VOLTAGE, DURATION = 4.0, 300.0
 #: At rest [s] before the step, in a record made from the fitted curves.

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..report.axes import BLUE, GREY, ORANGE, new_figure, save
 from .flow import Flow, sampled
 from .sweep import Sweep
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .report import Run
-
-Array = NDArray[np.float64]
 
 #: More neurons than these are drawn as a map over time.
 _MOST_LINES = 6

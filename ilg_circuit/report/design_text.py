@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from ..units import format_quantity
-from .binding import Limit, Omission
-from .design import Design
-from .findings import Findings, aim, design_drive
+from .constraints import ActiveConstraint, WithoutRequirement
+from .design import DesignReport, aim, design_drive
 from .pareto import Front
-from .plan import Span
+from .plan import Range
+from .problem import Design
 from .requirements import Requirement
-from .search import SCOUTS
+from .search import INITIAL_POINTS
 from .sensitivity import Sensitivity
 from .sobol import SobolIndices
 
@@ -25,11 +25,11 @@ _UNIQUE = 0.02
 _SAME = 5e-3
 
 
-def describe(findings: Findings) -> str:
+def describe(findings: DesignReport) -> str:
     """All that was found out, for a terminal."""
     parts = []
     if findings.design:
-        parts.append(_design(findings.design, findings.limits, findings.omissions))
+        parts.append(_design(findings.design, findings.active_constraints, findings.omissions))
         if findings.sensitivity:
             parts.append(_sensitivity(findings.design, findings.sensitivity, findings.confidence))
     if findings.front:
@@ -47,33 +47,33 @@ def _percent(part: float) -> str:
     return f"{100 * part:+.3g} %" if abs(part) < 10 else f"{1 + part:.3g} times"
 
 
-def _design(design: Design, limits: Sequence[Limit], omissions: Sequence[Omission]) -> str:
-    question = design.question
-    base = question.space.base
+def _design(design: Design, limits: Sequence[ActiveConstraint], omissions: Sequence[WithoutRequirement]) -> str:
+    problem = design.problem
+    template = problem.space.template
     head = "best design" if design.feasible else "NO design meets all requirements; nearest"
     lines = [
-        f"{head} of '{base.actuator.name}', {design_drive(design)}, "
-        f"{format_quantity(base.duration, 's')}: {aim(design) if design.feasible else 'least worst margin'}",
+        f"{head} of '{template.actuator.name}', {design_drive(design)}, "
+        f"{format_quantity(template.duration, 's')}: {aim(design) if design.feasible else 'least worst margin'}",
         "",
     ]
     rows = []
     ends = {(limit.parameter, limit.end) for limit in limits}
-    for span in question.space.spans:
-        name, unit = span.parameter.name, span.parameter.unit
-        at = next((w for w, end in (("lower", span.low), ("upper", span.high)) if (name, end) in ends), None)
+    for interval in problem.space.ranges:
+        name, unit = interval.parameter.name, interval.parameter.unit
+        at = next((w for w, end in (("lower", interval.low), ("upper", interval.high)) if (name, end) in ends), None)
         rows.append(
-            [name, format_quantity(design.values[name], unit, 6), _range(span), f"at its {at} end" if at else ""]
+            [name, format_quantity(design.values[name], unit, 6), _range(interval), f"at its {at} end" if at else ""]
         )
     lines += _aligned(rows)
-    if question.objective:
-        quantity = question.objective.quantity
+    if problem.objective:
+        quantity = problem.objective.quantity
         lines += [
             "",
-            f"{question.objective.text}: {format_quantity(design.simulated[quantity.name], quantity.unit, 5)}",
+            f"{problem.objective.text}: {format_quantity(design.simulated[quantity.name], quantity.unit, 5)}",
         ]
-    if question.requirements:
-        rows = [["requirement", f"{question.space.engine}", "ngspice again", "margin", "met"]]
-        for r in question.requirements:
+    if problem.requirements:
+        rows = [["requirement", f"{problem.space.engine}", "ngspice again", "margin", "met"]]
+        for r in problem.requirements:
             ours, theirs = design.exact[r.quantity.name], design.simulated[r.quantity.name]
             margin = "within 0.1 %" if r.relation == "=" and design.met(r) else _percent(design.margin(r))
             rows.append([r.text, _value(ours, r), _value(theirs, r), margin, "yes" if design.met(r) else "NO"])
@@ -88,10 +88,10 @@ def _design(design: Design, limits: Sequence[Limit], omissions: Sequence[Omissio
     return "\n".join(lines)
 
 
-def _limits(design: Design, limits: Sequence[Limit]) -> list[str]:
+def _limits(design: Design, limits: Sequence[ActiveConstraint]) -> list[str]:
     binding = [limit for limit in limits if limit.binds]
     idle = [limit for limit in limits if not limit.binds]
-    objective = design.question.objective if design.feasible else None
+    objective = design.problem.objective if design.feasible else None
     what = objective.quantity.name if objective else "the worst margin"
     sign = -1 if objective and objective.sense > 0 else 1
     lines = []
@@ -104,9 +104,9 @@ def _limits(design: Design, limits: Sequence[Limit]) -> list[str]:
     return lines or ["nothing holds it back: no requirement or end of a range is reached"]
 
 
-def _infeasible(design: Design, omissions: Sequence[Omission]) -> list[str]:
+def _infeasible(design: Design, omissions: Sequence[WithoutRequirement]) -> list[str]:
     lines = []
-    for r in design.question.requirements:
+    for r in design.problem.requirements:
         low, high = design.reach[r.quantity.name]
         within = [side.score(np.array([low, high])) for side in r.sides()]
         if all((score >= 0).any() for score in within):
@@ -129,8 +129,8 @@ def _infeasible(design: Design, omissions: Sequence[Omission]) -> list[str]:
 
 def _search(design: Design) -> str:
     search = design.search
-    space = design.question.space
-    scouts, ends = SCOUTS[space.engine], len(search.ends)
+    space = design.problem.space
+    scouts, ends = INITIAL_POINTS[space.engine], len(search.ends)
     spread = [(n, x) for n, x in zip(space.names, search.spread, strict=True) if x > _UNIQUE]
     text = f"search: {scouts} scattered designs, then {ends} starts by the {space.engine} engine, {search.agreeing} "
     text += "of which agree"
@@ -142,13 +142,13 @@ def _search(design: Design) -> str:
 
 def _sensitivity(design: Design, found: Sensitivity, confidence: float | None) -> str:
     rows = [["uncertainty of the fit", "value", "standard error", "most of it from", "requirement met with"]]
-    for q in design.question.quantities:
+    for q in design.problem.quantities:
         if not q.outputs:
             continue
         most = found.matters_most(q.name)
         source = f"{most} ({found.shares[q.name][most]:.0%})" if most else "nothing fitted"
         chances = [
-            f"{found.met[r.text]:.1%} ({r.relation})" for r in design.question.requirements if r.quantity.name == q.name
+            f"{found.met[r.text]:.1%} ({r.relation})" for r in design.problem.requirements if r.quantity.name == q.name
         ]
         error = format_quantity(found.stderr[q.name], q.unit, 2)
         rows.append([q.name, format_quantity(design.exact[q.name], q.unit, 5), error, source, ", ".join(chances)])
@@ -189,8 +189,8 @@ def _sobol(found: SobolIndices) -> str:
     return "\n".join([*lines, f"95 % intervals; {found.simulations} designs spread evenly over the ranges"])
 
 
-def _range(span: Span) -> str:
-    low, high = (format_quantity(x, span.parameter.unit, 6) for x in (span.low, span.high))
+def _range(interval: Range) -> str:
+    low, high = (format_quantity(x, interval.parameter.unit, 6) for x in (interval.low, interval.high))
     return f"from {low} to {high}"
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from ..files import write_text
 from ..simulation.response import sample_times
@@ -19,8 +20,6 @@ from .network import Network, checked_start
 from .outcome import Rhythm
 from .rhythm import rhythm
 from .symmetry import quotient
-
-Array = NDArray[np.float64]
 
 ENGINES = ("ode", "ngspice")
 #: Samples in the shorter of the two time constants, unless asked for otherwise; and how many at most.

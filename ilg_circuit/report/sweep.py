@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..report.axes import BLUE, GREY, ORANGE, engineering, save
 from ..units import format_quantity
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from xarray import DataArray, Dataset
-
-Array = NDArray[np.float64]
 
 #: What is drawn unless something else is asked for: the first of these that the sweep has and that are not all alike.
 _PREFERRED = (

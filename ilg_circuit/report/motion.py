@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from ..files import replacing, require_writable
 from ..report.axes import BLUE, GREY, ORANGE, engineering, save
 from ..units import format_quantity
-from .compiled import Array
 from .motion import Motion
 
 if TYPE_CHECKING:

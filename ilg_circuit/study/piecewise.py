@@ -10,9 +10,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from ..arrays import Array, Mask
 from ..solve.panels import FRACTIONS, NODES, WEIGHTS, Panels
-
-Array = NDArray[np.float64]
 
 #: Points at which a panel's polynomial is looked at before a peak or a crossing is refined.
 _LOOKS = np.linspace(0.0, 1.0, 25)
@@ -33,7 +32,7 @@ _LOOK = _TO_SERIES @ _basis(_LOOKS).T
 
 
 @dataclass(frozen=True, eq=False)
-class Curves:
+class PiecewiseLegendre:
     """``values`` (n, m, NODES): n waveforms at the points of m panels."""
 
     panels: Panels
@@ -130,7 +129,7 @@ class Curves:
         times = self._crossing(np.maximum(first - 1, 0), lambda v: v * sign < level)
         return np.where(np.abs(self.final) > 0, np.where(first == 0, 0.0, times), np.nan)
 
-    def _crossing(self, before: NDArray[np.intp], holds: Callable[[Array], NDArray[np.bool_]]) -> Array:
+    def _crossing(self, before: NDArray[np.intp], holds: Callable[[Array], Mask]) -> Array:
         """Times [s] at which ``holds`` ceases to be true of each, between look ``before`` (n,) and the next."""
         panel, look = np.divmod(before, len(_LOOKS))
         series = self._series(panel)

@@ -1,4 +1,4 @@
-"""A sweep's complete question, its key, and its division into tasks that any process anywhere can solve.
+"""A sweep's complete spec, its key, and its division into tasks that any process anywhere can solve.
 
 Tasks do not depend on how many workers there are, so neither do results: the designs of one task are solved in the same
 batches wherever it runs.
@@ -11,21 +11,17 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
 from .. import __version__
+from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..simulation.response import sample_times
 from ..strip.file import dumps
 from .evaluate import ENGINES, STUDY_ACCURACY, Evaluation, Progress, evaluate_designs
 from .outputs import WAVEFORMS, choose_outputs
-from .parameters import Base
+from .parameters import ScenarioTemplate
 from .plan import Column, Plan
 from .threads import one_thread
-
-Array = NDArray[np.float64]
 
 #: Designs of a task, where circuits are linear and where they are not; and the most bytes that its waveforms may take.
 _DESIGNS, _DESIGNS_NONLINEAR = 256, 16
@@ -36,9 +32,9 @@ _NONLINEAR = ("emission_voltage", "capacitance_slope")
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Some designs of a question, and all that it takes to solve them."""
+    """Some designs of a spec, and all that it takes to solve them."""
 
-    base: Base
+    template: ScenarioTemplate
     columns: dict[str, Column]
     outputs: tuple[str, ...]
     engine: str
@@ -59,7 +55,7 @@ def solve_task(task: Task, progress: Progress | None = None) -> Evaluation:
     """The outputs of a task's designs, the same wherever it runs."""
     with one_thread():
         return evaluate_designs(
-            task.base,
+            task.template,
             task.columns,
             task.outputs,
             engine=task.engine,
@@ -71,13 +67,13 @@ def solve_task(task: Task, progress: Progress | None = None) -> Evaluation:
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
-    """All that decides a sweep's result: base, designs, outputs (names), how solved, and waveforms kept.
+class SweepSpec:
+    """All that decides a sweep's result: template, designs, outputs (names), how solved, and waveforms kept.
 
     ``samples`` is the number of samples of each waveform. Raises InputError for unknown words or numbers out of range.
     """
 
-    base: Base
+    template: ScenarioTemplate
     plan: Plan
     outputs: tuple[str, ...]
     engine: str = "ngspice"
@@ -94,21 +90,21 @@ class Question:
         unknown = [name for name in self.waveforms if name not in WAVEFORMS]
         if unknown:
             raise InputError(f"unknown waveform '{unknown[0]}'; choose from {', '.join(WAVEFORMS)}")
-        if isinstance(self.base.drive, str) and self.base.drive.startswith("file:"):
+        if isinstance(self.template.drive, str) and self.template.drive.startswith("file:"):
             # read once and here: where tasks are solved there may be no such file
-            object.__setattr__(self, "base", replace(self.base, drive=self.base.parsed_drive()))
-        self.base.parsed_drive()  # a text that is no drive is the question's fault
+            object.__setattr__(self, "template", replace(self.template, drive=self.template.parsed_drive()))
+        self.template.parsed_drive()  # a text that is no drive is the spec's fault
         _ = self.times
 
     @cached_property
     def times(self) -> Array:
         """Times [s] of the waveforms' samples."""
-        return sample_times(self.base.duration, samples=self.samples)
+        return sample_times(self.template.duration, samples=self.samples)
 
     @cached_property
     def task_size(self) -> int:
         """Designs of a task: as many in each as can be, so that no worker is left with a long last one."""
-        material = self.base.actuator.material
+        material = self.template.actuator.material
         nonlinear = any(getattr(material, n) or n in self.plan.names for n in _NONLINEAR)
         size = _DESIGNS_NONLINEAR if nonlinear else _DESIGNS
         if self.waveforms:
@@ -127,18 +123,26 @@ class Question:
 
     def task(self, number: int) -> Task:
         columns = self.plan.designs(*self.bounds(number))
-        return Task(self.base, columns, self.outputs, self.engine, self.accuracy, self.waveforms, self.times)
+        return Task(self.template, columns, self.outputs, self.engine, self.accuracy, self.waveforms, self.times)
 
     @cached_property
     def key(self) -> str:
-        """A digest of the whole question: two questions with the same key have the same answer."""
-        base = self.base
-        drive = base.parsed_drive()
+        """A digest of the whole spec: two questions with the same key have the same answer."""
+        template = self.template
+        drive = template.parsed_drive()
         digest = hashlib.sha256()
-        settings = (base.drive_text, base.duration, base.tip, base.beam, base.load, self.engine, self.accuracy)
+        settings = (
+            template.drive_text,
+            template.duration,
+            template.tip,
+            template.beam,
+            template.load,
+            self.engine,
+            self.accuracy,
+        )
         for part in (
             __version__,
-            dumps(base.actuator),
+            dumps(template.actuator),
             *map(repr, (settings, self.outputs, self.waveforms, self.samples, self.task_size, self.plan.grid)),
             *((drive.times.tobytes(), drive.values.tobytes()) if isinstance(drive, PiecewiseLinear) else ()),
             *(

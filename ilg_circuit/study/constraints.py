@@ -1,0 +1,126 @@
+"""Active constraints of a design, the gain of relaxing each, and the effect of omitting single requirements.
+
+Each limit is relaxed by 1 % and the problem re-solved: a finite-difference Lagrange multiplier, valid also at kinks.
+Where no design meets every requirement, each is omitted in turn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..units import format_quantity
+from .problem import Design, DesignProblem
+from .requirements import Requirement
+from .search import local_search, search, sobol_points
+from .space import Space
+
+#: Fraction by which a limit is relaxed.
+RELAXED = 0.01
+#: Largest distance from a limit at which it counts as active; largest gain that counts as none.
+_AT = 2e-3
+_NO_GAIN = 1e-5
+#: Sobol points and local searches where a requirement is omitted: a rough search suffices.
+_INITIAL_POINTS, _STARTS = {"exact": 256, "ngspice": 64}, 2
+
+
+@dataclass(frozen=True)
+class ActiveConstraint:
+    """An active requirement or end of a range, and the ``gain`` of relaxing it by 1 %.
+
+    ``gain`` is relative to the objective, or an increase of the worst margin where there is no objective.
+    ``parameter`` is None for a requirement; ``end`` is the end of that parameter's range [SI].
+    """
+
+    text: str
+    gain: float
+    parameter: str | None = None
+    end: float | None = None
+
+    @property
+    def binds(self) -> bool:
+        return self.gain > _NO_GAIN
+
+
+@dataclass(frozen=True)
+class WithoutRequirement:
+    """Result of omitting one requirement: the worst ``margin`` of the others, at least 0 where they can be met."""
+
+    requirement: Requirement
+    margin: float
+
+
+def active_constraints(design: Design) -> list[ActiveConstraint]:
+    """Return the active requirements and ends of ranges of ``design``, largest gain first."""
+    problem, point = design.problem, design.optimum.point
+    feasible = design.feasible
+    active = []
+    level = 0.0 if feasible and problem.objective else design.worst_score
+    for k, r in enumerate(problem.requirements):
+        slack = design.score(r) - r.reserve
+        if slack > (level if r.maximised or not feasible else 0.0) + _AT:
+            continue
+        gain = _gain(design, _relaxed(problem, k, RELAXED))
+        if r.relation == "=":  # either direction may be the better one
+            gain = max(gain, _gain(design, _relaxed(problem, k, -RELAXED)))
+        active.append(ActiveConstraint(r.text, gain))
+    for j, interval in enumerate(problem.space.ranges):
+        for at_high, share in ((False, point[j]), (True, 1 - point[j])):
+            if share > _AT:
+                continue
+            end = interval.high if at_high else interval.low
+            name = interval.parameter.name
+            gain = _gain(design, replace(problem, space=_widened(problem.space, j, at_high)))
+            text = f"{name} {'<=' if at_high else '>='} {format_quantity(end, interval.parameter.unit, 6)}"
+            active.append(ActiveConstraint(text, gain, name, end))
+    return sorted(active, key=lambda constraint: -constraint.gain)
+
+
+def without_each_requirement(design: Design) -> list[WithoutRequirement]:
+    """Return, for each requirement that ``design`` misses, the worst margin reached when it alone is omitted."""
+    problem = design.problem
+    space, seed = problem.space, problem.seed
+    results = []
+    for k, r in enumerate(problem.requirements):
+        others = (*problem.requirements[:k], *problem.requirements[k + 1 :])
+        if design.met(r) or not others:
+            continue
+        rest = replace(problem, requirements=others, objective=None)
+        points = sobol_points(len(space.ranges), _INITIAL_POINTS[space.engine], seed)
+        terms = rest.elastic_terms(space.evaluate(points, rest.quantities))
+        nearest = search(space, rest.elastic(), points, terms, starts=_STARTS, seed=seed)
+        results.append(WithoutRequirement(r, float(np.expm1(-nearest.best.score))))
+    return results
+
+
+def _relaxed(problem: DesignProblem, k: int, part: float) -> DesignProblem:
+    """Return the problem with requirement k relaxed."""
+    requirements = list(problem.requirements)
+    requirements[k] = requirements[k].relaxed(part)
+    return replace(problem, requirements=tuple(requirements))
+
+
+def _widened(space: Space, j: int, at_high: bool) -> Space:
+    """Return the space with one end of range j moved outwards by one percent of its size."""
+    interval = space.ranges[j]
+    size = RELAXED * abs(interval.high if at_high else interval.low) or RELAXED * (interval.high - interval.low)
+    low, high = (interval.low, interval.high + size) if at_high else (interval.low - size, interval.high)
+    ranges = list(space.ranges)
+    ranges[j] = replace(interval, low=low, high=high)
+    return replace(space, ranges=tuple(ranges))
+
+
+def _gain(design: Design, relaxed: DesignProblem) -> float:
+    """Return the gain of the local optimum of ``relaxed``, searched from ``design``."""
+    problem = design.problem
+    columns = problem.space.columns(design.optimum.point[None])
+    start = relaxed.space.point({name: float(column[0]) for name, column in columns.items()})
+    end = local_search(relaxed.space, relaxed.goal() if design.feasible else relaxed.elastic(), start)
+    if not end.feasible:
+        return 0.0
+    before, after, objective = design.optimum.score, end.score, problem.objective
+    if not (design.feasible and objective):
+        return max(float(np.exp(-after) - np.exp(-before)), 0.0)
+    gain = 1 - np.exp(after - before) if objective.sense > 0 else np.exp(before - after) - 1
+    return float(max(gain if objective.logarithmic else before - after, 0.0))

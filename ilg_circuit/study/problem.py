@@ -1,0 +1,257 @@
+"""The inverse problem: the best design, within ranges, that meets requirements.
+
+Without an objective the best design maximises the worst margin: the factor by which every requirement could be
+tighter. Where no design meets every requirement, the nearest one is found: its worst margin is least negative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import InputError, SolveError
+from .parameters import Scenario
+from .quantities import Quantity
+from .requirements import Requirement
+from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Search, Terms, local_search, search, sobol_points
+from .space import Space, measure
+
+
+@dataclass(frozen=True)
+class Objective:
+    """A quantity to minimise (``sense`` 1) or maximise (-1); its logarithm where all values are positive."""
+
+    quantity: Quantity
+    sense: int
+    logarithmic: bool = False
+    scale: float = 1.0
+
+    @property
+    def text(self) -> str:
+        return f"{'minimise' if self.sense > 0 else 'maximise'} {self.quantity.name}"
+
+    def scaled(self, values: Array) -> Objective:
+        """Return it with the scale that suits ``values`` (k,). Raises SolveError where none of them is finite."""
+        finite = values[np.isfinite(values)]
+        if not len(finite):
+            raise SolveError(f"{self.quantity.name} could not be had of any design within the ranges")
+        if (finite > 0).all():
+            return replace(self, logarithmic=True)
+        return replace(self, scale=float(np.abs(finite).max()) or 1.0)
+
+    def cost(self, values: Array) -> Array:
+        """Return ``values`` (k,) as a cost to minimise."""
+        if self.logarithmic:
+            return self.sense * np.log(np.where(values > 0, values, np.nan))
+        return self.sense * values / self.scale
+
+
+def distinct(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:
+    """Return ``quantities``, each name once."""
+    return tuple({q.name: q for q in quantities}.values())
+
+
+def slacks(requirements: Iterable[Requirement], values: Array, quantities: Sequence[Quantity]) -> Array:
+    """Return the slacks (k, b) of the requirements' sides, for ``values`` (k, q) of ``quantities``."""
+    names = [q.name for q in quantities]
+    columns = [side.slack(values[:, names.index(r.quantity.name)]) for r in requirements for side in r.sides()]
+    return np.stack(columns, axis=1) if columns else np.zeros((len(values), 0))
+
+
+@dataclass(frozen=True, eq=False)
+class DesignProblem:
+    """Requirements and an objective within a search space. Raises InputError where both are missing."""
+
+    space: Space
+    requirements: tuple[Requirement, ...]
+    objective: Objective | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.requirements and self.objective is None:
+            raise InputError(
+                "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise"
+            )
+
+    @cached_property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Quantities of the requirements and of the objective, each once."""
+        wanted = [r.quantity for r in self.requirements] + ([self.objective.quantity] if self.objective else [])
+        return distinct(wanted)
+
+    def column(self, quantity: Quantity) -> int:
+        return [q.name for q in self.quantities].index(quantity.name)
+
+    def goal(self) -> Goal:
+        """Return the goal of the best feasible design."""
+        return lambda points: self.terms(self.space.evaluate(points, self.quantities))
+
+    def elastic(self) -> Goal:
+        """Return the goal of the design nearest to meeting every requirement."""
+        return lambda points: self.elastic_terms(self.space.evaluate(points, self.quantities))
+
+    def terms(self, values: Array) -> Terms:
+        """Return the terms of `goal` for ``values`` (k, q) of the quantities."""
+        if self.objective:
+            cost = self.objective.cost(values[:, self.column(self.objective.quantity)])
+            return Terms(cost, np.zeros((len(values), 0)), self._slacks(values, self.requirements))
+        maximised = [r for r in self.requirements if r.maximised]
+        if not maximised:
+            return self.elastic_terms(values)
+        others = [r for r in self.requirements if not r.maximised]
+        return Terms(np.zeros(len(values)), self._slacks(values, maximised), self._slacks(values, others))
+
+    def elastic_terms(self, values: Array) -> Terms:
+        """Return the terms of `elastic` for ``values`` (k, q) of the quantities."""
+        return Terms(np.zeros(len(values)), self._slacks(values, self.requirements), np.zeros((len(values), 0)))
+
+    def _slacks(self, values: Array, requirements: Iterable[Requirement]) -> Array:
+        return slacks(requirements, values, self.quantities)
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """Solution of a design problem: ``values`` [SI] of the varied parameters and the ``scenario`` that they make.
+
+    ``exact`` and ``simulated``: quantities by name, from the search's engine and from ngspice; ``error``: ngspice's own
+    error estimate. ``reach``: lowest and highest of each quantity among the initial points, of which ``failures``
+    could not be evaluated.
+    """
+
+    problem: DesignProblem
+    optimum: LocalOptimum
+    values: dict[str, float]
+    scenario: Scenario
+    search: Search
+    exact: dict[str, float]
+    simulated: dict[str, float]
+    error: float
+    reach: dict[str, tuple[float, float]]
+    failures: int
+
+    def score(self, requirement: Requirement) -> float:
+        """Return a requirement's score by ngspice, as in `Requirement.score`."""
+        return float(requirement.score(np.array([self.simulated[requirement.quantity.name]]))[0])
+
+    def margin(self, requirement: Requirement) -> float:
+        """Return a requirement's margin by ngspice: 0.1 if at least 4 mm is met as 4.4 mm."""
+        return float(np.expm1(self.score(requirement)))
+
+    def met(self, requirement: Requirement) -> bool:
+        """Return True if it is met by ngspice; a size chosen equal to its limit may differ by a double's rounding."""
+        rounding = 0.0 if requirement.quantity.outputs else 1e-12
+        return self.score(requirement) >= requirement.reserve - rounding
+
+    @property
+    def feasible(self) -> bool:
+        return all(self.met(r) for r in self.problem.requirements)
+
+    @property
+    def worst_score(self) -> float:
+        """Worst score of the maximised requirements; of all requirements where not all are met."""
+        wanted = [r for r in self.problem.requirements if r.maximised] if self.feasible else []
+        return min((self.score(r) for r in wanted or self.problem.requirements), default=np.inf)
+
+    @property
+    def worst_margin(self) -> float:
+        """Margin of the worst score."""
+        return float(np.expm1(self.worst_score))
+
+    @property
+    def difference(self) -> float:
+        """Largest difference between the search's engine and ngspice, relative to each quantity."""
+        return max(
+            (abs(self.simulated[n] - x) / abs(x) for n, x in self.exact.items() if x and np.isfinite(x)), default=0.0
+        )
+
+
+def best_design(problem: DesignProblem, extra: Sequence[Quantity] = ()) -> Design:
+    """Return the best design, or the nearest one; ``extra`` quantities are evaluated for it, too.
+
+    Raises SolveError where no design within the ranges can be simulated.
+    """
+    space = problem.space
+    points = sobol_points(len(space.ranges), INITIAL_POINTS[space.engine], problem.seed)
+    values = space.evaluate(points, problem.quantities)
+    known = np.isfinite(values).all(axis=1)
+    if not known.any():
+        raise SolveError(_why_none(space, problem, points))
+    if problem.objective:
+        column = values[:, problem.column(problem.objective.quantity)]
+        problem = replace(problem, objective=problem.objective.scaled(column))
+    result = _search(problem, points, values)
+    reach = {
+        q.name: (float(np.nanmin(values[:, k])), float(np.nanmax(values[:, k])))
+        for k, q in enumerate(problem.quantities)
+    }
+    return _verified(problem, result, reach, int((~known).sum()), extra)
+
+
+def _why_none(space: Space, problem: DesignProblem, points: Array) -> str:
+    columns = space.columns(points[:8])
+    evaluation = measure(space.scenarios(columns), columns, problem.quantities, space.engine)[1]
+    reason = next(iter(evaluation.failures.values()), None)
+    if reason is None:
+        names = ", ".join(q.name for q in problem.quantities)
+        reason = f"one of {names} is not known of this strip under this drive (no coupling, or a motion that ends at 0)"
+    return f"not one design within the ranges can be judged: {reason}"
+
+
+def _search(problem: DesignProblem, points: Array, values: Array) -> Search:
+    """Search by the goal itself; where that ends infeasible, from the point nearest to meeting every requirement."""
+    space, seed = problem.space, problem.seed
+    result = search(space, problem.goal(), points, problem.terms(values), seed=seed)
+    if result.best.feasible:
+        return result
+    nearest = search(space, problem.elastic(), points, problem.elastic_terms(values), seed=seed)
+    if nearest.best.score > FEASIBLE:
+        return nearest
+    end = local_search(space, problem.goal(), nearest.best.point)
+    return Search(end, (end,)) if end.feasible else nearest
+
+
+def _verified(
+    problem: DesignProblem,
+    result: Search,
+    reach: dict[str, tuple[float, float]],
+    failures: int,
+    extra: Sequence[Quantity],
+) -> Design:
+    """Return the design at the search's end, rounded where that violates no requirement, simulated by ngspice."""
+    space = problem.space
+    unrounded = {name: float(column[0]) for name, column in space.columns(result.best.point[None]).items()}
+    quantities = distinct((*problem.quantities, *extra))
+    names = [q.name for q in quantities]
+    designs = []
+    for values in (space.rounded(result.best.point), unrounded):
+        scenario = space.scenario(values)
+        if isinstance(scenario, str):
+            continue
+        columns = {name: np.array([x]) for name, x in values.items()}
+        exact = measure([scenario], columns, quantities, space.engine)[0][0]
+        simulated, evaluation = measure([scenario], columns, quantities, "ngspice")
+        if evaluation.failures:
+            raise SolveError(f"ngspice could not simulate the design that was found: {evaluation.failures[0]}")
+        designs.append(
+            Design(
+                problem=problem,
+                optimum=result.best,
+                values=values,
+                scenario=scenario,
+                search=result,
+                exact=dict(zip(names, exact.tolist(), strict=True)),
+                simulated=dict(zip(names, simulated[0].tolist(), strict=True)),
+                error=float(evaluation.errors[0]),
+                reach=reach,
+                failures=failures,
+            )
+        )
+        if designs[-1].feasible:
+            break
+    if not designs:
+        raise SolveError("the design that was found cannot be simulated")
+    return designs[0] if designs[0].feasible or not designs[-1].feasible else designs[-1]
