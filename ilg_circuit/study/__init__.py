@@ -7,18 +7,18 @@ from __future__ import annotations
 
 from .evaluate import Evaluation, evaluate, evaluate_designs
 from .outputs import OUTPUTS, Output, choose_outputs
-from .parameters import Parameter, Scenario, ScenarioTemplate, apply, parameter
+from .parameters import Scenario, ScenarioTemplate, VariedParameter, apply, varied_parameter
 
 __all__ = [
     "OUTPUTS",
     "Evaluation",
     "Output",
-    "Parameter",
     "Scenario",
     "ScenarioTemplate",
+    "VariedParameter",
     "apply",
     "choose_outputs",
     "evaluate",
     "evaluate_designs",
-    "parameter",
+    "varied_parameter",
 ]

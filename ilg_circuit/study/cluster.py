@@ -1,4 +1,4 @@
-"""A dask cluster's workers for a sweep: one that is running, or one started on this machine for the occasion."""
+"""Workers of a dask cluster for a sweep: a running cluster, or one started on this machine."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ from ..errors import InputError
 from .workers import GivenPool, require_processes
 
 _FORMS = "tcp://HOST:PORT of a dask scheduler, or local:4 for four workers on this machine"
-#: How long [s] to wait for a scheduler and its first worker.
+#: Longest wait [s] for a scheduler and its first worker.
 _PATIENCE = 30
 
 
 @contextmanager
 def cluster_pool(address: str) -> Iterator[GivenPool]:
-    """The workers at ``address``: ``tcp://host:port``, or ``local:N``. Raises InputError where there are none."""
+    """Yield the workers at ``address``: ``tcp://host:port``, or ``local:N``.
+
+    Raises InputError where there are none, or of another version of this package.
+    """
     import distributed
 
     kind, _, number = address.partition(":")
@@ -27,7 +30,7 @@ def cluster_pool(address: str) -> Iterator[GivenPool]:
         if not (number.isdecimal() and 1 <= int(number) <= 1024):
             raise InputError(f"cluster '{address}' is not understood; write {_FORMS}")
         require_processes()
-        # no dashboard: it would need a port and a web server that nobody asked for
+        # no dashboard: it would need a port and a web server
         local = library.LocalCluster(n_workers=int(number), threads_per_worker=1, dashboard_address=None)
     elif kind not in ("tcp", "tls", "ucx", "ws", "wss"):
         raise InputError(f"cluster '{address}' is not understood; write {_FORMS}")
@@ -51,14 +54,14 @@ def cluster_pool(address: str) -> Iterator[GivenPool]:
 
 
 def _require_same_version(client: Any) -> None:
-    """Refuse a cluster whose scheduler or workers lack this package, or have another version of it.
+    """Raise InputError for a cluster whose scheduler or workers lack this package, or have another version of it.
 
-    The scheduler unpacks tasks too, and other versions' results would be another's.
+    The scheduler unpickles tasks, too, and other versions may give other results.
     """
     answers = {f"worker {name}": answer for name, answer in client.run(_version, on_error="return").items()}
     try:
         answers["the scheduler"] = client.run_on_scheduler(_version)
-    except Exception as error:  # whatever unpacking a function of a package that is not there comes to
+    except Exception as error:  # unpickling a function of a missing package may raise anything
         answers["the scheduler"] = error
     for place, answer in answers.items():
         if answer != __version__:

@@ -1,7 +1,8 @@
-"""A sweep's netCDF file, written task by task so that it may be larger than memory, and what to say of it in short."""
+"""The netCDF file of a sweep, written task by task so that it may exceed the memory, and the sweep's totals."""
 
 from __future__ import annotations
 
+import json
 import platform
 import re
 from collections.abc import Iterator
@@ -12,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import __version__
 from ..errors import InputError, MissingLibraryError, SolveError
 from ..files import replacing
+from ..provenance import Provenance
 from ..strip.file import dumps
 from ..strip.validity import LARGEST_DEFLECTION
 from .evaluate import Evaluation
@@ -31,12 +32,12 @@ DESIGN = "design"
 
 
 @dataclass
-class Summary:
-    """What came of ``count`` designs, gathered task by task.
+class SweepTotals:
+    """Totals over ``count`` designs, gathered task by task.
 
-    ``bent`` of them deflect further than the model holds (where the relative deflection is among the outputs);
-    ``lowest`` and ``highest``: output -> (value, number of the design); ``reasons``: reasons of failures that are
-    alike but for their numbers -> how often, and one of them.
+    ``bent``: designs beyond the small-deflection limit, if the relative deflection is an output; ``lowest`` and
+    ``highest``: output -> (value, number of the design); ``reasons``: failure reasons that differ in numbers only ->
+    how often, and one of them.
     """
 
     count: int
@@ -49,7 +50,7 @@ class Summary:
     highest: dict[str, tuple[float, int]] = field(default_factory=dict)
 
     def add(self, start: int, result: Evaluation) -> None:
-        """Take in the results of the designs from ``start`` on."""
+        """Add the results of the designs from ``start`` on."""
         self.failed += len(result.failures)
         for reason in result.failures.values():
             kind = re.sub(r"\d[\d.e+-]*", "#", reason)
@@ -72,8 +73,8 @@ class Summary:
                 self.highest[output.name] = float(values[high]), start + high
 
 
-def write_dataset(path: Path, spec: SweepSpec, store: Store, command: str = "") -> Summary:
-    """Write the file, whole or not at all, from the tasks in the store, all of which must be there.
+def write_dataset(path: Path, spec: SweepSpec, store: Store, provenance: Provenance) -> SweepTotals:
+    """Write the file, whole or not at all, from the store, which must hold all tasks; return the totals.
 
     Raises SolveError when every design failed.
     """
@@ -81,7 +82,7 @@ def write_dataset(path: Path, spec: SweepSpec, store: Store, command: str = "") 
     import h5py
 
     plan = spec.plan
-    summary = Summary(plan.count)
+    totals = SweepTotals(plan.count)
     text = h5py.string_dtype()
     with replacing(path) as temporary, h5netcdf.File(temporary, "w") as file:
         dimensions = plan.names if plan.grid else (DESIGN,)
@@ -107,11 +108,11 @@ def write_dataset(path: Path, spec: SweepSpec, store: Store, command: str = "") 
             file["time"][:] = spec.times
             for name in spec.waveforms:
                 create(name, (*dimensions, "time"), "f8", WAVEFORMS[name], name, **described)
-        file.attrs.update(_attributes(spec, command))
+        file.attrs.update(_attributes(spec, provenance))
         for number in range(spec.task_count):
             start, stop = spec.bounds(number)
             result = store.read(number)
-            summary.add(start, result)
+            totals.add(start, result)
             failure = np.array([result.failures.get(k, "") for k in range(stop - start)], dtype=object)
             flat: dict[str, NDArray[Any]] = {n: result.values[:, j] for j, n in enumerate(spec.outputs)}
             flat |= {"error": result.errors, "failure": failure} | result.waveforms
@@ -120,21 +121,22 @@ def write_dataset(path: Path, spec: SweepSpec, store: Store, command: str = "") 
                 for name, values in flat.items():
                     part = values[inside.start - start : inside.stop - start]
                     file[name][box] = part.reshape(shape + values.shape[1:])
-        if summary.first_failure and summary.failed == summary.count:
-            number, reason = summary.first_failure
-            raise SolveError(f"all {summary.count} designs failed, design {number} because: {reason}")
-    return summary
+        if totals.first_failure and totals.failed == totals.count:
+            number, reason = totals.first_failure
+            raise SolveError(f"all {totals.count} designs failed, design {number} because: {reason}")
+    return totals
 
 
 def boxes(shape: tuple[int, ...], start: int, stop: int) -> Iterator[tuple[tuple[slice, ...], slice]]:
-    """The blocks of an array of ``shape`` that its elements from ``start`` up to ``stop`` (last axis fastest) fill.
+    """Yield the blocks of an array of ``shape`` filled by its elements ``start`` to ``stop`` (last axis fastest).
 
-    Each with the elements that are in it.
+
+    Each block comes with the slice of its elements.
     """
     if start >= stop:
         return
     inner = int(np.prod(shape[1:], dtype=np.int64))
-    first, last = -(-start // inner), stop // inner  # the rows that are filled whole
+    first, last = -(-start // inner), stop // inner  # the complete rows
     if first > last:  # all within one row
         yield from _row(shape, last, start, stop)
         return
@@ -148,14 +150,14 @@ def boxes(shape: tuple[int, ...], start: int, stop: int) -> Iterator[tuple[tuple
 
 
 def _row(shape: tuple[int, ...], row: int, start: int, stop: int) -> Iterator[tuple[tuple[slice, ...], slice]]:
-    """`boxes` of elements that all lie in one row."""
+    """Yield the `boxes` of elements that all lie in one row."""
     offset = row * int(np.prod(shape[1:], dtype=np.int64))
     for box, inside in boxes(shape[1:], start - offset, stop - offset):
         yield (slice(row, row + 1), *box), slice(inside.start + offset, inside.stop + offset)
 
 
 def read_sweep(path: str | Path) -> Dataset:
-    """The sweep in a file, opened and not yet loaded, as an xarray Dataset. Raises InputError where it is none."""
+    """Open the sweep in a file, of any version, as an xarray Dataset. Raises InputError where it is not a sweep."""
     import xarray
 
     try:
@@ -170,7 +172,7 @@ def read_sweep(path: str | Path) -> Dataset:
     return data
 
 
-def _attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
+def _attributes(spec: SweepSpec, provenance: Provenance) -> dict[str, Any]:
     import scipy
 
     template = spec.template
@@ -178,8 +180,9 @@ def _attributes(spec: SweepSpec, command: str) -> dict[str, Any]:
     return {
         "Conventions": "CF-1.11",
         "title": f"{spec.plan.text}: {template.actuator.name}, {template.drive_text}",
-        "source": f"ilg_circuit {__version__}",
-        "command": command,
+        "source": f"ilg_circuit {provenance.version}",
+        "command": provenance.call,
+        "provenance": json.dumps(provenance.to_dict()),
         "actuator": dumps(template.actuator),
         "drive": template.drive_text,
         "duration_s": template.duration,

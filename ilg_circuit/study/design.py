@@ -1,140 +1,255 @@
-"""All that a search for a design found out, as JSON-ready values and as files."""
+"""The inverse problem in one call: `design` returns a `DesignReport`."""
 
 from __future__ import annotations
 
-import json
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-import numpy as np
-
-from .. import __version__
-from ..files import write_text
+from ..circuit.strip import Load
+from ..drive import Drive
+from ..errors import InputError
+from ..findings import Finding, sentences
+from ..result import Result
+from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
-from ..strip.validity import deflection_warnings, run_warnings
-from ..units import format_quantity
-from .constraints import ActiveConstraint, WithoutRequirement
-from .parameters import rewritten
-from .pareto import Front
-from .problem import Design
+from ..units import format_quantity, parse
+from .constraints import ActiveConstraint, WithoutRequirement, active_constraints, without_each_requirement
+from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, rewritten, scenario_template
+from .pareto import Front, pareto_front, parse_objectives
+from .problem import Design, DesignProblem, Objective, best_design, distinct
+from .quantities import quantity
+from .requirements import parse_requirements
 from .search import INITIAL_POINTS
-from .sensitivity import Sensitivity
-from .sobol import SobolIndices
+from .sensitivity import Sensitivity, confident_design
+from .sensitivity import sensitivity as sensitivity_of
+from .sobol import SobolIndices, sobol_indices
+from .space import Counter, Space, parse_ranges, resolve_engine
+from .threads import one_thread
+from .validity import deflection_findings, run_findings
 
 #: A whole number, which needs no .0.
 _WHOLE = re.compile(r"(\d)\.0(?=\D|$)")
-_DRIVE_NUMBERS = ("voltage", "period", "duty", "frequency", "rate")
 
 
 @dataclass(frozen=True, eq=False)
-class DesignReport:
-    """A design and what holds it back, its sensitivity, a front, indices; None for what was not asked for."""
+class DesignReport(Result):
+    """Result of `design`; None for what was not asked for.
+
+    ``design`` with its active constraints and, where it is not feasible, the effect of omitting each requirement;
+    ``sensitivity`` to the fit's uncertainty; a Pareto ``front``; ``sobol`` indices.
+    """
+
+    presenter: ClassVar[str] = "design"
 
     design: Design | None = None
-    limits: Sequence[ActiveConstraint] = ()
-    omissions: Sequence[WithoutRequirement] = ()
+    active_constraints: Sequence[ActiveConstraint] = ()
+    without_requirement: Sequence[WithoutRequirement] = ()
     sensitivity: Sensitivity | None = None
     confidence: float | None = None
     front: Front | None = None
     sobol: SobolIndices | None = None
 
     @property
-    def warnings(self) -> list[str]:
-        """Assumptions of the model that fail at the design, and what a reader of its figures should know."""
-        front = deflection_warnings(self.front.bent) if self.front is not None else []
-        if self.design is None:
-            return front
-        scenario, design = self.design.scenario, self.design
-        moved = design.simulated.get("displacement_peak", math.nan)
-        lines = run_warnings(
-            scenario.actuator,
-            scenario.drive,
-            scenario.duration,
-            scenario.drive.largest(),
-            abs(moved) if math.isfinite(moved) else None,
-        )
-        if design.failures:
-            total = INITIAL_POINTS[design.problem.space.engine]
-            lines.append(f"{design.failures} of the first {total} designs within the ranges could not be judged")
-        return lines + front
+    def feasible(self) -> bool:
+        """False if a best design was asked for and does not meet every requirement."""
+        return self.design is None or self.design.feasible
 
-    def to_json(self) -> dict[str, Any]:
-        """JSON-ready values, SI units; what was not asked for is null."""
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Assumptions of the model that fail at the design or on the front, and designs that failed."""
+        findings: list[Finding] = []
+        if self.design is not None:
+            scenario, design = self.design.scenario, self.design
+            peak = abs(design.simulated.get("displacement_peak", math.nan))
+            findings += run_findings(scenario, peak if math.isfinite(peak) else None)
+            if design.failures:
+                total = INITIAL_POINTS[design.problem.space.engine]
+                findings.append(Finding("designs-failed", values={"failures": design.failures, "total": total}))
+        if self.front is not None:
+            findings += deflection_findings(self.front.bent)
+        return tuple(findings)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The findings as sentences."""
+        return sentences(self.findings)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON-ready values in SI units; what was not asked for is None."""
         return {
             "design": _design(self.design, self) if self.design else None,
             "front": _front(self.front) if self.front else None,
             "sobol": _sobol(self.sobol) if self.sobol else None,
-            "warnings": self.warnings,
+            "warnings": list(self.warnings),
         }
 
-    def write_json(self, path: Path) -> None:
-        """Write `to_json`, whole or not at all."""
-        write_text(path, json.dumps(self.to_json(), indent=2, allow_nan=False) + "\n")
+    def save(self, path: str | Path) -> None:
+        """Write the best strip as TOML; its comment gives aim, drive, requirements and provenance.
+
+        Raises InputError where there is no feasible design, and where the file cannot be written.
+        """
+        design = self.design
+        if design is None or not design.feasible:
+            raise InputError("no design meets all requirements, so there is no strip to write")
+        actuator, space = design.scenario.actuator, design.problem.space
+        written, *more = self.provenance.lines()
+        lines = [
+            f"designed by {written.removeprefix('written by ')} from '{actuator.name}': {aim(design)}",
+            f"drive {design_drive(design)}, {format_quantity(space.template.duration, 's')}, tip {design.scenario.tip}",
+        ]
+        for r in design.problem.requirements:
+            value = format_quantity(design.simulated[r.quantity.name], r.quantity.unit, 6)
+            lines.append(f"{r.text}: {value} by ngspice")
+        save_actuator(replace(actuator, name=f"{actuator.name}, designed"), Path(path), "\n".join(lines + more))
+
+
+def design(
+    actuator: str | Path | Actuator,
+    drive: str | Drive,
+    duration: str | float,
+    *,
+    vary: Iterable[str],
+    require: Iterable[str] = (),
+    minimise: str | None = None,
+    maximise: str | None = None,
+    pareto: str | None = None,
+    points: int | None = None,
+    tip: str = "free",
+    beam: str | None = None,
+    load: str | Load | None = None,
+    engine: str = "auto",
+    seed: int = 0,
+    sensitivity: bool = False,
+    confidence: str | float | None = None,
+    sobol: bool = False,
+    count: Counter = lambda _: None,
+    progress: Callable[[int, int], None] | None = None,
+) -> DesignReport:
+    """Find the strip, within the ranges of ``vary``, that meets the requirements: best, or on a Pareto front.
+
+    Parameters
+    ----------
+    actuator, drive, duration, tip, beam, load
+        The strip that is varied and its run, as in `study.parameters.scenario_template`.
+    vary
+        Ranges such as ``thickness=0.2mm:1mm``; ``width=5mm`` fixes a value.
+    require
+        Requirements such as ``displacement_final>=4mm``, or ``valid`` for all assumptions of the model.
+    minimise, maximise
+        Name of the objective; without one, the worst margin is maximised.
+    pareto, points
+        Two or three objectives of a front, such as ``displacement_final,force_blocked``, and its number of points.
+    engine
+        ``exact``, ``ngspice``, or ``auto``: exact for linear circuits. The answer is always simulated by ngspice.
+    sensitivity, confidence
+        Propagate the fit's uncertainty to the design; probability with which each requirement must be met.
+    sobol
+        Sobol indices of all quantities over the ranges.
+    count, progress
+        Called with the number of simulations since the last call, and with (done, total) points of the front.
+
+    Raises
+    ------
+    InputError
+        For texts that are not understood and options that contradict one another.
+    SolveError
+        Where no design within the ranges can be simulated, or there is no front.
+    """
+    wishes = tuple(require)
+    probability = parse(confidence, "", "--confidence") if isinstance(confidence, str) else confidence
+    _require_consistent(wishes, minimise, maximise, pareto, points, probability)
+    template = scenario_template(actuator, drive, duration, tip=tip, beam=beam, load=load)
+    template.parsed_drive()  # a text that is no drive fails at once
+    ranges, fixed = parse_ranges(list(vary))
+    space = Space(template, ranges, fixed, resolve_engine(template, ranges, fixed, engine), count)
+    named, sense = (minimise, 1) if minimise else (maximise, -1)
+    objective = Objective(quantity(named, space.names), sense) if named else None
+    front_of = parse_objectives(pareto, space.names) if pareto else ()
+    requirements = parse_requirements(wishes, space.names, template.actuator)
+    problem = DesignProblem(space, requirements, objective or (front_of[0] if front_of else None), seed)
+    best, report = None, DesignReport(confidence=probability)
+    with one_thread():
+        if objective or not front_of or any(r.maximised for r in requirements):
+            extra = [o.quantity for o in front_of]
+            if template.actuator.coupling is not None:
+                extra.append(quantity("displacement_peak", space.names))
+            wanted = replace(problem, objective=objective)
+            best = confident_design(wanted, probability, extra) if probability else best_design(wanted, extra)
+            report = replace(
+                report,
+                design=best,
+                active_constraints=active_constraints(best),
+                without_requirement=[] if best.feasible else without_each_requirement(best),
+                sensitivity=sensitivity_of(best) if sensitivity or probability else None,
+            )
+            problem = replace(problem, requirements=best.problem.requirements)
+        if front_of and report.feasible:
+            report = replace(report, front=pareto_front(problem, front_of, points=points, progress=progress))
+        if sobol:
+            asked = [q for q in distinct((*problem.quantities, *(o.quantity for o in front_of))) if q.outputs]
+            report = replace(report, sobol=sobol_indices(space, asked, seed=seed))
+    return report
+
+
+def _require_consistent(
+    require: Sequence[str],
+    minimise: str | None,
+    maximise: str | None,
+    pareto: str | None,
+    points: int | None,
+    confidence: float | None,
+) -> None:
+    """Raise InputError for arguments that contradict one another or have no effect."""
+    if minimise and maximise:
+        raise InputError("--minimise and --maximise: give one of them, or --pareto for several")
+    if not (require or minimise or maximise or pareto):
+        raise InputError(
+            "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise, or "
+            "--pareto"
+        )
+    if confidence and not require:
+        raise InputError("--confidence is that of requirements; give --require")
+    if points and not pareto:
+        raise InputError("--points goes with --pareto")
 
 
 def aim(design: Design) -> str:
-    """What the design is best at, in words."""
+    """Return what the design is best at, as text."""
     objective = design.problem.objective
     return objective.text if objective else "largest margin to all requirements"
 
 
 def design_drive(design: Design) -> str:
-    """The design's drive as ``--drive`` takes it, or in words where a voltage scales a square wave or a file."""
+    """Return the design's drive as ``--drive`` takes it; as prose where a voltage scales a square wave or a file."""
     space = design.problem.space
     drive = space.template.drive
     values = {**space.fixed, **design.values}
-    changed = {name: float(values[name]) for name in _DRIVE_NUMBERS if name in values}
+    changed = {name: float(values[name]) for name in DRIVE_KEYS if name in values}
     if not changed:
         return space.template.drive_text
-    if not isinstance(drive, str) or ("voltage" in changed and drive.partition(":")[0] not in ("step", "sine")):
+    if not isinstance(drive, str) or ("voltage" in changed and drive.partition(":")[0] not in FIRST_IS_VOLTAGE):
         return design.scenario.drive.text
     return _WHOLE.sub(r"\1", rewritten(drive, changed).replace(" ", ""))
-
-
-def write_design(design: Design, path: Path) -> None:
-    """Write the design's strip as TOML; its comment says what it was designed for, and its drive."""
-    actuator, space = design.scenario.actuator, design.problem.space
-    lines = [
-        f"designed by ilg_circuit {__version__} from '{actuator.name}': {aim(design)}",
-        f"drive {design_drive(design)}, {format_quantity(space.template.duration, 's')}, tip {design.scenario.tip}",
-    ]
-    for r in design.problem.requirements:
-        value = format_quantity(design.simulated[r.quantity.name], r.quantity.unit, 6)
-        lines.append(f"{r.text}: {value} by ngspice")
-    save_actuator(replace(actuator, name=f"{actuator.name}, designed"), path, "\n".join(lines))
-
-
-def write_front(front: Front, path: Path) -> None:
-    """Write a front as CSV: parameters and quantities (ngspice's) with their units, one point a row."""
-    columns = {**front.columns, **front.simulated}
-    titles = [f"{name}_{unit}" if (unit := front.units[name]) else name for name in columns]
-    rows = (",".join(map(repr, row)) for row in np.column_stack(list(columns.values())).tolist())
-    write_text(path, "\n".join([",".join(titles), *rows]) + "\n")
 
 
 def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _design(design: Design, findings: DesignReport) -> dict[str, Any]:
+def _design(design: Design, report: DesignReport) -> dict[str, Any]:
     problem, search = design.problem, design.search
-    objective, found = problem.objective, findings.sensitivity
+    objective, uncertainty = problem.objective, report.sensitivity
     return {
         "feasible": design.feasible,
         "aim": aim(design),
         "drive": design_drive(design),
         "parameters": {
-            s.parameter.name: {
-                "value": design.values[s.parameter.name],
-                "unit": s.parameter.unit,
-                "low": s.low,
-                "high": s.high,
-            }
-            for s in problem.space.ranges
+            name: {"value": design.values[name], "unit": r.parameter.unit, "low": r.low, "high": r.high}
+            for name, r in zip(problem.space.names, problem.space.ranges, strict=True)
         },
         "objective": {
             "quantity": objective.quantity.name,
@@ -157,16 +272,16 @@ def _design(design: Design, findings: DesignReport) -> dict[str, Any]:
                 "margin": _number(design.margin(r)),
                 "met": design.met(r),
                 "range": list(map(_number, design.reach[r.quantity.name])),
-                "probability": found.met[r.text] if found else None,
+                "probability": uncertainty.met[r.text] if uncertainty else None,
             }
             for r in problem.requirements
         ],
         "worst_margin": _number(design.worst_margin),
         "limits": [
             {"what": x.text, "parameter": x.parameter, "end": x.end, "binds": x.binds, "gain_per_percent": x.gain}
-            for x in findings.limits
+            for x in report.active_constraints
         ],
-        "omissions": [{"without": x.requirement.text, "worst_margin": x.margin} for x in findings.omissions],
+        "omissions": [{"without": x.requirement.text, "worst_margin": x.margin} for x in report.without_requirement],
         "search": {
             "engine": problem.space.engine,
             "scattered": INITIAL_POINTS[problem.space.engine],
@@ -176,14 +291,14 @@ def _design(design: Design, findings: DesignReport) -> dict[str, Any]:
         },
         "ngspice": {"largest_difference": design.difference, "estimated_error": design.error},
         "uncertainty": {
-            "stderr": found.stderr,
-            "shares": found.shares,
-            "all_met": found.all_met,
-            "drawn": found.drawn,
-            "failed": found.failed,
-            "confidence": findings.confidence,
+            "stderr": uncertainty.stderr,
+            "shares": uncertainty.shares,
+            "all_met": uncertainty.all_met,
+            "drawn": uncertainty.drawn,
+            "failed": uncertainty.failed,
+            "confidence": report.confidence,
         }
-        if found
+        if uncertainty
         else None,
     }
 
@@ -200,17 +315,13 @@ def _front(front: Front) -> dict[str, Any]:
     }
 
 
-def _sobol(found: SobolIndices) -> dict[str, Any]:
-    tables = {
-        "first": found.first,
-        "first_ci95": found.first_error,
-        "total": found.total,
-        "total_ci95": found.total_error,
-    }
+def _sobol(indices: SobolIndices) -> dict[str, Any]:
+    keys = ("first", "first_ci95", "total", "total_ci95")
+    tables = (indices.first, indices.first_error, indices.total, indices.total_error)
     return {
         name: {
-            parameter: {key: _number(table[k, j]) for key, table in tables.items()}
-            for j, parameter in enumerate(found.parameters)
+            parameter: {key: _number(table[k, j]) for key, table in zip(keys, tables, strict=True)}
+            for j, parameter in enumerate(indices.parameters)
         }
-        for k, name in enumerate(found.quantities)
+        for k, name in enumerate(indices.quantities)
     }

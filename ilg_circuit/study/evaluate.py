@@ -1,8 +1,8 @@
-"""Many scenarios to their outputs: solved together where they are alike, one at a time where one of them fails.
+"""Evaluation of many scenarios: similar ones are solved in batches, failing ones are isolated.
 
-Cases whose circuits have one topology, under drives that differ by a factor at most (for a linear circuit the answer
-goes with the drive), are solved in batches of similar time constants: by ngspice as copies in one netlist, by the exact
-engine as one stack of matrices. A batch that fails is halved until the scenario that fails is found; its reason is kept.
+Scenarios whose circuits have one topology, under drives that differ at most by a factor (a linear circuit's answer is
+proportional to it), are solved in batches of similar time constants: by ngspice as copies in one netlist, by the exact
+engine as one stack of matrices. A batch that fails is halved until the failing scenario is alone; its reason is kept.
 """
 
 from __future__ import annotations
@@ -31,22 +31,22 @@ from .piecewise import PiecewiseLegendre
 Progress = Callable[[int, int], None]
 
 ENGINES = ("ngspice", "exact", "auto")
-#: Accuracy of a study's waveforms by ngspice, relative to each one's largest value.
+#: Accuracy of ngspice's waveforms in a study, relative to each one's largest value.
 STUDY_ACCURACY = 1e-6
 
-#: Rounds in which panels of nonlinear circuits are cut, and into how many.
+#: Rounds in which panels of nonlinear circuits are subdivided, and the number of parts.
 _MOST_CUTS, _CUT_INTO = 7, 4
 
-#: What may go wrong with one scenario and says nothing of the others.
+#: Exceptions that concern one scenario only.
 _FAILURES = (IlgError, ArithmeticError, np.linalg.LinAlgError)
 
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """Outputs of n scenarios: ``values`` (n, outputs), SI, NaN where a scenario failed; ``failures``: scenario -> reason.
+    """Outputs of n scenarios: ``values`` (n, outputs), SI, NaN for failures; ``failures``: scenario -> reason.
 
     ``errors`` (n,): estimated error of the worst waveform relative to its maximum (0 by the exact engine).
-    ``waveforms``: name -> (n, t) at ``times`` [s], for those that were asked for.
+    ``waveforms``: name -> (n, t) at ``times`` [s], for those asked for.
     """
 
     outputs: tuple[Output, ...]
@@ -57,17 +57,17 @@ class Evaluation:
     waveforms: dict[str, Array]
 
     def output(self, name: str) -> Array:
-        """One output (n,) by name."""
-        return np.asarray(self.values[:, [o.name for o in self.outputs].index(name)])
+        """Return one output (n,) by name."""
+        return self.values[:, [o.name for o in self.outputs].index(name)]
 
 
 def evaluate_designs(
     template: ScenarioTemplate, designs: Mapping[str, ArrayLike], outputs: Sequence[str] | None = None, **how: Any
 ) -> Evaluation:
-    """`evaluate` for ``designs``: parameter -> values (n,), SI, as in `ilg_circuit.study.parameters.apply`.
+    """Return `evaluate` for ``designs``: parameter -> values (n,), SI, as in `ilg_circuit.study.parameters.apply`.
 
-    ``how`` are `evaluate`'s other arguments. A design that cannot be (a free part longer than the whole, NaN) is one
-    failure among the results.
+    ``how`` are `evaluate`'s other arguments. An impossible design (a free part longer than the whole, NaN) is one
+    failure among the results. Raises InputError for columns of different lengths, and as `evaluate`.
     """
     columns = {name: np.atleast_1d(np.asarray(values)).tolist() for name, values in designs.items()}
     counts = {len(column) for column in columns.values()}
@@ -94,13 +94,13 @@ def evaluate(
     times: ArrayLike | None = None,
     progress: Progress | None = None,
 ) -> Evaluation:
-    """The outputs of ``scenarios``; a text in place of one is the reason why it could not even be made.
+    """Return the outputs of ``scenarios``; a text in place of a scenario is the reason why it is impossible.
 
-    ``engine`` is ngspice, exact (linear circuits only) or auto, which is exact where it can be. ``accuracy`` is that
-    of ngspice's waveforms. ``waveforms`` (of `WAVEFORMS`) are kept at ``times`` [s], by default 601 over the longest
-    run; on a jump the right limit, at the run's end the left one. ``times`` also tell the band of a Warburg or CPE
-    ladder, as in `simulation.response.simulate`. ``progress(done, total)`` counts scenarios. Raises InputError for unknown
-    words, MissingLibraryError without ngspice.
+    ``engine``: ngspice, exact (linear circuits only) or auto (exact for linear circuits). ``accuracy`` concerns
+    ngspice's waveforms. ``waveforms`` (of `WAVEFORMS`) are kept at ``times`` [s], by default 601 over the longest run;
+    at a jump the right limit, at the run's end the left one. ``times`` also set the band of a Warburg or CPE ladder,
+    as in `simulation.response.simulate`. ``progress(done, total)`` counts scenarios. Raises InputError for unknown
+    names, MissingLibraryError without ngspice.
     """
     chosen = choose_outputs(outputs)
     if engine not in ENGINES:
@@ -130,9 +130,9 @@ def evaluate(
 
 @dataclass(frozen=True, eq=False)
 class _Batch:
-    """Cases ``members`` that are solved together: netlists, their state space (linearised), poles, and the drive.
+    """Scenarios ``members`` solved together: netlists, linearised state space, poles, and the common ``drive``.
 
-    ``factors`` (n,) are what each scenario's own drive is of ``drive``.
+    ``factors`` (n,) scale ``drive`` to each scenario's own.
     """
 
     members: NDArray[np.intp]
@@ -147,7 +147,7 @@ class _Batch:
     blocked: bool
 
     def part(self, index: NDArray[np.intp]) -> _Batch:
-        """Some of the scenarios."""
+        """Return the batch of some of the scenarios."""
         s = self.system
         system = StateSpace(s.a[index], s.b[index], s.c[index], s.d[index], s.output_names)
         return replace(
@@ -162,7 +162,7 @@ class _Batch:
 
 
 class _Work:
-    """The results of one evaluation while it fills them."""
+    """Results of an evaluation in progress."""
 
     def __init__(
         self,
@@ -181,7 +181,7 @@ class _Work:
         self.done = 0
 
     def prepare(self, scenarios: Sequence[Scenario | str], blocked: bool) -> list[_Batch]:
-        """Batches of scenarios that can be solved together; scenarios that make no circuit become failures."""
+        """Return batches of scenarios that can be solved together; scenarios without a circuit become failures."""
         groups: dict[Any, list[tuple[int, Netlist, Drive, float, Scenario]]] = {}
         band = transient_band(self.times)
         for k, scenario in enumerate(scenarios):
@@ -190,18 +190,18 @@ class _Work:
             if k in self.failures or isinstance(scenario, str):
                 continue
             try:
-                held = replace(scenario, tip="clamped", load=NO_LOAD) if blocked else scenario
-                netlist = strip_netlist(held.actuator, tip=held.tip, beam=held.beam, load=held.load, band=band)
-                drive, factor = _normalised(held.drive) if netlist.linear else (held.drive, 1.0)
+                fixed = replace(scenario, tip="clamped", load=NO_LOAD) if blocked else scenario
+                netlist = strip_netlist(fixed.actuator, tip=fixed.tip, beam=fixed.beam, load=fixed.load, band=band)
+                drive, factor = _normalised(fixed.drive) if netlist.linear else (fixed.drive, 1.0)
             except _FAILURES as error:
                 self.failures[k] = _reason(error)
                 continue
-            key = (netlist.topology, _identity(drive), held.duration, held.tip)
-            groups.setdefault(key, []).append((k, netlist, drive, factor, held))
+            key = (netlist.topology, _identity(drive), fixed.duration, fixed.tip)
+            groups.setdefault(key, []).append((k, netlist, drive, factor, fixed))
         return [batch for group in groups.values() for batch in self._batches(group, blocked)]
 
     def _batches(self, group: list[tuple[int, Netlist, Drive, float, Scenario]], blocked: bool) -> list[_Batch]:
-        members, netlists, drives, factors, held = (list(column) for column in zip(*group, strict=True))
+        members, netlists, drives, factors, fixed = (list(column) for column in zip(*group, strict=True))
         try:
             system = state_space([n.linearised() for n in netlists])
             poles = system.poles()
@@ -221,15 +221,15 @@ class _Work:
             poles=poles,
             drive=drives[0],
             factors=np.array(factors),
-            duration=held[0].duration,
-            load_distances=np.array([scenario.actuator.geometry.load_distance for scenario in held]),
-            tip=held[0].tip,
+            duration=fixed[0].duration,
+            load_distances=np.array([scenario.actuator.geometry.load_distance for scenario in fixed]),
+            tip=fixed[0].tip,
             blocked=blocked,
         )
         return [whole.part(batch) for batch in similar(fastest_modes(system))]
 
     def solve(self, batch: _Batch) -> None:
-        """Solve a batch, or halve it until the scenario that fails is alone."""
+        """Solve a batch; halve it until a failing scenario is alone."""
         linear = batch.netlists[0].linear
         if self.engine == "exact" and not linear:
             reason = "the exact engine solves linear circuits only, and this one is not; use ngspice or auto"
@@ -262,9 +262,9 @@ class _Work:
                 kept[np.ix_(batch.members, inside)] = runs.curve(name).sampled(times)
 
     def _curves(self, batch: _Batch) -> tuple[dict[str, PiecewiseLegendre], Array]:
-        """A batch's waveforms under its common drive, and their errors (n,).
+        """Return a batch's waveforms under its common drive, and their errors (n,).
 
-        The poles do not tell where a nonlinear law has a kink, so where a panel's series does not die out, it is cut.
+        The poles do not show the kinks of a nonlinear law, so panels whose series does not converge are subdivided.
         """
         panels = design_panels(batch.poles, batch.drive, batch.duration)
         linear = batch.netlists[0].linear
@@ -274,25 +274,25 @@ class _Work:
                 errors = np.zeros(len(batch.members))
             else:
                 accuracy = self.accuracy if linear else max(self.accuracy / 3, 1e-11)
-                waves = transient(
+                waveforms = transient(
                     batch.netlists, batch.drive, panels.points.ravel(), accuracy=accuracy, interpolate=False
                 )
-                solved = waves.values.reshape(*waves.values.shape[:2], *panels.points.shape)
-                errors = waves.errors.max(axis=1)
+                solved = waveforms.values.reshape(*waveforms.values.shape[:2], *panels.points.shape)
+                errors = waveforms.errors.max(axis=1)
             curves = {name: PiecewiseLegendre(panels, solved[:, k]) for k, name in enumerate(batch.system.output_names)}
             if linear:
                 break
-            doubt = np.stack([curve.doubt for curve in curves.values()])
-            unclear = np.asarray((doubt > self.accuracy).any(axis=(0, 1)))
-            errors = np.maximum(errors, doubt.max(axis=(0, 2)))
-            if not (unclear.any() and cuts_left):
+            truncation = np.stack([curve.truncation for curve in curves.values()])
+            unresolved = np.asarray((truncation > self.accuracy).any(axis=(0, 1)))
+            errors = np.maximum(errors, truncation.max(axis=(0, 2)))
+            if not (unresolved.any() and cuts_left):
                 break
-            panels = panels.split(unclear, _CUT_INTO)
+            panels = panels.split(unresolved, _CUT_INTO)
         return curves, errors
 
 
 def _normalised(drive: Drive) -> tuple[Drive, float]:
-    """The drive with a largest value of 1 V, and the factor that makes it the drive again."""
+    """Return the drive scaled to a largest value of 1 V, and the factor to scale it back."""
     if isinstance(drive, Sine) and drive.amplitude:
         return scaled(drive, 1 / drive.amplitude), drive.amplitude
     if isinstance(drive, PiecewiseLinear) and drive.largest():
@@ -302,7 +302,7 @@ def _normalised(drive: Drive) -> tuple[Drive, float]:
 
 
 def _identity(drive: Drive) -> Any:
-    """What is equal for drives that are the same function of time."""
+    """Return a value that is equal for drives that are the same function of time."""
     if isinstance(drive, PiecewiseLinear):
         return drive.times.tobytes(), drive.values.round(13).tobytes()
     return drive

@@ -1,9 +1,9 @@
-"""What a study reports of each run: numbers drawn from its waveforms, each with its unit and meaning.
+"""Outputs of a run: numbers derived from its waveforms, each with its unit and meaning.
 
-Signs are those of `simulation.response`: displacement and force are positive towards the anode and taken at L_F. "The
-motion" is the displacement, or the force where the tip is clamped. A quantity that a scenario does not have (a displacement
-without a coupling) is NaN, and so is a time of a motion that ends at zero. Peaks and times are those of the waveform
-itself, not of its samples.
+Signs as in `simulation.response`: displacement and force are positive towards the anode and taken at L_F. "The motion"
+is the displacement, or the force where the tip is clamped. NaN stands for a quantity that a scenario does not have (a
+displacement without a coupling), and for times of a motion that ends at zero. Peaks and times are exact, not limited
+to samples.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from ..simulation.waveforms import WAVEFORMS as SIMULATED
 from ..solve.panels import Panels
 from .piecewise import PiecewiseLegendre
 
-#: A motion is settled once it stays within this part of its final value of it.
+#: Relative distance from its final value within which a motion counts as settled.
 SETTLING_BAND = 0.02
 
-#: Waveforms that a study can keep whole -> SI unit.
-WAVEFORMS = {waveform.name: waveform.unit for waveform in ANSWERS if waveform.compute is None}
+#: Waveforms that a study can keep -> SI unit.
+WAVEFORMS = {"current": "A", "charge": "C", "displacement": "m", "force": "N"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class BatchWaveforms:
     load_distance: Array
 
     def curve(self, name: str) -> PiecewiseLegendre:
-        """The waveforms of that name, NaN where the scenarios do not have it."""
+        """Return the waveforms of that name; NaN where the scenarios do not have it."""
         return self.curves.get(name) or PiecewiseLegendre(self.panels, np.full(self.voltage.shape, np.nan))
 
     @property
@@ -51,7 +51,7 @@ class BatchWaveforms:
 
 @dataclass(frozen=True)
 class Output:
-    """A number that a run comes down to. ``blocked``: of the same scenario with its tip clamped and without a load."""
+    """A number derived from a run; ``blocked``: from the same scenario with its tip clamped and without a load."""
 
     name: str
     unit: str
@@ -60,7 +60,7 @@ class Output:
     blocked: bool = False
 
     def __reduce__(self) -> tuple[Callable[[str], Output], tuple[str]]:
-        """Between processes an output goes by its name."""
+        """Pickle an output by its name."""
         return _by_name, (self.name,)
 
 
@@ -75,8 +75,8 @@ def _energy(runs: BatchWaveforms) -> Array:
 def _overshoot(runs: BatchWaveforms) -> Array:
     final = runs.motion.final
     beyond = runs.motion.extreme(np.where(final < 0, -1.0, 1.0))[0]
-    ratio = np.divide(beyond, final, out=np.full_like(final, np.nan), where=final != 0)
-    return np.asarray(np.maximum(ratio - 1, 0.0))
+    ratio: Array = np.divide(beyond, final, out=np.full_like(final, np.nan), where=final != 0)
+    return np.maximum(ratio - 1, 0.0)
 
 
 def _of_waveform(name: str) -> list[Output]:
@@ -117,14 +117,14 @@ _ALL = [
 
 #: Every output by name.
 OUTPUTS = {output.name: output for output in _ALL}
-#: What a study reports that was not told: all but what needs a second run, with the tip clamped.
+#: Outputs of a study that names none: all but those that need a second run with the tip clamped.
 DEFAULT_OUTPUTS = tuple(output.name for output in _ALL if not output.blocked)
 
 
 def choose_outputs(names: Iterable[str] | None = None) -> tuple[Output, ...]:
-    """The outputs of those names, each once; all of `DEFAULT_OUTPUTS` without any.
+    """Return the outputs of those names, each once; by default all of `DEFAULT_OUTPUTS`.
 
-    Raises InputError that lists what there is.
+    Raises InputError that lists the known names.
     """
     chosen = tuple(dict.fromkeys(DEFAULT_OUTPUTS if names is None else names))
     for name in chosen:

@@ -1,4 +1,4 @@
-"""What can be varied: every number that describes a strip, its drive, its load and its mounting, by name.
+"""Parameters that a study can vary: every number that describes a strip, its drive, its load and its mounting.
 
 Names are the keys of an actuator's TOML file (``thickness``, ``youngs_modulus``, ``gain``), those of further ionic
 branches with the branch's number (``permittivity_2``), ``load_mass`` ..., and what the drive's text holds (``voltage``,
@@ -15,24 +15,26 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
-from ..circuit.strip import Load
+from ..circuit.strip import Load, parse_load
 from ..drive import Drive, PiecewiseLinear, Sine
 from ..errors import InputError
 from ..simulation.drives import parse_drive
 from ..strip.actuator import ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
+from ..strip.file import load_actuator
 from ..units import parse
 
-#: A value of a parameter: a number in SI units, or a word (an orientation).
+#: Value of a parameter: a number in SI units, or a word (an orientation).
 Value = float | str
 
 NO_LOAD = Load()
 
 _MOST_BRANCHES = 3
 _LOAD_UNITS = {"mass": "kg", "stiffness": "N/m", "damping": "N*s/m"}
-#: Key of a drive -> unit, meaning, kinds of drive that have it.
-_DRIVE_KEYS = {
+#: Number in a drive's text -> unit, meaning, kinds of drive that have it.
+DRIVE_KEYS = {
     "voltage": ("V", "largest voltage of the drive", ("step", "square", "sine", "file")),
     "period": ("s", "period of a square wave", ("square",)),
     "duty": ("", "part of the period for which a square wave is high", ("square",)),
@@ -42,14 +44,14 @@ _DRIVE_KEYS = {
 
 
 #: Kinds of drive whose text begins with their voltage; others are scaled.
-_FIRST_IS_VOLTAGE = ("step", "sine")
+FIRST_IS_VOLTAGE = ("step", "sine")
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """Something that can be varied: ``part`` of the description that it belongs to, SI unit, meaning.
+class VariedParameter:
+    """A parameter that can be varied: the ``part`` of the description that it belongs to, SI unit, meaning.
 
-    ``words`` are the values allowed where it is no number.
+    ``words`` are the values allowed where it is not a number.
     """
 
     name: str
@@ -59,7 +61,7 @@ class Parameter:
     words: tuple[str, ...] = ()
 
     def value(self, text: str) -> Value:
-        """The value that a text with a unit stands for. Raises InputError naming the parameter."""
+        """Parse a text with a unit. Raises InputError naming the parameter."""
         if self.words:
             if text not in self.words:
                 raise InputError(f"{self.name} is '{text[:40]}'; choose one of {', '.join(self.words)}")
@@ -69,10 +71,11 @@ class Parameter:
 
 @dataclass(frozen=True)
 class ScenarioTemplate:
-    """What all scenarios of a study share but for what is varied: an actuator and the run that it makes.
+    """Actuator and run that all scenarios of a study share, apart from the varied parameters.
 
-    ``drive`` is a text such as ``step:4V``, or a drive, of which only the voltage can be varied; ``duration`` [s] is
-    how long it lasts; ``tip``, ``beam`` and ``load`` are those of `ilg_circuit.circuit.strip.strip_netlist`.
+    ``drive`` is a text such as ``step:4V``, or a drive, of which only the voltage can be varied; ``duration`` [s];
+    ``tip``, ``beam`` and ``load`` as in `ilg_circuit.circuit.strip.strip_netlist`. Raises InputError for a duration
+    that is not positive.
     """
 
     actuator: Actuator
@@ -88,17 +91,17 @@ class ScenarioTemplate:
 
     @property
     def drive_text(self) -> str:
-        """The drive in a few words."""
+        """The drive as short text."""
         return self.drive if isinstance(self.drive, str) else self.drive.text
 
     def parsed_drive(self) -> Drive:
-        """The drive that nothing is varied of. Raises InputError for a text that is none."""
+        """Return the drive with nothing varied. Raises InputError for a text that is not a drive."""
         return parse_drive(self.drive, self.duration) if isinstance(self.drive, str) else self.drive
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """One strip in one run of ``duration`` [s]: all that a solve needs to know."""
+    """One strip in one run of ``duration`` [s]: everything that a solve needs."""
 
     actuator: Actuator
     drive: Drive
@@ -108,29 +111,49 @@ class Scenario:
     load: Load = NO_LOAD
 
 
-def _of_record(kind: type, part: str, prefix: str = "", suffix: str = "") -> list[Parameter]:
+def scenario_template(
+    actuator: str | Path | Actuator,
+    drive: str | Drive,
+    duration: str | float,
+    *,
+    tip: str = "free",
+    beam: str | None = None,
+    load: str | Load | None = None,
+) -> ScenarioTemplate:
+    """Return the template of objects, or of texts: a TOML file or preset, ``step:4V``, ``300s``, ``mass=1g``.
+
+    ``duration`` as a number is in seconds; ``beam`` is by default the one that the coupling was fitted with. Raises
+    InputError for a text that is not understood.
+    """
+    strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
+    hung = (parse_load(load) if isinstance(load, str) else load) or NO_LOAD
+    seconds = parse(duration, "s", "--duration") if isinstance(duration, str) else duration
+    return ScenarioTemplate(strip, drive, seconds, tip, beam or strip.usual_beam(loaded=bool(hung)), hung)
+
+
+def _of_record(kind: type, part: str, prefix: str = "", suffix: str = "") -> list[VariedParameter]:
     return [
-        Parameter(f"{prefix}{f.name}{suffix}", part, f.metadata["unit"], f.metadata["meaning"])
+        VariedParameter(f"{prefix}{f.name}{suffix}", part, f.metadata["unit"], f.metadata["meaning"])
         for f in fields(kind)
         if "unit" in f.metadata
     ]
 
 
-def _registry() -> dict[str, Parameter]:
+def _registry() -> dict[str, VariedParameter]:
     found = _of_record(Geometry, "geometry") + _of_record(Material, "material") + _of_record(Coupling, "coupling")
     for k in range(2, _MOST_BRANCHES + 1):
         found += _of_record(IonBranch, "branch", suffix=f"_{k}")
-    found += [Parameter(f"load_{n}", "load", u, f"{n} of the load at L_F") for n, u in _LOAD_UNITS.items()]
-    found += [Parameter(n, "drive", unit, meaning) for n, (unit, meaning, _) in _DRIVE_KEYS.items()]
-    found.append(Parameter("orientation", "mounting", "", "how the strip is held against gravity", ORIENTATIONS))
+    found += [VariedParameter(f"load_{n}", "load", u, f"{n} of the load at L_F") for n, u in _LOAD_UNITS.items()]
+    found += [VariedParameter(n, "drive", unit, meaning) for n, (unit, meaning, _) in DRIVE_KEYS.items()]
+    found.append(VariedParameter("orientation", "mounting", "", "how the strip is held against gravity", ORIENTATIONS))
     return {p.name: p for p in found}
 
 
 PARAMETERS = _registry()
 
 
-def parameter(name: str) -> Parameter:
-    """The parameter of that name. Raises InputError that lists what there is, by the nearest names where it can."""
+def varied_parameter(name: str) -> VariedParameter:
+    """Return the parameter of that name. Raises InputError that lists the nearest names, or all."""
     if name not in PARAMETERS:
         from difflib import get_close_matches
 
@@ -141,27 +164,21 @@ def parameter(name: str) -> Parameter:
 
 
 def apply(template: ScenarioTemplate, values: Mapping[str, Value]) -> Scenario:
-    """The scenario that ``values`` (SI, by name; see the module) make of ``template``.
+    """Return the scenario of ``template`` with ``values`` (SI, by name; see the module).
 
-    Raises InputError for an unknown name, a value out of range, a strip that cannot be (a free part longer than the
+    Raises InputError for an unknown name, a value out of range, an impossible strip (a free part longer than the
     whole), or a parameter that the template does not have (a second branch's, a period of a step).
     """
     changed: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
-        item = parameter(name)
+        item = varied_parameter(name)
         changed.setdefault(item.part, {})[name] = value if item.words else _number(name, value)
     actuator = _actuator(template.actuator, changed)
     load = template.load
     if "load" in changed:
         load = replace(load, **{name.removeprefix("load_"): v for name, v in changed["load"].items()})
-    return Scenario(
-        actuator,
-        _drive(template.drive, template.duration, changed.get("drive", {})),
-        template.duration,
-        template.tip,
-        template.beam,
-        load,
-    )
+    drive = _drive(template.drive, template.duration, changed.get("drive", {}))
+    return Scenario(actuator, drive, template.duration, template.tip, template.beam, load)
 
 
 def _number(name: str, value: Value) -> float:
@@ -198,18 +215,18 @@ def _actuator(actuator: Actuator, changed: Mapping[str, dict[str, Any]]) -> Actu
     if "mounting" in changed:
         parts["mounting"] = Mounting(changed["mounting"]["orientation"])
     if not parts.keys() <= {"geometry", "mounting"}:
-        parts["uncertainty"] = None  # what a fit left open was that of other constants
+        parts["uncertainty"] = None  # the covariance is that of other constants
     return replace(actuator, **parts) if parts else actuator
 
 
-def _geometry(template: Geometry, changed: dict[str, float]) -> Geometry:
+def _geometry(geometry: Geometry, changed: dict[str, float]) -> Geometry:
     if "free_length" in changed:
         free = changed["free_length"]
-        follow = {"length": template.length - template.free_length + free}
-        if template.load_position is not None:
-            follow["load_position"] = template.load_position / template.free_length * free
+        follow = {"length": geometry.length - geometry.free_length + free}
+        if geometry.load_position is not None:
+            follow["load_position"] = geometry.load_position / geometry.free_length * free
         changed = follow | changed
-    return replace(template, **changed)
+    return replace(geometry, **changed)
 
 
 @lru_cache(maxsize=4096)
@@ -218,15 +235,15 @@ def _parsed(text: str, duration: float) -> Drive:
 
 
 def _drive(given: str | Drive, duration: float, changed: Mapping[str, float]) -> Drive:
-    """A drive, or that of a text, with some of its numbers replaced. ``voltage`` scales the whole of it."""
+    """Return a drive, or the drive of a text, with some numbers replaced. ``voltage`` scales the whole waveform."""
     text = given if isinstance(given, str) else f"file:{given.text}"
     kind = text.partition(":")[0]
     for name in changed:
-        kinds = _DRIVE_KEYS[name][2]
+        kinds = DRIVE_KEYS[name][2]
         if kind not in kinds:
             raise InputError(f"{name} is no part of the drive '{text}'; it belongs to {' and '.join(kinds)}")
     drive = given if not isinstance(given, str) else _parsed(rewritten(text, changed), duration)
-    if "voltage" not in changed or kind in _FIRST_IS_VOLTAGE:
+    if "voltage" not in changed or kind in FIRST_IS_VOLTAGE:
         return drive
     if not drive.largest():
         raise InputError(f"the drive '{text}' is zero, so no voltage can be given to it")
@@ -234,11 +251,11 @@ def _drive(given: str | Drive, duration: float, changed: Mapping[str, float]) ->
 
 
 def rewritten(text: str, changed: Mapping[str, float]) -> str:
-    """A drive's text with some of its numbers replaced, but for a voltage that only scales it (of a square, a file)."""
+    """Return a drive's text with some numbers replaced; a voltage that only scales it (square, file) is left out."""
     kind, _, rest = text.partition(":")
     parts = rest.split(",")
-    texts = {name: f"{value!r} {_DRIVE_KEYS[name][0]}".strip() for name, value in changed.items()}
-    if "rate" in changed or ("voltage" in changed and kind in _FIRST_IS_VOLTAGE):
+    texts = {name: f"{value!r} {DRIVE_KEYS[name][0]}".strip() for name, value in changed.items()}
+    if "rate" in changed or ("voltage" in changed and kind in FIRST_IS_VOLTAGE):
         parts[0] = texts.get("rate") or texts["voltage"]
     for name in ("period", "frequency"):
         if name in changed:
@@ -249,7 +266,7 @@ def rewritten(text: str, changed: Mapping[str, float]) -> str:
 
 
 def scaled(drive: Drive, factor: float) -> Drive:
-    """The drive times a factor. Raises InputError for a kind of drive of someone else's making."""
+    """Return the drive times a factor. Raises InputError for a kind of drive from outside the package."""
     if isinstance(drive, Sine):
         return replace(drive, amplitude=factor * drive.amplitude)
     if isinstance(drive, PiecewiseLinear):

@@ -1,4 +1,4 @@
-"""Which designs a study looks at: the full grid of some axes, a random sample of ranges, or a list from a file."""
+"""Plans of designs: the full grid of some axes, a random sample of ranges, or a list from a file."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ..arrays import Array
 from ..errors import InputError
 from ..measurements.table import split_header
 from ..units import scale
-from .parameters import PARAMETERS, Parameter, Value, parameter
+from .parameters import PARAMETERS, Value, VariedParameter, varied_parameter
 
-#: Values of one parameter: floats in SI, or words.
+#: Values of one parameter: floats in SI units, or words.
 Column = Array | NDArray[np.str_]
 
 MOST_DESIGNS = 10_000_000
@@ -30,9 +30,12 @@ VARY_FORMS = (
 
 @dataclass(frozen=True)
 class Range:
-    """What one parameter runs through: ``values``, or all between ``low`` and ``high`` (by equal ratios if ``log``)."""
+    """Range of one parameter: its ``values``, or all between ``low`` and ``high`` (by equal ratios if ``log``).
 
-    parameter: Parameter
+    Raises InputError where ``low`` is not below ``high``, or not positive for equal ratios.
+    """
+
+    parameter: VariedParameter
     values: tuple[Value, ...] = ()
     low: float = 0.0
     high: float = 0.0
@@ -47,21 +50,22 @@ class Range:
             raise InputError(f"{self.parameter.name}: a range by equal ratios begins above zero, not at {self.low:g}")
 
     def at(self, share: Array) -> Column:
-        """Values for numbers from 0 to 1: places within the range, or picks from the values."""
+        """Return the values at ``share`` (n,), numbers from 0 to 1 along the range or the list of values."""
         if self.values:
             pick = np.minimum((share * len(self.values)).astype(int), len(self.values) - 1)
             picked: Column = np.asarray(self.values)[pick]
             return picked
         if self.log:
-            return np.asarray(self.low * (self.high / self.low) ** share)
-        return np.asarray(self.low + (self.high - self.low) * share)
+            return self.low * (self.high / self.low) ** share
+        return self.low + (self.high - self.low) * share
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
     """Designs in order. ``columns``: parameter -> values; of a grid its axes, else one value a design.
 
-    The designs of a grid are counted with the last axis running fastest. ``text`` says how they came about.
+    The designs of a grid are counted with the last axis running fastest. ``text`` describes the plan. Raises InputError
+    for no designs, or more than `MOST_DESIGNS`.
     """
 
     columns: dict[str, Column]
@@ -80,7 +84,7 @@ class Plan:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Lengths of the axes of a grid; otherwise the number of designs."""
+        """Lengths of a grid's axes; otherwise the number of designs."""
         lengths = [len(column) for column in self.columns.values()]
         return tuple(lengths) if self.grid else (lengths[0],)
 
@@ -89,7 +93,7 @@ class Plan:
         return math.prod(self.shape)
 
     def designs(self, start: int, stop: int) -> dict[str, Column]:
-        """Values of every parameter for the designs from ``start`` up to ``stop``."""
+        """Return the values of every parameter for the designs from ``start`` up to ``stop``."""
         if not self.grid:
             return {name: column[start:stop] for name, column in self.columns.items()}
         index = np.unravel_index(np.arange(start, stop), self.shape)
@@ -97,11 +101,14 @@ class Plan:
 
 
 def parse_range(text: str) -> tuple[Range, int | None]:
-    """A interval and the number of values wanted from it, if said, from a text such as ``thickness=0.2mm:1mm:20``."""
+    """Parse a text such as ``thickness=0.2mm:1mm:20`` into a range and the number of values, None if not given.
+
+    Raises InputError for a text that is not understood.
+    """
     name, separator, rest = (part.strip() for part in text.partition("="))
     if not separator or not rest:
         raise InputError(f"'{text[:60]}' is not understood; write {VARY_FORMS}")
-    item = parameter(name)
+    item = varied_parameter(name)
     parts = [part.strip() for part in rest.split(":")]
     log = len(parts) > 2 and parts[-1] == "log"
     parts = parts[:-1] if log else parts
@@ -114,7 +121,7 @@ def parse_range(text: str) -> tuple[Range, int | None]:
 
 
 def grid_plan(texts: Sequence[str]) -> Plan:
-    """The full grid of axes such as ``thickness=0.2mm:1mm:20`` and ``width=2mm,5mm``. Raises InputError."""
+    """Return the full grid of axes such as ``thickness=0.2mm:1mm:20`` and ``width=2mm,5mm``. Raises InputError."""
     columns: dict[str, Column] = {}
     for text in texts:
         interval, count = parse_range(text)
@@ -135,7 +142,7 @@ def grid_plan(texts: Sequence[str]) -> Plan:
 
 
 def random_plan(texts: Sequence[str], count: int, method: str = "lhs", seed: int = 0) -> Plan:
-    """``count`` random designs over ranges such as ``thickness=0.2mm:1mm``; a list is picked from.
+    """Return ``count`` random designs over ranges such as ``thickness=0.2mm:1mm``, or lists of values.
 
     ``method``: lhs (Latin hypercube), sobol (scrambled), uniform. Raises InputError.
     """
@@ -165,9 +172,9 @@ def random_plan(texts: Sequence[str], count: int, method: str = "lhs", seed: int
 
 
 def read_plan(path: Path) -> Plan:
-    """The designs of a CSV file: a parameter with its unit in each header (``thickness_mm``), a design in each row.
+    """Read the designs of a CSV file: in each header a parameter with its unit (``thickness_mm``), one design a row.
 
-    Raises InputError naming file, line and column. A blank cell is a design that cannot be.
+    A design with a blank cell is impossible. Raises InputError naming file, line and column.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -202,11 +209,11 @@ def _new(interval: Range, known: dict[str, Column] | dict[str, Range]) -> str:
     return interval.parameter.name
 
 
-def _heading(title: str, source: str) -> tuple[Parameter, float]:
-    """Parameter of a column and the factor to its SI unit."""
+def _heading(title: str, source: str) -> tuple[VariedParameter, float]:
+    """Return the parameter of a column and the factor to its SI unit."""
     name, unit = (title, "") if title in PARAMETERS else split_header(title)
     try:
-        item = parameter(name or title)
+        item = varied_parameter(name or title)
         if item.unit and not unit:
             raise InputError(f"no unit; write it like '{title}_{item.unit}'")
         factor = 1.0 if unit in ("", "-", "1") and not item.unit else float(scale(unit, item.unit))
@@ -215,7 +222,7 @@ def _heading(title: str, source: str) -> tuple[Parameter, float]:
     return item, factor
 
 
-def _cell(text: str, item: Parameter, factor: float, where: str) -> Value:
+def _cell(text: str, item: VariedParameter, factor: float, where: str) -> Value:
     if item.words:
         return text
     try:

@@ -69,7 +69,8 @@ class Requirement:
             return sign * values
         ratio = values / self.limit
         logarithm = np.log(np.maximum(ratio, _STRAIGHT)) + np.minimum(ratio / _STRAIGHT - 1, 0.0)
-        return sign * np.sign(self.limit) * logarithm
+        signed: Array = sign * np.sign(self.limit) * logarithm
+        return signed
 
     def slack(self, values: Array) -> Array:
         """Return the scores of ``values`` (n,) less reserve and guard: at least zero where the search accepts them."""

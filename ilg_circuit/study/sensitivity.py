@@ -1,11 +1,12 @@
-"""How sure a design is: the covariance of the fit that its strip comes from, carried into every quantity asked for.
+"""Uncertainty of a design: the covariance of its strip's fit, propagated to every required quantity.
 
-Standard errors are first-order; probabilities are counted over strips drawn from the covariance. A requirement can be
-given a reserve, so that it is met with a stated confidence.
+Standard errors are first-order; probabilities are counted over strips drawn from the covariance. A reserve can be
+added to each requirement, so that it is met with a stated confidence.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,18 +21,20 @@ from .problem import Design, DesignProblem, best_design
 from .quantities import Quantity
 from .space import measure
 
-#: Strips drawn, and step of the differences in parts of a parameter, by the exact engine and by ngspice.
+#: Strips drawn, and relative step of the differences, by the exact engine and by ngspice.
 _DRAWN = {"exact": 1024, "ngspice": 128}
 _STEPS = {"exact": 1e-3, "ngspice": 1e-2}
-#: Reserves are found when they no longer change by more than this.
+#: Reserves have converged when they change by no more than this; rounds at most.
 _SETTLED, _MOST_ROUNDS = 1e-4, 6
 
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """Of one design. ``stderr``: quantity -> standard error [SI]; ``shares``: quantity -> fitted parameter -> part of
-    the variance that it alone would bring, of the sum of such parts. ``met``: requirement -> probability that it is;
-    ``all_met``: that all are. ``drawn`` strips counted, ``failed`` of which could not be simulated.
+    """Sensitivity of a design to the fit's uncertainty.
+
+    ``stderr``: quantity -> standard error [SI]; ``shares``: quantity -> fitted parameter -> its share of the sum of
+    variances that each parameter alone would cause. ``met``: requirement -> probability that it is met; ``all_met``:
+    probability that all are. ``drawn`` strips counted, ``failed`` of which could not be simulated.
     """
 
     stderr: dict[str, float]
@@ -42,13 +45,13 @@ class Sensitivity:
     failed: int
 
     def matters_most(self, name: str) -> str | None:
-        """The fitted parameter whose uncertainty brings most of a quantity's; None where it has none."""
+        """Return the fitted parameter that causes most of a quantity's uncertainty; None where it has none."""
         shares = self.shares[name]
         return max(shares, key=lambda p: shares[p]) if self.stderr[name] > 0 else None
 
 
 def require_uncertainty(scenario: Scenario, name: str) -> Uncertainty:
-    """The fit's uncertainty. Raises InputError where there is none, or none that still holds for the design."""
+    """Return the fit's uncertainty. Raises InputError where there is none that holds for the design."""
     if scenario.actuator.uncertainty is None:
         raise InputError(
             f"actuator '{name}' has no [uncertainty] that holds for the design: fit one with `ilg-circuit identify ... "
@@ -58,7 +61,7 @@ def require_uncertainty(scenario: Scenario, name: str) -> Uncertainty:
 
 
 def sensitivity(design: Design) -> Sensitivity:
-    """Standard errors and probabilities of a design. Raises InputError where its strip brings no covariance."""
+    """Return standard errors and probabilities of a design. Raises InputError where its strip has no covariance."""
     problem, scenario = design.problem, design.scenario
     engine, quantities = problem.space.engine, problem.quantities
     uncertainty = require_uncertainty(scenario, problem.space.template.actuator.name)
@@ -88,11 +91,11 @@ def sensitivity(design: Design) -> Sensitivity:
     )
 
 
-def confident_design(problem: DesignProblem, confidence: float, extra: tuple[Quantity, ...] = ()) -> Design:
-    """The best design each of whose requirements (``=`` apart) is met with probability ``confidence``.
+def confident_design(problem: DesignProblem, confidence: float, extra: Sequence[Quantity] = ()) -> Design:
+    """Return the best design whose requirements (``=`` excepted) are each met with probability ``confidence``.
 
-    The reserve is the fit's standard error at the design, times the normal quantile; design and reserve are found in
-    turn. Raises InputError where the strip brings no covariance.
+    The reserve is the fit's standard error at the design times the normal quantile; design and reserve are computed in
+    turn. Raises InputError for a confidence out of range, and where the strip has no covariance.
     """
     from scipy.stats import norm
 
@@ -116,7 +119,7 @@ def confident_design(problem: DesignProblem, confidence: float, extra: tuple[Qua
 
 
 def _score_errors(design: Design) -> Array:
-    """Standard errors (r,) of the requirements' scores; 0 for an ``=``."""
+    """Return the standard errors (r,) of the requirements' scores; 0 for an ``=``."""
     problem, scenario = design.problem, design.scenario
     slopes = _slopes(scenario, problem.quantities, problem.space.engine)
     covariance = np.array(require_uncertainty(scenario, problem.space.template.actuator.name).covariance)
@@ -132,19 +135,19 @@ def _score_errors(design: Design) -> Array:
 
 
 def _slopes(scenario: Scenario, quantities: tuple[Quantity, ...], engine: str) -> Array:
-    """Slopes (p, q) of the quantities with respect to the logarithms of the p fitted parameters."""
+    """Return the slopes (p, q) of the quantities with respect to the logarithms of the p fitted parameters."""
     uncertainty = scenario.actuator.uncertainty
     assert uncertainty is not None
     step, n = _STEPS[engine], len(uncertainty.names)
     factors = np.exp(step * np.concatenate([np.eye(n), -np.eye(n)]))
     values, _ = _measure(scenario, factors, quantities, engine)
-    return np.asarray((values[:n] - values[n:]) / (2 * step))
+    return (values[:n] - values[n:]) / (2 * step)
 
 
 def _measure(scenario: Scenario, factors: Array, quantities: tuple[Quantity, ...], engine: str) -> tuple[Array, int]:
-    """Values (k, q) for strips whose fitted parameters are multiplied by ``factors`` (k, p), and how many failed.
+    """Return values (k, q) for strips whose fitted parameters are multiplied by ``factors`` (k, p), and the failures.
 
-    Zero for what is no output of a simulation.
+    Quantities that take no simulation are zero.
     """
     uncertainty = scenario.actuator.uncertainty
     assert uncertainty is not None

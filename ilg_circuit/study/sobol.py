@@ -1,4 +1,4 @@
-"""Sobol indices: how much of each quantity's variance over the ranges each parameter brings, by SALib."""
+"""Sobol indices: the share of each quantity's variance over the ranges that each parameter causes, by SALib."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..extras import require_sensitivity
 from .quantities import Quantity
 from .space import Space
 
-#: Base samples (times parameters + 2 simulations), by the exact engine and by ngspice.
+#: Base samples, by the exact engine and by ngspice; each takes (parameters + 2) simulations.
 SAMPLES = {"exact": 1024, "ngspice": 64}
 
 
@@ -21,8 +21,8 @@ SAMPLES = {"exact": 1024, "ngspice": 64}
 class SobolIndices:
     """First-order and total indices (q, p) of q quantities and p parameters, with half widths of their 95 % intervals.
 
-    NaN for a quantity that does not vary, or that some design within the ranges does not have. Parameters are spread
-    evenly over their ranges, by ratio where these are positive.
+    NaN for a quantity that does not vary, or that some design within the ranges does not have. Parameters are uniform
+    over their ranges, in the logarithm where these are positive.
     """
 
     quantities: tuple[str, ...]
@@ -37,7 +37,7 @@ class SobolIndices:
 def sobol_indices(
     space: Space, quantities: Sequence[Quantity], *, samples: int | None = None, seed: int = 0
 ) -> SobolIndices:
-    """Indices of ``quantities`` over the whole space; ``samples`` is a power of two."""
+    """Return the indices of ``quantities`` over the whole space; ``samples`` is a power of two. Raises as `indices`."""
     return indices(
         lambda points: space.evaluate(points, quantities),
         space.names,
@@ -55,7 +55,7 @@ def indices(
     samples: int,
     seed: int = 0,
 ) -> SobolIndices:
-    """Indices of ``function``, from points (k, p) in the unit cube to values (k, q).
+    """Return the indices of ``function``, from points (k, p) in the unit cube to values (k, q).
 
     Raises InputError for a number of samples that is no power of two, MissingLibraryError without SALib.
     """
@@ -68,9 +68,9 @@ def indices(
     problem = {"num_vars": len(parameters), "names": list(parameters), "bounds": [[0.0, 1.0]] * len(parameters)}
     points = sampling.sample(problem, samples, calc_second_order=False, seed=seed)
     values = function(points)
-    found = np.full((4, len(quantities), len(parameters)), np.nan)
+    table = np.full((4, len(quantities), len(parameters)), np.nan)
     for k, column in enumerate(values.T):
         if np.isfinite(column).all() and np.ptp(column) > 1e-9 * np.abs(column).max():
             result = analysis.analyze(problem, column, calc_second_order=False, seed=seed)
-            found[:, k] = result["S1"], result["S1_conf"], result["ST"], result["ST_conf"]
-    return SobolIndices(quantities, parameters, found[0], found[1], found[2], found[3], len(points))
+            table[:, k] = result["S1"], result["S1_conf"], result["ST"], result["ST_conf"]
+    return SobolIndices(quantities, parameters, table[0], table[1], table[2], table[3], len(points))

@@ -77,7 +77,7 @@ class Space:
         for r in self.ranges:
             x = min(max(values[r.parameter.name], r.low), r.high)
             shares.append(np.log(x / r.low) / np.log(r.high / r.low) if r.log else (x - r.low) / (r.high - r.low))
-        return np.clip(np.array(shares), 0.0, 1.0)
+        return np.array(shares).clip(0.0, 1.0)
 
     def rounded(self, point: Array) -> dict[str, float]:
         """Return the design at ``point`` (n,) with values rounded to six digits, within the ranges."""
@@ -100,7 +100,7 @@ class Space:
         return [self.scenario(dict(zip(columns, row, strict=True))) for row in rows]
 
     def evaluate(self, points: Array, quantities: Sequence[Quantity]) -> Array:
-        """Return the values (k, q) of ``quantities`` at ``points`` (k, n); NaN where a design is impossible or fails."""
+        """Return the values (k, q) of ``quantities`` at ``points`` (k, n); NaN for designs that fail."""
         columns = self.columns(np.atleast_2d(points))
         scenarios = self.scenarios(columns)
         self.count(len(scenarios))

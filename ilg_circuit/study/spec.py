@@ -1,6 +1,6 @@
-"""A sweep's complete spec, its key, and its division into tasks that any process anywhere can solve.
+"""Specification of a sweep, its key, and its division into tasks that any process can solve.
 
-Tasks do not depend on how many workers there are, so neither do results: the designs of one task are solved in the same
+Tasks, and therefore results, do not depend on the number of workers: the designs of one task are solved in the same
 batches wherever it runs.
 """
 
@@ -8,31 +8,34 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
-from .. import __version__
 from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..simulation.response import sample_times
 from ..strip.file import dumps
 from .evaluate import ENGINES, STUDY_ACCURACY, Evaluation, Progress, evaluate_designs
-from .outputs import WAVEFORMS, choose_outputs
+from .outputs import DEFAULT_OUTPUTS, WAVEFORMS, choose_outputs
 from .parameters import ScenarioTemplate
-from .plan import Column, Plan
+from .plan import Column, Plan, grid_plan, random_plan, read_plan
 from .threads import one_thread
 
-#: Designs of a task, where circuits are linear and where they are not; and the most bytes that its waveforms may take.
+#: Designs of a task, for linear and for nonlinear circuits; largest size of its waveforms in bytes.
 _DESIGNS, _DESIGNS_NONLINEAR = 256, 16
 _MOST_BYTES = 32e6
-#: Varied, these make a linear strip nonlinear.
+#: Constants that make a strip nonlinear.
 _NONLINEAR = ("emission_voltage", "capacitance_slope")
+#: Version since which the same specification gives the same numbers: an interrupted sweep of that version is resumed.
+_RESULTS_OF = "0.1.0"
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Some designs of a spec, and all that it takes to solve them."""
+    """Some designs of a sweep, and everything that it takes to solve them."""
 
     template: ScenarioTemplate
     columns: dict[str, Column]
@@ -46,13 +49,13 @@ class Task:
         return len(next(iter(self.columns.values())))
 
     def part(self, start: int, stop: int) -> Task:
-        """Its designs from ``start`` up to ``stop``."""
+        """Return the task of its designs from ``start`` up to ``stop``."""
         columns = {name: column[start:stop] for name, column in self.columns.items()}
         return replace(self, columns=columns)
 
 
 def solve_task(task: Task, progress: Progress | None = None) -> Evaluation:
-    """The outputs of a task's designs, the same wherever it runs."""
+    """Return the outputs of a task's designs, the same wherever it runs."""
     with one_thread():
         return evaluate_designs(
             task.template,
@@ -68,9 +71,9 @@ def solve_task(task: Task, progress: Progress | None = None) -> Evaluation:
 
 @dataclass(frozen=True, eq=False)
 class SweepSpec:
-    """All that decides a sweep's result: template, designs, outputs (names), how solved, and waveforms kept.
+    """Everything that determines a sweep's result: template, plan, output names, engine, accuracy, kept waveforms.
 
-    ``samples`` is the number of samples of each waveform. Raises InputError for unknown words or numbers out of range.
+    ``samples`` is the number of samples of each waveform. Raises InputError for unknown names and numbers out of range.
     """
 
     template: ScenarioTemplate
@@ -93,7 +96,7 @@ class SweepSpec:
         if isinstance(self.template.drive, str) and self.template.drive.startswith("file:"):
             # read once and here: where tasks are solved there may be no such file
             object.__setattr__(self, "template", replace(self.template, drive=self.template.parsed_drive()))
-        self.template.parsed_drive()  # a text that is no drive is the spec's fault
+        self.template.parsed_drive()  # raises for a text that is no drive
         _ = self.times
 
     @cached_property
@@ -103,7 +106,7 @@ class SweepSpec:
 
     @cached_property
     def task_size(self) -> int:
-        """Designs of a task: as many in each as can be, so that no worker is left with a long last one."""
+        """Designs of a task; tasks are of equal size, so that no worker is left with a long last one."""
         material = self.template.actuator.material
         nonlinear = any(getattr(material, n) or n in self.plan.names for n in _NONLINEAR)
         size = _DESIGNS_NONLINEAR if nonlinear else _DESIGNS
@@ -117,7 +120,7 @@ class SweepSpec:
         return math.ceil(self.plan.count / self.task_size)
 
     def bounds(self, number: int) -> tuple[int, int]:
-        """First design of task ``number``, and the one after its last."""
+        """Return the first design of task ``number``, and the one after its last."""
         start = number * self.task_size
         return start, min(start + self.task_size, self.plan.count)
 
@@ -127,7 +130,7 @@ class SweepSpec:
 
     @cached_property
     def key(self) -> str:
-        """A digest of the whole spec: two questions with the same key have the same answer."""
+        """Digest of the whole specification: sweeps with the same key have the same result."""
         template = self.template
         drive = template.parsed_drive()
         digest = hashlib.sha256()
@@ -141,7 +144,7 @@ class SweepSpec:
             self.accuracy,
         )
         for part in (
-            __version__,
+            _RESULTS_OF,
             dumps(template.actuator),
             *map(repr, (settings, self.outputs, self.waveforms, self.samples, self.task_size, self.plan.grid)),
             *((drive.times.tobytes(), drive.values.tobytes()) if isinstance(drive, PiecewiseLinear) else ()),
@@ -154,3 +157,40 @@ class SweepSpec:
             data = part if isinstance(part, bytes) else part.encode()
             digest.update(len(data).to_bytes(8, "little") + data)
         return digest.hexdigest()
+
+
+def sweep_spec(
+    template: ScenarioTemplate,
+    vary: Sequence[str] = (),
+    *,
+    random: int | None = None,
+    method: str | None = None,
+    seed: int | None = None,
+    designs: Path | None = None,
+    outputs: Sequence[str] | None = None,
+    waveforms: Sequence[str] = (),
+    samples: int | None = None,
+    engine: str = "ngspice",
+    accuracy: float = STUDY_ACCURACY,
+) -> SweepSpec:
+    """Return the specification of a grid of ``vary``, of ``random`` designs over its ranges, or of a CSV file.
+
+    ``method`` (default lhs) and ``seed`` (default 0) are those of random designs, see `plan.random_plan`; ``samples``
+    (default 601) of the kept ``waveforms``. Raises InputError for arguments that contradict one another.
+    """
+    if samples is not None and not waveforms:
+        raise InputError("--samples are those of --waveforms; say which to keep, such as --waveforms displacement")
+    if random is None:
+        given = next((name for name, value in (("method", method), ("seed", seed)) if value is not None), None)
+        if given:
+            raise InputError(f"--{given} belongs to --random; say how many random designs")
+    if designs and (vary or random is not None):
+        raise InputError("--designs lists every design; leave out --vary and --random")
+    if designs:
+        plan = read_plan(designs)
+    elif random is None:
+        plan = grid_plan(vary)
+    else:
+        plan = random_plan(vary, random, method or "lhs", seed or 0)
+    chosen = tuple(outputs) if outputs else DEFAULT_OUTPUTS
+    return SweepSpec(template, plan, chosen, engine, accuracy, tuple(waveforms), samples or 601)

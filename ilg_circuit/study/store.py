@@ -1,7 +1,7 @@
-"""Finished tasks on disk, so that a sweep that was interrupted goes on where it was.
+"""Finished tasks on disk, from which an interrupted sweep is resumed.
 
-Each lies beside the sweep's file in a folder of the spec's key, so the tasks of another spec are never taken
-for its own, and is put there whole.
+They lie beside the sweep's file in a folder named after the specification's key, so that tasks of different sweeps
+are never mixed. Each file is written whole or not at all.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .spec import SweepSpec
 
 
 class Store:
-    """The finished tasks of one spec whose answer goes to ``out``."""
+    """Finished tasks of one sweep, whose result goes to ``out``. Raises InputError where its folder cannot be made."""
 
     def __init__(self, out: Path, spec: SweepSpec) -> None:
         self._spec = spec
@@ -38,12 +38,12 @@ class Store:
         return self.folder / f"{number:06d}.npz"
 
     def finished(self) -> set[int]:
-        """Numbers of the tasks that are there."""
+        """Return the numbers of the finished tasks."""
         names = {path.name for path in self.folder.glob("*.npz")}
         return {k for k in range(self._spec.task_count) if self._path(k).name in names}
 
     def write(self, number: int, result: Evaluation) -> None:
-        """Put a task's result there."""
+        """Write a task's result. Raises InputError where that is impossible."""
         arrays: dict[str, Any] = {f"waveform_{name}": values for name, values in result.waveforms.items()}
         failures = json.dumps(sorted(result.failures.items()))
         with replacing(self._path(number)) as temporary, temporary.open("wb") as file:
@@ -51,7 +51,7 @@ class Store:
             np.savez(file, **arrays)
 
     def read(self, number: int) -> Evaluation:
-        """A task's result. Raises InputError for a file that something else has damaged."""
+        """Read a task's result. Raises InputError for a damaged file, which is removed."""
         path = self._path(number)
         try:
             with np.load(path) as file:
@@ -65,12 +65,12 @@ class Store:
         return Evaluation(choose_outputs(self._spec.outputs), values, errors, failures, self._spec.times, waveforms)
 
     def remove(self) -> None:
-        """Clear away, with the parent folder unless another spec has tasks in it."""
+        """Remove the folder, and its parent unless another sweep has tasks in it."""
         shutil.rmtree(self.folder, ignore_errors=True)
         self.remove_if_empty()
 
     def remove_if_empty(self) -> None:
-        """Clear away what holds nothing."""
+        """Remove empty folders."""
         for folder in (self.folder, self.parent):
             with suppress(OSError):
                 folder.rmdir()

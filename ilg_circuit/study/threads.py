@@ -1,4 +1,4 @@
-"""One thread for linear algebra: a study's matrices are small, and threads would only wait for one another."""
+"""One thread for linear algebra: the matrices of a study are too small to gain from more."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from importlib import import_module
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """While it lasts, numpy's and scipy's linear algebra use one thread; another process's load then costs little."""
+    """Limit the linear algebra of numpy and scipy to one thread within the block."""
     from threadpoolctl import threadpool_limits
 
-    import_module("scipy.linalg")  # a library can be told only once it is loaded
+    import_module("scipy.linalg")  # the limit applies to loaded libraries only
     with threadpool_limits(1):
         yield

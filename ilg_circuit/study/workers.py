@@ -1,8 +1,8 @@
-"""Tasks on many processes: one a core by loky, on any `concurrent.futures` executor, or on a dask cluster's.
+"""Tasks on many processes: one a core by loky, on any `concurrent.futures` executor, or on a dask cluster.
 
-Workers die: of too little memory, of a crash in ngspice, or because someone kills them. loky then fails all that was
-handed out and takes no more work, so little is handed out at a time; what was, is solved again alone on a new executor.
-A design that kills its worker even alone, twice, is a failed design.
+Workers die: of too little memory, of a crash in ngspice, or because they are killed. loky then fails all submitted
+tasks and accepts no more, so few are submitted at a time; these are solved again, one by one, on a new executor. A
+design that kills its worker twice when solved alone is a failed design.
 """
 
 from __future__ import annotations
@@ -22,15 +22,16 @@ from ..errors import SolveError
 from .evaluate import Evaluation
 from .outputs import choose_outputs
 from .spec import Task, solve_task
+from .travelling import packed_models, unpack_models
 
-#: Tasks handed out for each worker: one in work, one waiting, so that none is idle.
+#: Tasks submitted for each worker: one in work, one waiting, so that none is idle.
 _AHEAD = 2
-#: How often a task may kill its worker when it runs alone before it is divided.
+#: Times that a task may kill its worker when solved alone before it is divided.
 _DEATHS = 2
 
 
 def processes_possible() -> bool:
-    """Whether processes can share locks here: not where /dev/shm is missing or closed to the user."""
+    """Return True if processes can share locks here; they cannot where /dev/shm is missing or not accessible."""
     try:
         multiprocessing.get_context("spawn").Lock()
     except (OSError, ImportError):
@@ -39,7 +40,7 @@ def processes_possible() -> bool:
 
 
 def require_processes() -> None:
-    """Raise SolveError where no worker processes can be had."""
+    """Raise SolveError where worker processes are impossible."""
     if not processes_possible():
         raise SolveError(
             "this machine lets processes share no locks (is /dev/shm missing, or closed to you?), so there can be no "
@@ -48,18 +49,18 @@ def require_processes() -> None:
 
 
 class Pool(Protocol):
-    """Where tasks run. ``deaths`` are the errors that say that a worker died with a task."""
+    """Workers that solve tasks; ``deaths`` are the errors raised when a worker died with a task."""
 
     deaths: tuple[type[BaseException], ...]
 
     def width(self) -> int:
-        """Workers at present."""
+        """Return the present number of workers."""
 
     def submit(self, task: Task) -> Future[Evaluation]:
-        """Hand out a task."""
+        """Submit a task."""
 
     def renew(self) -> None:
-        """Make the pool usable again after a death. Raises SolveError where that cannot be."""
+        """Make the pool usable again after a death. Raises SolveError where that is impossible."""
 
 
 class LokyPool:
@@ -70,6 +71,7 @@ class LokyPool:
     def __init__(self, workers: int) -> None:
         require_processes()
         self._workers = workers
+        self._models = packed_models()
         self._executor = self._new()
 
     def _new(self) -> Any:
@@ -81,7 +83,7 @@ class LokyPool:
         return self._workers
 
     def submit(self, task: Task) -> Future[Evaluation]:
-        future: Future[Evaluation] = self._executor.submit(solve_task, task)
+        future: Future[Evaluation] = self._executor.submit(_solve, self._models, task)
         return future
 
     def renew(self) -> None:
@@ -93,8 +95,14 @@ class LokyPool:
         self._executor.shutdown(wait=True, kill_workers=True)
 
 
+def _solve(models: bytes, task: Task) -> Evaluation:
+    """In a worker: solve a task, with the ``models`` of `travelling.packed_models`."""
+    unpack_models(models)
+    return solve_task(task)
+
+
 def _end_with(parent: int) -> None:
-    """In a worker: end when its parent has ended without a word, killed; nobody would fetch what it solves."""
+    """In a worker: exit when the parent process was killed, since nothing would fetch the results."""
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -105,13 +113,14 @@ def _end_with(parent: int) -> None:
 
 
 class GivenPool:
-    """Someone else's executor."""
+    """An executor that was made elsewhere."""
 
     def __init__(self, executor: Executor, width: Callable[[], int], deaths: tuple[type[BaseException], ...]) -> None:
         self._executor, self.width, self.deaths = executor, width, deaths
+        self._models = packed_models()
 
     def submit(self, task: Task) -> Future[Evaluation]:
-        return self._executor.submit(solve_task, task)
+        return self._executor.submit(_solve, self._models, task)
 
     def renew(self) -> None:
         if BrokenExecutor in self.deaths:
@@ -123,7 +132,10 @@ class GivenPool:
 def solve_on(
     pool: Pool, numbers: Iterable[int], make: Callable[[int], Task], save: Callable[[int, Evaluation], None]
 ) -> None:
-    """Solve the tasks that ``make`` makes of ``numbers`` on ``pool``; ``save`` gets each result as it comes."""
+    """Solve the tasks ``make(number)`` on ``pool``; ``save(number, result)`` is called as each result arrives.
+
+    Raises SolveError where the pool cannot be renewed after a worker died.
+    """
     waiting = deque(numbers)
     running: dict[Future[Evaluation], tuple[int, Task]] = {}
     try:
@@ -146,7 +158,7 @@ def solve_on(
                 except pool.deaths:
                     suspects.append((number, task))
             if suspects:
-                # whose fault it was nobody knows: all that was handed out is tried again, one at a time
+                # the culprit is unknown: all submitted tasks are tried again, one at a time
                 for future in wait(running).done:
                     number, task = running.pop(future)
                     try:
@@ -162,7 +174,7 @@ def solve_on(
 
 
 def _alone(pool: Pool, task: Task) -> Evaluation:
-    """A task by itself; divided where it kills its worker again and again, until the design that does so is found."""
+    """Solve a task alone; divide it where it kills its worker repeatedly, until the culprit is a single design."""
     for _ in range(_DEATHS):
         try:
             return pool.submit(task).result()

@@ -11,8 +11,8 @@ from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study.constraints import active_constraints, without_each_requirement
-from ilg_circuit.study.problem import Design, Objective, DesignProblem, best_design
 from ilg_circuit.study.parameters import ScenarioTemplate
+from ilg_circuit.study.problem import Design, DesignProblem, Objective, best_design
 from ilg_circuit.study.quantities import quantity
 from ilg_circuit.study.requirements import GUARD, parse_requirements
 from ilg_circuit.study.space import Space, parse_ranges, resolve_engine

@@ -11,7 +11,7 @@ from ilg_circuit.circuit.strip import Load
 from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.errors import InputError
 from ilg_circuit.strip.actuator import PAPER, Coupling, Geometry, Material, Uncertainty
-from ilg_circuit.study.parameters import PARAMETERS, ScenarioTemplate, apply, parameter
+from ilg_circuit.study.parameters import PARAMETERS, ScenarioTemplate, apply, varied_parameter
 
 BASE = ScenarioTemplate(PAPER, "step:4V", 300.0)
 
@@ -50,9 +50,9 @@ def test_a_strip_that_cannot_be_is_refused() -> None:
 
 def test_unknown_names_are_answered_with_near_ones() -> None:
     with pytest.raises(InputError, match="perhaps thickness"):
-        parameter("thikness")
+        varied_parameter("thikness")
     with pytest.raises(InputError, match="known are length, free_length"):
-        parameter("@")
+        varied_parameter("@")
 
 
 @pytest.mark.parametrize(

@@ -85,9 +85,7 @@ def test_what_the_file_says(tmp_path: Path, small_tasks: None) -> None:
     plan = grid_plan(["orientation=weightless,horizontal", "thickness=0.4mm:0.6mm:3", "voltage=1V,4V"])
     spec = SweepSpec(STATIC, plan, ("displacement_final", "energy"), "exact", waveforms=("current",), samples=31)
     told: list[tuple[int, int]] = []
-    done = sweep(
-        spec, tmp_path / "s.nc", jobs=1, progress=lambda *x: told.append(x), command="ilg-circuit sweep ..."
-    )
+    done = sweep(spec, tmp_path / "s.nc", jobs=1, progress=lambda *x: told.append(x), command="ilg-circuit sweep ...")
     assert told[0] == (0, 12)
     assert told[-1] == (12, 12)
     assert (done.summary.count, done.summary.failed, done.resumed) == (12, 0, 0)
