@@ -23,7 +23,7 @@ from ilg_circuit.study.dataset import read_sweep
 from ilg_circuit.study.outputs import DEFAULT_OUTPUTS
 from ilg_circuit.study.plan import random_plan
 from ilg_circuit.study.spec import SweepSpec
-from ilg_circuit.study.sweep import sweep
+from ilg_circuit.study.sweep import solve_sweep
 
 RANGES = ("thickness=0.2mm:1mm", "free_length=15mm:40mm", "width=2mm:10mm", "youngs_modulus=5kPa:50kPa")
 ACCURACY = 1e-5
@@ -43,10 +43,10 @@ def measure(engine: str, jobs: int, designs: int, path: Path) -> Measured:
     spec = SweepSpec(ScenarioTemplate(PAPER, "step:4V", 300.0), random_plan(RANGES, designs), DEFAULT_OUTPUTS, engine, ACCURACY)
     used = processor_time()
     begin = perf_counter()
-    done = sweep(spec, path, jobs=jobs)
+    done = solve_sweep(spec, path, jobs=jobs)
     wall = perf_counter() - begin
-    if done.summary.failed:
-        raise SystemExit(f"{done.summary.failed} designs failed")
+    if done.totals.failed:
+        raise SystemExit(f"{done.totals.failed} designs failed")
     return Measured(engine, jobs, wall, processor_time() - used)
 
 

@@ -66,4 +66,7 @@ SENTENCES: dict[str, str] = {
     "profile-failed": "no profile of {parameter} ({reason}); its interval is from a block bootstrap",
     "profile-open": "the data set {parameter} no {sides} limit within a factor of {reach:.0e}",
     "chain-short": "the Markov chain is short ({chain}); its intervals are rough",
+    # -- study --
+    "assumption-fails": "{text}",
+    "designs-failed": "{failures} of the first {total} designs within the ranges could not be judged",
 }

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from ..arrays import Array
     from ..circuit.strip import Load
     from ..strip.actuator import Actuator
-    from ..study.parameters import ScenarioTemplate
 
 FILE = click.Path(path_type=Path)
 
@@ -87,17 +86,3 @@ def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
 def beam_of(actuator: Actuator, given: str | None, load: Load | None) -> str:
     """The beam asked for, or the usual one of this actuator."""
     return given or actuator.usual_beam(loaded=bool(load))
-
-
-def template_of(actuator: str, options: dict[str, Any]) -> ScenarioTemplate:
-    """The strip and the run that a study varies, of a command's drive, duration, tip, beam and load."""
-    from ..circuit.strip import parse_load
-    from ..strip.file import load_actuator
-    from ..study.parameters import NO_LOAD, ScenarioTemplate
-    from ..units import parse
-
-    strip, load = load_actuator(actuator), parse_load(options["load_text"]) or NO_LOAD
-    duration = parse(options["duration"], "s", "--duration")
-    return ScenarioTemplate(
-        strip, options["drive"], duration, options["tip"], beam_of(strip, options["beam"], load), load
-    )

@@ -1,187 +1,206 @@
-"""Pictures of designs: how requirements go along each parameter, a Pareto front, Sobol indices."""
+"""A design, a front and Sobol indices: text for a terminal, and their picture."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arrays import Array
-from ..report.axes import BLUE, GREY, ORANGE, engineering, save
-from .design import aim
-from .pareto import Front
-from .problem import Design
-from .sobol import SobolIndices
+from ..errors import InputError
+from ..study.constraints import ActiveConstraint, WithoutRequirement
+from ..study.design import DesignReport, aim, design_drive
+from ..study.pareto import Front
+from ..study.plan import Range
+from ..study.problem import Design
+from ..study.requirements import Requirement
+from ..study.search import INITIAL_POINTS
+from ..study.sensitivity import Sensitivity
+from ..study.sobol import SobolIndices
+from ..units import format_quantity
+from .tables import aligned
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_COLOURS = (BLUE, ORANGE, "#2e8b57", "#8c4fa8", "#b8901c", "#444444", "#c2427a", "#3aa0a0")
-#: Lines that may lie on one another.
-_STYLES = ("-", (0, (5, 2)), "-.", (0, (1, 1)))
-_SLICE = 61
-#: Axes over more than this ratio are logarithmic.
-_DECADES = 8.0
+#: A design is not unique if agreeing starts differ by more than this fraction of a parameter's range.
+_UNIQUE = 0.02
+#: A quantity that varies by less than this over the ranges does not depend on the varied parameters.
+_SAME = 5e-3
 
 
-def plot_design(design: Design, path: str | Path) -> None:
-    """By which factor each requirement is met along each parameter, the others staying as designed."""
-    problem, space = design.problem, design.problem.space
-    n = len(space.ranges)
-    columns = min(n, 3)
-    figure, axes = _panels(n, columns, height=2.7)
-    shares = np.linspace(0, 1, _SLICE)
-    points = np.repeat(design.optimum.point[None, None], n, axis=0).repeat(_SLICE, axis=1)
-    for j in range(n):
-        points[j, :, j] = shares
-    values = space.evaluate(points.reshape(-1, n), problem.quantities).reshape(n, _SLICE, -1)
-    for j, (panel, interval) in enumerate(zip(axes, space.ranges, strict=False)):
-        x = space.columns(points[j])[interval.parameter.name]
-        factor, unit = engineering(x, interval.parameter.unit)
-        for k, r in enumerate(problem.requirements):
-            score = r.score(values[j, :, problem.column(r.quantity)])
-            if r.relation == "=":  # how far off, instead of a tolerance's sliver
-                score = np.log(np.abs(values[j, :, problem.column(r.quantity)] / r.limit))
-            met = np.exp(np.clip(score, -4, 4))
-            style: Any = {"color": _COLOURS[k % len(_COLOURS)], "linestyle": _STYLES[k % len(_STYLES)]}
-            panel.plot(factor * x, met, linewidth=1.6, label=r.text, **style)
-        if problem.objective:
-            column = values[j, :, problem.column(problem.objective.quantity)]
-            here = design.exact[problem.objective.quantity.name]
-            if here > 0:
-                label = f"{problem.objective.quantity.name} / at the design"
-                panel.plot(factor * x, column / here, "--", color=GREY, linewidth=1.2, label=label)
-        panel.axvline(factor * design.values[interval.parameter.name], color="black", linewidth=0.9, label="design")
-        if _wide(x) and interval.log:
-            _logarithmic(panel, "x")
-        _logarithmic(panel, "y")
-        low, high = panel.get_ylim()
-        low, high = min(low, 0.8), max(high, 1.25)
-        panel.set_ylim(low, high)
-        panel.axhspan(low, 1.0, color="#d9534f", alpha=0.09, linewidth=0)
-        panel.axhline(1.0, color="#d9534f", linewidth=0.8)
-        panel.set_xlabel(_label(interval.parameter.name, unit))
-        if j % columns == 0:
-            panel.set_ylabel("factor by which it is met")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
-    title = "design" if design.feasible else "nearest design (not all requirements are met)"
-    figure.suptitle(f"{title}: shaded, a requirement is missed", fontsize=10)
-    save(figure, path)
+def summary(report: DesignReport) -> str:
+    """Return the design, its sensitivity, the front and the Sobol indices as text."""
+    parts = []
+    if report.design:
+        parts.append(_design(report.design, report.active_constraints, report.without_requirement))
+        if report.sensitivity:
+            parts.append(_sensitivity(report.design, report.sensitivity, report.confidence))
+    if report.front:
+        parts.append(_front(report.front))
+    if report.sobol:
+        parts.append(_sobol(report.sobol))
+    return "\n\n".join(parts)
 
 
-def plot_front(front: Front, path: str | Path, design: Design | None = None) -> None:
-    """The front, and the parameters along it; three objectives as a sobol_points, the third by colour. ``design`` is marked
-    where it has both."""
-    names = [o.quantity.name for o in front.objectives]
-    figure, axes = _panels(2, 2, height=3.9, width=4.6)
-    data, labels = [], []
-    for name in names:
-        factor, unit = engineering(front.simulated[name], front.units[name])
-        data.append(factor * front.simulated[name])
-        labels.append(_label(name, unit))
-    panel = axes[0]
-    if len(names) == 2:
-        panel.plot(*data, "o-", color=BLUE, markersize=4, linewidth=1.0, label="Pareto front")
-    else:
-        colours: dict[str, Any] = {"c": data[2], "cmap": "viridis"}
-        if _wide(data[2]):
-            colours["norm"] = "log"
-        points = panel.sobol_points(data[0], data[1], s=26, edgecolors="white", linewidths=0.4, **colours)
-        figure.colorbar(points, ax=panel, label=labels[2])
-    if design and all(name in design.simulated for name in names):
-        mark = [design.simulated[n] * engineering(front.simulated[n], front.units[n])[0] for n in names[:2]]
-        label = f"best design: {aim(design)}"
-        panel.plot(*mark, "*", color=ORANGE, markersize=13, markeredgecolor="black", label=label)
-    for axis, values, label in zip("xy", data, labels, strict=False):
-        getattr(panel, f"set_{axis}label")(label)
-        if _wide(values):
-            _logarithmic(panel, axis)
-    if panel.get_lines():
-        panel.legend(frameon=False, fontsize=8)
-    _parameters(axes[1], front, data[0], labels[0])
-    aims = ", ".join(("min " if o.sense > 0 else "max ") + o.quantity.name for o in front.objectives)
-    figure.suptitle(f"Pareto front of {len(front)} designs: {aims}", fontsize=10)
-    save(figure, path)
+def figure(report: DesignReport) -> Figure:
+    """Return the picture of the front, or of the design without one. Raises InputError where there is neither."""
+    from .design_figures import design_figure, front_figure
+
+    if report.front:
+        return front_figure(report.front, report.design)
+    if report.design:
+        return design_figure(report.design)
+    raise InputError("there is neither a design nor a front to draw")
 
 
-def _parameters(panel: Axes, front: Front, x: Array, label: str) -> None:
-    """Each parameter along the front, as a part of its largest value there."""
-    style = "o-" if len(front.objectives) == 2 else "o"
-    for k, (name, column) in enumerate(front.columns.items()):
-        factor, unit = engineering(column, front.units[name])
-        largest = float(np.abs(column).max()) or 1.0
-        text = f"{name} / {factor * largest:.4g} {unit}".rstrip()
-        panel.plot(
-            x, column / largest, style, color=_COLOURS[k % len(_COLOURS)], markersize=3, linewidth=1.0, label=text
+def _value(value: float, requirement: Requirement) -> str:
+    return format_quantity(value, requirement.quantity.unit, 5)
+
+
+def _percent(part: float) -> str:
+    return f"{100 * part:+.3g} %" if abs(part) < 10 else f"{1 + part:.3g} times"
+
+
+def _design(design: Design, active: Sequence[ActiveConstraint], omitted: Sequence[WithoutRequirement]) -> str:
+    problem = design.problem
+    space = problem.space
+    head = "best design" if design.feasible else "NO design meets all requirements; nearest"
+    lines = [
+        f"{head} of '{space.template.actuator.name}', {design_drive(design)}, "
+        f"{format_quantity(space.template.duration, 's')}: {aim(design) if design.feasible else 'least worst margin'}",
+        "",
+    ]
+    rows = []
+    ends = {(constraint.parameter, constraint.end) for constraint in active}
+    for interval in space.ranges:
+        name, unit = interval.parameter.name, interval.parameter.unit
+        at = next((w for w, end in (("lower", interval.low), ("upper", interval.high)) if (name, end) in ends), None)
+        end = f"at its {at} end" if at else ""
+        rows.append([name, format_quantity(design.values[name], unit, 6), _range(interval), end])
+    lines += aligned(rows, "<<<<", indent="  ")
+    if problem.objective:
+        quantity = problem.objective.quantity
+        value = format_quantity(design.simulated[quantity.name], quantity.unit, 5)
+        lines += ["", f"{problem.objective.text}: {value}"]
+    if problem.requirements:
+        rows = [["requirement", space.engine, "ngspice again", "margin", "met"]]
+        for r in problem.requirements:
+            values = [_value(of[r.quantity.name], r) for of in (design.exact, design.simulated)]
+            margin = "within 0.1 %" if r.relation == "=" and design.met(r) else _percent(design.margin(r))
+            rows.append([r.text, *values, margin, "yes" if design.met(r) else "NO"])
+        lines += ["", *aligned(rows, "<>>><", indent="  ")]
+    lines += ["", *_active(design, active)]
+    if not design.feasible:
+        lines += _infeasible(design, omitted)
+    lines += ["", _search(design)]
+    lines.append(
+        f"simulated again by ngspice: differs by at most {design.difference:.1e} (its own estimate {design.error:.1e})"
+    )
+    return "\n".join(lines)
+
+
+def _active(design: Design, active: Sequence[ActiveConstraint]) -> list[str]:
+    binding = [constraint for constraint in active if constraint.binds]
+    idle = [constraint for constraint in active if not constraint.binds]
+    objective = design.problem.objective if design.feasible else None
+    what = objective.quantity.name if objective else "the worst margin"
+    sign = -1 if objective and objective.sense > 0 else 1
+    lines = []
+    if binding:
+        lines.append(f"active constraints, and the change of {what} if relaxed by 1 %")
+        unit = "%" if objective else "percentage points"
+        lines += aligned([[x.text, f"{100 * sign * x.gain:+.3g} {unit}"] for x in binding], "<>", indent="  ")
+    if idle:
+        lines.append("reached, but no gain in moving it: " + "; ".join(x.text for x in idle))
+    return lines or ["no active constraints: no requirement or end of a range is reached"]
+
+
+def _infeasible(design: Design, omitted: Sequence[WithoutRequirement]) -> list[str]:
+    lines = []
+    for r in design.problem.requirements:
+        low, high = design.reach[r.quantity.name]
+        if all((side.score(np.array([low, high])) >= 0).any() for side in r.sides()):
+            continue
+        least, most = (format_quantity(x, r.quantity.unit, 4) for x in (low, high))
+        if abs(high - low) <= _SAME * max(abs(low), abs(high)):
+            lines.append(f"{r.quantity.name} is {least} whatever is varied: vary something else")
+        else:
+            lines.append(
+                f"{r.text} is out of reach by itself: over the ranges {r.quantity.name} goes from {least} to {most}"
+            )
+    for omission in omitted:
+        rest = "the others can be met" if omission.margin >= 0 else f"the others still miss by {-omission.margin:.1%}"
+        lines.append(f"without {omission.requirement.text} {rest}")
+    return ["", *lines] if lines else []
+
+
+def _search(design: Design) -> str:
+    search, space = design.search, design.problem.space
+    text = (
+        f"search: {INITIAL_POINTS[space.engine]} scattered designs, then {len(search.ends)} starts by the "
+        f"{space.engine} engine, {search.agreeing} of which agree"
+    )
+    spread = [f"{n} by {x:.0%} of its range" for n, x in zip(space.names, search.spread, strict=True) if x > _UNIQUE]
+    if spread:
+        text += f"; the design is NOT unique, equally good ones differ in {', '.join(spread)}"
+    return text
+
+
+def _sensitivity(design: Design, found: Sensitivity, confidence: float | None) -> str:
+    rows = [["uncertainty of the fit", "value", "standard error", "most of it from", "requirement met with"]]
+    for q in design.problem.quantities:
+        if not q.outputs:
+            continue
+        most = found.matters_most(q.name)
+        source = f"{most} ({found.shares[q.name][most]:.0%})" if most else "nothing fitted"
+        chances = [
+            f"{found.met[r.text]:.1%} ({r.relation})" for r in design.problem.requirements if r.quantity.name == q.name
+        ]
+        value, error = (
+            format_quantity(design.exact[q.name], q.unit, 5),
+            format_quantity(found.stderr[q.name], q.unit, 2),
         )
-    if _wide(x):
-        _logarithmic(panel, "x")
-    panel.set_ylim(bottom=min(0.0, panel.get_ylim()[0]), top=1.3)
-    panel.set_xlabel(label)
-    panel.set_ylabel("parameter / its largest on the front")
-    panel.legend(frameon=False, fontsize=8, loc="upper center", ncols=2)
+        rows.append([q.name, value, error, source, ", ".join(chances)])
+    lines = aligned(rows, "<>><<", indent="  ")
+    asked = f" (asked for each: {confidence:.3g})" if confidence else ""
+    lines.append(f"all requirements met: {found.all_met:.1%} of {found.drawn} strips drawn from the covariance{asked}")
+    if found.failed:
+        lines.append(f"{found.failed} of them could not be simulated and count as not met")
+    return "\n".join(lines)
 
 
-def plot_sobol(found: SobolIndices, path: str | Path) -> None:
-    """First-order and total indices of each quantity as bars with their 95 % intervals."""
-    n = len(found.quantities)
-    columns = min(n, 2)
-    figure, axes = _panels(n, columns, height=0.9 + 0.42 * len(found.parameters), width=4.4)
-    y = np.arange(len(found.parameters), dtype=float)
-    for k, (panel, name) in enumerate(zip(axes, found.quantities, strict=False)):
-        for shift, values, errors, colour, label in (
-            (-0.19, found.first[k], found.first_error[k], BLUE, "first-order: alone"),
-            (0.19, found.total[k], found.total_error[k], ORANGE, "total: with all interactions"),
-        ):
-            if np.isfinite(values).all():
-                panel.barh(y + shift, values, 0.36, xerr=errors, color=colour, error_kw={"elinewidth": 1}, label=label)
-        if not np.isfinite(found.first[k]).all():
-            panel.text(0.5, 0.5, "does not vary, or is not had by every design", transform=panel.transAxes, ha="center")
-        panel.set_yticks(y, found.parameters)
-        panel.invert_yaxis()
-        panel.set_xlim(0, max(1.0, panel.get_xlim()[1]))
-        panel.set_title(name, fontsize=9, loc="left")
-        panel.set_xlabel("part of the variance")
-    drawn = next((panel for k, panel in enumerate(axes[:n]) if np.isfinite(found.first[k]).all()), None)
-    if drawn:
-        handles, labels = drawn.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
-    figure.suptitle("Sobol indices over the ranges, 95 % intervals", fontsize=10)
-    save(figure, path)
+def _front(front: Front) -> str:
+    names = list(dict.fromkeys([*(o.quantity.name for o in front.objectives), *front.columns]))
+    columns = {**front.simulated, **front.columns}
+    aims = ", ".join(("min " if o.sense > 0 else "max ") + o.quantity.name for o in front.objectives)
+    shown = np.unique(np.linspace(0, len(front) - 1, min(len(front), 12)).round().astype(int))
+    rows = [[format_quantity(float(columns[n][k]), front.units[n], 4) for n in names] for k in shown]
+    amount = f" by more than {front.improvable:.1e} of the front's extent" if front.improvable else ""
+    return "\n".join(
+        [
+            f"Pareto front: {aims}; {len(front)} designs, {len(shown)} of them",
+            *aligned([names, *rows], ">" * len(names), indent="  "),
+            f"no random design near a point is better in all objectives{amount}",
+            f"simulated again by ngspice: differs by at most {front.difference:.1e}",
+        ]
+    )
 
 
-def _panels(count: int, columns: int, height: float, width: float = 3.4) -> tuple[Figure, list[Axes]]:
-    """A figure that needs no display with ``count`` panels in rows of ``columns``."""
-    from matplotlib.figure import Figure
-
-    rows = -(-count // columns)
-    figure = Figure(figsize=(max(width * columns, 5.5), height * rows + 0.9), dpi=150, layout="constrained")
-    grid: Any = figure.subplots(rows, columns, squeeze=False)
-    axes = [panel for row in grid for panel in row]
-    for k, panel in enumerate(axes):
-        panel.grid(alpha=0.25, linewidth=0.6)
-        panel.spines[["top", "right"]].set_visible(False)
-        panel.set_visible(k < count)
-    return figure, axes
+def _sobol(found: SobolIndices) -> str:
+    rows = [["Sobol indices", "parameter", "first-order", "total"]]
+    for k, name in enumerate(found.quantities):
+        for j, parameter in enumerate(found.parameters):
+            cells = (
+                "does not vary" if math.isnan(v) else f"{v:.3f} +- {e:.3f}"
+                for v, e in ((found.first[k, j], found.first_error[k, j]), (found.total[k, j], found.total_error[k, j]))
+            )
+            rows.append([name if j == 0 else "", parameter, *cells])
+    last = f"95 % intervals; {found.simulations} designs spread evenly over the ranges"
+    return "\n".join([*aligned(rows, "<<>>", indent="  "), last])
 
 
-def _logarithmic(panel: Axes, name: str) -> None:
-    """A logarithmic axis with ticks 0.1, 0.2, 0.5, 1, 2, 5 ..., written as plain numbers."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axis = panel.xaxis if name == "x" else panel.yaxis
-    getattr(panel, f"set_{name}scale")("log")
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
-def _label(name: str, unit: str) -> str:
-    return f"{name.replace('_', ' ')} [{unit}]" if unit else name.replace("_", " ")
-
-
-def _wide(values: Array) -> bool:
-    return bool(values.min() > 0 and values.max() > _DECADES * values.min())
+def _range(interval: Range) -> str:
+    low, high = (format_quantity(x, interval.parameter.unit, 6) for x in (interval.low, interval.high))
+    return f"from {low} to {high}"

@@ -1,24 +1,30 @@
-"""Pictures of sweeps: curves over one parameter, maps over two, scatter with medians for random and listed designs."""
+"""Sweeps: text; pictures as curves over one parameter, maps over two, scatter for random and listed designs."""
 
 from __future__ import annotations
 
-from pathlib import Path
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
-from ..report.axes import BLUE, GREY, ORANGE, engineering, save
+from ..study.dataset import DESIGN
+from ..study.outputs import OUTPUTS
+from ..study.parameters import PARAMETERS
+from ..study.plan import Plan
+from ..study.sweep import SweepResult
 from ..units import format_quantity
-from .dataset import DESIGN, read_sweep
+from .axes import GREY, ORANGE, engineering
+from .panels import COLOURS, axis_label, grid, wide
+from .tables import aligned
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from xarray import DataArray, Dataset
 
-#: What is drawn unless something else is asked for: the first of these that the sweep has and that are not all alike.
+#: Outputs drawn by default: the first of these that the sweep has and that vary.
 _PREFERRED = (
     "displacement_final",
     "force_final",
@@ -29,35 +35,88 @@ _PREFERRED = (
     "displacement_peak",
 )
 _MOST_PANELS, _MOST_CURVES = 4, 6
-_COLOURS = (BLUE, ORANGE, GREY, "#3a8a4d", "#8a4da0", "#b0912a")
-#: So that curves that coincide are both seen.
+_MOST_REASONS = 5
+#: Up to this number of varied parameters a design is named by their values.
+_MOST_NAMED = 3
+#: Ratio of largest to smallest value from which an axis is logarithmic.
+_WIDE = 30
+#: Line styles by which coinciding curves can be told apart.
 _DASHES = ("-", "--", ":", "-.")
-#: Medians of a scatter are taken over so many groups of equal size.
+#: Groups of equal size over which the medians of a scatter are taken.
 _GROUPS = 12
-#: A scatter shows no more designs than this, evenly chosen.
+#: Most designs in a scatter, evenly chosen.
 _MOST_POINTS = 4000
 
 
-def plot_sweep(path: str | Path, picture: str | Path, outputs: tuple[str, ...] = ()) -> None:
-    """Draw a sweep's file: ``outputs``, at most six, chosen if not given. Raises InputError where there are none."""
-    with read_sweep(path) as data:
-        names = outputs or _interesting(data)
-        if not names:
-            raise InputError("every output is the same for all designs: there is nothing to draw")
-        if len(names) > 6:
-            raise InputError(f"{len(names)} outputs are too many for one picture; draw at most 6")
-        chosen = data[list(names)].load()
-        if DESIGN in chosen.dims:
-            figure = _scatter(chosen)
+def summary(result: SweepResult) -> str:
+    """Return the totals of a sweep: designs solved and failed, and each output's lowest and highest value."""
+    totals, plan = result.totals, result.spec.plan
+    where = f" into {result.path}" if result.path else ""
+    lines = [f"{plan.text}: {totals.count - totals.failed} of {totals.count} designs solved{where}"]
+    if result.resumed:
+        lines.append(f"{result.resumed} of them by an earlier run, which this one continued")
+    if result.leftover:
+        lines.append(
+            f"'{result.leftover}' holds an interrupted sweep with other settings; remove it if not needed"
+        )
+    if totals.worst_error:
+        lines.append(f"solved by ngspice, estimated error at most {totals.worst_error:.1e} of each maximum")
+    if totals.failed:
+        lines.append(f"{totals.failed} failed, with their reasons in the variable 'failure':")
+        for times, example in sorted(totals.reasons.values(), reverse=True)[:_MOST_REASONS]:
+            lines.append(f"  {times} x {example}" if times == 1 else f"  {times} like: {example}")
+        if len(totals.reasons) > _MOST_REASONS:
+            lines.append(f"  and {len(totals.reasons) - _MOST_REASONS} other reasons")
+    rows = [("output", "lowest", "with", "highest", "with")]
+    for name in result.spec.outputs:
+        if name not in totals.lowest:
+            rows.append((name, "not known", "", "", ""))
+            continue
+        (low, first), (high, last) = totals.lowest[name], totals.highest[name]
+        least, most = (format_quantity(x, OUTPUTS[name].unit, 5) for x in (low, high))
+        if math.isclose(low, high, rel_tol=1e-9):
+            rows.append((name, least, "all alike", "", ""))
         else:
-            axes = sorted((d for d in chosen.dims if chosen.sizes[d] > 1), key=lambda d: -chosen.sizes[d])
-            figure = _lines(chosen, [str(d) for d in axes]) if _few(chosen, axes) else _maps(chosen, axes)
-        failed = int((data["failure"] != "").sum())
-        note = f"; {failed} designs failed" if failed else ""
-        tip = "" if data.attrs["tip"] == "free" else ", clamped tip"
-        name = data.attrs["title"].partition(": ")[2]
-        figure.suptitle(f"{name}, {data.attrs['duration_s']:g} s{tip}{note}", fontsize=10)
-    save(figure, picture)
+            rows.append((name, least, _design(plan, first), most, _design(plan, last)))
+    return "\n".join([*lines, *aligned(rows, "<><><")])
+
+
+def _design(plan: Plan, number: int) -> str:
+    """Return a design's values, or its number where there are many parameters."""
+    if len(plan.columns) > _MOST_NAMED:
+        return f"design {number}"
+    values = {name: column[0] for name, column in plan.designs(number, number + 1).items()}
+    return ", ".join(
+        f"{name} {value if PARAMETERS[name].words else format_quantity(float(value), PARAMETERS[name].unit, 4)}"
+        for name, value in values.items()
+    )
+
+
+def figure(result: SweepResult, outputs: tuple[str, ...] = ()) -> Figure:
+    """Return the picture of ``outputs``, at most six; by default up to four that differ. Raises InputError."""
+    with result.to_xarray() as data:
+        return dataset_figure(data, outputs)
+
+
+def dataset_figure(data: Dataset, outputs: tuple[str, ...] = ()) -> Figure:
+    """Return the picture of a sweep's dataset, as `figure`. Raises InputError where there is nothing to draw."""
+    names = outputs or _interesting(data)
+    if not names:
+        raise InputError("every output is the same for all designs: there is nothing to draw")
+    if len(names) > 6:
+        raise InputError(f"{len(names)} outputs are too many for one picture; draw at most 6")
+    chosen = data[list(names)].load()
+    if DESIGN in chosen.dims:
+        drawn = _scatter(chosen)
+    else:
+        axes = sorted((d for d in chosen.dims if chosen.sizes[d] > 1), key=lambda d: -chosen.sizes[d])
+        drawn = _lines(chosen, [str(d) for d in axes]) if _few(chosen, axes) else _maps(chosen, axes)
+    failed = int((data["failure"] != "").sum())
+    note = f"; {failed} designs failed" if failed else ""
+    tip = "" if data.attrs["tip"] == "free" else ", clamped tip"
+    name = data.attrs["title"].partition(": ")[2]
+    drawn.suptitle(f"{name}, {data.attrs['duration_s']:g} s{tip}{note}", fontsize=10)
+    return drawn
 
 
 def _interesting(data: Dataset) -> tuple[str, ...]:
@@ -72,7 +131,7 @@ def _interesting(data: Dataset) -> tuple[str, ...]:
 
 
 def _few(data: Dataset, axes: list[Any]) -> bool:
-    """Whether a grid is better shown as curves than as a map: one axis, or a second of few values or of words."""
+    """Return True if a grid is drawn as curves: with one axis, or a second one of few values or of words."""
     return len(axes) < 2 or (len(axes) == 2 and (data.sizes[axes[1]] <= _MOST_CURVES or _is_words(data[axes[1]])))
 
 
@@ -81,24 +140,17 @@ def _is_words(axis: DataArray) -> bool:
 
 
 def _figure(rows: int, columns: int, width: float, height: float, **shared: Any) -> tuple[Figure, Any]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width * columns, 0.6 + height * rows), dpi=150, layout="constrained")
-    panels = figure.subplots(rows, columns, squeeze=False, **shared)
-    for panel in panels.flat:
-        panel.grid(alpha=0.25, linewidth=0.6)
-        panel.spines[["top", "right"]].set_visible(False)
-    return figure, panels
+    return grid(rows, columns, (width * columns, 0.6 + height * rows), **shared)
 
 
 def _scaled(axis: DataArray) -> tuple[Any, str]:
-    """Values for drawing and the label that goes with them."""
+    """Return values for drawing and their label."""
     name = str(axis.name).replace("_", " ")
     if _is_words(axis):
         return axis.values.astype(str), name
     unit = axis.attrs["units"]
     factor, label = engineering(axis.values, unit) if unit in _PREFIXED else (1.0, unit)
-    return axis.values * factor, name if unit == "1" else f"{name} [{label}]"
+    return axis.values * factor, axis_label(name, "" if unit == "1" else label)
 
 
 #: Units that take a prefix; "Pa s" or "1/s" would read wrong with one.
@@ -118,7 +170,7 @@ def _lines(data: Dataset, axes: list[str]) -> Figure:
         table = np.moveaxis(values, rest.index(over), 0).reshape(len(x), -1)
         style: dict[str, Any] = {"marker": "o", "markersize": 3} if len(x) <= 40 else {}
         for k in range(table.shape[1]):
-            panel.plot(x, table[:, k], color=_COLOURS[k % len(_COLOURS)], linestyle=_DASHES[k % len(_DASHES)], **style)
+            panel.plot(x, table[:, k], color=COLOURS[k % len(COLOURS)], linestyle=_DASHES[k % len(_DASHES)], **style)
         panel.set_ylabel(title.replace(" [", "\n["))
         _logarithmic(panel, "x", x)
     panels[-1, 0].set_xlabel(label)
@@ -154,15 +206,15 @@ def _maps(data: Dataset, axes: list[Any]) -> Figure:
         values, title = _scaled(data[name])
         table = values if data[name].dims == (axes[1], axes[0]) else values.T
         panel.grid(False)
-        wide = _wide(table)
-        norm: Any = colors.LogNorm() if wide else None
+        is_wide = wide(table, _WIDE)
+        norm: Any = colors.LogNorm() if is_wide else None
         shaded = panel.pcolormesh(x, y, table, cmap="viridis", norm=norm, shading="nearest", rasterized=True)
         if (
             np.isfinite(table).all()
             and np.ptp(table) > 0
             and not (_is_words(data[axes[0]]) or _is_words(data[axes[1]]))
         ):
-            lines = panel.contour(x, y, table, levels=_levels(table) if wide else 7, colors="white", linewidths=0.8)
+            lines = panel.contour(x, y, table, levels=_levels(table) if is_wide else 7, colors="white", linewidths=0.8)
             panel.clabel(lines, fontsize=7, fmt="%.4g")
         figure.colorbar(shaded, ax=panel)
         panel.set_title(title, fontsize=9)
@@ -179,11 +231,8 @@ def _maps(data: Dataset, axes: list[Any]) -> Figure:
 
 def _value(axis: DataArray, number: int) -> str:
     value = axis.values[number]
-    return (
-        str(value)
-        if _is_words(axis)
-        else format_quantity(float(value), "" if axis.attrs["units"] == "1" else axis.attrs["units"], 4)
-    )
+    unit = axis.attrs["units"]
+    return str(value) if _is_words(axis) else format_quantity(float(value), "" if unit == "1" else unit, 4)
 
 
 def _levels(values: Array) -> Array:
@@ -231,11 +280,6 @@ def _medians(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _logarithmic(panel: Axes, axis: str, values: Any) -> None:
-    """A logarithmic axis for positive values over more than a decade and a half."""
-    if _wide(values):
+    """Make an axis logarithmic for positive values over more than a decade and a half."""
+    if wide(values, _WIDE):
         getattr(panel, f"set_{axis}scale")("log")
-
-
-def _wide(values: Any) -> bool:
-    numbers = values.dtype.kind == "f" and values.size > 0
-    return bool(numbers and np.nanmin(values) > 0 and np.nanmax(values) > 30 * np.nanmin(values))

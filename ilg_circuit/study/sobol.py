@@ -71,6 +71,7 @@ def indices(
     table = np.full((4, len(quantities), len(parameters)), np.nan)
     for k, column in enumerate(values.T):
         if np.isfinite(column).all() and np.ptp(column) > 1e-9 * np.abs(column).max():
-            result = analysis.analyze(problem, column, calc_second_order=False, seed=seed)
+            # a generator: SALib takes seed 0 as none
+            result = analysis.analyze(problem, column, calc_second_order=False, seed=np.random.default_rng(seed))
             table[:, k] = result["S1"], result["S1_conf"], result["ST"], result["ST_conf"]
     return SobolIndices(quantities, parameters, table[0], table[1], table[2], table[3], len(points))

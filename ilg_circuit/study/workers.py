@@ -83,7 +83,7 @@ class LokyPool:
         return self._workers
 
     def submit(self, task: Task) -> Future[Evaluation]:
-        future: Future[Evaluation] = self._executor.submit(_solve, self._models, task)
+        future: Future[Evaluation] = self._executor.submit(_solve, task, self._models)
         return future
 
     def renew(self) -> None:
@@ -95,7 +95,7 @@ class LokyPool:
         self._executor.shutdown(wait=True, kill_workers=True)
 
 
-def _solve(models: bytes, task: Task) -> Evaluation:
+def _solve(task: Task, models: bytes) -> Evaluation:
     """In a worker: solve a task, with the ``models`` of `travelling.packed_models`."""
     unpack_models(models)
     return solve_task(task)
@@ -120,7 +120,7 @@ class GivenPool:
         self._models = packed_models()
 
     def submit(self, task: Task) -> Future[Evaluation]:
-        return self._executor.submit(_solve, self._models, task)
+        return self._executor.submit(_solve, task, self._models)
 
     def renew(self) -> None:
         if BrokenExecutor in self.deaths:

@@ -1,5 +1,6 @@
 """`ilg-circuit sweep` as a user meets it."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,12 +8,14 @@ import pytest
 from command import Run, assert_one_line
 
 pytest.importorskip("h5netcdf", reason="netCDF files are an extra")
+from ilg_circuit import __version__
 from ilg_circuit.study.dataset import read_sweep
 
 STEP = ("--drive", "step:4V", "--duration", "300s", "--engine", "exact", "--out", "s.nc")
 
 
-def test_a_grid(run: Run) -> None:
+def test_a_grid(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.argv", ["ilg-circuit", "sweep", "paper"])
     done = run("sweep", "paper", "--vary", "thickness=0.4mm:0.8mm:5", "--vary", "free_length=20mm,30mm", *STEP)
     assert done.code == 0, done.err
     assert "10 of 10 designs solved into s.nc" in done.out
@@ -22,7 +25,8 @@ def test_a_grid(run: Run) -> None:
     assert "0.2" in done.err  # 6.2195 mm of 30 mm
     with read_sweep("s.nc") as data:
         assert data.sizes == {"thickness": 5, "free_length": 2}
-        assert data.attrs["command"].startswith("ilg-circuit ")
+        assert data.attrs["command"] == "ilg-circuit sweep paper"
+        assert json.loads(data.attrs["provenance"]) == {"version": __version__, "call": "ilg-circuit sweep paper"}
 
 
 def test_random_designs_with_failures_a_picture_and_waveforms(run: Run) -> None:
@@ -79,7 +83,8 @@ THICK = ("--vary", "thickness=1mm,2mm")
         ((*THICK, "--seed", "1"), ("--seed belongs to --random",)),
         ((*THICK, "--samples", "7"), ("--waveforms",)),
         ((*THICK, "--designs", "x.csv"), ("leave out --vary",)),
-        ((*THICK, "--plot", "s.nc"), ("end its name in .png",)),
+        ((*THICK, "--plot", "s.txt"), ("end its name in .png",)),
+        ((*THICK, "--plot", "s.nc"), ("--out and --plot name the same file",)),
         ((*THICK, "--plot-outputs", "energy"), ("--plot",)),
         ((*THICK, "--plot", "s.png", "--plot-outputs", "enrgy"), ("'enrgy' is not among",)),
         ((*THICK, "--accuracy", "1"), ("between 1e-11 and 1e-2",)),

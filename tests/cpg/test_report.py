@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from ilg_circuit.cpg.network import chain, default_start, ring, unit
 from ilg_circuit.cpg.plots import plot_run, plot_sweep
 from ilg_circuit.cpg.report import default_times, describe, run, tabulate
+
+from ilg_circuit.cpg.network import chain, default_start, ring, unit
 from ilg_circuit.cpg.rhythm import rhythm
 from ilg_circuit.cpg.sweep import sweep
 from ilg_circuit.errors import InputError

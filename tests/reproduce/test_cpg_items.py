@@ -7,13 +7,13 @@ import math
 
 import numpy as np
 import pytest
+from ilg_circuit.reproduce.runs import Runs
 
 from ilg_circuit.cpg.rhythm import rhythm
 from ilg_circuit.reproduce import ITEMS, Outcome, make
 from ilg_circuit.reproduce.catalogue import REFERENCE
 from ilg_circuit.reproduce.cpg_rhythm import edge
 from ilg_circuit.reproduce.published import published
-from ilg_circuit.reproduce.runs import Runs
 
 
 def outcome(name: str) -> Outcome:

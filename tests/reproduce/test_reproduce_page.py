@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from ilg_circuit.reproduce.runs import Runs
 
 from ilg_circuit.errors import SolveError
 from ilg_circuit.report.axes import new_figure
@@ -16,7 +17,6 @@ from ilg_circuit.reproduce import ITEMS, Check, Claim, Item, Made, Outcome, Row,
 from ilg_circuit.reproduce.items import rows
 from ilg_circuit.reproduce.page import page
 from ilg_circuit.reproduce.published import misprints
-from ilg_circuit.reproduce.runs import Runs
 
 
 def drawn(runs: Runs) -> Made:

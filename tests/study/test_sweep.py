@@ -26,10 +26,11 @@ from ilg_circuit.study.evaluate import Evaluation
 from ilg_circuit.study.plan import Plan, grid_plan, random_plan
 from ilg_circuit.study.spec import SweepSpec, Task, solve_task
 from ilg_circuit.study.store import Store
-from ilg_circuit.study.sweep import sweep
+from ilg_circuit.study.sweep import solve_sweep, sweep
 from ilg_circuit.study.workers import GivenPool, LokyPool, processes_possible, solve_on
 
 pytest.importorskip("h5netcdf", reason="netCDF files are an extra")
+from ilg_circuit.provenance import Provenance
 from ilg_circuit.study.dataset import read_sweep
 
 STEP = ScenarioTemplate(PAPER, "step:4V", 300.0)
@@ -57,7 +58,7 @@ def _equal(first: Path, second: Path) -> bool:
 def test_displacement_over_length_thickness_and_width_is_ec_37(tmp_path: Path, engine: str, beam: str) -> None:
     plan = grid_plan(["free_length=15mm:40mm:4", "thickness=0.2mm:1mm:4", "width=2mm,10mm"])
     template = replace(STEP, beam=beam, duration=600.0)
-    sweep(SweepSpec(template, plan, ("displacement_final",), engine, 1e-6), tmp_path / "s.nc", jobs=1)
+    solve_sweep(SweepSpec(template, plan, ("displacement_final",), engine, 1e-6), tmp_path / "s.nc", jobs=1)
     with read_sweep(tmp_path / "s.nc") as data:
         expected = 3 * 4 * PAPER.coupling.static * data.free_length**2 / data.thickness**2
         assert np.abs(data.displacement_final / expected - 1).max() < 1e-5
@@ -72,7 +73,7 @@ def test_force_over_thickness_width_and_length_is_ec_39(tmp_path: Path, engine: 
     plan = grid_plan(["thickness=0.2mm:1mm:3", "width=2mm:10mm:3", "free_length=15mm:40mm:3"])
     clamped = replace(STEP, tip="clamped", duration=600.0)
     spec = SweepSpec(clamped, plan, ("force_final", "force_blocked"), engine, 1e-6)
-    sweep(spec, tmp_path / "s.nc", jobs=1)
+    solve_sweep(spec, tmp_path / "s.nc", jobs=1)
     with read_sweep(tmp_path / "s.nc") as data:
         expected = formulas.steady_force(
             4.0, PAPER.coupling.static, 7600.0, data.width, data.thickness, data.free_length
@@ -85,10 +86,16 @@ def test_what_the_file_says(tmp_path: Path, small_tasks: None) -> None:
     plan = grid_plan(["orientation=weightless,horizontal", "thickness=0.4mm:0.6mm:3", "voltage=1V,4V"])
     spec = SweepSpec(STATIC, plan, ("displacement_final", "energy"), "exact", waveforms=("current",), samples=31)
     told: list[tuple[int, int]] = []
-    done = sweep(spec, tmp_path / "s.nc", jobs=1, progress=lambda *x: told.append(x), command="ilg-circuit sweep ...")
+    done = solve_sweep(
+        spec,
+        tmp_path / "s.nc",
+        jobs=1,
+        progress=lambda *x: told.append(x),
+        provenance=Provenance(call="ilg-circuit sweep ..."),
+    )
     assert told[0] == (0, 12)
     assert told[-1] == (12, 12)
-    assert (done.summary.count, done.summary.failed, done.resumed) == (12, 0, 0)
+    assert (done.totals.count, done.totals.failed, done.resumed) == (12, 0, 0)
     assert list(tmp_path.iterdir()) == [tmp_path / "s.nc"]
     with read_sweep(tmp_path / "s.nc") as data:
         assert dict(data.sizes) == {"orientation": 2, "thickness": 3, "voltage": 2, "time": 31}
@@ -101,7 +108,7 @@ def test_what_the_file_says(tmp_path: Path, small_tasks: None) -> None:
         assert data.attrs["duration_s"] == 300.0
         assert 'name = "paper"' in data.attrs["actuator"]
         assert "exact" in data.attrs["engine"]
-    low, number = done.summary.lowest["displacement_final"]
+    low, number = done.totals.lowest["displacement_final"]
     assert plan.designs(number, number + 1)["voltage"] == [1.0]
     assert low == pytest.approx(formulas.steady_displacement(1.0, PAPER.coupling.static, 30e-3, 0.6e-3), rel=1e-6)
 
@@ -110,8 +117,8 @@ def test_designs_that_cannot_be_are_rows_with_reasons(tmp_path: Path) -> None:
     plan = Plan(
         {"thickness": np.array([0.5e-3, np.nan, 0.4e-3]), "length": np.array([35e-3, 35e-3, 10e-3])}, False, "x"
     )
-    done = sweep(SweepSpec(STATIC, plan, ("displacement_final",), "exact"), tmp_path / "s.nc", jobs=1)
-    assert done.summary.failed == 2
+    done = solve_sweep(SweepSpec(STATIC, plan, ("displacement_final",), "exact"), tmp_path / "s.nc", jobs=1)
+    assert done.totals.failed == 2
     with read_sweep(tmp_path / "s.nc") as data:
         assert data.sizes == {"design": 3}
         assert set(data.coords) == {"thickness", "length"}
@@ -122,7 +129,7 @@ def test_designs_that_cannot_be_are_rows_with_reasons(tmp_path: Path) -> None:
 def test_a_sweep_without_any_success_is_an_error(tmp_path: Path) -> None:
     plan = Plan({"thickness": np.array([-1.0, np.nan])}, False, "x")
     with pytest.raises(SolveError, match=r"all 2 designs failed, design 0 because: .*thickness is -1"):
-        sweep(SweepSpec(STATIC, plan, ("displacement_final",), "exact"), tmp_path / "s.nc", jobs=1)
+        solve_sweep(SweepSpec(STATIC, plan, ("displacement_final",), "exact"), tmp_path / "s.nc", jobs=1)
     assert not list(tmp_path.iterdir())
 
 
@@ -134,14 +141,14 @@ def test_an_interrupted_sweep_goes_on_and_another_question_does_not(
     tmp_path: Path, small_tasks: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     spec, path = _spec(), tmp_path / "s.nc"
-    sweep(spec, tmp_path / "whole.nc", jobs=1)
+    solve_sweep(spec, tmp_path / "whole.nc", jobs=1)
 
     def interrupt(done: int, total: int) -> None:
         if done >= 12:
             raise _Interrupted
 
     with pytest.raises(_Interrupted):
-        sweep(spec, path, jobs=1, progress=interrupt)
+        solve_sweep(spec, path, jobs=1, progress=interrupt)
     kept = Store(path, spec)
     assert kept.finished() == {0, 1}
     assert not path.exists()
@@ -152,13 +159,13 @@ def test_an_interrupted_sweep_goes_on_and_another_question_does_not(
         return solve_task(task, progress)
 
     monkeypatch.setattr("ilg_circuit.study.sweep.solve_task", counting)
-    other = sweep(_spec(count=21), path, jobs=1)
+    other = solve_sweep(_spec(count=21), path, jobs=1)
     assert other.resumed == 0
     assert other.leftover == tmp_path / "s.nc.part"
     assert len(solved) == 6
     assert kept.finished() == {0, 1}
     solved.clear()
-    done = sweep(spec, path, jobs=1)
+    done = solve_sweep(spec, path, jobs=1)
     assert (done.resumed, done.leftover) == (8, None)
     assert len(solved) == 4
     assert _equal(path, tmp_path / "whole.nc")
@@ -188,10 +195,10 @@ def test_every_part_of_a_question_is_in_its_key(change: dict[str, Any]) -> None:
 def test_a_file_may_be_larger_than_the_memory_that_makes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(questions, "_MOST_BYTES", 1e6)
     spec = _spec(count=128, waveforms=("displacement",), samples=30_001)
-    sweep(_spec(count=1), tmp_path / "first.nc", jobs=1)  # what is imported on the way is not of the sweep
+    solve_sweep(_spec(count=1), tmp_path / "first.nc", jobs=1)  # what is imported on the way is not of the sweep
     tracemalloc.start()
     try:
-        sweep(spec, tmp_path / "s.nc", jobs=1)
+        solve_sweep(spec, tmp_path / "s.nc", jobs=1)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
@@ -209,7 +216,7 @@ def test_a_measured_drive_is_read_once(tmp_path: Path) -> None:
     path.write_text("time_s,voltage_V\n0,0\n10,3\n300,4\n")
     assert SweepSpec(template, plan, ("displacement_final",), "exact").key != spec.key
     path.unlink()
-    sweep(spec, tmp_path / "s.nc", jobs=1)
+    solve_sweep(spec, tmp_path / "s.nc", jobs=1)
     with read_sweep(tmp_path / "s.nc") as data:
         assert data.attrs["drive"] == "file drive.csv"
         steady = formulas.steady_displacement(4.0, PAPER.coupling.static, 30e-3, 0.5e-3)
@@ -221,8 +228,8 @@ def test_a_damaged_part_is_named_and_removed(tmp_path: Path, small_tasks: None) 
     store = Store(path, spec)
     (store.folder / "000001.npz").write_bytes(b"not a result")
     with pytest.raises(InputError, match=r"000001\.npz' was damaged"):
-        sweep(spec, path, jobs=1)
-    assert sweep(spec, path, jobs=1).resumed == 18
+        solve_sweep(spec, path, jobs=1)
+    assert solve_sweep(spec, path, jobs=1).resumed == 18
 
 
 def test_killed_and_started_again(tmp_path: Path, run: Run) -> None:
@@ -296,18 +303,30 @@ def test_workers_that_die_cost_time_and_at_most_the_design_that_kills_them(
     assert all("killed the worker process" in reason for reason in reasons.values())
 
 
+def test_without_a_file_the_sweep_is_in_memory(tmp_path: Path) -> None:
+    kept = sweep("paper", "step:4V", "300s", vary=["thickness=0.4mm,0.8mm"], engine="exact", out=tmp_path / "s.nc")
+    done = sweep(PAPER, "step:4V", 300.0, vary=["thickness=0.4mm,0.8mm"], engine="exact")
+    assert done.path is None
+    assert done.to_xarray().displacement_final.dims == ("thickness",)
+    with kept.to_xarray() as data:
+        assert data.equals(done.to_xarray())
+    assert done.to_dict()["highest"]["displacement_final"]["design"] == 0
+    assert done.summary().startswith("grid of thickness=0.4mm,0.8mm: 2 of 2 designs solved\n")
+    assert "relative_deflection" in done.warnings[0]
+
+
 def test_any_executor_will_do(tmp_path: Path, small_tasks: None) -> None:
     spec = _spec()
-    sweep(spec, tmp_path / "serial.nc", jobs=1)
+    solve_sweep(spec, tmp_path / "serial.nc", jobs=1)
     with ThreadPoolExecutor(2) as executor:
-        sweep(spec, tmp_path / "threads.nc", executor=executor)
+        solve_sweep(spec, tmp_path / "threads.nc", executor=executor)
     assert _equal(tmp_path / "serial.nc", tmp_path / "threads.nc")
     with pytest.raises(SolveError, match="lost a worker"):
-        sweep(spec, tmp_path / "dead.nc", executor=_Dying(-1.0))
+        solve_sweep(spec, tmp_path / "dead.nc", executor=_Dying(-1.0))
     with pytest.raises(InputError, match="give one of"):
-        sweep(spec, tmp_path / "x.nc", jobs=2, cluster="local:2")
+        solve_sweep(spec, tmp_path / "x.nc", jobs=2, cluster="local:2")
     with pytest.raises(InputError, match="give 1 to"):
-        sweep(spec, tmp_path / "x.nc", jobs=0)
+        solve_sweep(spec, tmp_path / "x.nc", jobs=0)
 
 
 with_processes = pytest.mark.skipif(
@@ -319,7 +338,7 @@ with_processes = pytest.mark.skipif(
 def test_processes_of_which_one_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(questions, "_DESIGNS", 20)
     spec = _spec(count=200)
-    sweep(spec, tmp_path / "serial.nc", jobs=1)
+    solve_sweep(spec, tmp_path / "serial.nc", jobs=1)
     pools: list[LokyPool] = []
     killed: list[int] = []
 
@@ -334,9 +353,9 @@ def test_processes_of_which_one_is_killed(tmp_path: Path, monkeypatch: pytest.Mo
             os.kill(killed[0], signal.SIGKILL)
 
     monkeypatch.setattr(sweeps, "LokyPool", Watched)
-    done = sweep(spec, tmp_path / "two.nc", jobs=2, progress=kill_one)
+    done = solve_sweep(spec, tmp_path / "two.nc", jobs=2, progress=kill_one)
     assert len(killed) == 1
-    assert done.summary.failed == 0
+    assert done.totals.failed == 0
     assert _equal(tmp_path / "serial.nc", tmp_path / "two.nc")
 
 
@@ -348,11 +367,11 @@ def test_a_machine_without_shared_locks(tmp_path: Path, monkeypatch: pytest.Monk
             raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(workers.multiprocessing, "get_context", lambda _: Closed())
-    done = sweep(_spec(), tmp_path / "s.nc")
-    assert done.summary.failed == 0
+    done = solve_sweep(_spec(), tmp_path / "s.nc")
+    assert done.totals.failed == 0
     for how in ({"jobs": 2}, {"cluster": "local:2"}):
         with pytest.raises(SolveError, match=r"share no locks.*--jobs 1"):
-            sweep(_spec(), tmp_path / "t.nc", **how)
+            solve_sweep(_spec(), tmp_path / "t.nc", **how)
 
 
 @with_processes
@@ -362,7 +381,7 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path, monkeypatch: pytest.Monke
     distributed = pytest.importorskip("distributed", reason="dask.distributed is an extra")
     monkeypatch.setattr(questions, "_DESIGNS", 20)
     spec = _spec(count=200, engine="ngspice")
-    sweep(spec, tmp_path / "serial.nc", jobs=1)
+    solve_sweep(spec, tmp_path / "serial.nc", jobs=1)
     with (
         distributed.LocalCluster(n_workers=3, threads_per_worker=1, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
@@ -374,9 +393,9 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path, monkeypatch: pytest.Monke
                 os.kill(victims[0], signal.SIGKILL)
                 victims.clear()
 
-        done = sweep(spec, tmp_path / "cluster.nc", cluster=cluster.scheduler_address, progress=kill_one)
+        done = solve_sweep(spec, tmp_path / "cluster.nc", cluster=cluster.scheduler_address, progress=kill_one)
     assert not victims
-    assert done.summary.failed == 0
+    assert done.totals.failed == 0
     assert _equal(tmp_path / "serial.nc", tmp_path / "cluster.nc")
 
 
@@ -384,5 +403,5 @@ def test_clusters_that_are_none(tmp_path: Path) -> None:
     pytest.importorskip("distributed", reason="dask.distributed is an extra")
     for address in ("local:", "local:0", "localhost", "udp://x:1"):
         with pytest.raises(InputError, match="local:4 for four workers"):
-            sweep(_spec(), tmp_path / "x.nc", cluster=address)
+            solve_sweep(_spec(), tmp_path / "x.nc", cluster=address)
     assert not list(tmp_path.iterdir())
