@@ -69,4 +69,43 @@ SENTENCES: dict[str, str] = {
     # -- study --
     "assumption-fails": "{text}",
     "designs-failed": "{failures} of the first {total} designs within the ranges could not be judged",
+    # -- cpg: causes of an outcome --
+    "cpg-rests": "comes to rest with active neurons: {active} (decay {decay:.3g} 1/s)",
+    "cpg-rests-on-edge": "comes to rest with active neurons: {active} (on the edge of its piece)",
+    "cpg-silent": "comes to rest with active neurons: {active} (silent)",
+    "cpg-died-out": "has no input, and what it started with has died out",
+    "cpg-cycle": "repeats itself; of a disturbance {multiplier:.3g} is left after a period",
+    "cpg-edge": "on the edge of stability: no mode grows or dies out there",
+    "cpg-stiff": "could be followed for {time:.3g} s only: the time constants lie too far apart",
+    "cpg-irregular": "neither at rest nor periodic within {time:.4g} s{rest}",
+    # -- cpg --
+    "cpg-unstable-cycle": "neurons {groups} start alike and receive alike, so they stay alike, but this cycle is "
+    "unstable (multiplier {multiplier:.3g}): start them unlike",
+    "cpg-unstable-rest": "neurons {groups} start alike and receive alike, so they stay alike, but this rest is "
+    "unstable (growing by {rate:.3g} 1/s): start them unlike",
+    "cpg-family": "the cycle is one of a family: a disturbance neither grows nor dies out",
+    "cpg-no-period": "the duration {duration:.4g} s is too short to show one period, {period:.4g} s; period and "
+    "amplitude are those of the cycle that is reached later",
+    "cpg-unsettled-cycle": "the duration {duration:.4g} s ends before the motion has settled; period and amplitude are "
+    "those of the cycle that is reached after about {settled:.3g} s",
+    "cpg-unsettled-rest": "the duration {duration:.4g} s ends before the motion has settled; it comes to rest later",
+    # -- arm --
+    "arm-still": "the network does not oscillate: the arm comes to rest",
+    "arm-circuit-lag": "the circuit keeps {kept:.2%} of the ideal amplitude at the rhythm's {period:.4g} s (below "
+    "{least:.0%}): the motion is the circuit's lag, not the rhythm's",
+    "arm-crosses-itself": "the arm crosses itself at segment {segment}; self-contact is not modelled",
+    "arm-touches-plane": "segment {segment} touches the plane",
+    "arm-method": "{method} method: {reason}",
+    "arm-step-error": "error of a step at most {tolerance:g} of {scale:.3g} m",
+    "arm-steps": "{steps} steps of {shortest:.3g} to {longest:.3g} s, {refused} refused",
+    "arm-recorded": "{text}",
+    # -- arm: reasons why not every position can be reached --
+    "reach-too-far": "the target is {away:@m3} from the base, the arm {length:@m3} long",
+    "reach-one-unit": "one unit drives all segments alike: its shapes are a family of one parameter, and but for "
+    "inertia the tip stays on one curve",
+    "reach-one-rhythm": "the units of a chain repeat one rhythm one after another: amplitude, period and lag are all "
+    "there is to choose",
+    "reach-bounded-strain": "the voltage is bounded, so the free strain is: {strain:.3g} turns the tip by "
+    "{turn:.3g} degrees at rest and moves it by {moved:@m3}",
+    "reach-circuit": "the strips' circuits keep {kept:.2%} of the ideal amplitude at this motion's {period:.4g} s",
 }

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import __version__
 from ..arrays import Array
 from ..errors import InputError, SolveError
+from ..provenance import Provenance
 from .network import Network, checked_start
 from .outcome import Rhythm
 
@@ -63,15 +63,26 @@ def netlist_text(network: Network, start: ArrayLike | None = None) -> str:
     return "\n".join(lines) + "\n"
 
 
-def deck(network: Network, duration: float, start: ArrayLike | None = None, samples: int = 2001) -> str:
-    """A deck that plain ``ngspice -b`` runs: the netlist, a transient over ``duration`` [s], a printed table."""
+def deck(
+    network: Network,
+    duration: float,
+    start: ArrayLike | None = None,
+    samples: int = 2001,
+    provenance: Provenance | None = None,
+) -> str:
+    """Return a deck for plain ``ngspice -b``: the netlist, a transient over ``duration`` [s], a printed table.
+
+    Raises InputError for a duration that is not positive.
+    """
     _require_duration(duration)
     title, _, body = netlist_text(network, start).partition("\n")
     step = duration / (samples - 1)
     longest = min(step, min(network.rise_time, network.adaptation_time) / 200)
     shown = " ".join(f"v(y{k + 1})" for k in range(network.size))
+    written, *more = (provenance or Provenance()).lines()
     header = [
-        f"* written by ilg_circuit {__version__}; 1 V stands for 1",
+        f"* {written}; 1 V stands for 1",
+        *(f"* {line}" for line in more),
         "* nodes: x (state), v (fatigue), y = max(0, x) of each neuron; out, the drive output",
         "* run with: ngspice -b FILE",
     ]

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import InputError
+from ..units import parse
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -190,6 +191,54 @@ def chain(
 ) -> Network:
     """Units in a row, tail first; see `chain_weights`. ``constants`` are those of `Network`."""
     return Network(chain_weights(units, inhibition, same, cross), units=chain_units(units), **constants)
+
+
+TOPOLOGIES = ("mutual", "ring", "one-way-ring", "chain")
+
+
+def wired(
+    *,
+    topology: str | None = None,
+    neurons: int | None = None,
+    weights: str | Path | ArrayLike | None = None,
+    inhibition: float | None = None,
+    same: float | None = None,
+    cross: float | None = None,
+    rise_time: str | float = RISE_TIME,
+    adaptation_time: str | float = ADAPTATION_TIME,
+    **constants: Any,
+) -> Network:
+    """Return a network by the name of its ``topology`` (default mutual), or of ``weights``: W, or a CSV file of it.
+
+    Times are texts such as ``0.12s``, or seconds; ``constants`` are those of `Network`. Raises InputError for arguments
+    that contradict one another.
+    """
+    constants |= {
+        "rise_time": parse(rise_time, "s", "--rise-time") if isinstance(rise_time, str) else rise_time,
+        "adaptation_time": parse(adaptation_time, "s", "--adaptation-time")
+        if isinstance(adaptation_time, str)
+        else adaptation_time,
+    }
+    couplings = {name: value for name, value in (("same", same), ("cross", cross)) if value is not None}
+    if topology != "chain" and couplings:
+        raise InputError(f"--{next(iter(couplings))} belongs to --topology chain")
+    if weights is not None:
+        if not (topology is None and neurons is None and inhibition is None):
+            given = {"neurons": neurons, "topology": topology, "inhibition": inhibition}
+            raise InputError(f"--weights says it all; leave out --{next(n for n, v in given.items() if v is not None)}")
+        matrix = read_weights(Path(weights)) if isinstance(weights, str | Path) else weights
+        return Network(matrix, **constants)
+    a = INHIBITION if inhibition is None else inhibition
+    if topology == "chain":
+        count = 30 if neurons is None else neurons
+        if count % 2:
+            raise InputError(f"a chain of {count} neurons: its units have two each, so give an even number")
+        return chain(count // 2, a, **couplings, **constants)
+    kinds = {"mutual": (mutual_weights, 2), "ring": (ring_weights, 3), "one-way-ring": (one_way_ring_weights, 3)}
+    if (topology or "mutual") not in kinds:
+        raise InputError(f"topology is '{topology}'; choose one of {', '.join(TOPOLOGIES)}")
+    build, usual = kinds[topology or "mutual"]
+    return Network(build(usual if neurons is None else neurons, a), **constants)
 
 
 # -- starts ------------------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""What becomes of a network: a cycle with its amplitudes and phases, or rest. Found by `ilg_circuit.cpg.rhythm`."""
+"""Outcomes of a network: a cycle with its amplitudes and phases, or rest. Found by `ilg_circuit.cpg.rhythm`."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, ComplexArray
+from ..findings import Finding, sentences
 from .flow import ORDER, Flow, Stretch, sign_changes
 from .network import Network
 from .rest import RestStates
@@ -64,24 +65,34 @@ class Cycle:
 
 @dataclass(frozen=True)
 class Rhythm:
-    """What becomes of ``network`` from ``start`` (2 n,).
+    """Long-term behaviour of ``network`` from ``start`` (2 n,).
 
     ``outcome`` is "cycle", "rest", "irregular" (bounded, neither at rest nor periodic as long as it was followed) or
-    "undecided" (the same, but there are states of rest or cycles without growth or decay). ``cycle`` and ``rest`` are
-    where it goes, None for the others; ``settled`` [s] is when it was found to be there. ``swing`` (units,) is half
-    the peak-to-peak of the units' outputs in the end.
+    "undecided" (the same, but there are states of rest or cycles without growth or decay); ``cause`` says why.
+    ``cycle`` or ``rest`` is the attractor, None for the other; ``settled`` [s] is when the motion was found to be
+    there. ``swing`` (units,) is half the final peak-to-peak of the units' outputs.
     """
 
     network: Network
     start: Array
     outcome: str
-    reason: str
+    cause: Finding
     rest_states: RestStates
     settled: float
     swing: Array
     cycle: Cycle | None = None
     rest: Array | None = None
-    warnings: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def reason(self) -> str:
+        """The cause as a sentence."""
+        return str(self.cause)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The findings as sentences."""
+        return sentences(self.findings)
 
     @property
     def oscillates(self) -> bool | None:

@@ -1,6 +1,7 @@
-"""What a network does in the end: a cycle, with period, amplitude and phases to rounding, or rest.
+"""Long-term behaviour of a network: a cycle, with period, amplitude and phases to rounding, or rest.
 
-Watching cannot tell: near the edge of a cycle's window a rest state is left, or gained, as slowly as one likes. So
+Simulation alone cannot decide: near the edge of a cycle's window a rest state is left, or reached, arbitrarily slowly.
+So
 
 - rest is proven: the motion is in the piece of a stable state of rest, and the sum of the sizes of its decaying modes
   keeps it there, so that the flow is linear for ever (for a piece whose eigenvectors are no basis: it is within an
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, ComplexArray, Mask
+from ..findings import Finding
 from .flow import ORDER, Flow, Stretch
 from .network import Network, checked_start
 from .outcome import MARGINAL, Cycle, Rhythm
@@ -59,7 +61,7 @@ def rhythm(network: Network, start: ArrayLike | None = None) -> Rhythm:
     if alike.trivial:
         return small
     full = _unfolded(small, network, state, alike)
-    return replace(full, warnings=(*full.warnings, *_told(full, alike)))
+    return replace(full, findings=(*full.findings, *_instability(full, alike)))
 
 
 def _unfolded(small: Rhythm, network: Network, start: Array, alike: Quotient) -> Rhythm:
@@ -69,34 +71,32 @@ def _unfolded(small: Rhythm, network: Network, start: Array, alike: Quotient) ->
         state = alike.unfolded(cycle.state)
         multiplier = _multiplier(network, _monodromy(Flow(network), state, cycle.period)[0])
         cycle = Cycle(network, state, cycle.period, multiplier)
-    rest, reason = None, small.reason
+    rest, cause = None, small.cause
     if small.rest is not None:
         rest = alike.unfolded(small.rest)
-        reason = _rest_reason(rest[: network.size], reason.partition("(")[2].rstrip(")") or "silent")
+        code = "cpg-silent" if cause.code == "cpg-died-out" else cause.code
+        cause = Finding(code, values={**cause.values, "active": _active(rest[: network.size])})
     return replace(
-        small, network=network, start=start, rest_states=rest_states(network), cycle=cycle, rest=rest, reason=reason
+        small, network=network, start=start, rest_states=rest_states(network), cycle=cycle, rest=rest, cause=cause
     )
 
 
-def _rest_reason(x: Array, kind: str) -> str:
-    active = ", ".join(str(k + 1) for k in np.flatnonzero(x > 0)) or "none"
-    return f"comes to rest with active neurons: {active} ({kind})"
+def _active(x: Array) -> list[int] | str:
+    """Return the numbers of the active neurons, counted from 1, or ``none``."""
+    return [int(k) + 1 for k in np.flatnonzero(x > 0)] or "none"
 
 
-def _told(full: Rhythm, alike: Quotient) -> tuple[str, ...]:
-    """A warning where the neurons stay alike only because nothing disturbs them."""
-    groups = [np.flatnonzero(alike.classes == c) + 1 for c in range(alike.network.size)]
-    names = ", ".join(" = ".join(str(k) for k in g) for g in groups if len(g) > 1)
-    unstable = ""
+def _instability(full: Rhythm, alike: Quotient) -> tuple[Finding, ...]:
+    """Return a finding where identical neurons stay identical only because nothing disturbs them."""
+    members = [np.flatnonzero(alike.classes == c) + 1 for c in range(alike.network.size)]
+    groups = [" = ".join(str(k) for k in g) for g in members if len(g) > 1]
     if full.cycle is not None and not full.cycle.stable:
-        unstable = f"this cycle is unstable (multiplier {full.cycle.multiplier:.3g})"
+        return (Finding("cpg-unstable-cycle", values={"groups": groups, "multiplier": full.cycle.multiplier}),)
     if full.rest is not None:
         rate = growth(full.network, full.rest[: full.network.size] > 0)
         if rate > 0:
-            unstable = f"this rest is unstable (growing by {rate:.3g} 1/s)"
-    if not unstable:
-        return ()
-    return (f"neurons {names} start alike and receive alike, so they stay alike, but {unstable}: start them unlike",)
+            return (Finding("cpg-unstable-rest", values={"groups": groups, "rate": rate}),)
+    return ()
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ class _Follower:
                     if piece and self._has_ended(piece, stretch.terms[0], stays):
                         return self._at_rest(piece.rest, stretch.begin)
                     if piece and self._hangs(piece, stretch, stays):
-                        return self._lost(stretch.begin, "on the edge of stability: no mode grows or dies out there")
+                        return self._lost(stretch.begin, Finding("cpg-edge"))
                     cycle = self._cycling(count)
                     if cycle is not None:
                         return self._in_cycle(cycle, stretch.begin)
@@ -211,8 +211,8 @@ class _Follower:
     def _silent(self, time: float) -> Rhythm:
         nothing = np.zeros(2 * self.network.size)
         still = np.zeros(len(self.network.units))
-        reason = "has no input, and what it started with has died out"
-        return Rhythm(self.network, self.start, "rest", reason, self.rests, time, still, rest=nothing)
+        cause = Finding("cpg-died-out")
+        return Rhythm(self.network, self.start, "rest", cause, self.rests, time, still, rest=nothing)
 
     def _piece(self, active: Mask) -> _Piece | None:
         """The piece with just these neurons active, None if it has no rest of its own."""
@@ -236,9 +236,10 @@ class _Follower:
         return _Piece(rest, rates.astype(complex), vectors.astype(complex), inverse, form, radius)
 
     def _at_rest(self, rest: RestState, time: float) -> Rhythm:
-        reason = _rest_reason(rest.x, f"decay {-rest.growth:.3g} 1/s" if rest.stable else "on the edge of its piece")
+        values = {"active": _active(rest.x), "decay": -rest.growth}
+        cause = Finding("cpg-rests" if rest.stable else "cpg-rests-on-edge", values=values)
         still = np.zeros(len(self.network.units))
-        return Rhythm(self.network, self.start, "rest", reason, self.rests, time, still, rest=rest.state)
+        return Rhythm(self.network, self.start, "rest", cause, self.rests, time, still, rest=rest.state)
 
     # -- cycles --------------------------------------------------------------------------------------------------------
 
@@ -300,18 +301,15 @@ class _Follower:
         return cycle
 
     def _in_cycle(self, cycle: Cycle, time: float) -> Rhythm:
-        reason = f"repeats itself; of a disturbance {cycle.multiplier:.3g} is left after a period"
-        warnings: tuple[str, ...] = ()
-        if abs(cycle.multiplier - 1) <= MARGINAL:
-            warnings = ("the cycle is one of a family: a disturbance neither grows nor dies out",)
-        return Rhythm(
-            self.network, self.start, "cycle", reason, self.rests, time, cycle.amplitudes(), cycle, warnings=warnings
-        )
+        cause = Finding("cpg-cycle", values={"multiplier": cycle.multiplier})
+        findings = (Finding("cpg-family"),) if abs(cycle.multiplier - 1) <= MARGINAL else ()
+        swing = cycle.amplitudes()
+        return Rhythm(self.network, self.start, "cycle", cause, self.rests, time, swing, cycle, findings=findings)
 
     # -- neither -------------------------------------------------------------------------------------------------------
 
-    def _lost(self, time: float, why: str = "") -> Rhythm:
-        """Neither rest nor a cycle for as long as it was followed, or ``why`` it cannot be told."""
+    def _lost(self, time: float, cause: Finding | None = None) -> Rhythm:
+        """Return the rhythm of a motion that reached neither rest nor a cycle; ``cause``: why that is undecidable."""
         low = np.full(len(self.network.units), np.inf)
         high = -low
         for stretch in self.recent:
@@ -319,15 +317,15 @@ class _Follower:
             values = stretch.outputs(self.network.readout) @ np.vander(grid, ORDER + 1, increasing=True).T
             low, high = np.minimum(low, values.min(axis=1)), np.maximum(high, values.max(axis=1))
         constants = time / (self.network.rise_time + self.network.adaptation_time)
-        if not why and constants < _TIME_CONSTANTS / 3:
-            why = f"could be followed for {time:.3g} s only: the time constants lie too far apart"
+        if cause is None and constants < _TIME_CONSTANTS / 3:
+            cause = Finding("cpg-stiff", values={"time": time})
         doubtful = any(s.marginal or s.edge or s.stable for s in self.rests.states)
-        outcome = "undecided" if doubtful or why else "irregular"
-        reason = why or f"neither at rest nor periodic within {time:.4g} s"
-        if outcome == "irregular":
-            reason += "; no stable state of rest" + ("" if self.rests.complete else " was found")
-        swing = np.asarray((high - low) / 2)
-        return Rhythm(self.network, self.start, outcome, reason, self.rests, time, swing)
+        outcome = "undecided" if doubtful or cause else "irregular"
+        if cause is None:
+            rest = "" if doubtful else "; no stable state of rest" + ("" if self.rests.complete else " was found")
+            cause = Finding("cpg-irregular", values={"time": time, "rest": rest})
+        swing = (high - low) / 2
+        return Rhythm(self.network, self.start, outcome, cause, self.rests, time, swing)
 
 
 def _monodromy(flow: Flow, state: Array, duration: float) -> tuple[Array, Array, int]:

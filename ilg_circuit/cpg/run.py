@@ -1,4 +1,4 @@
-"""A network's run as a table, a CSV file, JSON and pictures."""
+"""Runs of a network at given times."""
 
 from __future__ import annotations
 
@@ -6,17 +6,20 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array
+from ..arrays import Array, plain
 from ..errors import InputError
-from ..files import write_text
+from ..files import write_csv
+from ..findings import Finding, sentences
+from ..result import Result
 from ..simulation.response import sample_times
+from ..units import parse
 from .flow import Flow, sampled
-from .network import Network, checked_start
+from .network import Network, checked_start, wired
 from .outcome import Rhythm
 from .rhythm import rhythm
 from .symmetry import quotient
@@ -27,14 +30,15 @@ _SAMPLES_PER_CONSTANT = 100
 _MOST_DEFAULT_SAMPLES = 100_000
 
 
-@dataclass(frozen=True)
-class Run:
+@dataclass(frozen=True, eq=False)
+class RhythmRun(Result):
     """A network from ``start`` at ``time`` [s] (t,): ``states`` (t, 2 n) = (x, v), NaN for v from ngspice.
 
-    ``rhythm`` is what it does in the end. ``period`` [s] and ``amplitude`` are its, or those that ngspice's waves
-    show; ``error`` is ngspice's estimated relative error of both, ``wave_error`` that of x over time (0 for ode).
-    ``warnings`` are for the user.
+    ``rhythm`` is its long-term behaviour. ``period`` [s] and ``amplitude`` are its, or those read off ngspice's
+    waveforms; ``error`` is ngspice's estimated relative error of both, ``wave_error`` that of x over time (0 for ode).
     """
+
+    presenter: ClassVar[str] = "cpg"
 
     network: Network
     engine: str
@@ -45,7 +49,6 @@ class Run:
     amplitude: float
     error: float
     wave_error: float
-    warnings: tuple[str, ...]
 
     @property
     def outputs(self) -> Array:
@@ -55,22 +58,71 @@ class Run:
     @property
     def unit_outputs(self) -> Array:
         """y_extensor - y_flexor of every unit (t, units)."""
-        return np.asarray(self.outputs @ self.network.readout.T)
+        return self.outputs @ self.network.readout.T
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Findings about the rhythm, and about a duration too short to show it."""
+        return (*self.rhythm.findings, *_about_duration(self.rhythm, float(self.time[-1])))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The findings as sentences."""
+        return sentences(self.findings)
 
     def write_csv(self, path: str | Path) -> None:
         """Write time_s, neuron_1.., output (y_1 - y_2), and for a chain unit_1..; with full precision."""
-        names = ["time_s", *(f"neuron_{k + 1}" for k in range(self.network.size)), "output"]
-        columns = [self.time, *self.outputs.T, self.unit_outputs[:, 0]]
+        columns = {"time_s": self.time} | {f"neuron_{k + 1}": y for k, y in enumerate(self.outputs.T)}
+        columns["output"] = self.unit_outputs[:, 0]
         if len(self.network.units) > 1:
-            names += [f"unit_{k + 1}" for k in range(len(self.network.units))]
-            columns += list(self.unit_outputs.T)
-        rows = [",".join(names), *(",".join(map(repr, row)) for row in np.column_stack(columns).tolist())]
-        write_text(Path(path), "\n".join(rows) + "\n")
+            columns |= {f"unit_{k + 1}": y for k, y in enumerate(self.unit_outputs.T)}
+        write_csv(path, columns)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return outcome, period, amplitude, lags, states of rest and the network as JSON-ready values."""
+        end, network = self.rhythm, self.network
+        content: dict[str, Any] = {
+            "oscillates": end.oscillates,
+            "period_s": self.period,
+            "amplitude": self.amplitude,
+            "frequency_Hz": 1 / self.period if self.period else None,
+            "outcome": end.outcome,
+            "reason": end.reason,
+            "phase_lags_deg": plain(end.phase_lags),
+            "engine": self.engine,
+            "estimated_error": self.error,
+            "estimated_wave_error": self.wave_error,
+            "floquet_multiplier": end.cycle.multiplier if end.cycle else None,
+            "settled_s": end.settled,
+            "rest_outputs": plain(np.maximum(end.rest[: network.size], 0)) if end.rest is not None else None,
+            "rest_states": [
+                {"active": list(s.active), "stable": s.stable, "growth_per_s": s.growth} for s in end.rest_states.states
+            ],
+            "rest_states_complete": end.rest_states.complete,
+            "rest_states_found_by": end.rest_states.how,
+            "warnings": list(self.warnings),
+            "network": {
+                "neurons": network.size,
+                "weights": network.matrix.tolist(),
+                "adaptation": network.adaptation,
+                "tonic": network.tonic,
+                "rise_time_s": network.rise_time,
+                "adaptation_time_s": network.adaptation_time,
+                "start": end.start.tolist(),
+            },
+        }
+        if len(network.units) > 1:
+            content["unit_lags_deg"] = plain(end.unit_lags)
+            content["unit_amplitudes"] = plain(end.swing)
+        return content
 
 
 def default_times(network: Network, duration: float) -> Array:
-    """Times from 0 to ``duration`` [s], a round step apart, a hundred or more in the shorter time constant, but no more
-    than a hundred thousand."""
+    """Return times from 0 to ``duration`` [s], a round step apart.
+
+    At least a hundred in the shorter time constant, but no more than a hundred thousand. Raises InputError for a
+    duration that is not positive.
+    """
     if not (np.isfinite(duration) and duration > 0):
         raise InputError(f"duration {duration:g} s must be more than zero")
     shorter = min(network.rise_time, network.adaptation_time, duration)
@@ -88,11 +140,12 @@ def run(
     start: ArrayLike | None = None,
     *,
     engine: str = "ode",
-    progress: Callable[[float], None] | None = None,
-) -> Run:
-    """Run ``network`` at ``times`` [s], ascending from >= 0, and tell what it does in the end.
+    progress: Callable[[float, float], None] | None = None,
+) -> RhythmRun:
+    """Return a run of ``network`` at ``times`` [s], ascending from >= 0, with its long-term behaviour.
 
-    ``engine`` "ode" is the exact flow, "ngspice" the netlist. ``progress(time)`` is called as the former goes on.
+    ``engine`` "ode" is the exact flow, "ngspice" the netlist. The former calls ``progress(time, end)``. Raises InputError
+    for times or an engine that are not allowed, SolveError where ngspice fails.
     """
     samples = np.asarray(times, dtype=float)
     if samples.ndim != 1 or not len(samples) or not np.isfinite(samples).all() or samples[0] < 0:
@@ -107,102 +160,51 @@ def run(
     end = rhythm(network, state)
     period, amplitude, error, wave_error = end.period, end.amplitude, 0.0, 0.0
     if engine == "ode":
-        alike = quotient(network, state)
-        states = alike.unfolded(sampled(Flow(alike.network), alike.folded(state), samples, progress))
+        classes = quotient(network, state)
+        duration = float(samples[-1])
+        tell = None if progress is None else lambda time: progress(min(time, duration), duration)
+        states = classes.unfolded(sampled(Flow(classes.network), classes.folded(state), samples, tell))
+        if progress:
+            progress(duration, duration)
     else:
         from .netlist import measured, sampled_by_ngspice
 
         inner, wave_error = sampled_by_ngspice(network, samples, state)
         states = np.hstack([inner, np.full_like(inner, np.nan)])
         if end.cycle is not None:
-            found = measured(end)
-            period, amplitude, error = found.period, found.amplitude, found.error
-    warnings = (*end.warnings, *_about_duration(end, float(samples[-1])))
-    return Run(network, engine, samples, states, end, period, amplitude, error, wave_error, warnings)
+            measurement = measured(end)
+            period, amplitude, error = measurement.period, measurement.amplitude, measurement.error
+    return RhythmRun(network, engine, samples, states, end, period, amplitude, error, wave_error)
 
 
-def _about_duration(end: Rhythm, duration: float) -> tuple[str, ...]:
+def _about_duration(end: Rhythm, duration: float) -> tuple[Finding, ...]:
     if end.period is not None and duration < end.period:
-        return (
-            f"the duration {duration:.4g} s is too short to show one period, {end.period:.4g} s; period and amplitude "
-            "are those of the cycle that is reached later",
-        )
+        return (Finding("cpg-no-period", values={"duration": duration, "period": end.period}),)
     if end.period is not None and duration < end.settled + end.period:
-        return (
-            f"the duration {duration:.4g} s ends before the motion has settled; period and amplitude are those of the "
-            f"cycle that is reached after about {end.settled:.3g} s",
-        )
+        return (Finding("cpg-unsettled-cycle", values={"duration": duration, "settled": end.settled}),)
     if end.outcome == "rest" and duration < end.settled:
-        return (f"the duration {duration:.4g} s ends before the motion has settled; it comes to rest later",)
+        return (Finding("cpg-unsettled-rest", values={"duration": duration}),)
     return ()
 
 
-def describe(result: Run) -> dict[str, Any]:
-    """What ``--json`` prints; None for what there is not."""
-    end, network = result.rhythm, result.network
-    described: dict[str, Any] = {
-        "oscillates": end.oscillates,
-        "period_s": result.period,
-        "amplitude": result.amplitude,
-        "frequency_Hz": 1 / result.period if result.period else None,
-        "outcome": end.outcome,
-        "reason": end.reason,
-        "phase_lags_deg": _plain(end.phase_lags),
-        "engine": result.engine,
-        "estimated_error": result.error,
-        "estimated_wave_error": result.wave_error,
-        "floquet_multiplier": end.cycle.multiplier if end.cycle else None,
-        "settled_s": end.settled,
-        "rest_outputs": _plain(np.maximum(end.rest[: network.size], 0)) if end.rest is not None else None,
-        "rest_states": [
-            {"active": list(s.active), "stable": s.stable, "growth_per_s": s.growth} for s in end.rest_states.states
-        ],
-        "rest_states_complete": end.rest_states.complete,
-        "rest_states_found_by": end.rest_states.how,
-        "warnings": list(result.warnings),
-        "network": {
-            "neurons": network.size,
-            "weights": network.matrix.tolist(),
-            "adaptation": network.adaptation,
-            "tonic": network.tonic,
-            "rise_time_s": network.rise_time,
-            "adaptation_time_s": network.adaptation_time,
-            "start": end.start.tolist(),
-        },
-    }
-    if len(network.units) > 1:
-        described["unit_lags_deg"] = _plain(end.unit_lags)
-        described["unit_amplitudes"] = _plain(end.swing)
-    return described
+def cpg(
+    duration: str | float,
+    *,
+    start: ArrayLike | None = None,
+    samples: int | None = None,
+    step: str | float | None = None,
+    engine: str = "ode",
+    progress: Callable[[float, float], None] | None = None,
+    **wiring: Any,
+) -> RhythmRun:
+    """Run a network over ``duration`` (a text such as ``10s``, or seconds); ``wiring`` as in `network.wired`.
 
-
-def _plain(values: Array) -> list[float | None]:
-    return [None if math.isnan(v) else v for v in values.tolist()]
-
-
-def tabulate(result: Run) -> str:
-    """The same for people."""
-    end, network = result.rhythm, result.network
-    says = {True: "yes", False: "no", None: "not decided"}[end.oscillates]
-    lines = [f"{network.size} neurons, {result.time[-1]:g} s, engine {result.engine}"]
-    lines.append(f"oscillates    {says}: {end.reason}")
-    if result.period is not None:
-        lines.append(f"period        {result.period:.7g} s ({1 / result.period:.5g} Hz)")
-    lines.append(f"amplitude     {result.amplitude:.7g} (half the peak-to-peak of y_1 - y_2)")
-    if end.cycle is not None and len(network.units) == 1:
-        lags = ", ".join("silent" if math.isnan(v) else f"{v:.2f}" for v in end.phase_lags.tolist())
-        lines.append(f"phase lags    {lags} degrees behind the first neuron")
-    elif end.cycle is not None:
-        lags = ", ".join(f"{v:.2f}" for v in end.unit_lags[1:].tolist())
-        lines.append(f"unit lags     {lags} degrees behind the unit before")
-    if end.rest is not None:
-        outputs = ", ".join(f"{v:.5g}" for v in np.maximum(end.rest[: network.size], 0).tolist())
-        lines.append(f"rests at      y = {outputs}")
-    if result.engine == "ngspice":
-        lines.append(f"solved by ngspice, estimated error {result.wave_error:.1e} of the waves")
-        if result.period is not None:
-            lines[-1] += f", {result.error:.1e} of period and amplitude"
-    states = end.rest_states
-    kinds = f"{len(states.states)}, {len(states.stable)} of them stable"
-    lines.append(f"states of rest {kinds} ({states.how})")
-    return "\n".join(lines)
+    ``samples``, or a ``step`` between them; by default as in `default_times`. Other arguments as in `run`. Raises
+    InputError for values out of range.
+    """
+    network = wired(**wiring)
+    seconds = parse(duration, "s", "--duration") if isinstance(duration, str) else duration
+    apart = parse(step, "s", "--step") if isinstance(step, str) else step
+    chosen = samples is not None or apart is not None
+    times = sample_times(seconds, samples=samples, step=apart) if chosen else default_times(network, seconds)
+    return run(network, times, start, engine=engine, progress=progress)

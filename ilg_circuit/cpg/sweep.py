@@ -1,21 +1,24 @@
-"""How period and amplitude go with a parameter: CPG §6.4.1 (e), §6.4.2 (Tr) and §6.4.3 (a)."""
+"""Period and amplitude over a parameter: CPG §6.4.1 (e), §6.4.2 (Tr) and §6.4.3 (a)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array, Mask
+from ..arrays import Array, Mask, plain
 from ..errors import InputError
-from ..files import write_text
-from .network import Network
+from ..files import write_csv
+from ..result import Result
+from ..units import parse
+from .network import Network, wired
 from .rhythm import rhythm
 
-#: name of a parameter -> (column of a CSV file, SI unit)
+#: Parameter -> column of a CSV file, SI unit.
 PARAMETERS = {
     "inhibition": ("inhibition", ""),
     "adaptation": ("adaptation", ""),
@@ -26,12 +29,14 @@ PARAMETERS = {
 MOST_VALUES = 10_000
 
 
-@dataclass(frozen=True)
-class Sweep:
+@dataclass(frozen=True, eq=False)
+class RhythmSweep(Result):
     """Rhythms over ``values`` (n,) [SI] of ``parameter``.
 
     ``outcomes`` (n,) as in `Rhythm`; ``period`` (n,) [s], NaN without a cycle; ``amplitude`` (n,), NaN where undecided.
     """
+
+    presenter: ClassVar[str] = "cpg_sweep"
 
     parameter: str
     values: Array
@@ -41,17 +46,24 @@ class Sweep:
 
     @property
     def oscillates(self) -> Mask:
-        """(n,); False where it could not be decided."""
+        """(n,); False where undecided."""
         return np.array([o in ("cycle", "irregular") for o in self.outcomes])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return parameter, unit and a row a value; None where there is no period, or where undecided."""
+        columns = zip(self.values.tolist(), self.outcomes, plain(self.period), plain(self.amplitude), strict=True)
+        keys = (self.parameter, "outcome", "period_s", "amplitude")
+        rows = [dict(zip(keys, row, strict=True)) for row in columns]
+        return {"parameter": self.parameter, "unit": PARAMETERS[self.parameter][1], "rows": rows}
 
     def write_csv(self, path: str | Path) -> None:
         """Write parameter, oscillates (1 or 0), period_s and amplitude; blank where there is none, or undecided."""
-        rows = [f"{PARAMETERS[self.parameter][0]},oscillates,period_s,amplitude"]
-        table = zip(self.values.tolist(), self.outcomes, self.period.tolist(), self.amplitude.tolist(), strict=True)
-        for value, outcome, period, amplitude in table:
-            flag = "" if outcome == "undecided" else str(int(outcome in ("cycle", "irregular")))
-            rows.append(",".join([repr(value), flag, *("" if np.isnan(v) else repr(v) for v in (period, amplitude))]))
-        write_text(Path(path), "\n".join(rows) + "\n")
+        flags = [
+            None if outcome == "undecided" else int(moving)
+            for outcome, moving in zip(self.outcomes, self.oscillates, strict=True)
+        ]
+        columns: dict[str, Any] = {"oscillates": flags, "period_s": self.period, "amplitude": self.amplitude}
+        write_csv(path, {PARAMETERS[self.parameter][0]: self.values} | columns)
 
 
 def sweep(
@@ -60,21 +72,54 @@ def sweep(
     values: ArrayLike,
     start: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Sweep:
-    """The rhythm of ``build(value)`` for each of ``values``, always from the same ``start`` (by default the paper's).
+) -> RhythmSweep:
+    """Return the rhythm of ``build(value)`` for each of ``values``, always from the same ``start`` (default: paper's).
 
-    ``progress(done, total)`` is called after each.
+    ``progress(done, total)`` is called after each. Raises InputError for an unknown parameter, or too many values.
     """
     if parameter not in PARAMETERS:
         raise InputError(f"cannot sweep '{parameter}'; choose one of {', '.join(PARAMETERS)}")
     numbers = np.atleast_1d(np.asarray(values, dtype=float))
     if not 1 <= numbers.size <= MOST_VALUES or numbers.ndim != 1:
         raise InputError(f"a sweep takes 1 to {MOST_VALUES} values, not {numbers.size}")
-    found = []
+    rhythms = []
     for k, value in enumerate(numbers.tolist()):
-        found.append(rhythm(build(value), start))
+        rhythms.append(rhythm(build(value), start))
         if progress:
             progress(k + 1, len(numbers))
-    period = np.array([np.nan if r.period is None else r.period for r in found])
-    amplitude = np.array([np.nan if r.oscillates is None else r.amplitude for r in found])
-    return Sweep(parameter, numbers, tuple(r.outcome for r in found), period, amplitude)
+    period = np.array([np.nan if r.period is None else r.period for r in rhythms])
+    amplitude = np.array([np.nan if r.oscillates is None else r.amplitude for r in rhythms])
+    return RhythmSweep(parameter, numbers, tuple(r.outcome for r in rhythms), period, amplitude)
+
+
+def cpg_sweep(
+    text: str,
+    *,
+    start: ArrayLike | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **wiring: Any,
+) -> RhythmSweep:
+    """Return `sweep` for a text such as ``inhibition=1:5:41``: 41 values from 1 to 5; ``wiring`` as in `wired`.
+
+    Raises InputError for a text that is not understood.
+    """
+    name, values = _parsed(text)
+    key = name.replace("-", "_")
+    if name == "inhibition" and wiring.get("weights") is not None:
+        raise InputError("inhibition belongs to a topology; with --weights sweep adaptation, tonic or a time")
+    return sweep(lambda value: wired(**{**wiring, key: value}), name, values, start, progress)
+
+
+def _parsed(text: str) -> tuple[str, Array]:
+    """Return parameter and values [SI] of ``name=from:to:count``."""
+    name, _, rest = text.partition("=")
+    parts = rest.split(":")
+    name = name.strip()
+    if name not in PARAMETERS:
+        raise InputError(f"cannot sweep '{name}'; choose one of {', '.join(PARAMETERS)}, as in inhibition=1:5:41")
+    if len(parts) != 3:
+        raise InputError(f"--sweep '{text}' is not understood; write it like inhibition=1:5:41, from, to and how many")
+    low, high = (parse(part.strip(), PARAMETERS[name][1], f"--sweep {name}") for part in parts[:2])
+    if not parts[2].strip().isdecimal() or not 1 <= int(parts[2]) <= MOST_VALUES:
+        raise InputError(f"--sweep: '{parts[2]}' is no number of values; give 1 to {MOST_VALUES}")
+    return name, np.linspace(low, high, int(parts[2]))

@@ -56,9 +56,7 @@ def summary(result: SweepResult) -> str:
     if result.resumed:
         lines.append(f"{result.resumed} of them by an earlier run, which this one continued")
     if result.leftover:
-        lines.append(
-            f"'{result.leftover}' holds an interrupted sweep with other settings; remove it if not needed"
-        )
+        lines.append(f"'{result.leftover}' holds an interrupted sweep with other settings; remove it if not needed")
     if totals.worst_error:
         lines.append(f"solved by ngspice, estimated error at most {totals.worst_error:.1e} of each maximum")
     if totals.failed:

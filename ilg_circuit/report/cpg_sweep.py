@@ -1,0 +1,60 @@
+"""Rhythms over a parameter: text, and their picture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..cpg.sweep import RhythmSweep
+from .axes import BLUE, GREY, ORANGE, new_figure
+from .cpg import legend_above
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_LABELS = {
+    "inhibition": "mutual inhibition a",
+    "adaptation": "adaptation d",
+    "tonic": "tonic input e",
+    "rise-time": "rise time $T_r$ [s]",
+    "adaptation-time": "adaptation time $T_a$ [s]",
+}
+
+
+def summary(found: RhythmSweep) -> str:
+    """Return outcome, period and amplitude of every value as a table."""
+    lines = [f"{found.parameter:<18}{'outcome':<12}{'period [s]':>12}{'amplitude':>12}"]
+    for row in found.to_dict()["rows"]:
+        period, amplitude = ("" if row[k] is None else f"{row[k]:.6g}" for k in ("period_s", "amplitude"))
+        lines.append(f"{row[found.parameter]:<18.6g}{row['outcome']:<12}{period:>12}{amplitude:>12}")
+    return "\n".join(lines)
+
+
+def figure(found: RhythmSweep) -> Figure:
+    """Return period and amplitude over the parameter; grey where it comes to rest, orange where undecided."""
+    figure, (upper, lower) = new_figure(2, [1.9, 1.9])
+    values = found.values
+    mark: dict[str, Any] = {"marker": "o" if len(values) <= 60 else None, "markersize": 3, "linewidth": 1.4}
+    moving = found.oscillates
+    upper.plot(values, found.period, color=BLUE, **mark)
+    lower.plot(values, np.where(moving, found.amplitude, np.nan), color=ORANGE, **mark)
+    lower.plot(values, np.where(moving, np.nan, found.amplitude), color=ORANGE, **mark)
+    middles = (values[1:] + values[:-1]) / 2
+    edges = np.concatenate([values[:1], middles, values[-1:]])
+    labels = {"rest": "comes to rest", "undecided": "not decided: just on an edge"}
+    for k, outcome in enumerate(found.outcomes):
+        if outcome in ("rest", "undecided"):
+            colour = ORANGE if outcome == "undecided" else GREY
+            for panel in (upper, lower):
+                label = labels.pop(outcome, None) if panel is upper else None
+                panel.axvspan(edges[k], edges[k + 1], color=colour, alpha=0.15, linewidth=0, label=label)
+    if len(labels) < 2:
+        legend_above(upper)
+    upper.set_ylabel("period [s]")
+    lower.set_ylabel("amplitude")
+    for panel in (upper, lower):
+        panel.set_ylim(bottom=0)
+    lower.set_xlabel(_LABELS[found.parameter])
+    figure.align_ylabels([upper, lower])
+    return figure
