@@ -100,12 +100,12 @@ SENTENCES: dict[str, str] = {
     "arm-steps": "{steps} steps of {shortest:.3g} to {longest:.3g} s, {refused} refused",
     "arm-recorded": "{text}",
     # -- arm: reasons why not every position can be reached --
-    "reach-too-far": "the target is {away:@m3} from the base, the arm {length:@m3} long",
+    "reach-too-far": "the target is {away:@m4} from the base, the arm {length:@m4} long",
     "reach-one-unit": "one unit drives all segments alike: its shapes are a family of one parameter, and but for "
     "inertia the tip stays on one curve",
     "reach-one-rhythm": "the units of a chain repeat one rhythm one after another: amplitude, period and lag are all "
     "there is to choose",
     "reach-bounded-strain": "the voltage is bounded, so the free strain is: {strain:.3g} turns the tip by "
-    "{turn:.3g} degrees at rest and moves it by {moved:@m3}",
+    "{turn:.3g} degrees at rest and moves it by {moved:@m4}",
     "reach-circuit": "the strips' circuits keep {kept:.2%} of the ideal amplitude at this motion's {period:.4g} s",
 }

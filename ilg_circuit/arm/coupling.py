@@ -21,10 +21,11 @@ from numpy.typing import ArrayLike, NDArray
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..cpg.network import Network
-from ..cpg.report import Run
-from ..cpg.report import run as run_network
 from ..cpg.rhythm import rhythm as rhythm_of
+from ..cpg.run import RhythmRun
+from ..cpg.run import run as run_network
 from ..errors import InputError
+from ..findings import Finding, sentences
 from ..solve.spectrum import spectrum
 from ..strip.actuator import PAPER, Actuator
 from ..strip.elements import lumped_elements
@@ -61,7 +62,7 @@ class Coupled:
     """
 
     mode: str
-    run: Run
+    run: RhythmRun
     time: Array
     outputs: Array
     voltages: Array
@@ -72,26 +73,21 @@ class Coupled:
     error: float
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """Of the rhythm, and one where it does not pass through the circuit."""
-        found = list(self.run.warnings)
+    def findings(self) -> tuple[Finding, ...]:
+        """Findings of the rhythm, and one where it does not pass through the circuit."""
+        findings = list(self.run.findings)
         if self.run.period is None:
-            found.append("the network does not oscillate: the arm comes to rest")
+            findings.append(Finding("arm-still"))
         if self.scales and self.scales[0].kept < PASSED:
-            found.append(
-                f"the circuit keeps {self.scales[0].kept:.2%} of the ideal amplitude at the rhythm's "
-                f"{self.scales[0].period:.4g} s (below {PASSED:.0%}): the motion is the circuit's lag, not the rhythm's"
-            )
-        return tuple(found)
+            scale = self.scales[0]
+            values = {"kept": scale.kept, "period": scale.period, "least": PASSED}
+            findings.append(Finding("arm-circuit-lag", values=values))
+        return tuple(findings)
 
-    def table(self) -> str:
-        """The time scales as text."""
-        if not self.scales:
-            return f"coupling {self.mode}: no period to compare with"
-        lines = [f"coupling {self.mode}: what is left of the ideal strain of {self.largest_strain:.3g}"]
-        lines.append(f"  {'period':>12}{'amplitude':>12}{'phase':>12}")
-        lines += [f"  {s.period:>10.4g} s{s.kept:>12.2%}{round(s.phase):>8} deg" for s in self.scales]
-        return "\n".join(lines)
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The findings as sentences."""
+        return sentences(self.findings)
 
     def signals(self, times: ArrayLike) -> dict[str, Array]:
         """Outputs, voltages and charges at ``times`` [s] (k,), each (k, n), for a `Motion`."""

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import InputError, SolveError
+from ..findings import Finding
 from .activation import Activation, corners
 from .energy import crosses_itself
-from .explicit import DONE, NOT_FINITE, PAUSE, Run, explicit
+from .explicit import DONE, NOT_FINITE, PAUSE, Integration, explicit
 from .forces import acceleration
 from .implicit import implicit
 from .lattice import Arm, Model, model
@@ -138,17 +140,16 @@ def simulate(
     if status != DONE:
         raise _failure(run, status)
     events = [
-        Event(0.0, f"{name} method: {reason}"),
-        Event(0.0, f"error of a step at most {tolerance:g} of {run.tolerance_q / tolerance:.3g} m"),
-        Event(
-            duration,
-            f"{run.counts[1]} steps of {run.clock[6]:.3g} to {run.clock[7]:.3g} s, {run.counts[2]} refused",
-        ),
+        Event(0.0, Finding("arm-method", values={"method": name, "reason": reason})),
+        Event(0.0, Finding("arm-step-error", values={"tolerance": tolerance, "scale": run.tolerance_q / tolerance})),
+        Event(duration, Finding("arm-steps", values=_steps(run))),
     ]
     return motion(arm, drive, samples, run, name, _watch(arm, samples, run) + events)
 
 
-def _prepare(arm: Arm, drive: Activation, samples: Array, tolerance: float, start: tuple[Array, Array] | None) -> Run:
+def _prepare(
+    arm: Arm, drive: Activation, samples: Array, tolerance: float, start: tuple[Array, Array] | None
+) -> Integration:
     n, count = arm.segments, len(samples)
     duration = float(samples[-1])
     knots = corners(drive, tolerance)
@@ -168,7 +169,7 @@ def _prepare(arm: Arm, drive: Activation, samples: Array, tolerance: float, star
     small = min(float(arm.tapered(at_cells=False)[0].min()), arm.segment_length)
     scale = tolerance * small
     first = min(1e-3 / velocity_rate(arm), duration)
-    return Run(
+    return Integration(
         stops=stops,
         times=drive.time,
         values=drive.values,
@@ -186,7 +187,12 @@ def _prepare(arm: Arm, drive: Activation, samples: Array, tolerance: float, star
     )
 
 
-def _failure(run: Run, status: int) -> SolveError:
+def _steps(run: Integration) -> dict[str, Any]:
+    shortest, longest = float(run.clock[6]), float(run.clock[7])
+    return {"steps": int(run.counts[1]), "shortest": shortest, "longest": longest, "refused": int(run.counts[2])}
+
+
+def _failure(run: Integration, status: int) -> SolveError:
     where = f"segment {max(int(run.counts[3]), 1)} at {run.clock[0]:.6g} s"
     if status == NOT_FINITE:
         return SolveError(
@@ -195,14 +201,14 @@ def _failure(run: Run, status: int) -> SolveError:
     return SolveError(f"no step is small enough for the arm in {where}; is the activation or a load too strong?")
 
 
-def _watch(arm: Arm, samples: Array, run: Run) -> list[Event]:
+def _watch(arm: Arm, samples: Array, run: Integration) -> list[Event]:
     """Events that the samples show: the outline crosses itself, the plane is touched."""
     events = []
     for time, q in zip(samples, run.positions, strict=True):
         segment = crosses_itself(q)
         if segment:
-            text = f"warning: the arm crosses itself at segment {segment}; self-contact is not modelled"
-            events.append(Event(float(time), text))
+            finding = Finding("arm-crosses-itself", values={"segment": int(segment)})
+            events.append(Event(float(time), finding, warning=True))
             break
     if arm.plane is not None:
         normal = np.array(arm.plane.normal)
@@ -210,5 +216,6 @@ def _watch(arm: Arm, samples: Array, run: Run) -> list[Event]:
         touched = np.argwhere(depth > 0)
         if len(touched):
             at, rod, _ = touched[0]
-            events.append(Event(float(samples[at]), f"segment {max(rod, 1)} touches the plane"))
+            finding = Finding("arm-touches-plane", values={"segment": max(int(rod), 1)})
+            events.append(Event(float(samples[at]), finding))
     return events

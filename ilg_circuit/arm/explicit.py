@@ -40,7 +40,7 @@ _C = np.array([1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
 _ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
 
 
-class Run(NamedTuple):
+class Integration(NamedTuple):
     """What a kernel works through and where it writes; K stops, T samples.
 
     A step ends at each of ``stops`` [s] (K,); ``sample`` (K,) is the sample's number there or -1. The activation is
@@ -66,7 +66,7 @@ class Run(NamedTuple):
 
 
 @compiled
-def interpolate(run: Run, t: float, a: Array) -> None:
+def interpolate(run: Integration, t: float, a: Array) -> None:
     """Activation at ``t`` into ``a`` (n, 3)."""
     last = run.times.shape[0] - 1
     if t <= run.times[0] or last == 0:
@@ -82,7 +82,7 @@ def interpolate(run: Run, t: float, a: Array) -> None:
 
 
 @compiled
-def add_works(m: Model, run: Run, h: float, states: Array, activations: Array, rate: Array) -> None:
+def add_works(m: Model, run: Integration, h: float, states: Array, activations: Array, rate: Array) -> None:
     """Add the integrals of `powers` over a step by Simpson's rule.
 
     ``states`` (3, 2, n + 1, 4): positions and velocities at the step's start, middle and end, ``activations``
@@ -102,7 +102,7 @@ def add_works(m: Model, run: Run, h: float, states: Array, activations: Array, r
 
 
 @compiled
-def record(run: Run, k: int, q: Array, v: Array, p: Array) -> None:
+def record(run: Integration, k: int, q: Array, v: Array, p: Array) -> None:
     """Write the state at stop k, if it is a sample."""
     s = run.sample[k]
     if s >= 0:
@@ -113,7 +113,7 @@ def record(run: Run, k: int, q: Array, v: Array, p: Array) -> None:
 
 
 @compiled
-def fit_step(run: Run, k: int) -> tuple[float, bool]:
+def fit_step(run: Integration, k: int) -> tuple[float, bool]:
     """Step [s] that fits to stop k + 1, and whether it ends there."""
     left = run.stops[k + 1] - run.clock[0]
     if run.clock[1] >= left * (1 - 1e-9):
@@ -122,7 +122,7 @@ def fit_step(run: Run, k: int) -> tuple[float, bool]:
 
 
 @compiled
-def accept(run: Run, k: int, h: float, last: bool) -> None:
+def accept(run: Integration, k: int, h: float, last: bool) -> None:
     """Move the clock on by ``h`` and count the step."""
     run.clock[0] = run.stops[k + 1] if last else run.clock[0] + h
     run.counts[1] += 1
@@ -131,7 +131,7 @@ def accept(run: Run, k: int, h: float, last: bool) -> None:
 
 
 @compiled
-def largest_error(run: Run, error_q: Array, error_v: Array) -> float:
+def largest_error(run: Integration, error_q: Array, error_v: Array) -> float:
     """Largest error over its tolerance, infinite where one is not finite; its rod into ``run.counts[3]``."""
     worst = 0.0
     for j in range(1, error_q.shape[0]):
@@ -147,7 +147,7 @@ def largest_error(run: Run, error_q: Array, error_v: Array) -> float:
 
 
 @compiled
-def change_step(run: Run, h: float, error: float, order: float) -> bool:
+def change_step(run: Integration, h: float, error: float, order: float) -> bool:
     """Set the next step after one of ``h`` with ``error``; whether ``h`` is accepted."""
     if error == 0.0:
         factor = _GROW
@@ -177,7 +177,7 @@ def weighted_sum(weights: Array, stages: Array, count: int, h: float, base: Arra
 
 
 @compiled
-def explicit(m: Model, run: Run) -> int:
+def explicit(m: Model, run: Integration) -> int:
     """Integrate on towards the last stop; returns `DONE`, `PAUSE`, `TOO_SMALL` or `NOT_FINITE`."""
     clock = run.clock
     n = m.area.shape[0]

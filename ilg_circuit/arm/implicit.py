@@ -23,7 +23,7 @@ from .explicit import (
     PAUSE,
     STEPS_A_CALL,
     TOO_SMALL,
-    Run,
+    Integration,
     accept,
     add_works,
     change_step,
@@ -126,7 +126,7 @@ def project(m: Model, q: Array, v: Array, p: Array, work: Array) -> None:
 
 
 @compiled
-def implicit(m: Model, run: Run) -> int:
+def implicit(m: Model, run: Integration) -> int:
     """Integrate on towards the last stop; returns `DONE`, `PAUSE`, `TOO_SMALL` or `NOT_FINITE`."""
     clock = run.clock
     n = m.area.shape[0]

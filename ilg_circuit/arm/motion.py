@@ -1,11 +1,12 @@
-"""What an arm did: positions, velocities, pressures, forces and energies over time; netCDF files of it."""
+"""Motions of an arm: positions, velocities, pressures, forces and energies over time; netCDF files of them."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +14,12 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..errors import InputError
 from ..files import replacing
+from ..findings import Finding
+from ..provenance import Provenance
+from ..result import Result
 from .activation import CHANNELS, Activation
 from .energy import evaluate
-from .explicit import Run
+from .explicit import Integration
 from .forces import ENERGIES, POWERS
 from .lattice import Arm, Fluid, Muscle, Plane, cell_areas, model
 
@@ -33,7 +37,7 @@ VARIABLES = {
     "energies": (("energy",), "J", "energy stored"),
     "works": (("work",), "J", "work of the actuators, and what was dissipated, since t = 0"),
 }
-#: What drove the segments, where a rhythm did; as in `VARIABLES`.
+#: Signals of a rhythm that drove the segments; as in `VARIABLES`.
 SIGNALS = {
     "outputs": (("segment",), "1", "output of the network's unit that drives the segment"),
     "voltages": (("segment",), "V", "voltage of the segment's strip"),
@@ -48,21 +52,33 @@ _LABELS = {
 }
 
 
+#: Mark of a warning in the attribute ``events`` of a file.
+_WARNING = "warning: "
+
+
 @dataclass(frozen=True)
 class Event:
-    """Something worth knowing at ``time`` [s]; texts that begin with "warning: " are for the user's eyes."""
+    """A finding at ``time`` [s], which may be a ``warning``."""
 
     time: float
-    text: str
+    finding: Finding
+    warning: bool = False
+
+    @property
+    def text(self) -> str:
+        """The finding as a sentence, marked if it is a warning."""
+        return f"{_WARNING if self.warning else ''}{self.finding}"
 
 
-@dataclass(frozen=True)
-class Motion:
+@dataclass(frozen=True, eq=False)
+class Motion(Result):
     """An arm's motion at ``time`` [s] (t,); arrays as in `VARIABLES`, time first, SI.
 
     ``energies`` (t, 4): kinetic, elastic, shear, gravity; ``works`` (t, 4): work done by the actuators since t = 0, and
     energy lost in damping, drag and impact. ``signals``: those of `SIGNALS`, each (t, n), where a rhythm drove the arm.
     """
+
+    presenter: ClassVar[str] = "motion"
 
     arm: Arm
     time: Array
@@ -116,13 +132,14 @@ class Motion:
         return float(np.abs(self.energy_balance).max()) / largest if largest else 0.0
 
     @property
-    def warnings(self) -> list[str]:
-        """Texts of the events that a user should see."""
-        return [
-            f"{e.text.removeprefix('warning: ')} (at {e.time:.4g} s)"
-            for e in self.events
-            if e.text.startswith("warning: ")
-        ]
+    def findings(self) -> tuple[Finding, ...]:
+        """Findings of the events that are warnings."""
+        return tuple(e.finding for e in self.events if e.warning)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The events that are warnings, as sentences with their times."""
+        return tuple(f"{e.finding} (at {e.time:.4g} s)" for e in self.events if e.warning)
 
     def snapshots(self, times: ArrayLike) -> tuple[Array, Array]:
         """Times [s] (k,) and positions [m] (k, n + 1, 2, 2) of the samples nearest to ``times`` [s] within the run."""
@@ -132,7 +149,7 @@ class Motion:
         return self.time[nearest], self.positions[nearest]
 
     def dataset(self) -> Dataset:
-        """The motion as an xarray Dataset with units, labels, and the arm in its attributes."""
+        """Return the motion as an xarray Dataset with units, labels, arm and provenance."""
         import xarray
 
         data = {
@@ -149,17 +166,19 @@ class Motion:
             "method": self.method,
             "activation": self.text,
             "events": json.dumps([[e.time, e.text] for e in self.events]),
+            "findings": json.dumps([e.finding.to_dict() for e in self.events]),
+            "provenance": json.dumps(self.provenance.to_dict()),
         }
         return xarray.Dataset(data, coords=labels, attrs=attributes)
 
     def write(self, path: str | Path) -> None:
-        """Write a netCDF file, whole or not at all."""
+        """Write a netCDF file, whole or not at all. Raises InputError where that is impossible."""
         with replacing(Path(path)) as temporary:
             self.dataset().to_netcdf(temporary, engine="h5netcdf")
 
 
 def read_motion(path: str | Path) -> Motion:
-    """The motion in a file that `Motion.write` wrote. Raises InputError where it is not one."""
+    """Read a file that `Motion.write` of any version wrote. Raises InputError where it is not a motion."""
     import xarray
 
     try:
@@ -168,14 +187,14 @@ def read_motion(path: str | Path) -> Motion:
         arm = _arm(json.loads(data.attrs["arm"]))
         arrays = {name: np.asarray(data[name].values, dtype=np.float64) for name in VARIABLES}
         signals = {name: np.asarray(data[name].values, dtype=np.float64) for name in SIGNALS if name in data}
-        events = tuple(Event(float(time), str(text)) for time, text in json.loads(data.attrs["events"]))
         return Motion(
             arm=arm,
             time=np.asarray(data["time"].values, dtype=np.float64),
             method=str(data.attrs["method"]),
             text=str(data.attrs["activation"]),
-            events=events,
+            events=_events(data.attrs),
             signals=signals,
+            provenance=_provenance(data.attrs),
             **arrays,
         )
     except FileNotFoundError:
@@ -184,7 +203,7 @@ def read_motion(path: str | Path) -> Motion:
         raise InputError(f"cannot read '{path}' as a motion: {' '.join(str(error).split())[:120]}") from None
 
 
-def motion(arm: Arm, drive: Activation, samples: Array, run: Run, method: str, events: list[Event]) -> Motion:
+def motion(arm: Arm, drive: Activation, samples: Array, run: Integration, method: str, events: list[Event]) -> Motion:
     """The `Motion` of a finished ``run``: forces and energies are evaluated here."""
     n, count = arm.segments, len(samples)
     values = drive.at(samples)
@@ -205,6 +224,21 @@ def motion(arm: Arm, drive: Activation, samples: Array, run: Run, method: str, e
         text=drive.text,
         events=tuple(sorted(events, key=lambda e: e.time)),
     )
+
+
+def _events(attributes: Mapping[str, Any]) -> tuple[Event, ...]:
+    """Return the events of a file; those of version 0.1.0 have no findings but their texts."""
+    events = [(float(time), str(text)) for time, text in json.loads(attributes["events"])]
+    texts = [{"code": "arm-recorded", "values": {"text": text.removeprefix(_WARNING)}} for _, text in events]
+    found = json.loads(attributes["findings"]) if "findings" in attributes else texts
+    return tuple(
+        Event(time, Finding(item["code"], item.get("subject", ""), item["values"]), text.startswith(_WARNING))
+        for (time, text), item in zip(events, found, strict=True)
+    )
+
+
+def _provenance(attributes: Mapping[str, Any]) -> Provenance:
+    return Provenance(**json.loads(attributes.get("provenance", '{"version": "0.1.0"}')))
 
 
 def _arm(record: dict[str, Any]) -> Arm:

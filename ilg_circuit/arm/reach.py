@@ -1,4 +1,4 @@
-"""Whether a rhythm can bring the arm's tip to a given place, and which places it visits at all; CPG §6.
+"""Search for a rhythm that brings the arm's tip to a target, and the places that tips visit; CPG §6.
 
 The paper claims that the arm, driven by its pattern generator, can reach any specified position. Here that is tried:
 a seeded search over the generator's parameters for the motion whose tip passes nearest to the target, and the set of
@@ -21,8 +21,8 @@ from ..cpg.flow import Flow, sampled
 from ..cpg.network import CHAIN_SAME, INHIBITION, TONIC, Network, chain, default_start, ring, unit
 from ..cpg.rhythm import rhythm
 from ..errors import InputError, SolveError
+from ..findings import Finding, sentences
 from ..strip.actuator import PAPER, Actuator
-from ..units import format_quantity
 from .activation import activation
 from .circuits import through_circuits
 from .coupling import LARGEST_VOLTAGE, Coupled, couple, lumped_strain, segment_strip, strip_charge, unit_of_segment
@@ -37,6 +37,8 @@ BOUNDS = {"tonic": (0.1, 2.0), "inhibition": (1.5, 3.9), "slower": (0.5, 100.0),
 _ONE_WAY_INHIBITION = (2.25, 3.9)
 #: A tip that comes this near to the target, in arm lengths, has reached it.
 TOLERANCE = 0.01
+#: Share of the disc of the arm's length from which on any position counts as reachable.
+EVERYWHERE = 0.99
 #: Motions of the sample, and of each local search from the best of them.
 SAMPLE = 64
 _STARTS, _LOCAL = 3, 30
@@ -51,7 +53,7 @@ _SQUARES = 800
 
 @dataclass(frozen=True)
 class Reached:
-    """The motion of ``arm`` whose tip passes nearest to ``target`` [m] (2,), and what tips visit.
+    """The motion of ``arm`` whose tip passes nearest to ``target`` [m] (2,), and the places that tips visit.
 
     ``parameters`` of the network, within ``bounds``; the tip is ``distance`` [m] from the target at ``time`` [s] of
     ``motion``, at ``nearest`` [m] (2,). ``visited`` [m] (points, 2): tips of the ``sample`` (k, parameters) of motions.
@@ -73,7 +75,7 @@ class Reached:
 
     @property
     def reached(self) -> bool:
-        """Whether the tip comes within the tolerance."""
+        """True if the tip comes within the tolerance."""
         return self.distance <= self.tolerance
 
     @cached_property
@@ -90,60 +92,35 @@ class Reached:
         away, _ = cKDTree(self.visited).query(places, distance_upper_bound=self.tolerance)
         return float(np.isfinite(away).sum() * side**2 / (np.pi * length**2))
 
-    def text(self) -> str:
-        """The result, and whether the paper's claim holds here, for people."""
-        there = "reached" if self.reached else "NOT reached"
-        lines = [
-            f"target {_place(self.target)}: {there} within {_length(self.tolerance)}; the tip passes at "
-            f"{_place(self.nearest)}, {_length(self.distance)} away, at {self.time:.4g} s"
-        ]
-        for name, (least, most) in self.bounds.items():
-            lines.append(f"  {name:<12}{self.parameters[name]:>9.4g}   from {least:.4g} to {most:.4g}")
-        low, high = self.visited.min(axis=0), self.visited.max(axis=0)
-        lines.append(
-            f"tips of {len(self.sample)} motions, {self.motion.time[-1]:g} s each: x from {_length(low[0])} to "
-            f"{_length(high[0])}, y from {_length(low[1])} to {_length(high[1])}; within {_length(self.tolerance)} of "
-            f"them lies {self.share:.2%} of the disc of the arm's length (of this sample; a larger one finds more)"
-        )
-        if self.failed:
-            lines.append(f"{self.failed} motions of the search could not be computed and are left out")
-        if self.share > 0.99:
-            return "\n".join([*lines, "the paper's claim, 'can reach any specified position', holds here"])
-        but = "this position is reached, but " if self.reached else ""
-        lines.append(f"{but}the paper's claim, 'can reach any specified position', does not hold here:")
-        return "\n".join([*lines, *(f"- {reason}" for reason in self.reasons)])
+    @property
+    def everywhere(self) -> bool:
+        """True if the paper's claim, that any position can be reached, holds for this sample."""
+        return self.share > EVERYWHERE
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Reasons why not every position can be reached."""
+        arm, coupled = self.motion.arm, self.coupled
+        findings = []
+        away = float(np.hypot(*self.target))
+        if away > arm.length:
+            findings.append(Finding("reach-too-far", values={"away": away, "length": arm.length}))
+        one = len(coupled.run.network.units) == 1
+        findings.append(Finding("reach-one-unit" if one else "reach-one-rhythm"))
+        if arm.formulation == "beam":
+            turn = 2 * coupled.largest_strain * arm.length / arm.thickness
+            moved = _deflection(arm.length, turn)
+            values = {"strain": coupled.largest_strain, "turn": float(np.degrees(turn)), "moved": moved}
+            findings.append(Finding("reach-bounded-strain", values=values))
+        if coupled.mode != "ideal" and coupled.scales:
+            scale = coupled.scales[0]
+            findings.append(Finding("reach-circuit", values={"kept": scale.kept, "period": scale.period}))
+        return tuple(findings)
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """Why not every position can be reached."""
-        arm, coupled = self.motion.arm, self.coupled
-        found = []
-        away = float(np.hypot(*self.target))
-        if away > arm.length:
-            found.append(f"the target is {_length(away)} from the base, the arm {_length(arm.length)} long")
-        if len(coupled.run.network.units) == 1:
-            found.append(
-                "one unit drives all segments alike: its shapes are a family of one parameter, and but for inertia the "
-                "tip stays on one curve"
-            )
-        else:
-            found.append(
-                "the units of a chain repeat one rhythm one after another: amplitude, period and lag are all there is "
-                "to choose"
-            )
-        if arm.formulation == "beam":
-            turn = 2 * coupled.largest_strain * arm.length / arm.thickness
-            found.append(
-                f"the voltage is bounded, so the free strain is: {coupled.largest_strain:.3g} turns the tip by "
-                f"{np.degrees(turn):.3g} degrees at rest and moves it by {_length(_deflection(arm.length, turn))}"
-            )
-        if coupled.mode != "ideal" and coupled.scales:
-            scale = coupled.scales[0]
-            found.append(
-                f"the strips' circuits keep {scale.kept:.2%} of the ideal amplitude at this motion's "
-                f"{scale.period:.4g} s"
-            )
-        return tuple(found)
+        """The findings as sentences."""
+        return sentences(self.findings)
 
 
 def reach_target(
@@ -371,11 +348,3 @@ def _passing(tips: Array, target: Array) -> tuple[float, int, float]:
 def _deflection(length: float, turn: float) -> float:
     """How far [m] the tip of a straight arm moves when it becomes an arc of ``turn`` [rad]."""
     return float(length * np.hypot(np.sinc(turn / np.pi) - 1, turn / 2 * np.sinc(turn / 2 / np.pi) ** 2))
-
-
-def _length(metres: float) -> str:
-    return format_quantity(float(metres), "m", 4)
-
-
-def _place(point: Array) -> str:
-    return f"({_length(point[0])}, {_length(point[1])})"

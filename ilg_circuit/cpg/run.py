@@ -144,8 +144,8 @@ def run(
 ) -> RhythmRun:
     """Return a run of ``network`` at ``times`` [s], ascending from >= 0, with its long-term behaviour.
 
-    ``engine`` "ode" is the exact flow, "ngspice" the netlist. The former calls ``progress(time, end)``. Raises InputError
-    for times or an engine that are not allowed, SolveError where ngspice fails.
+    ``engine`` "ode" is the exact flow, "ngspice" the netlist. The former calls ``progress(time, end)``. Raises
+    InputError for times or an engine that are not allowed, SolveError where ngspice fails.
     """
     samples = np.asarray(times, dtype=float)
     if samples.ndim != 1 or not len(samples) or not np.isfinite(samples).all() or samples[0] < 0:

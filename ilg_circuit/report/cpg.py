@@ -76,9 +76,7 @@ def figure(result: RhythmRun) -> Figure:
         upper.set_xlim(0, end)
     _portrait(result, portrait)
     figure.align_ylabels([upper, lower])
-    found = (
-        f"period {result.period:.6g} s, amplitude {result.amplitude:.6g}" if result.period else result.rhythm.outcome
-    )
+    cycle = f"period {result.period:.6g} s, amplitude {result.amplitude:.6g}" if result.period else ""
     figure.suptitle(f"{result.network.size} neurons: {cycle or result.rhythm.outcome}", fontsize=10)
     return figure
 

@@ -1,4 +1,4 @@
-"""Pictures and animations of an arm's motion: tip path, snapshots, internal force; axes in readable units."""
+"""An arm's motion: text, pictures and animations of tip path, snapshots and internal force."""
 
 from __future__ import annotations
 
@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arm.motion import Motion
 from ..arrays import Array
 from ..errors import InputError
 from ..files import replacing, require_writable
-from ..report.axes import BLUE, GREY, ORANGE, engineering, save
 from ..units import format_quantity
-from .motion import Motion
+from .axes import BLUE, GREY, ORANGE, engineering, plain
+from .panels import blank
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from .reach import Reached
 
 #: Times of the snapshots in CPG Fig. 10(c) [s].
 SNAPSHOT_TIMES = (0.5, 0.7, 1.0, 1.5)
@@ -30,23 +29,39 @@ MOST_FRAMES = 400
 _FLAT = 0.25
 
 
-def plot_motion(motion: Motion, path: str | Path, *, snapshots: ArrayLike = SNAPSHOT_TIMES) -> None:
-    """The arm at ``snapshots`` [s] with the tip's path, the tip over time, the first segment's internal force.
+def summary(motion: Motion) -> str:
+    """Return what the arm is, the tip's displacements, the first segment's tension, and the accuracy as text."""
+    body = motion.arm
+    moved = np.linalg.norm(motion.tip - motion.tip[0], axis=1)
+    largest = int(moved.argmax())
+    tension = np.abs(motion.first_segment_force).max()
+    lines = [
+        f"{body.formulation}, {body.segments} segments, {format_quantity(body.length, 'm', 4)} long: {motion.text}, "
+        f"{motion.time[-1]:g} s, {len(motion.time)} samples",
+        f"tip's largest displacement {format_quantity(float(moved[largest]), 'm', 4)} "
+        f"at {motion.time[largest]:.4g} s, at the end {format_quantity(float(moved[-1]), 'm', 4)}",
+        f"largest tension in the first segment {format_quantity(float(tension), 'N', 4)}",
+        f"cells' areas kept to {motion.area_drift:.1e}, energy balance closed to {motion.balance_error:.1e} of its "
+        "largest term",
+    ]
+    return "\n".join([*lines, *(f"{e.time:.4g} s: {e.finding}" for e in motion.events if not e.warning)])
+
+
+def figure(motion: Motion, snapshots: ArrayLike = SNAPSHOT_TIMES) -> Figure:
+    """Return the arm at ``snapshots`` [s] with the tip's path, the tip over time, the first segment's internal force.
 
     Snapshots after the end of the motion are left out; if none is left, the arm is drawn at its end.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9.5, 5.6), dpi=150, layout="constrained")
+    figure = blank((9.5, 5.6))
     grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
     shape, tip, force = (figure.add_subplot(grid[place]) for place in (np.s_[:, 0], np.s_[0, 1], np.s_[1, 1]))
     scale, unit = engineering(motion.positions, "m")
     times, positions = motion.snapshots(snapshots)
     if len(times) == 0:
         times, positions = motion.snapshots([motion.time[-1]])
-    _draw_arm(shape, scale * motion.positions[0], GREY, "start", dashed=True)
+    draw_arm(shape, scale * motion.positions[0], GREY, "start", dashed=True)
     for k, (time, nodes) in enumerate(zip(times, positions, strict=True)):
-        _draw_arm(shape, scale * nodes, _blue((k + 1) / len(times)), f"{time:.3g} s")
+        draw_arm(shape, scale * nodes, _blue((k + 1) / len(times)), f"{time:.3g} s")
     shape.plot(*(scale * motion.tip).T, color=ORANGE, linewidth=1.0, label="tip's path")
     _frame(shape, scale, motion, unit)
     shape.legend(fontsize=8, loc="best", framealpha=0.85)
@@ -66,55 +81,10 @@ def plot_motion(motion: Motion, path: str | Path, *, snapshots: ArrayLike = SNAP
     force.set_xlabel("time [s]")
     _legend_above(force)
     for panel in (tip, force):
-        panel.grid(alpha=0.25, linewidth=0.6)
+        plain(panel)
         panel.margins(x=0.01)
-        panel.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(f"{_title(motion)}: {motion.text}", fontsize=10)
-    save(figure, path)
-
-
-def plot_reach(found: Reached, path: str | Path) -> None:
-    """Write `reach_figure`."""
-    save(reach_figure(found), path)
-
-
-def reach_figure(found: Reached) -> Figure:
-    """The places that tips visit, the target with its tolerance, and the best motion: the tip's path, the arm."""
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Circle
-
-    motion = found.motion
-    whole = Figure(figsize=(10.0, 4.8), dpi=150, layout="constrained")
-    scale, unit = engineering(np.array([motion.arm.length]), "m")
-    left: Any = whole.add_subplot(1, 2, 1)
-    right: Any = whole.add_subplot(1, 2, 2)
-    at = int(np.abs(motion.time - found.time).argmin())
-    for panel in (left, right):
-        panel.plot(*(scale * found.visited).T, ".", color=GREY, markersize=1.0, alpha=0.5, rasterized=True)
-        panel.plot([], [], ".", color=GREY, label=f"visited by {len(found.sample)} motions")
-        panel.plot(*(scale * motion.tip).T, color=ORANGE, linewidth=1.0, label="tip's path, best motion")
-        panel.add_patch(Circle(tuple(scale * found.target), scale * found.tolerance, fill=False, edgecolor="black"))
-        panel.plot(*(scale * found.target), "x", color="black", markersize=7, label="target and tolerance")
-        panel.plot(*(scale * found.nearest), "o", color=ORANGE, markersize=5, label=f"nearest, {found.time:.3g} s")
-        panel.set_xlabel(f"x [{unit}]")
-        panel.set_ylabel(f"y [{unit}]")
-        panel.grid(alpha=0.25, linewidth=0.6)
-    _draw_arm(left, scale * motion.positions[at], BLUE, "arm at that time")
-    length = scale * motion.arm.length
-    left.add_patch(Circle((0.0, 0.0), length, fill=False, edgecolor=GREY, linestyle=":", label="the arm's length"))
-    left.plot(*(scale * motion.positions[0, 0]).T, color="black", linewidth=3, solid_capstyle="butt")
-    left.set_aspect("equal", adjustable="datalim")
-    points = scale * np.concatenate([found.visited, motion.tip])
-    low, high = points.min(axis=0), points.max(axis=0)
-    edge = 0.06 * np.maximum(high - low, 0.02 * length)
-    right.set_xlim(low[0] - edge[0], high[0] + edge[0])
-    right.set_ylim(low[1] - edge[1], high[1] + edge[1])
-    right.locator_params(axis="x", nbins=5)
-    right.set_title("the places visited; scales of x and y differ", fontsize=9)
-    whole.legend(*left.get_legend_handles_labels(), loc="outside lower center", fontsize=8, ncols=3, frameon=False)
-    away, there = format_quantity(found.distance, "m", 3), "reached" if found.reached else "not reached"
-    whole.suptitle(f"{_title(motion)}, {found.coupled.mode} coupling: target {there}, {away} left", fontsize=10)
-    return whole
+    figure.suptitle(f"{title(motion)}: {motion.text}", fontsize=10)
+    return figure
 
 
 def require_animation(path: Path) -> None:
@@ -134,10 +104,11 @@ def animate(
     portrait: tuple[Array, Array] | None = None,
     portrait_labels: tuple[str, str] = ("y_1", "y_2"),
 ) -> None:
-    """An animation in real time, .gif or .mp4; ``portrait`` adds a side panel.
+    """Write an animation in real time, .gif or .mp4; ``portrait`` adds a side panel.
 
     ``portrait``: two arrays (t,) at the motion's times, such as two neurons' outputs, drawn as a phase portrait whose
-    point moves with the arm. At most `MOST_FRAMES` frames: a longer motion has fewer a second.
+    point moves with the arm. At most `MOST_FRAMES` frames: a longer motion has fewer a second. Raises InputError for a
+    path or a portrait that cannot be used.
     """
     from matplotlib.animation import FFMpegWriter, PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -160,7 +131,7 @@ def animate(
     body = stage.fill([0, 0, 0], [0, 0, 0], facecolor="#9ecae1", edgecolor=BLUE, linewidth=1.2)[0]
     rods = stage.plot([], [], color=BLUE, linewidth=0.5)[0]
     _frame(stage, scale, motion, unit)
-    title = stage.set_title("", fontsize=10)
+    heading = stage.set_title("", fontsize=10)
     point = None
     if portrait is not None:
         side = axes[0, 1]
@@ -169,8 +140,8 @@ def animate(
         side.set_xlabel(portrait_labels[0])
         side.set_ylabel(portrait_labels[1])
         side.grid(alpha=0.25, linewidth=0.6)
-    # the layout is settled once: doing it for every frame takes most of the time and makes the picture tremble
-    title.set_text(_title(motion))
+    # the layout is computed once: for every frame it would take most of the time and make the picture tremble
+    heading.set_text(title(motion))
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     rate = (count - 1) / duration
@@ -182,13 +153,13 @@ def animate(
             path_line.set_data(*(scale * motion.tip[: frame + 1]).T)
             body.set_xy(_outline(nodes))
             rods.set_data(*_rods(nodes))
-            title.set_text(f"{_title(motion)}, {motion.time[frame]:.2f} s")
+            heading.set_text(f"{title(motion)}, {motion.time[frame]:.2f} s")
             if portrait is not None and point is not None:
                 point.set_data([portrait[0][frame]], [portrait[1][frame]])
             writer.grab_frame()
 
 
-def _title(motion: Motion) -> str:
+def title(motion: Motion) -> str:
     return f"{motion.arm.formulation}, {motion.arm.segments} segments"
 
 
@@ -214,7 +185,7 @@ def _blue(part: float) -> tuple[float, float, float]:
     return red, green, blue
 
 
-def _draw_arm(axes: Axes, nodes: Array, colour: Any, label: str, *, dashed: bool = False) -> None:
+def draw_arm(axes: Axes, nodes: Array, colour: Any, label: str, *, dashed: bool = False) -> None:
     from matplotlib.colors import to_rgb
 
     face = "none" if dashed else (*to_rgb(colour), 0.35)

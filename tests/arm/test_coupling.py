@@ -10,13 +10,14 @@ import pytest
 from numpy.typing import NDArray
 
 from ilg_circuit.arm import circuits, coupling, read_motion, simulate, strip_arm
-from ilg_circuit.arm import plots as arm_plots
 from ilg_circuit.arm.circuits import through_circuits
 from ilg_circuit.arm.coupling import Coupled, couple, lumped_strain, segment_strip, strip_charge, unit_of_segment
 from ilg_circuit.circuit.strip import strip_netlist
 from ilg_circuit.cpg.network import chain, ring, unit
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError, SolveError
+from ilg_circuit.report import motion as motion_report
+from ilg_circuit.report.arm import coupling_table
 from ilg_circuit.simulation.response import transient_band
 from ilg_circuit.solve.transient import transient
 from ilg_circuit.strip.actuator import PAPER, Actuator
@@ -71,12 +72,12 @@ def test_the_printed_table() -> None:
             assert scale.period == pytest.approx(1.035463 * slower, rel=1e-6)
             assert scale.kept == pytest.approx(kept, rel=0.025)
             assert scale.phase == pytest.approx(phase, abs=0.6)
-        lines = found.table().splitlines()
+        lines = coupling_table(found).splitlines()
         assert lines[0] == f"coupling {mode}: what is left of the ideal strain of 0.00221"
         assert len(lines) == 5
     slow = replace(found, scales=(replace(found.scales[0], phase=-0.2),))
-    assert slow.table().endswith(" 0 deg")  # not -0
-    assert found.table().splitlines()[-1].split() == ["103.5", "s", "92.43%", "-22", "deg"]
+    assert coupling_table(slow).endswith(" 0 deg")  # not -0
+    assert coupling_table(found).splitlines()[-1].split() == ["103.5", "s", "92.43%", "-22", "deg"]
 
 
 def test_ideal_coupling_keeps_everything() -> None:
@@ -235,7 +236,7 @@ def test_warnings() -> None:
     still = couple(unit(1.0), 1, 5.0, mode="circuit")
     assert still.scales == ()
     assert any("does not oscillate" in line for line in still.warnings)
-    assert still.table() == "coupling circuit: no period to compare with"
+    assert coupling_table(still) == "coupling circuit: no period to compare with"
 
 
 @pytest.mark.parametrize(
@@ -280,5 +281,5 @@ def test_a_file_and_an_animation_of_a_driven_arm(tmp_path: Path) -> None:
     assert motion.dataset()["charges"].attrs["units"] == "C"
     one, two = found.portrait(times)
     assert one - two == pytest.approx(again.signals["outputs"][:, 0], abs=1e-12)
-    arm_plots.animate(motion, tmp_path / "arm.gif", frames_per_second=5, portrait=(one, two))
+    motion_report.animate(motion, tmp_path / "arm.gif", frames_per_second=5, portrait=(one, two))
     assert (tmp_path / "arm.gif").read_bytes().startswith(b"GIF8")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,9 +11,10 @@ import pytest
 from PIL import Image
 
 from ilg_circuit.arm import OCTOPUS, Motion, Plane, passive, read_motion, simulate, sine, strip_arm
-from ilg_circuit.arm import plots as arm_plots
 from ilg_circuit.arm.motion import VARIABLES
 from ilg_circuit.errors import InputError
+from ilg_circuit.report import motion as motion_report
+from ilg_circuit.report.axes import save
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +71,7 @@ def test_pictures(motion: Motion, tmp_path: Path, suffix: str) -> None:
     import matplotlib
 
     with matplotlib.rc_context({"svg.fonttype": "none"}):
-        arm_plots.plot_motion(motion, tmp_path / f"arm{suffix}")
+        save(motion_report.figure(motion), tmp_path / f"arm{suffix}")
     assert len(list(tmp_path.iterdir())) == 1
     if suffix == ".svg":
         text = (tmp_path / "arm.svg").read_text(encoding="utf-8")
@@ -88,12 +90,12 @@ def test_pictures(motion: Motion, tmp_path: Path, suffix: str) -> None:
 
 def test_a_short_motion_is_drawn_at_its_end(tmp_path: Path) -> None:
     arm = strip_arm(segments=2)
-    arm_plots.plot_motion(simulate(arm, passive(arm), [0.0, 0.1]), tmp_path / "arm.png")
+    save(motion_report.figure(simulate(arm, passive(arm), [0.0, 0.1])), tmp_path / "arm.png")
 
 
 def test_an_animation_with_a_phase_portrait(motion: Motion, tmp_path: Path) -> None:
     portrait = (np.cos(motion.time), np.sin(motion.time))
-    arm_plots.animate(motion, tmp_path / "arm.gif", frames_per_second=10, portrait=portrait)
+    motion_report.animate(motion, tmp_path / "arm.gif", frames_per_second=10, portrait=portrait)
     with Image.open(tmp_path / "arm.gif") as image:
         assert image.n_frames == 11
         assert image.info["duration"] == 100
@@ -103,10 +105,30 @@ def test_an_animation_with_a_phase_portrait(motion: Motion, tmp_path: Path) -> N
 
 def test_animations_that_cannot_be_made(motion: Motion, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match=r"end its name in \.gif or \.mp4"):
-        arm_plots.animate(motion, tmp_path / "arm.png")
-    monkeypatch.setattr(arm_plots.shutil, "which", lambda name: None)
+        motion_report.animate(motion, tmp_path / "arm.png")
+    monkeypatch.setattr(motion_report.shutil, "which", lambda name: None)
     with pytest.raises(InputError, match="no ffmpeg here"):
-        arm_plots.animate(motion, tmp_path / "arm.mp4")
+        motion_report.animate(motion, tmp_path / "arm.mp4")
     with pytest.raises(InputError, match="two arrays of 21 values"):
-        arm_plots.animate(motion, tmp_path / "arm.gif", portrait=(np.zeros(3), np.zeros(3)))
+        motion_report.animate(motion, tmp_path / "arm.gif", portrait=(np.zeros(3), np.zeros(3)))
     assert not list(tmp_path.iterdir())
+
+
+KEPT = Path(__file__).parents[1] / "data_0_1_0"
+
+
+@pytest.mark.parametrize(("name", "segments", "events"), [("motion", 2, 3), ("motion_events", 12, 4)])
+def test_motions_of_0_1_0_are_read(tmp_path: Path, name: str, segments: int, events: int) -> None:
+    (tmp_path / "old.nc").write_bytes(gzip.decompress((KEPT / f"{name}.nc.gz").read_bytes()))
+    old = read_motion(tmp_path / "old.nc")
+    assert (old.arm.segments, len(old.time), len(old.events)) == (segments, 5, events)
+    assert old.provenance.version == "0.1.0"
+    assert all(event.finding.code == "arm-recorded" for event in old.events)
+    crossing = ("the arm crosses itself at segment 3; self-contact is not modelled (at 1 s)",)
+    assert old.warnings == (crossing if name == "motion_events" else ())
+    assert f"{segments} segments" in old.summary()
+    old.write(tmp_path / "again.nc")
+    again = read_motion(tmp_path / "again.nc")
+    assert (again.warnings, again.events) == (old.warnings, old.events)
+    assert (again.positions == old.positions).all()
+    assert (again.signals.keys() == old.signals.keys()) and bool(again.signals) == (name == "motion")

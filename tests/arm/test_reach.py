@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilg_circuit.arm import plots as arm_plots
 from ilg_circuit.arm import reach as reaching
 from ilg_circuit.arm import simulate, strip_arm
 from ilg_circuit.arm.coupling import couple
 from ilg_circuit.arm.reach import BOUNDS, Reached, _hypercube, _passing, reach_target
 from ilg_circuit.cpg.network import unit
 from ilg_circuit.errors import InputError, SolveError
+from ilg_circuit.report.arm import reach_figure, reach_text
+from ilg_circuit.report.axes import save
 from ilg_circuit.strip.actuator import PAPER
 
 ARM = strip_arm(segments=4)
@@ -52,7 +53,7 @@ def test_a_place_that_was_visited_is_found_again() -> None:
     )
     strains = np.clip(again.outputs / 0.4620084335439562, -1, 1) * again.largest_strain
     assert found.coupled.strains == pytest.approx(strains, abs=1e-12)
-    assert "this position is reached, but the paper's claim" in found.text()
+    assert "this position is reached, but the paper's claim" in reach_text(found)
     assert f"{found.motion.tip.shape}" == "(601, 2)"
 
 
@@ -61,7 +62,7 @@ def test_a_place_out_of_reach_is_a_result(beyond: Reached) -> None:
     away = np.hypot(*(beyond.motion.tip - [20e-3, 8e-3]).T).min()
     assert beyond.distance == pytest.approx(away, abs=1e-5)
     assert 9e-3 < beyond.distance < 12e-3
-    text = beyond.text()
+    text = reach_text(beyond)
     assert "NOT reached within 300 um" in text
     assert "'can reach any specified position', does not hold here" in text
     assert "one unit drives all segments alike" in text
@@ -89,7 +90,7 @@ def test_the_local_search_improves_on_the_sample(beyond: Reached) -> None:
 
 def test_beyond_the_length_of_the_arm_through_the_circuit() -> None:
     found = reach_target(ARM, (0.0, 40e-3), DURATION, mode="circuit", sample=4, times=np.linspace(0, DURATION, 31))
-    text = found.text()
+    text = reach_text(found)
     assert "the target is 40 mm from the base, the arm 30 mm long" in text
     assert f"the strips' circuits keep {found.coupled.scales[0].kept:.2%} of the ideal amplitude" in text
     # 3 s through these circuits hardly move the arm at all
@@ -145,7 +146,9 @@ def test_the_share_of_places(beyond: Reached) -> None:
     line = np.linspace(-1, 1, 41) * ARM.length
     everywhere = replace(alone, visited=np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2))
     assert everywhere.share == pytest.approx(1.0, abs=0.005)
-    assert everywhere.text().splitlines()[-1] == "the paper's claim, 'can reach any specified position', holds here"
+    assert (
+        reach_text(everywhere).splitlines()[-1] == "the paper's claim, 'can reach any specified position', holds here"
+    )
 
 
 def test_motions_that_fail_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -161,7 +164,7 @@ def test_motions_that_fail_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(reaching, "_STARTS", 0)
     found = reach_target(ARM, (29e-3, 1e-3), 1.0, sample=7)  # the eighth, the motion in full, succeeds
     assert found.failed == 4
-    assert "4 motions of the search could not be computed" in found.text()
+    assert "4 motions of the search could not be computed" in reach_text(found)
     monkeypatch.setattr(reaching, "simulate", lambda *_, **__: (_ for _ in ()).throw(SolveError("never")))
     with pytest.raises(SolveError, match="none of 3 motions could be computed"):
         reach_target(ARM, (29e-3, 1e-3), 1.0, sample=3)
@@ -172,7 +175,7 @@ def test_a_picture(beyond: Reached, tmp_path: Path, target: tuple[float, float])
     import matplotlib
 
     with matplotlib.rc_context({"svg.fonttype": "none"}):
-        arm_plots.plot_reach(replace(beyond, target=np.array(target)), tmp_path / "reach.svg")
+        save(reach_figure(replace(beyond, target=np.array(target))), tmp_path / "reach.svg")
     text = (tmp_path / "reach.svg").read_text(encoding="utf-8")
     for label in ("visited by 12 motions", "x [mm]", "y [mm]", "not reached", "path, best motion", "arm at that time"):
         assert label in text

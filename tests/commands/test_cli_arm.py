@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import Run
-from ilg_circuit.cpg.report import run as run_network
 from PIL import Image
 
 from ilg_circuit import extras
 from ilg_circuit.arm import reach, read_motion
 from ilg_circuit.cpg.network import ring, unit
+from ilg_circuit.cpg.run import run as run_network
 
 Arm = Callable[..., tuple[int, str, str]]
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from ilg_circuit.cpg.plots import plot_run, plot_sweep
-from ilg_circuit.cpg.report import default_times, describe, run, tabulate
 
 from ilg_circuit.cpg.network import chain, default_start, ring, unit
 from ilg_circuit.cpg.rhythm import rhythm
+from ilg_circuit.cpg.run import default_times, run
 from ilg_circuit.cpg.sweep import sweep
 from ilg_circuit.errors import InputError
+from ilg_circuit.report.axes import save
 
 
 def rows(path: Path) -> tuple[list[str], np.ndarray]:
@@ -40,13 +40,13 @@ def test_a_chain_has_its_units_too(tmp_path: Path) -> None:
     header, table = rows(tmp_path / "cpg.csv")
     assert header == ["time_s", *(f"neuron_{k}" for k in range(1, 5)), "output", "unit_1", "unit_2"]
     assert (table[:, 7] == table[:, 3] - table[:, 4]).all()
-    told = describe(result)
+    told = result.to_dict()
     assert len(told["unit_lags_deg"]) == 2
-    assert "degrees behind the unit before" in tabulate(result)
+    assert "degrees behind the unit before" in result.summary()
 
 
 def test_what_is_told() -> None:
-    told = describe(run(unit(), [0.0, 20.0]))
+    told = run(unit(), [0.0, 20.0]).to_dict()
     assert told["oscillates"] is True
     assert told["period_s"] == pytest.approx(1.035463, abs=5e-7)
     assert told["amplitude"] == pytest.approx(0.462008, abs=5e-7)
@@ -54,7 +54,7 @@ def test_what_is_told() -> None:
     assert told["rest_states"] == [
         {"active": [1, 2], "stable": False, "growth_per_s": pytest.approx((1.5 / 0.12 - 1 / 0.3) / 2)}
     ]
-    still = describe(run(unit(5.0), [0.0, 20.0]))
+    still = run(unit(5.0), [0.0, 20.0]).to_dict()
     assert still["oscillates"] is False
     assert still["period_s"] is None
     assert still["amplitude"] == 0
@@ -86,7 +86,7 @@ def test_ngspice_as_the_engine() -> None:
     assert other.period != exact.period
     assert 0 < other.error <= 1e-5
     assert other.outputs == pytest.approx(exact.outputs, abs=1e-4)
-    assert "solved by ngspice" in tabulate(other)
+    assert "solved by ngspice" in other.summary()
 
 
 @pytest.mark.parametrize(
@@ -163,15 +163,15 @@ def test_the_papers_sweeps() -> None:
 )
 def test_pictures_of_runs(tmp_path: Path, network: object, duration: float) -> None:
     result = run(network, default_times(network, duration))  # type: ignore[arg-type]
-    plot_run(result, tmp_path / "cpg.png")
+    save(result.figure(), tmp_path / "cpg.png")
     assert (tmp_path / "cpg.png").stat().st_size > 20_000
 
 
 def test_a_picture_of_ngspices_run_and_of_sweeps(tmp_path: Path) -> None:
-    plot_run(run(unit(), np.linspace(0, 3, 301), engine="ngspice"), tmp_path / "cpg.svg")
+    save(run(unit(), np.linspace(0, 3, 301), engine="ngspice").figure(), tmp_path / "cpg.svg")
     text = (tmp_path / "cpg.svg").read_text()
     assert text.startswith("<?xml")
-    plot_sweep(sweep(unit, "inhibition", [1.0, 1.4, 2.5, 3.0]), tmp_path / "sweep.png")
-    plot_sweep(sweep(unit, "inhibition", [2.5]), tmp_path / "one.pdf")
+    save(sweep(unit, "inhibition", [1.0, 1.4, 2.5, 3.0]).figure(), tmp_path / "sweep.png")
+    save(sweep(unit, "inhibition", [2.5]).figure(), tmp_path / "one.pdf")
     assert (tmp_path / "sweep.png").stat().st_size > 10_000
     assert (tmp_path / "one.pdf").read_bytes().startswith(b"%PDF")
