@@ -91,7 +91,7 @@ def run_arm(elements: int, tolerance: float) -> tuple[Array, int, float]:
     start = perf_counter()
     motion = simulate(arm, drive, SAMPLES, tolerance=tolerance)
     seconds = perf_counter() - start
-    steps = next(int(e.text.split()[0]) for e in motion.events if " steps of " in e.text)
+    steps = next(e.finding.values["steps"] for e in motion.events if e.finding.code == "arm-steps")
     return motion.tip, steps, seconds
 
 

@@ -40,7 +40,9 @@ class Measured:
 
 def measure(engine: str, jobs: int, designs: int, path: Path) -> Measured:
     """Seconds of one sweep, from the start of its workers to its file."""
-    spec = SweepSpec(ScenarioTemplate(PAPER, "step:4V", 300.0), random_plan(RANGES, designs), DEFAULT_OUTPUTS, engine, ACCURACY)
+    spec = SweepSpec(
+        ScenarioTemplate(PAPER, "step:4V", 300.0), random_plan(RANGES, designs), DEFAULT_OUTPUTS, engine, ACCURACY
+    )
     used = processor_time()
     begin = perf_counter()
     done = solve_sweep(spec, path, jobs=jobs)

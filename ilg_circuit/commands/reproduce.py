@@ -20,22 +20,23 @@ def reproduce(outdir: Path | None, only: str | None, listed: bool) -> int:
     OUTDIR, made if absent, gets index.html (one page that opens offline), a picture for each figure, and reproduce.json
     with every number. Exit code 1 where an item could not be made or does not agree; the page says why.
     """
-    from ..reproduce import chosen, make, prepared, write
+    from ..provenance import command_line, provenance
+    from ..reproduce import output_folder, run, select, write
 
-    items = chosen(only)
+    items = select(only)
     if listed:
         for item in items:
             click.echo(f"{item.id:<10}{item.title}")
         return 0
     if outdir is None:
         raise InputError("OUTDIR is missing; name a folder for the results, or --list the items")
-    prepared(outdir)
-    outcomes = make(items, ProgressBar("item"))
-    written = write(outcomes, outdir)
+    output_folder(outdir)
+    outcomes = run(items, progress_bar("item"))
+    written = write(outcomes, outdir, provenance(command_line()))
     for outcome in outcomes:
-        click.echo(f"{outcome.item.id:<10}{outcome.light:<10}{outcome.agreement}")
+        click.echo(f"{outcome.item.id:<10}{outcome.status:<10}{outcome.agreement}")
     click.echo(f"{len(written)} files in '{outdir}'; open {written[-1]}")
-    failed = [outcome.item.id for outcome in outcomes if outcome.light == "fails"]
+    failed = [outcome.item.id for outcome in outcomes if outcome.status == "fails"]
     if failed:
         click.echo(f"warning: {len(failed)} of {len(outcomes)} items fail: {', '.join(failed)}", err=True)
     return 1 if failed else 0

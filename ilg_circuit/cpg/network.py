@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,9 +20,6 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..errors import InputError
 from ..units import parse
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 #: CPG §6.3. The mutual inhibition a was lost from the paper's text; 2.5 lies in the middle of the window of a cycle.
 INHIBITION = 2.5

@@ -1,10 +1,22 @@
-"""Both papers' tables and figures, remade by our own runs and compared with what is printed.
+"""Reproduction of both papers' tables and figures by our own runs, compared with the printed ones.
 
 In: the tables of ``data/``. Out: pages, pictures and verdicts. May import: every room but `commands`.
 """
 
-from .catalogue import ITEMS, chosen
-from .items import Check, Claim, Item, Made, Outcome, Row
-from .making import make, prepared, write
+from .catalogue import ITEMS, select
+from .items import Check, Claim, Item, Outcome, Reproduction, Row
+from .run import output_folder, run, write
 
-__all__ = ["ITEMS", "Check", "Claim", "Item", "Made", "Outcome", "Row", "chosen", "make", "prepared", "write"]
+__all__ = [
+    "ITEMS",
+    "Check",
+    "Claim",
+    "Item",
+    "Outcome",
+    "Reproduction",
+    "Row",
+    "output_folder",
+    "run",
+    "select",
+    "write",
+]

@@ -10,8 +10,8 @@ from importlib import import_module
 
 from ..errors import InputError
 from . import cpg_rhythm, ec_curves, ec_equations, ec_sizes, ec_tables
-from .items import Item, Made
-from .runs import Runs
+from .items import Item, Reproduction
+from .paper_runs import PaperRuns
 
 _ARM = "ilg-circuit arm --rhythm ring --duration 1.5s"
 _OUT = "--out motion.nc --plot motion.png"
@@ -26,11 +26,11 @@ _CIRCUIT = (
 )
 
 
-def _later(module: str, function: str) -> Callable[[Runs], Made]:
+def _later(module: str, function: str) -> Callable[[PaperRuns], Reproduction]:
     """``function`` of a ``module`` that needs the arm, imported when it is called."""
 
-    def make(runs: Runs) -> Made:
-        made: Made = getattr(import_module(f".{module}", __package__), function)(runs)
+    def make(runs: PaperRuns) -> Reproduction:
+        made: Reproduction = getattr(import_module(f".{module}", __package__), function)(runs)
         return made
 
     return make
@@ -123,7 +123,7 @@ ITEMS: tuple[Item, ...] = (
 )
 
 
-def chosen(only: str | None) -> tuple[Item, ...]:
+def select(only: str | None) -> tuple[Item, ...]:
     """The items of a list of ids such as ``EC-T1,EC-F9``, in the page's order; all where there is no list.
 
     Raises InputError naming what is no item.

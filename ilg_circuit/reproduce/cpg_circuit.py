@@ -9,13 +9,14 @@ import numpy as np
 
 from ..arm import strip_arm
 from ..arm.coupling import Coupled, couple
-from ..arm.plots import reach_figure
 from ..arm.reach import reach_target
+from ..report.arm import reach_figure
 from ..report.axes import GREY
+from ..report.panels import COLOURS
 from .cpg_motion import ASSUMED, DURATION, move
-from .cpg_rhythm import COLOURS, figure_grid, tidy
-from .items import Check, Claim, Made, rows
-from .runs import Runs
+from .cpg_rhythm import add_legends, figure_grid
+from .items import Check, Claim, Reproduction, rows
+from .paper_runs import PaperRuns
 
 #: How much slower the rhythm is made, and for how many periods it runs until the start is forgotten.
 _SLOWER = {1: 150, 10: 25, 100: 6}
@@ -34,7 +35,7 @@ def fundamental(coupled: Coupled, period: float) -> complex:
     return complex(made / wanted)
 
 
-def circuit(runs: Runs) -> Made:
+def circuit(runs: PaperRuns) -> Reproduction:
     two = runs.network(2)
     kept: dict[str, float] = {}
     off, curves = 0.0, []
@@ -69,8 +70,8 @@ def circuit(runs: Runs) -> Made:
     tips.set_ylim(1e-5, 2.0)
     tips.set_xlabel("time [s]")
     tips.set_ylabel("tip's displacement [mm]")
-    tidy(strains, tips)
-    return Made(
+    add_legends(strains, tips)
+    return Reproduction(
         rows=rows("cpg_circuit", kept),
         checks=(Check("strain by ngspice, over time", "transfer function", off, 1e-3),),
         claims=(
@@ -86,11 +87,11 @@ def circuit(runs: Runs) -> Made:
     )
 
 
-def reach(runs: Runs) -> Made:
+def reach(runs: PaperRuns) -> Reproduction:
     arm = strip_arm()
     target = (_TARGET[0] * arm.length, _TARGET[1] * arm.length)
     found = reach_target(arm, target, _REACH)
-    return Made(
+    return Reproduction(
         claims=(
             Claim(
                 "the actuator can reach any specified position",

@@ -12,14 +12,15 @@ import numpy as np
 
 from ..arm import Motion, simulate, strip_arm
 from ..arm.coupling import Coupled, couple
-from ..arm.plots import SNAPSHOT_TIMES
 from ..arrays import Array
 from ..cpg.network import Network
 from ..cpg.rhythm import rhythm
 from ..report.axes import BLUE, GREY, ORANGE
-from .cpg_rhythm import COLOURS, LOST, draw_cycle, figure_grid, tidy
-from .items import Check, Claim, Made, largest_difference
-from .runs import VOLTAGE, Runs
+from ..report.motion import SNAPSHOT_TIMES
+from ..report.panels import COLOURS
+from .cpg_rhythm import LOST, add_legends, draw_cycle, figure_grid
+from .items import Check, Claim, Reproduction, largest_difference
+from .paper_runs import VOLTAGE, PaperRuns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,7 +68,7 @@ class Moved:
         return float(np.linalg.norm(self.displacement, axis=1).max())
 
 
-def move(runs: Runs, network: Network, label: str = "", *, segments: int = SEGMENTS, mode: str = "ideal") -> Moved:
+def move(runs: PaperRuns, network: Network, label: str = "", *, segments: int = SEGMENTS, mode: str = "ideal") -> Moved:
     """``network`` drives all segments of the paper's strip alike, for 1.5 s."""
     arm = strip_arm(segments=segments)
     reference = rhythm(runs.network()).amplitude
@@ -84,12 +85,12 @@ def mechanics(*moves: Moved) -> tuple[Check, Check]:
     )
 
 
-def figure_10(runs: Runs) -> Made:
+def figure_10(runs: PaperRuns) -> Reproduction:
     moved = move(runs, runs.network(), "e = 1")
     motion = moved.motion
     peaks = np.abs(motion.edge_forces).max(axis=(0, 2))
     alike = float(np.atleast_2d(np.corrcoef(motion.edge_forces[1:, :, 0].T))[0].min())
-    return Made(
+    return Reproduction(
         checks=mechanics(moved),
         claims=(
             Claim(
@@ -130,7 +131,7 @@ def _figure_10(moved: Moved) -> Figure:
     force.set_xlabel("time [s]")
     for letter, panel in zip("abcd", (outputs, phase, shape, force), strict=True):
         panel.set_title(f"({letter})", fontsize=10, loc="left")
-    tidy(outputs, phase, shape, force)
+    add_legends(outputs, phase, shape, force)
     return figure
 
 
@@ -155,11 +156,11 @@ def series(moves: list[Moved]) -> Figure:
     _axes_of_shape(shape)
     for letter, panel in zip("abc", (outputs, phase, shape), strict=True):
         panel.set_title(f"({letter})", fontsize=10, loc="left")
-    tidy(outputs, phase, shape)
+    add_legends(outputs, phase, shape)
     return figure
 
 
-def figure_11(runs: Runs) -> Made:
+def figure_11(runs: PaperRuns) -> Reproduction:
     moves = [move(runs, runs.network(tonic=float(e)), f"e = {e}") for e in range(1, 5)]
     values = np.arange(1.0, 51.0)
     found = [rhythm(runs.network(tonic=float(e))) for e in values]
@@ -167,10 +168,10 @@ def figure_11(runs: Runs) -> Made:
     periods = np.array([f.period for f in found], dtype=float)
     proportional = amplitudes[0] * values
     strong = [move(runs, runs.network(tonic=e), f"e = {e:g}") for e in (10.0, 20.0, 50.0)]
-    crossing = [m.label for m in strong if any("cross" in event.text for event in m.motion.events)]
+    crossing = [m.label for m in strong if any(e.finding.code == "arm-crosses-itself" for e in m.motion.events)]
     crosses = f"the arm crosses itself at {', '.join(crossing)}" if crossing else "the arm does not cross itself"
     extents = ", ".join(f"{1e3 * m.largest:.1f} mm at {m.label}" for m in strong)
-    return Made(
+    return Reproduction(
         checks=(
             Check(
                 "amplitude at e = 1 to 50",
@@ -195,10 +196,10 @@ def figure_11(runs: Runs) -> Made:
     )
 
 
-def figure_12(runs: Runs) -> Made:
+def figure_12(runs: PaperRuns) -> Reproduction:
     moves = [move(runs, runs.network(rise_time=t), f"T$_r$ = {t:g} s") for t in (0.1, 0.2, 0.3, 0.4, 0.5)]
     resting = [moved.label.replace("$", "") for moved in moves if not moved.coupled.run.rhythm.oscillates]
-    return Made(
+    return Reproduction(
         checks=mechanics(*moves),
         claims=(
             PLACE,
@@ -213,20 +214,21 @@ def figure_12(runs: Runs) -> Made:
     )
 
 
-def figure_13(runs: Runs) -> Made:
+def figure_13(runs: PaperRuns) -> Reproduction:
     by_a = [move(runs, runs.network(inhibition=a, rise_time=0.1), f"a = {a:g}") for a in (2.0, 3.0, 4.0)]
     by_d = [move(runs, runs.network(adaptation=d, rise_time=0.1), f"d = {d:g}") for d in (2.0, 50.0)]
     whole = range(51)
     a_cycles = _cycling(runs, "inhibition", whole)
     d_cycles = _cycling(runs, "adaptation", whole)
-    return Made(
+    return Reproduction(
         checks=mechanics(*by_a, *by_d),
         claims=(
             PLACE,
             Claim(
                 "the parameter's values from 0 to 50 leave a rhythm",
                 None,
-                f"were it a (d = 3), the whole numbers {_told(a_cycles)} cycle; were it d (a = 2.5), {_told(d_cycles)}",
+                f"were it a (d = 3), the whole numbers {_range_text(a_cycles)} cycle; were it d (a = 2.5), "
+                f"{_range_text(d_cycles)}",
             ),
         ),
         unknown=(
@@ -238,14 +240,14 @@ def figure_13(runs: Runs) -> Made:
     )
 
 
-def _cycling(runs: Runs, name: str, values: range) -> list[int]:
+def _cycling(runs: PaperRuns, name: str, values: range) -> list[int]:
     """Those of ``values`` of a parameter with which the rhythm goes on."""
     settings: list[dict[str, Any]] = [{name: float(v)} for v in values]
     found = [rhythm(runs.network(rise_time=0.1, **s)) for s in settings if s[name] > 0]
     return [int(s[name]) for s, f in zip([s for s in settings if s[name] > 0], found, strict=True) if f.oscillates]
 
 
-def _told(values: list[int]) -> str:
+def _range_text(values: list[int]) -> str:
     """A run of whole numbers in words."""
     if not values:
         return "none"
@@ -254,7 +256,7 @@ def _told(values: list[int]) -> str:
     return ", ".join(map(str, values))
 
 
-def segments(runs: Runs) -> Made:
+def segments(runs: PaperRuns) -> Reproduction:
     moves = [move(runs, runs.network(), f"{n} segments", segments=n) for n in (15, 30, 60)]
     coarse, fine, finest = (moved.displacement for moved in moves)
     largest = float(np.linalg.norm(finest, axis=1).max())
@@ -274,8 +276,8 @@ def segments(runs: Runs) -> Made:
     difference.axhline(0, color=GREY, linewidth=0.6)
     for panel in (way, difference):
         panel.set_xlabel("time [s]")
-    tidy(way, difference)
-    return Made(
+    add_legends(way, difference)
+    return Reproduction(
         checks=(
             Check("tip with 30 segments", "60 segments", next_apart, 0.01),
             *mechanics(*moves),

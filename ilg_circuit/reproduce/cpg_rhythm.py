@@ -13,24 +13,23 @@ from ..cpg.closed_forms import describing_frequency
 from ..cpg.flow import Flow, sampled
 from ..cpg.network import ADAPTATION, ADAPTATION_TIME, INHIBITION, RISE_TIME, Network, ring, unit
 from ..cpg.outcome import Rhythm
-from ..cpg.report import run
 from ..cpg.rhythm import rhythm
+from ..cpg.run import run
 from ..report.axes import BLUE, GREY, ORANGE
-from .items import Check, Claim, Item, Made, rows
-from .runs import Runs
+from ..report.panels import COLOURS, grid
+from .items import Check, Claim, Item, Reproduction, rows
+from .paper_runs import PaperRuns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Of values that are told apart by colour.
-COLOURS = (BLUE, ORANGE, "#3a8f4d", "#8b4fa8", "#b0892c")
-#: What the text does not say of the rhythm.
+#: What the text does not say about the rhythm.
 LOST = (
     "The mutual inhibition a is lost with the paper's formulas: 2.5 is taken.",
     "The wiring of the three neurons is lost: a ring in which all inhibit one another is taken, and y₁ − y₂ as output.",
 )
-#: How ngspice's behavioural neurons and the exact flow must agree in period and amplitude.
+#: Tolerance of period and amplitude between ngspice's behavioural neurons and the exact flow.
 _AGREE = 1e-5
 
 
@@ -61,20 +60,16 @@ def draw_cycle(panel: Axes, found: Rhythm, colour: str, label: str, duration: fl
     panel.set_ylabel("v$_1$ − v$_2$")
 
 
-def tidy(*panels: Axes) -> None:
+def add_legends(*panels: Axes) -> None:
+    """Add a legend to each of ``panels`` that has labels."""
     for panel in panels:
-        panel.grid(alpha=0.25, linewidth=0.6)
-        panel.spines[["top", "right"]].set_visible(False)
         if panel.get_legend_handles_labels()[0]:
             panel.legend(frameon=False, fontsize=8)
 
 
 def figure_grid(rows_: int, columns: int, width: float = 11.0, height: float = 3.6) -> tuple[Figure, Any]:
-    """A figure of ``rows_`` by ``columns`` panels that needs no display."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height * rows_), dpi=150, layout="constrained")
-    return figure, figure.subplots(rows_, columns, squeeze=False)
+    """Return a figure of ``rows_`` by ``columns`` panels."""
+    return grid(rows_, columns, (width, height * rows_))
 
 
 def by_ngspice(network: Network) -> tuple[Check, Check]:
@@ -90,7 +85,7 @@ def by_ngspice(network: Network) -> tuple[Check, Check]:
     )
 
 
-def rhythms(runs: Runs) -> Made:
+def rhythms(runs: PaperRuns) -> Reproduction:
     two, three = (runs.network(n) for n in (2, 3))
     pair, trio = rhythm(two), rhythm(three)
     assert pair.period is not None
@@ -107,7 +102,7 @@ def rhythms(runs: Runs) -> Made:
     }
     guess = 2 * np.pi / describing_frequency(INHIBITION, ADAPTATION, RISE_TIME, ADAPTATION_TIME)
     multipliers = [abs(found.cycle.multiplier) if found.cycle else np.inf for found in (pair, trio)]
-    return Made(
+    return Reproduction(
         rows=rows("cpg_rhythm", values),
         checks=(
             *by_ngspice(two),
@@ -139,11 +134,11 @@ def _figure(pair: Rhythm, trio: Rhythm) -> Figure:
         left.set_title(f"{name}: period {found.period:.4f} s", fontsize=10)
         draw_cycle(right, found, BLUE, "cycle", 5.0)
         right.set_title("phase portrait", fontsize=10)
-        tidy(left, right)
+        add_legends(left, right)
     return figure
 
 
-def slower_rises(runs: Runs) -> Made:
+def slower_rises(runs: PaperRuns) -> Reproduction:
     """The rhythm without the arm, over Tr: how its frequency falls, and where its cycle ends."""
     reach = np.arange(0.1, 1.05, 0.1)
     found = [rhythm(runs.network(rise_time=float(t))) for t in reach]
@@ -163,8 +158,8 @@ def slower_rises(runs: Runs) -> Made:
         panel.set_ylim(bottom=0)
         panel.set_xlabel("rise time T$_r$ [s]")
         panel.set_ylabel(name)
-        tidy(panel)
-    return Made(
+        add_legends(panel)
+    return Reproduction(
         rows=rows("cpg_rhythm", {"cycle_ends": end}, cycle_ends="three neurons in a ring"),
         checks=(
             Check(
@@ -189,7 +184,7 @@ def slower_rises(runs: Runs) -> Made:
     )
 
 
-def _stretched(runs: Runs) -> float:
+def _stretched(runs: PaperRuns) -> float:
     """How far amplitude and period are from those expected when both time constants are a hundred times as large."""
     base = runs.network()
     slow = rhythm(replace(base, rise_time=100 * base.rise_time, adaptation_time=100 * base.adaptation_time))

@@ -12,9 +12,9 @@ from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
 from .ec_tables import spread
-from .items import Check, Claim, Item, Made, largest_difference, rows
+from .items import Check, Claim, Item, Reproduction, largest_difference, rows
+from .paper_runs import VOLTAGE, PaperRuns, coefficient, printed_current, printed_displacement
 from .published import published
-from .runs import VOLTAGE, Runs, coefficient, printed_current, printed_displacement
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,7 +37,7 @@ def _point(item: str) -> float:
     return float(published("ec_points", item).printed)
 
 
-def closed_displacement(runs: Runs, t: Array) -> Array:
+def closed_displacement(runs: PaperRuns, t: Array) -> Array:
     """(34) [m] with Table 3 in SI units."""
     k, ratio = runs.coupling, lumped_elements(PAPER).bending_ratio
     return VOLTAGE * formulas.displacement_step(t, k.gain, k.zero, k.damping_ratio, k.natural_frequency, ratio)
@@ -56,7 +56,7 @@ def table_3_allows(t: Array) -> float:
     return float(off.max() / printed_displacement(t).max())
 
 
-def displacement_checks(runs: Runs) -> tuple[Check, Check]:
+def displacement_checks(runs: PaperRuns) -> tuple[Check, Check]:
     t, y = runs.free.time, runs.free.displacement
     return (
         Check("displacement by ngspice", "(34)", largest_difference(y, closed_displacement(runs, t)), EXACT),
@@ -69,7 +69,7 @@ def displacement_checks(runs: Runs) -> tuple[Check, Check]:
     )
 
 
-def figure_9(runs: Runs) -> Made:
+def figure_9(runs: PaperRuns) -> Reproduction:
     t, y = runs.free.time, runs.free.displacement
     peak = int(y.argmax())
     values = {
@@ -78,7 +78,7 @@ def figure_9(runs: Runs) -> Made:
         "displacement_steady": float(y[-1]),
         "displacement_steady_from": settled_from(t, y, _READING),
     }
-    return Made(
+    return Reproduction(
         rows=rows("ec_points", values),
         checks=displacement_checks(runs),
         claims=(
@@ -93,7 +93,7 @@ def figure_9(runs: Runs) -> Made:
     )
 
 
-def _figure_9(runs: Runs) -> Figure:
+def _figure_9(runs: PaperRuns) -> Figure:
     figure, (panel,) = new_figure(1, [3.2])
     t, y = runs.free.time, runs.free.displacement
     panel.plot(t, 1e3 * y, color=BLUE, linewidth=2.6, label="ngspice, free tip")
@@ -120,12 +120,12 @@ def _figure_9(runs: Runs) -> Figure:
     return figure
 
 
-def current_settled(runs: Runs) -> float:
+def current_settled(runs: PaperRuns) -> float:
     """Time [s] from which on our current is within 1 % of a0."""
     return settled_from(runs.free.time, runs.free.current, 0.01 * coefficient("step_current_steady"))
 
 
-def figure_10(runs: Runs) -> Made:
+def figure_10(runs: PaperRuns) -> Reproduction:
     t, i = runs.free.time, runs.free.current
     steady = current_settled(runs)
     figure, (panel,) = new_figure(1, [3.0])
@@ -143,7 +143,7 @@ def figure_10(runs: Runs) -> Made:
     panel.set_ylim(bottom=0)
     panel.set_xlim(-3, 309)
     panel.legend(frameon=False)
-    return Made(
+    return Reproduction(
         rows=rows("ec_points", {"current_steady_from": steady}),
         checks=_current_checks(runs),
         unknown=("The measured curve: the text states of it only that it is steady from about 300 s on.",),
@@ -151,12 +151,12 @@ def figure_10(runs: Runs) -> Made:
     )
 
 
-def _current_checks(runs: Runs) -> tuple[Check, ...]:
+def _current_checks(runs: PaperRuns) -> tuple[Check, ...]:
     t, i = runs.free.time, runs.free.current
     return (Check("current by ngspice", "(30) as printed", largest_difference(i, printed_current(t)), 1e-5),)
 
 
-def figure_11(runs: Runs) -> Made:
+def figure_11(runs: PaperRuns) -> Reproduction:
     t, i = runs.free.time, runs.free.current
     fitted, steady = runs.from_run.derived, current_settled(runs)
     values = {
@@ -174,7 +174,7 @@ def figure_11(runs: Runs) -> Made:
     below.set_ylabel("ngspice − (30) [pA]")
     below.set_xlabel("time [s]")
     figure.align_ylabels([panel, below])
-    return Made(
+    return Reproduction(
         rows=rows("ec_curves", values, **dict.fromkeys(values, "identified from our own run")),
         checks=_current_checks(runs),
         claims=(

@@ -18,8 +18,8 @@ from ..strip.actuator import PAPER, Actuator
 from ..strip.elements import lumped_elements
 from ..strip.file import dumps
 from .ec_curves import EXACT, FREE, closed_displacement, displacement_checks
-from .items import Check, Claim, Item, Made, largest_difference, rows
-from .runs import VOLTAGE, Runs, coefficient
+from .items import Check, Claim, Item, Reproduction, largest_difference, rows
+from .paper_runs import VOLTAGE, PaperRuns, coefficient
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,7 +29,7 @@ _ELECTRODES = 5.0
 _CLAMPED = FREE.replace("--check", "--tip clamped --check")
 
 
-def equation_5(runs: Runs) -> Made:
+def equation_5(runs: PaperRuns) -> Reproduction:
     paper = lumped_elements(PAPER)
     strip = Actuator.from_circuit_values(
         PAPER.geometry,
@@ -49,7 +49,7 @@ def equation_5(runs: Runs) -> Made:
     d = r1 * r2 + electrode * (r1 + r2)
     printed = VOLTAGE * (r1 * r2 + r1 * electrode + r2 * r2) / (d * (r1 + electrode))
     off = printed / float(response.current[-1]) - 1
-    return Made(
+    return Reproduction(
         checks=(
             Check(
                 f"current, R_e = {_ELECTRODES:g} Ω",
@@ -69,7 +69,7 @@ def equation_5(runs: Runs) -> Made:
     )
 
 
-def equation_28(runs: Runs) -> Made:
+def equation_28(runs: PaperRuns) -> Reproduction:
     frequencies = np.geomspace(1e-3, 1.0, 31)
     lumped, netlist = lumped_elements(PAPER), strip_netlist(PAPER)
     s = 2j * np.pi * frequencies
@@ -80,7 +80,7 @@ def equation_28(runs: Runs) -> Made:
     ion = np.array([lumped.ion_impedance(x) for x in s])
     corrected = -(n * inertia + ion * (compliance + inertia) / (n * compliance))
     first = float(np.abs(n * compliance / corrected).max())
-    return Made(
+    return Reproduction(
         checks=(
             Check(
                 "u/v of the free tip, 1 mHz to 1 Hz",
@@ -100,7 +100,7 @@ def equation_28(runs: Runs) -> Made:
     )
 
 
-def equation_35(runs: Runs) -> Made:
+def equation_35(runs: PaperRuns) -> Reproduction:
     k, ratio = runs.fitted_coupling, VOLTAGE * lumped_elements(PAPER).bending_ratio
     values = {
         "displacement_steady": float(runs.free.displacement[-1]),
@@ -109,21 +109,21 @@ def equation_35(runs: Runs) -> Made:
         "displacement_decay": k.damping_ratio * k.natural_frequency,
         "displacement_frequency": _damped_frequency(runs),
     }
-    return Made(rows=rows("ec_curves", values), checks=displacement_checks(runs))
+    return Reproduction(rows=rows("ec_curves", values), checks=displacement_checks(runs))
 
 
-def _damped_frequency(runs: Runs) -> float:
+def _damped_frequency(runs: PaperRuns) -> float:
     k = runs.fitted_coupling
     return k.natural_frequency * math.sqrt(1 - k.damping_ratio**2)
 
 
-def _bracket_sine(runs: Runs) -> float:
+def _bracket_sine(runs: PaperRuns) -> float:
     """Coefficient of the sine in the bracket of (36), (38) [s]."""
     k = runs.fitted_coupling
     return (k.zero * k.damping_ratio - k.natural_frequency) / (k.natural_frequency * _damped_frequency(runs))
 
 
-def _bracket(runs: Runs, t: Array) -> tuple[Array, Array]:
+def _bracket(runs: PaperRuns, t: Array) -> tuple[Array, Array]:
     """The bracket of (36), (38) without its sine, and the sine [s], from our own displacement."""
     k = runs.fitted_coupling
     decay, frequency = np.exp(-k.damping_ratio * k.natural_frequency * t), _damped_frequency(runs)
@@ -147,7 +147,7 @@ def _three(t: Array, curves: dict[str, Array], name: str) -> Figure:
     return figure
 
 
-def equation_36(runs: Runs) -> Made:
+def equation_36(runs: PaperRuns) -> Reproduction:
     t, y, g = runs.free.time, runs.free.displacement, PAPER.geometry
     k = runs.fitted_coupling
     rest, sine = _bracket(runs, t)
@@ -159,7 +159,7 @@ def equation_36(runs: Runs) -> Made:
         "(36), sine inside": 1e3 * factor * (rest + sine),
         "(36) as printed, the minus in front left out": literal,
     }
-    return Made(
+    return Reproduction(
         rows=rows(
             "ec_curves",
             {
@@ -182,17 +182,17 @@ def equation_36(runs: Runs) -> Made:
     )
 
 
-def equation_37(runs: Runs) -> Made:
+def equation_37(runs: PaperRuns) -> Reproduction:
     g, y = PAPER.geometry, float(runs.free.displacement[-1])
     factor = y * g.thickness**2 / (VOLTAGE * g.load_distance**2)
     closed = formulas.steady_displacement(VOLTAGE, runs.coupling.static, g.load_distance, g.thickness)
-    return Made(
+    return Reproduction(
         rows=rows("ec_curves", {"displacement_steady_factor": factor}),
         checks=(Check("displacement after 300 s", "(37) from Table 3", abs(y / closed - 1), 1e-5),),
     )
 
 
-def equation_38(runs: Runs) -> Made:
+def equation_38(runs: PaperRuns) -> Reproduction:
     t, force, g = runs.clamped.time, runs.clamped.force, PAPER.geometry
     rest, sine = _bracket(runs, t)
     size = VOLTAGE * g.thickness * g.width / g.load_distance
@@ -206,7 +206,7 @@ def equation_38(runs: Runs) -> Made:
         "(38) with the printed constant, in mm": 1e6 * printed,
     }
     swing = float(np.abs(sine).max())
-    return Made(
+    return Reproduction(
         rows=rows("ec_curves", {"force_prefactor": prefactor}),
         checks=(Check("clamped force by ngspice", "(26), (34)", largest_difference(force, closed), EXACT),),
         claims=(
@@ -220,13 +220,13 @@ def equation_38(runs: Runs) -> Made:
     )
 
 
-def equation_39(runs: Runs) -> Made:
+def equation_39(runs: PaperRuns) -> Reproduction:
     g, force = PAPER.geometry, float(runs.clamped.force[-1])
     factor = force * g.load_distance / (VOLTAGE * g.thickness * g.width)
     closed = formulas.steady_force(
         VOLTAGE, runs.coupling.static, PAPER.material.youngs_modulus, g.width, g.thickness, g.load_distance
     )
-    return Made(
+    return Reproduction(
         rows=rows("ec_curves", {"force_steady_factor": factor, "force_steady": force}),
         checks=(Check("force after 300 s", "¾ E d(0) U b w/L₀", abs(force / closed - 1), 1e-5),),
     )

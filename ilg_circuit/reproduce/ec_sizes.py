@@ -11,16 +11,16 @@ import numpy as np
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
+from ..report.panels import grid
 from ..simulation import closed_forms as formulas
 from ..solve.transient import transient
 from ..strip.actuator import PAPER, Actuator
 from ..strip.file import dumps
-from .items import Check, Claim, Item, Made
-from .runs import VOLTAGE, Runs, coefficient
+from .items import Check, Claim, Item, Reproduction
+from .paper_runs import VOLTAGE, PaperRuns, coefficient
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: When a step counts as at rest [s]: d(s) has decayed to 1e-8 by then.
 _AT_REST = 400.0
@@ -67,19 +67,19 @@ def _relative(values: Array, closed: Array) -> float:
     return float(np.abs(values / closed - 1).max())
 
 
-def figure_12(runs: Runs) -> Made:
+def figure_12(runs: PaperRuns) -> Reproduction:
     y = _grid(LENGTHS, THICKNESSES, lambda a, b: sized(free_length=a, thickness=b), "free")
     closed = (
         formulas.steady_displacement(VOLTAGE, runs.coupling.static, 1.0, 1.0) * (LENGTHS[:, None] / THICKNESSES) ** 2
     )
     of_width = at_rest([sized(width=w) for w in WIDTHS.tolist()])
     width_effect = float(np.ptp(of_width) / of_width.mean())
-    figure = _figure(1)
-    _map(figure.axes[0], (LENGTHS, THICKNESSES), 1e3 * y, ("free length L$_0$ [mm]", "thickness b [mm]"), "mm")
+    figure, ((panel,),) = grid(1, 1, (5.6, 4.2))
+    _map(panel, (LENGTHS, THICKNESSES), 1e3 * y, ("free length L$_0$ [mm]", "thickness b [mm]"), "mm")
     figure.suptitle("displacement at rest, 4 V; the dot is the paper's sample", fontsize=10)
     powers = _powers((LENGTHS, THICKNESSES), y)
     steep = float((y / LENGTHS[:, None]).max())
-    return Made(
+    return Reproduction(
         checks=(
             Check(f"displacement of {y.size} designs by ngspice", "(37)", _relative(y, closed), _LIMIT),
             Check(f"displacement of {len(WIDTHS)} widths", "one another", width_effect, _LIMIT),
@@ -103,7 +103,7 @@ def figure_12(runs: Runs) -> Made:
     )
 
 
-def figure_13(runs: Runs) -> Made:
+def figure_13(runs: PaperRuns) -> Reproduction:
     static, modulus = runs.coupling.static, PAPER.material.youngs_modulus
 
     def closed(length: Any, width: Any, thickness: Any) -> Array:
@@ -133,8 +133,8 @@ def figure_13(runs: Runs) -> Made:
             "(c) b = 0.5 mm",
         ),
     )
-    figure = _figure(3)
-    for panel, (axes, names, force, _, title) in zip(figure.axes[:3], panels, strict=True):
+    figure, panels_of = grid(1, 3, (11.5, 4.2))
+    for panel, (axes, names, force, _, title) in zip(panels_of[0], panels, strict=True):
         _map(panel, axes, 1e6 * force, names, "µN")
         panel.set_title(title, fontsize=10)
     figure.suptitle("clamped force at rest, 4 V; the dot is the paper's sample", fontsize=10)
@@ -142,7 +142,7 @@ def figure_13(runs: Runs) -> Made:
     powers = [p for axes, _, force, _, _ in panels for p in _powers(axes, force)]
     count = sum(force.size for _, _, force, _, _ in panels)
     worst = max(_relative(force, expected) for _, _, force, expected, _ in panels)
-    return Made(
+    return Reproduction(
         checks=(Check(f"force of {count} designs by ngspice", "(39), constant corrected", worst, _LIMIT),),
         claims=(
             Claim(
@@ -170,16 +170,9 @@ def _powers(axes: tuple[Array, Array], values: Array) -> tuple[float, float]:
     return float(p), float(q)
 
 
-def _figure(columns: int) -> Figure:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(5.6 if columns == 1 else 11.5, 4.2), dpi=150, layout="constrained")
-    figure.subplots(1, columns, squeeze=False)
-    return figure
-
-
 def _map(panel: Axes, axes: tuple[Array, Array], values: Array, names: tuple[str, str], unit: str) -> None:
-    """Filled contours of ``values`` (x, y), spaced evenly in the logarithm, each line with its number."""
+    """Draw filled contours of ``values`` (x, y), spaced evenly in the logarithm, each line with its number."""
+    panel.grid(visible=False)
     x, y = (1e3 * a for a in axes)
     low, high = np.log10(values.min()), np.log10(values.max())
     panel.contourf(x, y, values.T, levels=np.logspace(low, high, 25), norm="log", cmap="Blues")

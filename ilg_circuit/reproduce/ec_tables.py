@@ -11,9 +11,9 @@ import numpy as np
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
-from .items import Check, Item, Made, Row, rows
+from .items import Check, Item, Reproduction, Row, rows
+from .paper_runs import VOLTAGE, PaperRuns, coefficient
 from .published import half_a_digit, published
-from .runs import VOLTAGE, Runs, coefficient
 
 _IDENTIFY = "ilg-circuit identify EC-curves.csv --actuator paper --model rc --json fit.json --plot fit.png"
 _CURVES = "EC-curves.csv"
@@ -25,16 +25,16 @@ def _inverted() -> tuple[float, float, float]:
     return formulas.resistances_from_step(a0, a1, rate, VOLTAGE)
 
 
-def _elements(runs: Runs) -> dict[str, float]:
+def _elements(runs: PaperRuns) -> dict[str, float]:
     return {name: p.value for name, p in runs.from_curves.parameters.items()}
 
 
-def table_1(runs: Runs) -> Made:
+def table_1(runs: PaperRuns) -> Reproduction:
     found, g = _elements(runs), PAPER.geometry
     names = ("dc_resistance", "dynamic_resistance", "capacitance")
     sizes = {name: getattr(g, name) for name in ("length", "free_length", "width", "thickness")}
     values = [found[name] for name in names]
-    return Made(
+    return Reproduction(
         rows=rows("ec_table1", {name: found[name] for name in (*names, "electrode_resistance")} | sizes),
         checks=(
             Check("identified R_dc, R_d, C", "EC (5) inverted", largest_ratio(values, _inverted()), 1e-6),
@@ -55,7 +55,7 @@ def table_1(runs: Runs) -> Made:
     )
 
 
-def table_2(runs: Runs) -> Made:
+def table_2(runs: PaperRuns) -> Reproduction:
     found, g = _elements(runs), PAPER.geometry
     area = g.length * g.width
     values = {
@@ -71,7 +71,7 @@ def table_2(runs: Runs) -> Made:
         float(published("ec_table1", "capacitance").printed) * 5e-3 / area,
     ]
     slip = largest_ratio(taken, list(printed.values()))
-    return Made(
+    return Reproduction(
         rows=rows("ec_table2", values),
         checks=(Check("Table 1 with b = 5 mm", "Table 2 as printed", slip, 1e-4),),
         files={_CURVES: runs.curves},
@@ -104,7 +104,7 @@ def spread(function: Callable[..., Sequence[float]], texts: Sequence[str], facto
     return np.asarray(np.max(off, axis=0))
 
 
-def table_3(runs: Runs) -> Made:
+def table_3(runs: PaperRuns) -> Reproduction:
     own, curve = runs.fitted_coupling, runs.from_curves.actuator.coupling
     assert curve is not None
     names = ("displacement_steady", "displacement_sine", "displacement_decay", "displacement_frequency")
@@ -118,7 +118,7 @@ def table_3(runs: Runs) -> Made:
         note = f"identified from (35), whose digits leave ±{allowed:.2g} open"
         from_curve.append(Row(paper, getattr(curve, name) / paper.si_factor, allowed, note))
     read_off = [getattr(curve, name) for name in _COUPLING.values()]
-    return Made(
+    return Reproduction(
         rows=rows(
             "ec_table3",
             {item: getattr(own, name) for item, name in _COUPLING.items()},

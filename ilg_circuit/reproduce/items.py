@@ -1,4 +1,4 @@
-"""What a remade table or figure consists of: numbers beside the paper's, checks, the paper's claims, a picture."""
+"""Parts of a reproduced table or figure: numbers beside the paper's, checks, the paper's claims, a picture."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .published import Published, half_a_digit, published
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from .runs import Runs
+    from .paper_runs import PaperRuns
 
-#: What the lights mean, best first.
-LIGHTS = {
+#: Statuses of an item and their meaning, best first.
+STATUSES = {
     "agrees": "our run agrees, and nothing here contradicts the paper",
     "differs": "our run agrees with what the paper's equations recompute to; what it prints or claims differs",
     "fails": "our run disagrees, or could not be made",
@@ -44,7 +44,7 @@ class Row:
 
     @property
     def agrees(self) -> bool:
-        """Ours is the recomputed number to the digits given there."""
+        """True if ours is the recomputed number to the digits given there."""
         if not self.paper.recomputed:
             return True
         allowed = self.paper.rounding if self.allowed is None else self.allowed
@@ -52,7 +52,7 @@ class Row:
 
     @property
     def contradicts(self) -> bool:
-        """What is printed is not what it recomputes to, beyond rounding."""
+        """True if the printed number differs from the recomputed one beyond rounding."""
         printed, recomputed = self.paper.printed, self.paper.recomputed
         if not (printed and recomputed):
             return False
@@ -63,7 +63,7 @@ class Row:
     def reason(self) -> str:
         return "; ".join(text for text in (self.paper.reason, self.note) if text)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         return {
             "quantity": self.paper.item,
             "where": self.paper.where,
@@ -79,7 +79,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Check:
-    """``what`` of ours compared with ``reference``: the largest difference relative to the largest value."""
+    """Comparison of ``what`` with ``reference``: the largest difference relative to the largest value."""
 
     what: str
     reference: str
@@ -90,7 +90,7 @@ class Check:
     def agrees(self) -> bool:
         return self.value <= self.limit
 
-    def to_json(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         return {
             "what": self.what,
             "reference": self.reference,
@@ -102,7 +102,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Claim:
-    """What the paper says in words, whether it ``holds`` in our run (None: cannot be known), and what was found."""
+    """A statement of the paper, whether it ``holds`` in our run (None: cannot be known), and what was found."""
 
     text: str
     holds: bool | None
@@ -112,13 +112,13 @@ class Claim:
     def verdict(self) -> str:
         return {True: "holds", False: "does not hold", None: "cannot be known"}[self.holds]
 
-    def to_json(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         return {"claim": self.text, "verdict": self.verdict, "found": self.found}
 
 
 @dataclass(frozen=True)
-class Made:
-    """An item remade. ``unknown``: what the paper does not say, and what was taken instead; ``files``: name -> text."""
+class Reproduction:
+    """A reproduced item. ``unknown``: what the paper does not say, and the assumption made; ``files``: name -> text."""
 
     rows: tuple[Row, ...] = ()
     checks: tuple[Check, ...] = ()
@@ -148,56 +148,56 @@ class Item:
     caption: str
     equation: str
     commands: tuple[str, ...]
-    make: Callable[[Runs], Made]
+    make: Callable[[PaperRuns], Reproduction]
     needs_arm: bool = False
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """An item after the attempt: ``made``, or ``failure`` says why not. ``seconds`` it took."""
+    """An item after the attempt: its ``reproduction``, or the ``failure``; ``seconds`` that it took."""
 
     item: Item
-    made: Made | None
+    reproduction: Reproduction | None
     failure: str = ""
     seconds: float = 0.0
 
     @property
-    def light(self) -> str:
-        """One of `LIGHTS`."""
-        if self.made is None or not self.made.agrees:
+    def status(self) -> str:
+        """One of `STATUSES`."""
+        if self.reproduction is None or not self.reproduction.agrees:
             return "fails"
-        return "differs" if self.made.contradicted else "agrees"
+        return "differs" if self.reproduction.contradicted else "agrees"
 
     @property
     def agreement(self) -> str:
-        """The worst number of each kind, in a few words."""
-        if self.made is None:
+        """The worst number of each kind, as text."""
+        if self.reproduction is None:
             return f"not made: {self.failure}"
         words = []
-        compared = [row for row in self.made.rows if row.paper.recomputed]
+        compared = [row for row in self.reproduction.rows if row.paper.recomputed]
         if compared:
             words.append(f"{sum(row.agrees for row in compared)} of {len(compared)} numbers to the digits given")
-        if self.made.checks:
-            worst = max(self.made.checks, key=lambda c: c.value / c.limit)
+        if self.reproduction.checks:
+            worst = max(self.reproduction.checks, key=lambda c: c.value / c.limit)
             words.append(f"{worst.what}: {worst.value:.1e} from {worst.reference}")
-        denied = sum(claim.holds is False for claim in self.made.claims)
+        denied = sum(claim.holds is False for claim in self.reproduction.claims)
         if denied:
-            words.append(f"{denied} of {len(self.made.claims)} claims not borne out")
+            words.append(f"{denied} of {len(self.reproduction.claims)} claims not borne out")
         return "; ".join(words)
 
-    def to_json(self) -> dict[str, Any]:
-        made = self.made or Made()
+    def to_dict(self) -> dict[str, Any]:
+        made = self.reproduction or Reproduction()
         return {
             "id": self.item.id,
             "title": self.item.title,
-            "light": self.light,
+            "light": self.status,
             "agreement": self.agreement,
             "failure": self.failure,
             "seconds": round(self.seconds, 3),
             "commands": list(self.item.commands),
-            "rows": [row.to_json() for row in made.rows],
-            "checks": [check.to_json() for check in made.checks],
-            "claims": [claim.to_json() for claim in made.claims],
+            "rows": [row.to_dict() for row in made.rows],
+            "checks": [check.to_dict() for check in made.checks],
+            "claims": [claim.to_dict() for claim in made.claims],
             "unknown": list(made.unknown),
         }
 

@@ -7,19 +7,19 @@ from pathlib import Path
 from typing import Any
 
 from ..report.html import png, render
-from .items import LIGHTS, Made, Outcome, Row
+from .items import STATUSES, Outcome, Reproduction, Row
 from .published import Published, misprints
 
 _PAPERS = {
     "EC": "Electromechanical Coupling Model for Ionic Liquid Gel Soft Actuators",
     "CPG": "Motion Simulation of Ionic Liquid Gel Soft Actuators Based on CPG Control",
 }
-#: Sign and word of a light, for readers who see no colour.
+#: Sign and word of a status, for readers who see no colour.
 _SIGNS = {"agrees": ("●", "agrees"), "differs": ("▲", "paper differs"), "fails": ("✖", "fails")}
 
 
 def page(outcomes: Sequence[Outcome]) -> str:
-    """The text of the page."""
+    """Return the text of the page."""
     return render(
         Path(__file__).with_name("page.html.j2"),
         {
@@ -31,8 +31,8 @@ def page(outcomes: Sequence[Outcome]) -> str:
                 }
                 for short, name in _PAPERS.items()
             ],
-            "lights": [{"light": light, "sign": _SIGNS[light], "meaning": LIGHTS[light]} for light in LIGHTS],
-            "counts": {light: sum(o.light == light for o in outcomes) for light in LIGHTS},
+            "statuses": [{"status": s, "sign": _SIGNS[s], "meaning": meaning} for s, meaning in STATUSES.items()],
+            "counts": {s: sum(o.status == s for o in outcomes) for s in STATUSES},
             "contradictions": _contradictions(outcomes),
             "misprints": misprints(),
             "seconds": f"{sum(o.seconds for o in outcomes):.0f}",
@@ -41,15 +41,15 @@ def page(outcomes: Sequence[Outcome]) -> str:
 
 
 def _item(outcome: Outcome) -> dict[str, Any]:
-    item, made = outcome.item, outcome.made or Made()
+    item, made = outcome.item, outcome.reproduction or Reproduction()
     return {
         "id": item.id,
         "title": item.title,
         "caption": item.caption,
         "equation": item.equation,
         "commands": item.commands,
-        "light": outcome.light,
-        "sign": _SIGNS[outcome.light],
+        "status": outcome.status,
+        "sign": _SIGNS[outcome.status],
         "agreement": outcome.agreement,
         "failure": outcome.failure,
         "rows": [_row(row) for row in made.rows],
@@ -91,10 +91,10 @@ def _quantity(paper: Published) -> str:
 
 
 def _contradictions(outcomes: Sequence[Outcome]) -> list[dict[str, str]]:
-    """Every printed number that is not what it recomputes to, once."""
+    """Return every printed number that differs from the recomputed one, once."""
     found: dict[tuple[str, str], dict[str, str]] = {}
     for outcome in outcomes:
-        for row in (outcome.made or Made()).rows:
+        for row in (outcome.reproduction or Reproduction()).rows:
             if row.contradicts:
                 entry = _row(row) | {"id": outcome.item.id, "reason": row.paper.reason}
                 found.setdefault((row.paper.table, row.paper.item), entry)

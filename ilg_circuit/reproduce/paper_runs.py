@@ -44,7 +44,7 @@ def printed_displacement(t: Array) -> Array:
     return np.asarray(1e-3 * (steady - np.exp(-decay * t) * swing))
 
 
-class Runs:
+class PaperRuns:
     """Solves of the paper's strip under its 4 V step, identifications, and the paper's rhythm."""
 
     @cached_property

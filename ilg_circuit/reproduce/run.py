@@ -1,4 +1,4 @@
-"""Make items one after another: what fails is an outcome too, and stops nothing."""
+"""Runs of the items, one after another; a failure is an outcome, too, and stops nothing."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from typing import Any
 from ..errors import IlgError, InputError
 from ..extras import require_arm
 from ..files import require_writable, write_text
+from ..provenance import Provenance
 from ..report.axes import save
-from .items import LIGHTS, Item, Made, Outcome
-from .runs import Runs
+from .items import STATUSES, Item, Outcome, Reproduction
+from .paper_runs import PaperRuns
 
 _NUMBERS, _PAGE = "reproduce.json", "index.html"
 
 Progress = Callable[[int, int], None]
 
 
-def make(items: Sequence[Item], progress: Progress | None = None) -> list[Outcome]:
-    """Every item's outcome. ``progress(done, total)`` is called after each."""
-    runs, outcomes = Runs(), []
+def run(items: Sequence[Item], progress: Progress | None = None) -> list[Outcome]:
+    """Return every item's outcome. ``progress(done, total)`` is called after each."""
+    runs, outcomes = PaperRuns(), []
     for k, item in enumerate(items):
         outcomes.append(_attempt(item, runs))
         if progress:
@@ -30,7 +31,7 @@ def make(items: Sequence[Item], progress: Progress | None = None) -> list[Outcom
     return outcomes
 
 
-def _attempt(item: Item, runs: Runs) -> Outcome:
+def _attempt(item: Item, runs: PaperRuns) -> Outcome:
     start = time.monotonic()
     try:
         if item.needs_arm:
@@ -39,13 +40,13 @@ def _attempt(item: Item, runs: Runs) -> Outcome:
     except IlgError as error:
         return Outcome(item, None, str(error), time.monotonic() - start)
     except Exception as error:
-        # a fault of ours in one item must not cost the others; the page and the exit code say so
+        # a fault in one item must not stop the others; the page and the exit code report it
         return Outcome(item, None, f"{type(error).__name__}: {error}", time.monotonic() - start)
     return Outcome(item, made, "", time.monotonic() - start)
 
 
-def prepared(folder: Path) -> Path:
-    """The folder for the results, made if absent. Raises InputError where it cannot be made or written."""
+def output_folder(folder: Path) -> Path:
+    """Return the folder for the results, made if absent. Raises InputError where it cannot be made or written."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -55,10 +56,11 @@ def prepared(folder: Path) -> Path:
     return folder
 
 
-def write(outcomes: Sequence[Outcome], folder: Path) -> list[Path]:
+def write(outcomes: Sequence[Outcome], folder: Path, provenance: Provenance | None = None) -> list[Path]:
     """Write pictures, items' files, reproduce.json and the page into ``folder``, each whole; the page last.
 
-    Of an item that has no picture now, one that an earlier run left is removed. Returns the paths, the page last.
+    The picture of an earlier run is removed where an item has none now. Returns the paths, the page last. Raises
+    InputError for what cannot be written.
     """
     from .page import page
 
@@ -69,7 +71,7 @@ def write(outcomes: Sequence[Outcome], folder: Path) -> list[Path]:
         return folder / name
 
     for outcome in outcomes:
-        made, picture = outcome.made or Made(), f"{outcome.item.id}.png"
+        made, picture = outcome.reproduction or Reproduction(), f"{outcome.item.id}.png"
         if made.figure is not None:
             save(made.figure, target(picture))
         else:
@@ -77,14 +79,15 @@ def write(outcomes: Sequence[Outcome], folder: Path) -> list[Path]:
         for name, text in made.files.items():
             if folder / name not in written:
                 write_text(target(name), text)
-    write_text(target(_NUMBERS), json.dumps(to_json(outcomes), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    content = to_dict(outcomes) | {"provenance": (provenance or Provenance()).to_dict()}
+    write_text(target(_NUMBERS), json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     write_text(target(_PAGE), page(outcomes))
     return written
 
 
-def to_json(outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """All numbers. Numbers stand in the unit that is beside them."""
+def to_dict(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Return all numbers, each in the unit beside it."""
     return {
-        "items": [outcome.to_json() for outcome in outcomes],
-        "count": {light: sum(o.light == light for o in outcomes) for light in LIGHTS},
+        "items": [outcome.to_dict() for outcome in outcomes],
+        "count": {status: sum(o.status == status for o in outcomes) for status in STATUSES},
     }

@@ -131,4 +131,5 @@ def test_motions_of_0_1_0_are_read(tmp_path: Path, name: str, segments: int, eve
     again = read_motion(tmp_path / "again.nc")
     assert (again.warnings, again.events) == (old.warnings, old.events)
     assert (again.positions == old.positions).all()
-    assert (again.signals.keys() == old.signals.keys()) and bool(again.signals) == (name == "motion")
+    assert again.signals.keys() == old.signals.keys()
+    assert bool(again.signals) == (name == "motion")

@@ -59,7 +59,7 @@ def test_an_item_that_fails_shows_in_page_and_exit_code(
         raise SolveError("the circuit has no answer")
 
     items = [replace(ITEMS[0], make=fail), next(item for item in ITEMS if item.id == "EC-E37")]
-    monkeypatch.setattr("ilg_circuit.reproduce.chosen", lambda only: items)
+    monkeypatch.setattr("ilg_circuit.reproduce.select", lambda only: items)
     outcome = run("reproduce", "out")
     assert outcome.code == 1
     assert "1 of 2 items fail: EC-T1" in outcome.err

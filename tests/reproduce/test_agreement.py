@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ilg_circuit.reproduce import Check, Claim, Item, Made, Outcome, Row
+from ilg_circuit.reproduce import Check, Claim, Item, Outcome, Reproduction, Row
 from ilg_circuit.reproduce.published import Published
 
 NUMBER = Published("table", "force", "F", "(39)", "uN", "184", "0.1751", "mm read as m")
-ITEM = Item("EC-X", "title", "", "F = m a", (), lambda runs: Made())
+ITEM = Item("EC-X", "title", "", "F = m a", (), lambda runs: Reproduction())
 
 
-def light(**made: Any) -> str:
-    return Outcome(ITEM, Made(**made)).light
+def status(**made: Any) -> str:
+    return Outcome(ITEM, Reproduction(**made)).status
 
 
 @given(st.floats(-0.9, 0.9))
@@ -54,21 +54,21 @@ def test_printed_against_recomputed(printed: str, recomputed: str, contradicts: 
     assert Row(replace(NUMBER, printed=printed, recomputed=recomputed), 1.0).contradicts == contradicts
 
 
-def test_lights() -> None:
+def test_statuses() -> None:
     right, wrong = Row(replace(NUMBER, printed="0.1751"), 0.1751), Row(NUMBER, 0.18)
-    assert light() == "agrees"
-    assert light(rows=(right,), checks=(Check("a", "b", 1e-7, 1e-6),)) == "agrees"
-    assert light(rows=(Row(NUMBER, 0.1751),)) == "differs"
-    assert light(claims=(Claim("it reaches any place", False, "no"),)) == "differs"
-    assert light(claims=(Claim("it reaches any place", None, "which?"),)) == "agrees"
-    assert light(rows=(wrong,)) == "fails"
-    assert light(checks=(Check("a", "b", 1e-5, 1e-6),)) == "fails"
-    assert light(checks=(Check("a", "b", float("nan"), 1e-6),)) == "fails"
-    assert Outcome(ITEM, None, "no ngspice").light == "fails"
+    assert status() == "agrees"
+    assert status(rows=(right,), checks=(Check("a", "b", 1e-7, 1e-6),)) == "agrees"
+    assert status(rows=(Row(NUMBER, 0.1751),)) == "differs"
+    assert status(claims=(Claim("it reaches any place", False, "no"),)) == "differs"
+    assert status(claims=(Claim("it reaches any place", None, "which?"),)) == "agrees"
+    assert status(rows=(wrong,)) == "fails"
+    assert status(checks=(Check("a", "b", 1e-5, 1e-6),)) == "fails"
+    assert status(checks=(Check("a", "b", float("nan"), 1e-6),)) == "fails"
+    assert Outcome(ITEM, None, "no ngspice").status == "fails"
 
 
 def test_agreement_in_words() -> None:
-    made = Made(
+    made = Reproduction(
         rows=(Row(NUMBER, 0.1751), Row(NUMBER, 0.2)),
         checks=(Check("near", "x", 1e-9, 1e-6), Check("current", "(30)", 5e-7, 1e-6)),
         claims=(Claim("so", False, ""), Claim("so too", True, "")),
@@ -80,5 +80,5 @@ def test_agreement_in_words() -> None:
 
 
 def test_json_has_no_nan() -> None:
-    assert Row(NUMBER, float("nan")).to_json()["ours"] is None
+    assert Row(NUMBER, float("nan")).to_dict()["ours"] is None
     assert not Row(NUMBER, float("nan")).agrees

@@ -7,35 +7,35 @@ import math
 
 import numpy as np
 import pytest
-from ilg_circuit.reproduce.runs import Runs
 
 from ilg_circuit.cpg.rhythm import rhythm
-from ilg_circuit.reproduce import ITEMS, Outcome, make
+from ilg_circuit.reproduce import ITEMS, Outcome, run
 from ilg_circuit.reproduce.catalogue import REFERENCE
 from ilg_circuit.reproduce.cpg_rhythm import edge
+from ilg_circuit.reproduce.paper_runs import PaperRuns
 from ilg_circuit.reproduce.published import published
 
 
 def outcome(name: str) -> Outcome:
-    (found,) = make([item for item in ITEMS if item.id == name])
+    (found,) = run([item for item in ITEMS if item.id == name])
     return found
 
 
 def test_the_rhythm() -> None:
     found = outcome("CPG-R")
-    assert found.light == "agrees", found.to_json()
-    assert found.made is not None
-    values = {row.paper.item: row.ours for row in found.made.rows}
+    assert found.status == "agrees", found.to_dict()
+    assert found.reproduction is not None
+    values = {row.paper.item: row.ours for row in found.reproduction.rows}
     assert values["period"] == pytest.approx(1.035463, abs=5e-7)
     assert values["amplitude"] == pytest.approx(0.462008, abs=5e-7)
 
 
 def test_the_commands_measure_motions_by_the_papers_amplitude() -> None:
-    assert float(REFERENCE.split()[1]) == pytest.approx(rhythm(Runs().network()).amplitude, rel=1e-5)
+    assert float(REFERENCE.split()[1]) == pytest.approx(rhythm(PaperRuns().network()).amplitude, rel=1e-5)
 
 
 def test_an_edge_is_bracketed() -> None:
-    runs = Runs()
+    runs = PaperRuns()
     assert edge(lambda t: runs.network(2, rise_time=t), 0.3, 0.6, 2e-3) == pytest.approx(0.45, abs=2e-3)
 
 
@@ -48,16 +48,16 @@ class TestWithTheArm:
     @pytest.mark.parametrize("name", ["CPG-F10", "CPG-F12", "CPG-S"])
     def test_motions_keep_their_laws(self, name: str) -> None:
         found = outcome(name)
-        assert found.light == "agrees", found.to_json()
-        assert found.made is not None
-        assert found.made.figure is not None
-        assert any("mutual inhibition a is lost" in text for text in found.made.unknown)
+        assert found.status == "agrees", found.to_dict()
+        assert found.reproduction is not None
+        assert found.reproduction.figure is not None
+        assert any("mutual inhibition a is lost" in text for text in found.reproduction.unknown)
 
     def test_a_slow_rhythm_passes_through_the_circuit(self) -> None:
         from ilg_circuit.arm.coupling import couple
         from ilg_circuit.reproduce.cpg_circuit import fundamental
 
-        runs = Runs()
+        runs = PaperRuns()
         period = 100 * runs.two_period
         ratio = fundamental(couple(runs.network(2), 1, 4 * period, mode="circuit", slower=100), period)
         kept, phase = (float(published("cpg_circuit", f"circuit_{name}_100").recomputed) for name in ("kept", "phase"))
@@ -67,7 +67,7 @@ class TestWithTheArm:
     def test_the_circuit_leaves_little_of_the_motion(self) -> None:
         from ilg_circuit.reproduce.cpg_motion import move
 
-        runs = Runs()
+        runs = PaperRuns()
         ideal, real = (move(runs, runs.network(), mode=mode) for mode in ("ideal", "circuit"))
         assert real.largest < 0.03 * ideal.largest
         assert np.linalg.norm(ideal.displacement[0]) == 0.0

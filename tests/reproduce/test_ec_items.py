@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ilg_circuit.reproduce import ITEMS, Made, Outcome, make
+from ilg_circuit.reproduce import ITEMS, Outcome, Reproduction, run
 from ilg_circuit.reproduce.ec_sizes import at_rest, sized
 from ilg_circuit.reproduce.ec_tables import coupling_of_curve, spread
 from ilg_circuit.reproduce.published import table
@@ -16,18 +16,18 @@ INPUTS = {("ec_points", "voltage"), ("ec_points", "youngs_modulus")}
 
 @pytest.fixture(scope="module")
 def outcomes() -> dict[str, Outcome]:
-    return {outcome.item.id: outcome for outcome in make(EC)}
+    return {outcome.item.id: outcome for outcome in run(EC)}
 
 
-def made(outcomes: dict[str, Outcome], name: str) -> Made:
-    found = outcomes[name].made
+def made(outcomes: dict[str, Outcome], name: str) -> Reproduction:
+    found = outcomes[name].reproduction
     assert found is not None, outcomes[name].failure
     return found
 
 
 @pytest.mark.parametrize("name", [item.id for item in EC])
 def test_it_agrees(outcomes: dict[str, Outcome], name: str) -> None:
-    assert outcomes[name].light != "fails", outcomes[name].to_json()
+    assert outcomes[name].status != "fails", outcomes[name].to_dict()
 
 
 def test_no_recomputed_number_is_left_out(outcomes: dict[str, Outcome]) -> None:
@@ -46,11 +46,11 @@ def test_every_figure_is_drawn(outcomes: dict[str, Outcome], name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "light"),
+    ("name", "status"),
     [("EC-T2", "differs"), ("EC-T3", "differs"), ("EC-E39", "differs"), ("EC-F11", "agrees"), ("EC-F12", "agrees")],
 )
-def test_lights(outcomes: dict[str, Outcome], name: str, light: str) -> None:
-    assert outcomes[name].light == light
+def test_statuses(outcomes: dict[str, Outcome], name: str, status: str) -> None:
+    assert outcomes[name].status == status
 
 
 def test_force_and_constants_as_corrected(outcomes: dict[str, Outcome]) -> None:

@@ -9,20 +9,20 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from ilg_circuit.reproduce.runs import Runs
 
 from ilg_circuit.errors import SolveError
 from ilg_circuit.report.axes import new_figure
-from ilg_circuit.reproduce import ITEMS, Check, Claim, Item, Made, Outcome, Row, make, write
+from ilg_circuit.reproduce import ITEMS, Check, Claim, Item, Outcome, Reproduction, Row, run, write
 from ilg_circuit.reproduce.items import rows
 from ilg_circuit.reproduce.page import page
+from ilg_circuit.reproduce.paper_runs import PaperRuns
 from ilg_circuit.reproduce.published import misprints
 
 
-def drawn(runs: Runs) -> Made:
+def drawn(runs: PaperRuns) -> Reproduction:
     figure, (panel,) = new_figure(1, [1.0])
     panel.plot([0, 1], [0, 1])
-    return Made(
+    return Reproduction(
         rows=rows("ec_curves", {"force_steady": 0.17507e-6, "force_steady_factor": 5.252e-4}),
         checks=(Check("force", "(39)", 2e-7, 1e-5),),
         claims=(Claim("it is <small>", True, "0.175 uN & no more"),),
@@ -32,11 +32,11 @@ def drawn(runs: Runs) -> Made:
     )
 
 
-def broken(runs: Runs) -> Made:
+def broken(runs: PaperRuns) -> Reproduction:
     raise SolveError("ngspice gave up <here>")
 
 
-def faulty(runs: Runs) -> Made:
+def faulty(runs: PaperRuns) -> Reproduction:
     raise ZeroDivisionError("a fault")
 
 
@@ -47,18 +47,18 @@ FAULTY = replace(GOOD, id="CPG-Z", title="faulty", make=faulty)
 
 @pytest.fixture(scope="module")
 def outcomes() -> list[Outcome]:
-    return make([GOOD, BAD, FAULTY])
+    return run([GOOD, BAD, FAULTY])
 
 
 def test_a_failure_stops_nothing(outcomes: list[Outcome]) -> None:
-    assert [outcome.light for outcome in outcomes] == ["differs", "fails", "fails"]
+    assert [outcome.status for outcome in outcomes] == ["differs", "fails", "fails"]
     assert outcomes[1].failure == "ngspice gave up <here>"
     assert outcomes[2].failure == "ZeroDivisionError: a fault"
 
 
 def test_progress_is_told() -> None:
     told: list[tuple[int, int]] = []
-    make([BAD, BAD], lambda done, total: told.append((done, total)))
+    run([BAD, BAD], lambda done, total: told.append((done, total)))
     assert told == [(1, 2), (2, 2)]
 
 
@@ -114,7 +114,7 @@ def test_ids_are_unique_and_every_item_tells_how_to_repeat_it() -> None:
 
 
 def test_a_number_off_its_digits_fails() -> None:
-    off = Made(rows=rows("ec_curves", {"force_steady": 0.1752e-6}))
-    assert Outcome(GOOD, off).light == "fails"
+    off = Reproduction(rows=rows("ec_curves", {"force_steady": 0.1752e-6}))
+    assert Outcome(GOOD, off).status == "fails"
     assert "bad" in page([Outcome(GOOD, off)])
     assert isinstance(off.rows[0], Row)
