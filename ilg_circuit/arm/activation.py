@@ -1,4 +1,4 @@
-"""What drives an arm: activation of each segment over time, linear between given times."""
+"""Activation of an arm: a value for each segment over time, linear between given times."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def sampled(arm: Arm, signal: Callable[[Array], Array], times: ArrayLike, text: 
 
 
 def sine(arm: Arm, amplitude: float, period: float, duration: float) -> Activation:
-    """The bounded sine amplitude sin(2 pi t/period) in every segment alike, 200 points a period."""
+    """Return the sine amplitude sin(2 pi t/period), bounded, equal in all segments, 200 points a period."""
     for name, value in (("period", period), ("duration", duration)):
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name} {value:g} s must be more than zero")

@@ -31,7 +31,7 @@ _MOST_HALVINGS = 4
 
 @dataclass(frozen=True)
 class Transient:
-    """What ngspice found at the times asked for, each (t, n) for n segments.
+    """Waveforms by ngspice at the requested times, each (t, n) for n segments.
 
     ``charges`` [C] on each segment's ion path, ``strains`` of the face towards the cathode, free; ``error`` is that of
     the strains, relative to their largest. ``outputs`` of the network and ``voltages`` [V], where the neurons are in

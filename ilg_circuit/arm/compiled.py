@@ -35,14 +35,14 @@ _drop_stale()
 
 
 def compiled(function: Function) -> Function:
-    """``function`` in machine code. No fast-math: the kernels watch for values that are not finite."""
+    """Return ``function`` in machine code. No fast-math: the kernels watch for values that are not finite."""
     compile_later: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
     result: Function = compile_later(function)
     return result
 
 
 def compiled_loosely(function: Function) -> Function:
-    """As `compiled`, and sums may be taken in any order, several terms at once."""
+    """Return ``function`` as `compiled`; sums may be reordered and vectorised."""
     compile_later: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})
     result: Function = compile_later(function)
     return result

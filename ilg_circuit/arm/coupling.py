@@ -45,7 +45,7 @@ _MOST_SAMPLES = 2_000_000
 
 @dataclass(frozen=True)
 class TimeScale:
-    """What the mode makes of a rhythm of ``period`` [s]: part of the ideal amplitude kept, and phase [deg]."""
+    """Transfer of a rhythm of ``period`` [s] by the mode: fraction of the ideal amplitude kept, and phase [deg]."""
 
     period: float
     kept: float
@@ -54,7 +54,7 @@ class TimeScale:
 
 @dataclass(frozen=True)
 class Coupled:
-    """The way from rhythm to strain at ``time`` [s] (t,), each (t, n) for n segments.
+    """Signals from rhythm to strain at ``time`` [s] (t,), each (t, n) for n segments.
 
     ``outputs`` of the network; ``voltages`` [V]; ``charges`` [C] on each segment's ion path (zero in ``ideal`` mode);
     ``strains``, free, of the face towards the cathode. ``scales``: the rhythm as it is, ten and a hundred times slower.
@@ -128,7 +128,7 @@ def couple(
     reference: float | None = None,
     neurons_in_circuit: bool = False,
 ) -> Coupled:
-    """Run ``network`` over ``duration`` [s] and carry its outputs through ``mode`` to ``segments`` strains.
+    """Run ``network`` over ``duration`` [s] and transfer its outputs by ``mode`` to the strains of ``segments``.
 
     ``actuator`` is the strip that segments are cut from, each ``segment_length`` [m] (default: its free length over
     their number); ``voltage`` Vmax [V]; ``units`` (segments,) is the unit that drives each segment. ``slower``
@@ -202,7 +202,7 @@ def strip_charge(actuator: Actuator) -> float:
 
 
 def segment_strip(actuator: Actuator, segments: int, length: float | None = None) -> Actuator:
-    """The piece of strip of one segment: R L/l, C l/L, time constants unchanged; ``length`` l [m] as in `couple`."""
+    """Return the piece of strip of one segment: R L/l, C l/L, time constants unchanged; ``length`` l [m]."""
     piece = actuator.geometry.free_length / segments if length is None else length
     if not (np.isfinite(piece) and piece > 0):
         raise InputError(f"segment length {piece:g} m must be more than zero")
@@ -222,7 +222,7 @@ def _times(network: Network, period: float | None, duration: float) -> Array:
 
 
 def unit_of_segment(count: int, segments: int, units: ArrayLike | None = None) -> NDArray[np.intp]:
-    """Which of ``count`` units drives each segment (segments,): the nearest to its place along the arm, if not told."""
+    """Return the unit, of ``count``, that drives each segment (segments,): by default the nearest along the arm."""
     if units is None:
         return np.minimum((np.arange(segments) + 0.5) * count / segments, count - 1).astype(np.intp)
     given = np.asarray(units)
@@ -235,7 +235,7 @@ def unit_of_segment(count: int, segments: int, units: ArrayLike | None = None) -
 
 
 def _scales(strip: Actuator, mode: str, period: float | None) -> tuple[TimeScale, ...]:
-    """The transfer from voltage to strain over its value at rest, at the rhythm's period and slower ones."""
+    """Return the transfer from voltage to strain over its static value, at the rhythm's period and slower."""
     if period is None:
         return ()
     periods = period * np.array([1.0, 10.0, 100.0])

@@ -82,7 +82,7 @@ def _fastest(m: Model, q: Array, a: Array, *, by_velocity: bool) -> float:
 
 
 def choose(arm: Arm, drive: Activation, duration: float, tolerance: float = TOLERANCE) -> tuple[str, str]:
-    """Method for a motion and why: the one that needs less work, by the stiffness and by what is to be resolved."""
+    """Return the method with less work for a motion, and why, from the stiffness and the time scales to resolve."""
     rates = stiffness(arm, drive)
     times = corners(drive, tolerance)
     knots = int(((times > 0) & (times < duration)).sum()) / duration
@@ -202,7 +202,7 @@ def _failure(run: Integration, status: int) -> SolveError:
 
 
 def _watch(arm: Arm, samples: Array, run: Integration) -> list[Event]:
-    """Events that the samples show: the outline crosses itself, the plane is touched."""
+    """Return the events visible in the samples: the outline crosses itself, the plane is touched."""
     events = []
     for time, q in zip(samples, run.positions, strict=True):
         segment = crosses_itself(q)

@@ -41,7 +41,7 @@ _ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 
 
 
 class Integration(NamedTuple):
-    """What a kernel works through and where it writes; K stops, T samples.
+    """Inputs and outputs of a kernel; K stops, T samples.
 
     A step ends at each of ``stops`` [s] (K,); ``sample`` (K,) is the sample's number there or -1. The activation is
     linear between ``times`` [s] (J,), ``values`` (J, n, 3). ``q``, ``v`` are the state between calls. ``clock``: time,

@@ -98,7 +98,7 @@ class Arm:
 
     ``tip_thickness`` and ``tip_depth`` give a linear taper. ``damping`` is the loss time c/k [s] of the beam's springs
     and of its shear (Kelvin-Voigt: a mode of angular frequency w is damped by w damping/2). ``direction`` [rad] is the
-    axis at the base, ``gravity`` [m/s^2] a vector, ``curvature`` [1/m] that of the rest shape, one value or one a
+    axis at the base, ``gravity`` [m/s^2] a vector, ``curvature`` [1/m] of the rest shape, one value or one a
     segment, positive towards +normal. ``stabilisation`` [1/s] is beta, with which errors of a cell's area die away.
     """
 
@@ -108,8 +108,8 @@ class Arm:
     density: float = quantity("kg/m^3", "density")
     youngs_modulus: float = quantity("Pa", "Young's modulus of the beam formulation", default=7600.0)
     damping: float = quantity("s", "loss time c/k of the beam formulation", zero=True, default=0.0)
-    tip_thickness: float | None = quantity("m", "thickness at the tip; that of the base if absent", default=None)
-    tip_depth: float | None = quantity("m", "depth at the tip; that of the base if absent", default=None)
+    tip_thickness: float | None = quantity("m", "thickness at the tip; as at the base if absent", default=None)
+    tip_depth: float | None = quantity("m", "depth at the tip; as at the base if absent", default=None)
     segments: int = 15
     formulation: str = "beam"
     muscle: Muscle = Muscle()

@@ -35,7 +35,7 @@ RHYTHMS = ("unit", "ring", "one-way-ring", "chain")
 #: constants 1.4 to 4; a one-way ring begins at 2.17), the stretching of the time constants, ks = kc of a chain.
 BOUNDS = {"tonic": (0.1, 2.0), "inhibition": (1.5, 3.9), "slower": (0.5, 100.0), "connection": (0.02, 0.3)}
 _ONE_WAY_INHIBITION = (2.25, 3.9)
-#: A tip that comes this near to the target, in arm lengths, has reached it.
+#: Distance in arm lengths within which a tip has reached the target.
 TOLERANCE = 0.01
 #: Share of the disc of the arm's length from which on any position counts as reachable.
 EVERYWHERE = 0.99
@@ -45,7 +45,7 @@ _STARTS, _LOCAL = 3, 30
 #: While searching: samples of the rhythm and of the motion in a period, and the error of a step.
 _SIGNAL, _PATH, _STEP_ERROR = 100, 40, 1e-3
 _PATHS = (100, 800)
-#: A place that is not visited is this many arm lengths away: where a motion could not be computed.
+#: Distance in arm lengths that stands for a motion that could not be computed.
 _FAR = 10.0
 #: Squares, along a side of the rectangle about all visited places, that are counted at most.
 _SQUARES = 800
@@ -200,7 +200,7 @@ def reach_target(
 
 
 class _Search:
-    """Tips as a function of a point in the unit cube of parameters."""
+    """Path of the tip as a function of a point in the unit cube of parameters."""
 
     def __init__(
         self, arm: Arm, rhythm_of: str, mode: str, actuator: Actuator, voltage: float, duration: float, start: Any
@@ -218,7 +218,7 @@ class _Search:
             self.bounds["inhibition"] = _ONE_WAY_INHIBITION
         low, high = BOUNDS["slower"]
         self.bounds["slower"] = (low, float(np.clip(duration / self.period, 2 * low, high)))
-        # what is wrong with voltage, mode and strip is said before the search
+        # errors in voltage, mode and strip are raised before the search
         couple(self.network({}), 1, 1e-3 * self.period, mode=mode, actuator=actuator, voltage=voltage)
         self.strip = segment_strip(actuator, arm.segments, self.length)
         self.largest = lumped_strain(actuator, voltage)
@@ -255,7 +255,7 @@ class _Search:
         shares = np.clip(outputs / self.reference, -1.0, 1.0)
         try:
             strains = self.largest * shares
-            if self.mode != "ideal":  # a strip for each unit: segments of one unit do alike
+            if self.mode != "ideal":  # a strip for each unit: all segments of a unit are equal
                 found = through_circuits(self.strip, signal, self.voltage * shares)
                 rest = strip_charge(self.strip) * self.voltage
                 strains = found.strains if self.mode == "circuit" else self.largest * found.charges / rest
@@ -346,5 +346,5 @@ def _passing(tips: Array, target: Array) -> tuple[float, int, float]:
 
 
 def _deflection(length: float, turn: float) -> float:
-    """How far [m] the tip of a straight arm moves when it becomes an arc of ``turn`` [rad]."""
+    """Return the displacement [m] of the tip of a straight arm that becomes an arc of ``turn`` [rad]."""
     return float(length * np.hypot(np.sinc(turn / np.pi) - 1, turn / 2 * np.sinc(turn / 2 / np.pi) ** 2))

@@ -28,7 +28,7 @@ from .statics import equilibrium
 #: Amplitude of a sine by formulation: the free strain of the `paper` strip at 4 V, 3 d0 V/b; a level at which the
 #: octopus arm bends strongly.
 AMPLITUDES = {"beam": 2.21e-3, "yekutieli": 0.02}
-#: Period of a sine [s]: that of the two-neuron oscillator at the paper's values.
+#: Period of a sine [s]: as of the two-neuron oscillator at the paper's values.
 PERIOD = 1.035463
 ACTIVATIONS = ("cpg", "sine", "wave")
 

@@ -5,7 +5,8 @@ In: a network and its start. Out: its rhythm, as data. May import: the ground fl
 Nothing is imported here, so that the command line starts fast:
 
 - `network`: `Network`, wirings (`unit`, `ring`, `chain`), starts, weights from a file
-- `rhythm`: what a network does in the end: cycle or rest, period, amplitude, phase lags
-- `report`: a run at given times, as CSV, JSON and text; `plots`: as pictures
-- `sweep`: rhythms over a parameter; `rest`: states of rest; `flow`: the exact flow; `netlist`: ngspice
+- `rhythm`: long-term behaviour of a network: cycle or rest, period, amplitude, phase lags
+- `run`: a run at given times; `cpg` in one call
+- `sweep`: rhythms over a parameter, `cpg_sweep` in one call
+- `rest`: states of rest; `flow`: the exact flow; `netlist`: ngspice
 """

@@ -217,7 +217,7 @@ class Flow:
         return self._pieces[key]
 
     def _start(self, z: Array, before: Active | None = None) -> Active:
-        """Which neurons are active just after ``z``: those with x > 0, and those at 0 that leave it upwards.
+        """Return the neurons active just after ``z``: those with x > 0, and those at 0 that leave it upwards.
 
         At x = 0 the first derivative that is not zero decides. Its value does not depend on the neuron's own output,
         but it may on the others' that are at 0 as well, so the set is found by repetition.
@@ -258,7 +258,7 @@ def _too_long(duration: float) -> InputError:
 
 
 def _first_switch(terms: Array, active: Active) -> tuple[float, int]:
-    """Where, in steps, the first of the polynomials ``terms`` (ORDER + 1, n) meets zero, and which; else (1, -1)."""
+    """Return when, in steps, and which of the polynomials ``terms`` (ORDER + 1, n) first meets zero; else (1, -1)."""
     sign = np.where(active, 1.0, -1.0)
     bernstein = sign[:, None] * (terms.T @ _BERNSTEIN)
     first, who = 1.0, -1
@@ -270,7 +270,7 @@ def _first_switch(terms: Array, active: Active) -> tuple[float, int]:
 
 
 def sign_changes(polynomial: Array, length: float = 1.0) -> Iterator[float]:
-    """Where in (0, ``length``) the ``polynomial`` (ORDER + 1,) in s changes sign, ascending.
+    """Return the points in (0, ``length``) where the ``polynomial`` (ORDER + 1,) in s changes sign, ascending.
 
     By Descartes' rule Bernstein coefficients of one sign have no root between them, with one change of sign exactly
     one; with more the interval is halved. The root itself comes from the polynomial as given.

@@ -142,7 +142,7 @@ class Measured:
 
 
 def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> Measured:
-    """Period and amplitude of the cycle that ``rhythm`` says there is, by ngspice from the same start.
+    """Measure period and amplitude of the cycle of ``rhythm`` by ngspice from the same start.
 
     The run goes on until the cycle's multiplier has left 1e-8 of the start, and four periods more; where that takes
     more than a hundred periods, it starts on the cycle and takes a hundred at most. The trapezoidal error goes as the

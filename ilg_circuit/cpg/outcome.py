@@ -22,8 +22,8 @@ _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
 class Cycle:
     """A periodic motion of ``network`` through ``state`` (2 n,), of ``period`` [s].
 
-    ``multiplier`` is the largest Floquet multiplier but the one of the motion itself, in magnitude: what is left of a
-    disturbance after a period; above 1 the cycle is unstable.
+    ``multiplier`` is the largest Floquet multiplier in magnitude, apart from the trivial one of the motion itself: the
+    factor by which a disturbance changes over a period; above 1 the cycle is unstable.
     """
 
     network: Network
@@ -33,7 +33,7 @@ class Cycle:
 
     @property
     def stable(self) -> bool:
-        """Whether disturbances die out (or, for a multiplier of one, at least do not grow)."""
+        """True if disturbances decay (or, for a multiplier of one, at least do not grow)."""
         return self.multiplier <= 1 + MARGINAL
 
     def stretches(self) -> list[Stretch]:

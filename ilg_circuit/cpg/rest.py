@@ -55,7 +55,7 @@ class RestState:
 
     @property
     def stable(self) -> bool:
-        """Whether every small disturbance dies out; a state on an edge or without growth is not counted."""
+        """True if every small disturbance decays; False for a state on an edge or without growth or decay."""
         return self.growth < 0 and not self.marginal and not self.edge
 
     @property
@@ -74,7 +74,7 @@ class RestStates:
 
     @property
     def stable(self) -> tuple[RestState, ...]:
-        """Those that hold."""
+        """The stable states."""
         return tuple(s for s in self.states if s.stable)
 
 
@@ -131,7 +131,7 @@ def _scale(network: Network) -> float:
 
 
 def _continuum(w: Array, inputs: Array, adaptation: float, active: Mask) -> bool:
-    """Whether an active set for which `_solve` finds no single state may have many."""
+    """Return True if an active set for which `_solve` finds no single state may have many."""
     if not active.any():
         return False
     matrix = (1 + adaptation) * np.eye(int(active.sum())) + w[np.ix_(active, active)]
@@ -213,7 +213,7 @@ def _subsets(count: int) -> Mask:
 
 
 def _searched(network: Network) -> list[Array]:
-    """States of rest by Newton's method on the active set, from many starts (always the same)."""
+    """Search states of rest by Newton's method on the active set, from many starts, equal in every call."""
     random = np.random.default_rng(20190901)
     found: dict[bytes, Array] = {}
     for _ in range(_SEARCHES):

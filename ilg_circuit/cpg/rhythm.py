@@ -51,29 +51,29 @@ _STOPPED = 1e-10
 
 
 def rhythm(network: Network, start: ArrayLike | None = None) -> Rhythm:
-    """Follow ``network`` from ``start`` (2 n,) = (x, v), by default the paper's, to where it goes.
+    """Return the long-term behaviour of ``network`` from ``start`` (2 n,) = (x, v), by default the paper's.
 
-    Raises InputError for a start that is none, or a network whose outputs grow without bound.
+    Raises InputError for a start of the wrong size, or a network whose outputs grow without bound.
     """
     state = checked_start(network, start)
-    alike = quotient(network, state)
-    small = _Follower(alike.network, alike.folded(state)).run()
-    if alike.trivial:
+    classes = quotient(network, state)
+    small = _Follower(classes.network, classes.folded(state)).run()
+    if classes.trivial:
         return small
-    full = _unfolded(small, network, state, alike)
-    return replace(full, findings=(*full.findings, *_instability(full, alike)))
+    full = _unfolded(small, network, state, classes)
+    return replace(full, findings=(*full.findings, *_instability(full, classes)))
 
 
-def _unfolded(small: Rhythm, network: Network, start: Array, alike: Quotient) -> Rhythm:
+def _unfolded(small: Rhythm, network: Network, start: Array, classes: Quotient) -> Rhythm:
     """The result for the classes as one for the full network, its stability judged anew."""
     cycle = small.cycle
     if cycle is not None:
-        state = alike.unfolded(cycle.state)
+        state = classes.unfolded(cycle.state)
         multiplier = _multiplier(network, _monodromy(Flow(network), state, cycle.period)[0])
         cycle = Cycle(network, state, cycle.period, multiplier)
     rest, cause = None, small.cause
     if small.rest is not None:
-        rest = alike.unfolded(small.rest)
+        rest = classes.unfolded(small.rest)
         code = "cpg-silent" if cause.code == "cpg-died-out" else cause.code
         cause = Finding(code, values={**cause.values, "active": _active(rest[: network.size])})
     return replace(
@@ -86,9 +86,9 @@ def _active(x: Array) -> list[int] | str:
     return [int(k) + 1 for k in np.flatnonzero(x > 0)] or "none"
 
 
-def _instability(full: Rhythm, alike: Quotient) -> tuple[Finding, ...]:
+def _instability(full: Rhythm, classes: Quotient) -> tuple[Finding, ...]:
     """Return a finding where identical neurons stay identical only because nothing disturbs them."""
-    members = [np.flatnonzero(alike.classes == c) + 1 for c in range(alike.network.size)]
+    members = [np.flatnonzero(classes.classes == c) + 1 for c in range(classes.network.size)]
     groups = [" = ".join(str(k) for k in g) for g in members if len(g) > 1]
     if full.cycle is not None and not full.cycle.stable:
         return (Finding("cpg-unstable-cycle", values={"groups": groups, "multiplier": full.cycle.multiplier}),)
@@ -114,7 +114,7 @@ class _Piece:
     radius: float
 
     def stays(self, away: Array, step: float) -> float:
-        """How long [s] a motion ``away`` (2 n,) from the rest surely stays in the piece, at least, to a factor of 2."""
+        """Return a lower bound [s], to a factor of 2, of the stay in the piece of a motion ``away`` (2 n,) from rest."""
         if self.inverse is None:
             inside = self.form is not None and away @ self.form @ away < self.radius
             return np.inf if inside else 0.0
@@ -144,7 +144,7 @@ class _Piece:
 
 
 class _Follower:
-    """One motion, followed until it is known where it goes."""
+    """One motion, followed until its outcome is known."""
 
     def __init__(self, network: Network, start: Array) -> None:
         self.network, self.start = network, start
@@ -189,13 +189,13 @@ class _Follower:
     # -- rest ----------------------------------------------------------------------------------------------------------
 
     def _has_ended(self, piece: _Piece, state: Array, stays: float) -> bool:
-        """Whether the motion is bound to its rest for ever, or, where no mode says so, has come to a stop."""
+        """Return True if the motion provably tends to its rest, or, where no mode decides, has stopped."""
         if piece.rest.stable:
             return bool(np.isinf(stays))
         return piece.rest.growth <= 0 and self._stopped(piece, state)
 
     def _hangs(self, piece: _Piece, stretch: Stretch, stays: float) -> bool:
-        """Whether no eigenvalue decides: a neutral mode for as long as can be told, or a stop between two pieces."""
+        """Return True if no eigenvalue decides: a mode that stays neutral, or a stop between two pieces."""
         neutral = piece.rest.marginal and stays > 1e9 * stretch.step
         return neutral or (piece.rest.edge and self._stopped(piece, stretch.terms[0]))
 
@@ -204,7 +204,7 @@ class _Follower:
         return bool(np.abs(self.flow.rate(state)).max() * self.network.rise_time <= _STOPPED * size)
 
     def _died_out(self, state: Array) -> bool:
-        """Whether a network without input has lost what it started with."""
+        """Return True if the initial activity of a network without input has decayed."""
         size = float(np.abs(self.start).max())
         return not self.network.tonics.any() and bool(np.abs(state).max() <= _STOPPED * size)
 
@@ -292,7 +292,7 @@ class _Follower:
         return self._shortest(cycle, size, returns) if cycle.stable else None
 
     def _shortest(self, cycle: Cycle, size: float, returns: int) -> Cycle:
-        """The same cycle with its least period: Newton's method may have found a multiple of it."""
+        """Return the cycle with its least period: Newton's method may have found a multiple."""
         for parts in range(returns, 1, -1):
             monodromy, end, _ = _monodromy(self.flow, cycle.state, cycle.period / parts)
             if np.abs(end - cycle.state).max() <= 1e3 * _CONVERGED * size:

@@ -1,7 +1,7 @@
-"""Neurons that start alike and receive alike stay alike: the smaller network that they are.
+"""Symmetry: neurons with equal starts and equal inputs stay equal, and are reduced to a smaller network.
 
-Rounding would part them sooner or later wherever being alike is unstable, and a network that rests for ever in theory
-would seem to oscillate. So a motion is computed for one neuron of each class: exact, and faster.
+Rounding would separate them wherever the symmetric motion is unstable, and a network that in theory rests for ever
+would seem to oscillate. So a motion is computed for one neuron of each class, which is exact, and faster.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ class Quotient:
 
     @property
     def trivial(self) -> bool:
-        """Whether every neuron is a class of its own."""
+        """True if every neuron is a class of its own."""
         return self.network.size == len(self.classes)
 
     def folded(self, state: Array) -> Array:
-        """State (2 c,) of the classes from one (2 n,) of the full network, alike within classes."""
+        """Return the state (2 c,) of the classes from a state (2 n,) of the full network, equal within classes."""
         n, c = len(self.classes), self.network.size
         result = np.empty(2 * c)
         result[self.classes] = state[:n]
@@ -37,13 +37,13 @@ class Quotient:
         return result
 
     def unfolded(self, states: Array) -> Array:
-        """States (..., 2 n) of the full network from those (..., 2 c) of the classes."""
+        """Return states (..., 2 n) of the full network from states (..., 2 c) of the classes."""
         c = self.network.size
         return np.concatenate([states[..., self.classes], states[..., c + self.classes]], axis=-1)
 
 
 def quotient(network: Network, start: Array) -> Quotient:
-    """The coarsest classes of neurons alike in start and tonic input that also receive alike from every class.
+    """Return the coarsest classes of neurons equal in start, tonic input, and input from every class.
 
     Found by refinement until nothing changes. Sums of weights are correctly rounded, so their order does not matter.
     """

@@ -15,7 +15,7 @@ from .paper_runs import PaperRuns
 
 _ARM = "ilg-circuit arm --rhythm ring --duration 1.5s"
 _OUT = "--out motion.nc --plot motion.png"
-#: The amplitude of the rhythm at e = 1, Tr = 0.12 s, by which every motion is measured; a test holds it to that.
+#: Amplitude of the rhythm at e = 1, Tr = 0.12 s, to which every motion is referred; a test checks it.
 REFERENCE = "--reference 0.50032"
 _MOTION = (
     "M q″ = f<sub>springs</sub> + Gᵀp, &nbsp; cells of constant area; eigenstrain ε = 3 d(0) U/b · out/A<sub>ref</sub>"
@@ -27,7 +27,7 @@ _CIRCUIT = (
 
 
 def _later(module: str, function: str) -> Callable[[PaperRuns], Reproduction]:
-    """``function`` of a ``module`` that needs the arm, imported when it is called."""
+    """Return ``function`` of a ``module`` that needs the arm, imported when called."""
 
     def make(runs: PaperRuns) -> Reproduction:
         made: Reproduction = getattr(import_module(f".{module}", __package__), function)(runs)
@@ -124,9 +124,9 @@ ITEMS: tuple[Item, ...] = (
 
 
 def select(only: str | None) -> tuple[Item, ...]:
-    """The items of a list of ids such as ``EC-T1,EC-F9``, in the page's order; all where there is no list.
+    """Return the items of a list of ids such as ``EC-T1,EC-F9``, in the page's order; all without a list.
 
-    Raises InputError naming what is no item.
+    Raises InputError naming an unknown id.
     """
     if only is None:
         return ITEMS

@@ -1,4 +1,4 @@
-"""What the strip's circuit makes of the paper's rhythm, and where the arm can go. Imports the arm's kernels."""
+"""Transfer of the paper's rhythm by the strip's circuit, and the reachable positions. Imports the arm's kernels."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from .cpg_rhythm import add_legends, figure_grid
 from .items import Check, Claim, Reproduction, rows
 from .paper_runs import PaperRuns
 
-#: How much slower the rhythm is made, and for how many periods it runs until the start is forgotten.
+#: Factor by which the rhythm is slowed -> periods until the initial transient has decayed.
 _SLOWER = {1: 150, 10: 25, 100: 6}
-#: A place that an arm could come to if it could come to any, as parts of its length.
+#: A target within the disc of the arm's length, as fractions of it.
 _TARGET = (2 / 3, 1 / 2)
-#: How long it may take [s]: four of the rhythm's periods or more.
+#: Duration [s] of a motion to it: at least four periods of the rhythm.
 _REACH = 6.0
 
 
 def fundamental(coupled: Coupled, period: float) -> complex:
-    """First harmonic of the strain over the last ``period`` [s] relative to that of the ideal one."""
+    """Return the first harmonic of the strain over the last ``period`` [s], relative to the ideal strain's."""
     last = coupled.time >= coupled.time[-1] - period * (1 + 1e-9)
     turning = np.exp(-2j * np.pi * coupled.time[last] / period)
     ideal = coupled.outputs[last, 0] / coupled.run.amplitude * coupled.largest_strain

@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: How long the paper's motions last [s].
+#: Duration of the paper's motions [s].
 DURATION = 1.5
 #: Segments of the paper's arm.
 SEGMENTS = 15
-#: Constant area, and the balance of energy, to these.
+#: Tolerances of constant area and of the balance of energy.
 _AREA, _ENERGY = 1e-6, 1e-5
-#: Laws of the rhythm that hold exactly, to this.
+#: Tolerance of exact laws of the rhythm.
 _EXACT = 1e-8
 ASSUMED = (
     *LOST,
@@ -50,7 +50,7 @@ PLACE = Claim(
 
 @dataclass(frozen=True)
 class Moved:
-    """An arm's motion, what drives it, and a label for pictures."""
+    """An arm's motion, its rhythm, and a label for pictures."""
 
     label: str
     coupled: Coupled
@@ -69,7 +69,7 @@ class Moved:
 
 
 def move(runs: PaperRuns, network: Network, label: str = "", *, segments: int = SEGMENTS, mode: str = "ideal") -> Moved:
-    """``network`` drives all segments of the paper's strip alike, for 1.5 s."""
+    """Return the motion of the paper's strip for 1.5 s, all segments driven equally by ``network``."""
     arm = strip_arm(segments=segments)
     reference = rhythm(runs.network()).amplitude
     coupled = couple(network, segments, DURATION, mode=mode, segment_length=arm.segment_length, reference=reference)
@@ -78,7 +78,7 @@ def move(runs: PaperRuns, network: Network, label: str = "", *, segments: int = 
 
 
 def mechanics(*moves: Moved) -> tuple[Check, Check]:
-    """What every motion must keep: the cells' areas, and the balance of energy."""
+    """Return the checks of every motion: the cells' areas, and the balance of energy."""
     return (
         Check("areas of the cells", "their start", max(m.motion.area_drift for m in moves), _AREA),
         Check("balance of energy", "zero", max(m.motion.balance_error for m in moves), _ENERGY),
@@ -89,7 +89,7 @@ def figure_10(runs: PaperRuns) -> Reproduction:
     moved = move(runs, runs.network(), "e = 1")
     motion = moved.motion
     peaks = np.abs(motion.edge_forces).max(axis=(0, 2))
-    alike = float(np.atleast_2d(np.corrcoef(motion.edge_forces[1:, :, 0].T))[0].min())
+    correlation = float(np.atleast_2d(np.corrcoef(motion.edge_forces[1:, :, 0].T))[0].min())
     return Reproduction(
         checks=mechanics(moved),
         claims=(
@@ -98,7 +98,7 @@ def figure_10(runs: PaperRuns) -> Reproduction:
                 None,
                 "in what is not said. In a beam clamped at its base the largest tension falls from "
                 f"{1e6 * peaks[0]:.3g} µN in the first segment to {1e6 * peaks[-1]:.3g} µN in the last; over time they "
-                f"correlate with the first by {alike:.2f} or more",
+                f"correlate with the first by {correlation:.2f} or more",
             ),
             Claim(
                 "the motion can be used to simulate the soft actuator",
@@ -141,7 +141,7 @@ def _axes_of_shape(panel: Axes) -> None:
 
 
 def series(moves: list[Moved]) -> Figure:
-    """(a) outputs, (b) phase portraits, (c) the arm where its tip is farthest, with the tip's way."""
+    """Draw (a) outputs, (b) phase portraits, (c) the arm where its tip is farthest, with the tip's path."""
     figure, ((outputs, phase, shape),) = figure_grid(1, 3, width=11.0, height=3.9)
     for moved, colour in zip(moves, COLOURS, strict=False):
         run, motion = moved.coupled.run, moved.motion
@@ -241,14 +241,14 @@ def figure_13(runs: PaperRuns) -> Reproduction:
 
 
 def _cycling(runs: PaperRuns, name: str, values: range) -> list[int]:
-    """Those of ``values`` of a parameter with which the rhythm goes on."""
+    """Return those of ``values`` of a parameter for which the rhythm persists."""
     settings: list[dict[str, Any]] = [{name: float(v)} for v in values]
     found = [rhythm(runs.network(rise_time=0.1, **s)) for s in settings if s[name] > 0]
     return [int(s[name]) for s, f in zip([s for s in settings if s[name] > 0], found, strict=True) if f.oscillates]
 
 
 def _range_text(values: list[int]) -> str:
-    """A run of whole numbers in words."""
+    """Return whole numbers as text, a range where they are consecutive."""
     if not values:
         return "none"
     if values == list(range(values[0], values[-1] + 1)) and len(values) > 2:

@@ -34,7 +34,7 @@ _AGREE = 1e-5
 
 
 def edge(build: Callable[[float], Network], inside: float, outside: float, within: float) -> float:
-    """The value between ``inside``, where ``build`` oscillates, and ``outside``, where not, at which that ends."""
+    """Return, by bisection, where between ``inside`` and ``outside`` the oscillation of ``build`` ends."""
     while abs(inside - outside) > within:
         middle = (inside + outside) / 2
         if rhythm(build(middle)).oscillates:
@@ -45,12 +45,12 @@ def edge(build: Callable[[float], Network], inside: float, outside: float, withi
 
 
 def plane(network: Network, states: Array) -> tuple[Array, Array]:
-    """x_1 - x_2 and v_1 - v_2 of ``states`` (t, 2 n): the plane in which the output turns."""
+    """Return x_1 - x_2 and v_1 - v_2 of ``states`` (t, 2 n): the plane of the output."""
     return states[:, 0] - states[:, 1], states[:, network.size] - states[:, network.size + 1]
 
 
 def draw_cycle(panel: Axes, found: Rhythm, colour: str, label: str, duration: float) -> None:
-    """The way from the start over ``duration`` [s], thin, and the cycle where there is one."""
+    """Draw the path from the start over ``duration`` [s], thin, and the cycle, if any."""
     flow = Flow(found.network)
     panel.plot(*plane(found.network, sampled(flow, found.start, np.linspace(0, duration, 800))), color=colour, lw=0.6)
     if found.cycle is not None:
@@ -185,7 +185,7 @@ def slower_rises(runs: PaperRuns) -> Reproduction:
 
 
 def _stretched(runs: PaperRuns) -> float:
-    """How far amplitude and period are from those expected when both time constants are a hundred times as large."""
+    """Return the deviation of amplitude and period from their scaling when both time constants grow a hundredfold."""
     base = runs.network()
     slow = rhythm(replace(base, rise_time=100 * base.rise_time, adaptation_time=100 * base.adaptation_time))
     own = rhythm(base)

@@ -28,7 +28,7 @@ EXACT = 1e-6
 
 
 def settled_from(time: Array, values: Array, margin: float) -> float:
-    """Time [s] from which on ``values`` stay within ``margin`` of their last."""
+    """Return the time [s] from which on ``values`` stay within ``margin`` of their last."""
     outside = np.flatnonzero(np.abs(values - values[-1]) > margin)
     return float(time[outside[-1] + 1]) if len(outside) else float(time[0])
 
@@ -44,7 +44,7 @@ def closed_displacement(runs: PaperRuns, t: Array) -> Array:
 
 
 def table_3_allows(t: Array) -> float:
-    """How far (34) may be off at its worst, relative to its maximum, by the rounding of Table 3."""
+    """Return the largest error of (34) due to the rounding of Table 3, relative to its maximum."""
     names = ("coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_natural_frequency")
     ratio = lumped_elements(PAPER).bending_ratio
 
@@ -121,7 +121,7 @@ def _figure_9(runs: PaperRuns) -> Figure:
 
 
 def current_settled(runs: PaperRuns) -> float:
-    """Time [s] from which on our current is within 1 % of a0."""
+    """Return the time [s] from which on our current is within 1 % of a0."""
     return settled_from(runs.free.time, runs.free.current, 0.01 * coefficient("step_current_steady"))
 
 

@@ -22,7 +22,7 @@ from .paper_runs import VOLTAGE, PaperRuns, coefficient
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: When a step counts as at rest [s]: d(s) has decayed to 1e-8 by then.
+#: Time [s] at which a step counts as at rest: d(s) has decayed to 1e-8.
 _AT_REST = 400.0
 #: The part of the strip held in the clamp [m], kept for every free length.
 _CLAMPED = PAPER.geometry.length - PAPER.geometry.free_length
@@ -45,7 +45,7 @@ def sized(*, free_length: float = 30e-3, width: float = 5e-3, thickness: float =
     return replace(PAPER, geometry=geometry)
 
 
-#: One design of the grids as a file, to be simulated alone, and to be changed.
+#: One design of the grids as a file, to simulate alone or to change.
 _DESIGN = {"EC-F12-strip.toml": dumps(replace(sized(free_length=40e-3, thickness=0.3e-3), name="another size"))}
 
 
@@ -163,7 +163,7 @@ def figure_13(runs: PaperRuns) -> Reproduction:
 
 
 def _powers(axes: tuple[Array, Array], values: Array) -> tuple[float, float]:
-    """Powers p, q of the law values ~ x^p y^q that fits best."""
+    """Return the powers p, q of the least-squares law values ~ x^p y^q."""
     x, y = np.meshgrid(*(np.log(a) for a in axes), indexing="ij")
     design = np.column_stack([x.ravel(), y.ravel(), np.ones(x.size)])
     p, q, _ = np.linalg.lstsq(design, np.log(values).ravel(), rcond=None)[0]
@@ -184,7 +184,7 @@ def _map(panel: Axes, axes: tuple[Array, Array], values: Array, names: tuple[str
 
 
 def _sample(names: tuple[str, str]) -> tuple[float, float]:
-    """Where the paper's sample lies in a map [mm]."""
+    """Return the coordinates [mm] of the paper's sample in a map."""
     g = PAPER.geometry
     sizes = {"free": g.free_length, "width": g.width, "thickness": g.thickness}
     x, y = (1e3 * sizes[name.split()[0]] for name in names)

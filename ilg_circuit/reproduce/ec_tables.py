@@ -1,4 +1,4 @@
-"""EC Tables 1-3, identified again from the paper's own fitted curves."""
+"""EC Tables 1-3, identified from the paper's fitted curves."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def coupling_of_curve(steady: float, sine: float, decay: float, frequency: float
 
 
 def spread(function: Callable[..., Sequence[float]], texts: Sequence[str], factors: Sequence[float]) -> np.ndarray:
-    """How far the results of ``function`` of rounded numbers may be off: the largest over all ends of the roundings."""
+    """Return the largest errors of ``function`` due to rounded arguments, over all ends of their roundings."""
     centre = np.asarray(function(*(float(t) * f for t, f in zip(texts, factors, strict=True))))
     ranges = [
         [(float(t) + sign * half_a_digit(t)) * f for sign in (-1, 1)] for t, f in zip(texts, factors, strict=True)
@@ -133,7 +133,7 @@ def table_3(runs: PaperRuns) -> Reproduction:
 
 
 def largest_ratio(values: Sequence[float], reference: Sequence[float]) -> float:
-    """Largest relative difference, each number by its own size."""
+    """Return the largest relative difference, each number relative to its own size."""
     known = np.asarray(reference, dtype=float)
     return float(np.abs(np.asarray(values, dtype=float) / known - 1).max())
 

@@ -1,4 +1,4 @@
-"""The runs that several items are made from, each made once, when it is first asked for."""
+"""Runs shared by several items, each computed once, on first use."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ if TYPE_CHECKING:
     from ..cpg.network import Network
     from ..identify import Identification
 
-#: The paper's step [V], and how long its current took to become steady [s].
+#: The paper's step [V], and the time [s] after which its current was steady.
 VOLTAGE, DURATION = 4.0, 300.0
-#: At rest [s] before the step, in a record made from the fitted curves.
+#: Rest [s] before the step, in a record made from the fitted curves.
 _BEFORE = 5.0
 
 
 def coefficient(item: str) -> float:
-    """A coefficient of EC (30), (35)-(39) as it is printed, in its own unit."""
+    """Return a coefficient of EC (30), (35)-(39) as printed, in its own unit."""
     return float(published("ec_curves", item).printed)
 
 
 def printed_current(t: Array) -> Array:
-    """EC (30) [A] at t >= 0, as printed."""
+    """Return EC (30) [A] at t >= 0, as printed."""
     a0, a1, rate = (coefficient(f"step_current_{name}") for name in ("steady", "decaying", "rate"))
     return a0 + a1 * np.exp(-rate * t)
 
 
 def printed_displacement(t: Array) -> Array:
-    """EC (35) [m] at t >= 0, as printed (in mm)."""
+    """Return EC (35) [m] at t >= 0, as printed (in mm)."""
     steady, cosine, sine, decay, frequency = (
         coefficient(f"displacement_{name}") for name in ("steady", "cosine", "sine", "decay", "frequency")
     )
@@ -59,14 +59,14 @@ class PaperRuns:
 
     @cached_property
     def clamped(self) -> Response:
-        """EC (38) by ngspice: the same with its tip held."""
+        """EC (38) by ngspice: as `free`, with a clamped tip."""
         return simulate(
             PAPER, PiecewiseLinear.step(VOLTAGE), np.linspace(0.0, DURATION, 601), beam="static", tip="clamped"
         )
 
     @cached_property
     def curves(self) -> str:
-        """EC (30) and (35) as a record that `identify` reads: no measurement, the paper's fitted curves sampled."""
+        """EC (30) and (35) as a record for `identify`: samples of the paper's fitted curves, not a measurement."""
         t = np.concatenate([np.arange(-_BEFORE, 0.0), np.arange(0.0, 401.0)])
         after = np.maximum(t, 0.0)
         on = t >= 0
@@ -76,13 +76,13 @@ class PaperRuns:
 
     @cached_property
     def from_curves(self) -> Identification:
-        """The strip identified from the paper's fitted curves, ngspice in the loop."""
+        """The strip identified from the paper's fitted curves, simulated by ngspice."""
         table = np.array([line.split(",") for line in self.curves.splitlines()[1:]], dtype=float)
         return _identified("EC (30) and (35)", table)
 
     @cached_property
     def from_run(self) -> Identification:
-        """The strip identified from our own run: does `identify` give back what went in?"""
+        """The strip identified from our own run, to test that `identify` recovers its parameters."""
         r = self.free
         step = np.column_stack([r.time + _BEFORE, r.voltage, r.current, r.displacement])[::20]
         rest = np.zeros((int(_BEFORE), 4))
@@ -91,7 +91,7 @@ class PaperRuns:
 
     @cached_property
     def fitted_coupling(self) -> Coupling:
-        """d(s) read off our own displacement curve."""
+        """d(s) identified from our own displacement curve."""
         coupling = self.from_run.actuator.coupling
         assert coupling is not None
         return coupling

@@ -1,4 +1,4 @@
-"""What the two papers print beside what it recomputes to: the tables of ``data/``, read for comparison."""
+"""Printed numbers of the two papers beside their recomputed values: the tables of ``data/``."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..units import scale
 COLUMNS = ("item", "symbol", "equation_or_table", "unit", "printed", "recomputed", "reason")
 MISPRINT_COLUMNS = ("paper", "where", "printed", "correct", "reason")
 
-#: Units of the tables that are no SI units, and the one that each stands for.
+#: Units of the tables -> SI units.
 _SI = {
     "mm": "m",
     "cm": "m",
@@ -24,7 +24,7 @@ _SI = {
     "mm/(V s)": "m/(V s)",
     "mN/(m V s)": "N/(m V s)",
 }
-#: Kept as they are: no number of the package is in another unit.
+#: Units that are kept.
 _PLAIN = ("", "%", "deg")
 
 
@@ -46,7 +46,7 @@ class Published:
 
     @property
     def si_factor(self) -> float:
-        """What a number in ``unit`` is multiplied by to be SI (percent and degrees stay as they are)."""
+        """Factor from ``unit`` to SI units (percent and degrees are kept)."""
         return 1.0 if self.unit in _PLAIN else float(scale(self.unit, _SI.get(self.unit, self.unit)))
 
     @property
@@ -57,7 +57,7 @@ class Published:
 
 @dataclass(frozen=True)
 class Misprint:
-    """A place of a ``paper`` that cannot stand as it is ``printed``, and what is ``correct``."""
+    """A misprint of a ``paper``: as ``printed``, and ``correct``."""
 
     paper: str
     where: str
@@ -67,7 +67,7 @@ class Misprint:
 
 
 def half_a_digit(text: str) -> float:
-    """Half a unit in the last digit given."""
+    """Return half a unit in the last digit of ``text``. Raises InputError where it is not a finite number."""
     exponent = Decimal(text).as_tuple().exponent
     if not isinstance(exponent, int):
         raise InputError(f"'{text}' is no finite number")
@@ -75,7 +75,10 @@ def half_a_digit(text: str) -> float:
 
 
 def folder() -> Path:
-    """Where the tables are: beside the package in an installation, in ``data`` beside it in a checkout."""
+    """Return the folder of the tables: in the package if installed, in ``data`` beside it in a checkout.
+
+    Raises InputError where they are missing.
+    """
     here = Path(__file__).parents[1]
     for place in (here / "data", here.parent / "data"):
         if (place / "ec_table1.csv").is_file():
@@ -85,7 +88,7 @@ def folder() -> Path:
 
 @lru_cache(maxsize=16)
 def table(name: str) -> tuple[Published, ...]:
-    """All lines of one table, such as ``ec_table1``."""
+    """Return all lines of one table, such as ``ec_table1``."""
     return tuple(
         Published(name, row["item"], row["symbol"], row["equation_or_table"], *(row[c] for c in COLUMNS[3:]))
         for row in _rows(name, COLUMNS)
@@ -94,12 +97,12 @@ def table(name: str) -> tuple[Published, ...]:
 
 @lru_cache(maxsize=1)
 def misprints() -> tuple[Misprint, ...]:
-    """The places of both papers that cannot stand as they are printed."""
+    """Return the places of both papers that are misprinted."""
     return tuple(Misprint(**row) for row in _rows("misprints", MISPRINT_COLUMNS))
 
 
 def published(name: str, item: str) -> Published:
-    """One line of a table. Raises InputError where there is none."""
+    """Return one line of a table. Raises InputError where there is none."""
     for row in table(name):
         if row.item == item:
             return row

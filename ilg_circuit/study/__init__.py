@@ -1,4 +1,4 @@
-"""Studies of many strips: parameters varied over grids, lists and random designs, and what becomes of each.
+"""Studies of many strips: sweeps over grids, lists and random designs; designs that meet requirements.
 
 In: a strip, a run and what to vary. Out: sweeps and designs. May import: the rooms up to `identify`.
 """

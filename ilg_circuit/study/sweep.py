@@ -209,7 +209,7 @@ def _solve(
 
 
 def _within(progress: Progress | None, before: int, total: int) -> Progress | None:
-    """Return the progress of the whole sweep from that of one task."""
+    """Return the progress of one task as progress of the whole sweep."""
     return None if progress is None else lambda done, _: progress(before + done, total)
 
 
