@@ -42,6 +42,16 @@ def sentences(findings: Iterable[Finding]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(map(str, findings)))
 
 
+class Warned:
+    """Mixin of results that have ``findings``: their sentences as warnings."""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The findings as sentences."""
+        found: Iterable[Finding] = getattr(self, "findings", ())
+        return sentences(found)
+
+
 def codes(findings: Iterable[Finding]) -> set[str]:
     """The codes of ``findings``."""
     return {finding.code for finding in findings}

@@ -25,7 +25,7 @@ from ..cpg.rhythm import rhythm as rhythm_of
 from ..cpg.run import RhythmRun
 from ..cpg.run import run as run_network
 from ..errors import InputError
-from ..findings import Finding, sentences
+from ..findings import Finding, Warned
 from ..solve.spectrum import spectrum
 from ..strip.actuator import PAPER, Actuator
 from ..strip.elements import lumped_elements
@@ -53,7 +53,7 @@ class TimeScale:
 
 
 @dataclass(frozen=True)
-class Coupled:
+class Coupled(Warned):
     """Signals from rhythm to strain at ``time`` [s] (t,), each (t, n) for n segments.
 
     ``outputs`` of the network; ``voltages`` [V]; ``charges`` [C] on each segment's ion path (zero in ``ideal`` mode);
@@ -83,11 +83,6 @@ class Coupled:
             values = {"kept": scale.kept, "period": scale.period, "least": PASSED}
             findings.append(Finding("arm-circuit-lag", values=values))
         return tuple(findings)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The findings as sentences."""
-        return sentences(self.findings)
 
     def signals(self, times: ArrayLike) -> dict[str, Array]:
         """Outputs, voltages and charges at ``times`` [s] (k,), each (k, n), for a `Motion`."""

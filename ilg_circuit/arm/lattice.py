@@ -156,10 +156,7 @@ class Arm:
         n = self.segments
         x = (np.arange(n) + 0.5) / n if at_cells else np.arange(n + 1) / n
         tips = (self.tip_thickness or self.thickness, self.tip_depth or self.depth)
-        return (
-            self.thickness + (tips[0] - self.thickness) * x,
-            self.depth + (tips[1] - self.depth) * x,
-        )
+        return (self.thickness + (tips[0] - self.thickness) * x, self.depth + (tips[1] - self.depth) * x)
 
     def rest_positions(self) -> Array:
         """Nodes of the rest shape [m] (n + 1, 2, 2): rod, side, axis; the axis' base is the origin."""

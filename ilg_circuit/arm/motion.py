@@ -43,13 +43,7 @@ SIGNALS = {
     "voltages": (("segment",), "V", "voltage of the segment's strip"),
     "charges": (("segment",), "C", "charge on the ion path of the segment's strip"),
 }
-_LABELS = {
-    "side": ("+normal", "-normal"),
-    "axis": ("x", "y"),
-    "channel": CHANNELS,
-    "energy": ENERGIES,
-    "work": POWERS,
-}
+_LABELS = {"side": ("+normal", "-normal"), "axis": ("x", "y"), "channel": CHANNELS, "energy": ENERGIES, "work": POWERS}
 
 
 #: Mark of a warning in the attribute ``events`` of a file.

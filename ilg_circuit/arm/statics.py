@@ -27,8 +27,8 @@ def equilibrium(arm: Arm, drive: Activation, *, at: float = 0.0, start: Array | 
 
     Newton's method on forces and areas, steadied by an inertia that falls while steps are small (pseudo-transient
     continuation, after Kelley and Keyes, SIAM J. Numer. Anal. 35, 1998). ``start``: where to begin, if not at the rest
-    shape. Of several equilibria the one reached from there is found. Raises InputError for a start of the wrong shape, SolveError
-    where there is no equilibrium.
+    shape. Of several equilibria the one reached from there is found. Raises InputError for a start of the
+    wrong shape, SolveError where there is no equilibrium.
     """
     m, n = model(arm), arm.segments
     q = arm.rest_positions() if start is None else np.array(start, dtype=np.float64)

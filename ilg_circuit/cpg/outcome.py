@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, ComplexArray
-from ..findings import Finding, sentences
+from ..findings import Finding, Warned
 from .flow import ORDER, Flow, Stretch, sign_changes
 from .network import Network
 from .rest import RestStates
@@ -64,7 +64,7 @@ class Cycle:
 
 
 @dataclass(frozen=True)
-class Rhythm:
+class Rhythm(Warned):
     """Long-term behaviour of ``network`` from ``start`` (2 n,).
 
     ``outcome`` is "cycle", "rest", "irregular" (bounded, neither at rest nor periodic as long as it was followed) or
@@ -88,11 +88,6 @@ class Rhythm:
     def reason(self) -> str:
         """The cause as a sentence."""
         return str(self.cause)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The findings as sentences."""
-        return sentences(self.findings)
 
     @property
     def oscillates(self) -> bool | None:

@@ -114,7 +114,7 @@ class _Piece:
     radius: float
 
     def stays(self, away: Array, step: float) -> float:
-        """Return a lower bound [s], to a factor of 2, of the stay in the piece of a motion ``away`` (2 n,) from rest."""
+        """Return a lower bound [s], to a factor of 2, of the stay in the piece of a motion ``away`` (2 n,)."""
         if self.inverse is None:
             inside = self.form is not None and away @ self.form @ away < self.radius
             return np.inf if inside else 0.0

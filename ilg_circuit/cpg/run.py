@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Array, plain
 from ..errors import InputError
 from ..files import write_csv
-from ..findings import Finding, sentences
+from ..findings import Finding, Warned
 from ..result import Result
 from ..simulation.response import sample_times
 from ..units import parse
@@ -31,7 +31,7 @@ _MOST_DEFAULT_SAMPLES = 100_000
 
 
 @dataclass(frozen=True, eq=False)
-class RhythmRun(Result):
+class RhythmRun(Result, Warned):
     """A network from ``start`` at ``time`` [s] (t,): ``states`` (t, 2 n) = (x, v), NaN for v from ngspice.
 
     ``rhythm`` is its long-term behaviour. ``period`` [s] and ``amplitude`` are its, or those read off ngspice's
@@ -64,11 +64,6 @@ class RhythmRun(Result):
     def findings(self) -> tuple[Finding, ...]:
         """Findings about the rhythm, and about a duration too short to show it."""
         return (*self.rhythm.findings, *_about_duration(self.rhythm, float(self.time[-1])))
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The findings as sentences."""
-        return sentences(self.findings)
 
     def write_csv(self, path: str | Path) -> None:
         """Write time_s, neuron_1.., output (y_1 - y_2), and for a chain unit_1..; with full precision."""

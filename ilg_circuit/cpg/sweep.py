@@ -93,11 +93,7 @@ def sweep(
 
 
 def cpg_sweep(
-    text: str,
-    *,
-    start: ArrayLike | None = None,
-    progress: Callable[[int, int], None] | None = None,
-    **wiring: Any,
+    text: str, *, start: ArrayLike | None = None, progress: Callable[[int, int], None] | None = None, **wiring: Any
 ) -> RhythmSweep:
     """Return `sweep` for a text such as ``inhibition=1:5:41``: 41 values from 1 to 5; ``wiring`` as in `wired`.
 

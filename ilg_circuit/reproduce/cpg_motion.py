@@ -278,10 +278,7 @@ def segments(runs: PaperRuns) -> Reproduction:
         panel.set_xlabel("time [s]")
     add_legends(way, difference)
     return Reproduction(
-        checks=(
-            Check("tip with 30 segments", "60 segments", next_apart, 0.01),
-            *mechanics(*moves),
-        ),
+        checks=(Check("tip with 30 segments", "60 segments", next_apart, 0.01), *mechanics(*moves)),
         claims=(
             Claim(
                 "15 segments can provide the desired continuous structure",

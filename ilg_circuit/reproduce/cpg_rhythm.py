@@ -17,7 +17,7 @@ from ..cpg.rhythm import rhythm
 from ..cpg.run import run
 from ..report.axes import BLUE, GREY, ORANGE
 from ..report.panels import COLOURS, grid
-from .items import Check, Claim, Item, Reproduction, rows
+from .items import Check, Claim, Reproduction, rows
 from .paper_runs import PaperRuns
 
 if TYPE_CHECKING:
@@ -192,29 +192,3 @@ def _stretched(runs: PaperRuns) -> float:
     assert slow.period is not None
     assert own.period is not None
     return max(abs(slow.period / own.period / 100 - 1), abs(slow.amplitude / own.amplitude - 1))
-
-
-ITEMS = (
-    Item(
-        "CPG-R",
-        "Section 6.3: the rhythm",
-        "",
-        "T<sub>r</sub> x′ = −x − d v − Σ<sub>j</sub> W<sub>kj</sub> y<sub>j</sub> + e, &nbsp; "
-        "T<sub>a</sub> v′ = −v + y, &nbsp; y = max(0, x)",
-        (
-            "ilg-circuit cpg --duration 5s --out two.csv --plot two.png",
-            "ilg-circuit cpg --topology ring --duration 5s --out three.csv --plot three.png",
-            "ilg-circuit cpg --topology ring --duration 5s --engine ngspice --json",
-        ),
-        rhythms,
-    ),
-    Item(
-        "CPG-R2",
-        "Section 6.4.2: where the limit cycle ends",
-        "",
-        "cycles for 1 + T<sub>r</sub>/T<sub>a</sub> &lt; a &lt; 1 + d, that is for T<sub>r</sub> &lt; "
-        "T<sub>a</sub> (a − 1)",
-        ("ilg-circuit cpg --topology ring --sweep rise-time=0.02s:1s:50 --out sweep.csv --plot sweep.png",),
-        slower_rises,
-    ),
-)

@@ -12,7 +12,7 @@ from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
 from .ec_tables import spread
-from .items import Check, Claim, Item, Reproduction, largest_difference, rows
+from .items import Check, Claim, Reproduction, largest_difference, rows
 from .paper_runs import VOLTAGE, PaperRuns, coefficient, printed_current, printed_displacement
 from .published import published
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 #: Reading error of the coordinate paper [m].
 _READING = 0.1e-3
-#: The run that most items of EC are made from.
-FREE = "ilg-circuit simulate paper --drive step:4V --duration 300s --beam static --check --out run.csv --plot run.png"
 #: Limit of agreement between ngspice and a closed form.
 EXACT = 1e-6
 
@@ -193,33 +191,3 @@ def figure_11(runs: PaperRuns) -> Reproduction:
         unknown=("The measured curve, and with it J₁.",),
         figure=figure,
     )
-
-
-_STEP_34 = (
-    "y(t) = (3 U L<sub>F</sub>² K<sub>d</sub>/b²) (Z<sub>d</sub>/ω′²) [1 − e<sup>−σt</sup> (cos ω<sub>d</sub>t + "
-    "((Z<sub>d</sub>ζ′ − ω′)/(Z<sub>d</sub>√(1 − ζ′²))) sin ω<sub>d</sub>t)], &nbsp; σ = ζ′ω′, "
-    "ω<sub>d</sub> = ω′√(1 − ζ′²) &nbsp; [(34)]"
-)
-_STEP_30 = "i(t) = a₀ + a₁ e<sup>−λt</sup> = 0.006 + 0.2058 e<sup>−0.147 t</sup> &nbsp; [(4), (30)]"
-
-ITEMS = (
-    Item(
-        "EC-F9", "Figure 9: displacement under 4 V", "Step response of the soft actuator.", _STEP_34, (FREE,), figure_9
-    ),
-    Item(
-        "EC-F10",
-        "Figure 10: current under 4 V",
-        "Step response curve for the soft actuator.",
-        _STEP_30,
-        (FREE,),
-        figure_10,
-    ),
-    Item(
-        "EC-F11",
-        "Figure 11: the fitted current",
-        "Comparison of soft actuator current response curves.",
-        _STEP_30,
-        (FREE, "ilg-circuit identify run.csv --actuator paper --model rc --json fit.json"),
-        figure_11,
-    ),
-)

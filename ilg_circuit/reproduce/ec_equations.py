@@ -17,8 +17,8 @@ from ..solve.spectrum import spectrum
 from ..strip.actuator import PAPER, Actuator
 from ..strip.elements import lumped_elements
 from ..strip.file import dumps
-from .ec_curves import EXACT, FREE, closed_displacement, displacement_checks
-from .items import Check, Claim, Item, Reproduction, largest_difference, rows
+from .ec_curves import EXACT, closed_displacement, displacement_checks
+from .items import Check, Claim, Reproduction, largest_difference, rows
 from .paper_runs import VOLTAGE, PaperRuns, coefficient
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 #: Electrode resistance [ohm] with which (5) is tried: any but zero shows the misprint's unit.
 _ELECTRODES = 5.0
-_CLAMPED = FREE.replace("--check", "--tip clamped --check")
 
 
 def equation_5(runs: PaperRuns) -> Reproduction:
@@ -83,10 +82,7 @@ def equation_28(runs: PaperRuns) -> Reproduction:
     return Reproduction(
         checks=(
             Check(
-                "u/v of the free tip, 1 mHz to 1 Hz",
-                "(28) corrected",
-                float(np.abs(ours / corrected - 1).max()),
-                1e-6,
+                "u/v of the free tip, 1 mHz to 1 Hz", "(28) corrected", float(np.abs(ours / corrected - 1).max()), 1e-6
             ),
         ),
         claims=(
@@ -230,66 +226,3 @@ def equation_39(runs: PaperRuns) -> Reproduction:
         rows=rows("ec_curves", {"force_steady_factor": factor, "force_steady": force}),
         checks=(Check("force after 300 s", "¾ E d(0) U b w/L₀", abs(force / closed - 1), 1e-5),),
     )
-
-
-ITEMS = (
-    Item(
-        "EC-E5",
-        "Equation (5): the step current's constants",
-        "",
-        "a₀ = U/(R₁ + R<sub>e</sub>), &nbsp; a₁ = U R₁²/(D (R₁ + R<sub>e</sub>)), &nbsp; "
-        "λ = (R₁ + R<sub>e</sub>)/(D C), &nbsp; D = R₁R₂ + R<sub>e</sub>(R₁ + R₂)",
-        ("ilg-circuit simulate EC-E5-strip.toml --drive step:4V --duration 300s --beam static --check --out run.csv",),
-        equation_5,
-    ),
-    Item(
-        "EC-E28",
-        "Equation (28): the free tip",
-        "",
-        "u = −[N Z<sub>m2</sub> + Z<sub>p</sub> (Z<sub>m1</sub> + Z<sub>m2</sub>)/(N Z<sub>m1</sub>)] v",
-        ("ilg-circuit simulate paper --drive sine:4V,0.1Hz --duration 300s --check --out run.csv",),
-        equation_28,
-    ),
-    Item(
-        "EC-E35",
-        "Equation (35): the fitted displacement",
-        "",
-        "y(t) = 3.9805 − 3.9805 e<sup>−0.0461 t</sup> cos 0.0581 t − 1.3392 e<sup>−0.0461 t</sup> sin 0.0581 t "
-        "&nbsp; [mm]",
-        (FREE,),
-        equation_35,
-    ),
-    Item(
-        "EC-E36",
-        "Equation (36): displacement for any size",
-        "",
-        "y(t) = (U L₀²/b²) · 3K<sub>d</sub> · [Z<sub>d</sub>/ω′² (1 − e<sup>−σt</sup> cos ω<sub>d</sub>t) − "
-        "((Z<sub>d</sub>ζ′ − ω′)/(ω′² √(1 − ζ′²))) e<sup>−σt</sup> sin ω<sub>d</sub>t]",
-        (FREE,),
-        equation_36,
-    ),
-    Item(
-        "EC-E37",
-        "Equation (37): displacement at rest",
-        "",
-        "y(∞) = 3 d(0) U L₀²/b², &nbsp; d(0) = K<sub>d</sub>Z<sub>d</sub>/ω′²",
-        (FREE,),
-        equation_37,
-    ),
-    Item(
-        "EC-E38",
-        "Equation (38): clamped force for any size",
-        "",
-        "F(t) = (U b w/L₀) · ¾ E K<sub>d</sub> · [the bracket of (36)] &nbsp; [(26)]",
-        (_CLAMPED,),
-        equation_38,
-    ),
-    Item(
-        "EC-E39",
-        "Equation (39): clamped force at rest",
-        "",
-        "F(∞) = ¾ E d(0) U b w/L₀",
-        (_CLAMPED,),
-        equation_39,
-    ),
-)

@@ -16,7 +16,7 @@ from ..simulation import closed_forms as formulas
 from ..solve.transient import transient
 from ..strip.actuator import PAPER, Actuator
 from ..strip.file import dumps
-from .items import Check, Claim, Item, Reproduction
+from .items import Check, Claim, Reproduction
 from .paper_runs import VOLTAGE, PaperRuns, coefficient
 
 if TYPE_CHECKING:
@@ -31,9 +31,6 @@ LENGTHS = np.linspace(10e-3, 50e-3, 17)
 THICKNESSES = np.linspace(0.2e-3, 1.0e-3, 17)
 WIDTHS = np.linspace(2e-3, 10e-3, 17)
 _LIMIT = 1e-5
-#: One design by itself, and the grids of both figures, by the command line.
-_ONE = "ilg-circuit simulate EC-F12-strip.toml --drive step:4V --duration 400s --beam static"
-_SWEEP = "ilg-circuit sweep paper --drive step:4V --duration 400s --beam static --vary free_length=10mm:50mm:17"
 _RANGES = "The ranges of the paper's axes are not in its text: those drawn here are ours."
 
 
@@ -150,11 +147,7 @@ def figure_13(runs: PaperRuns) -> Reproduction:
                 bool(np.allclose(powers, (1, 1, -1, 1, -1, 1), atol=_LIMIT)),
                 f"powers found: {powers[0]:.5f} of w, {powers[1]:.5f} of b, {powers[2]:.5f} of L₀",
             ),
-            Claim(
-                "its constant is 0.5515",
-                False,
-                f"every force would be {times:.0f} times as large",
-            ),
+            Claim("its constant is 0.5515", False, f"every force would be {times:.0f} times as large"),
         ),
         unknown=(_RANGES,),
         figure=figure,
@@ -195,30 +188,3 @@ def _round_levels(values: Array) -> list[float]:
     """1, 2, 5 times powers of ten within ``values``."""
     decades = range(int(np.floor(np.log10(values.min()))), int(np.ceil(np.log10(values.max()))) + 1)
     return [k * 10.0**d for d in decades for k in (1, 2, 5) if values.min() < k * 10.0**d < values.max()]
-
-
-ITEMS = (
-    Item(
-        "EC-F12",
-        "Figure 12: displacement over length and thickness",
-        "Relationships between the end displacement of the robot and the length and thickness of the actuator.",
-        "y(∞) = 3 d(0) U L₀²/b² &nbsp; [(37)], U = 4 V",
-        (
-            f"{_SWEEP} --vary thickness=0.2mm:1mm:17 --outputs displacement_final --out displacement.nc --plot map.png",
-            f"{_ONE} --check --out run.csv",
-        ),
-        figure_12,
-    ),
-    Item(
-        "EC-F13",
-        "Figure 13: force over length, thickness and width",
-        "Relationships between the steady-state driving force of the robot and the length, thickness, and width of the "
-        "free end of the actuator. (a) Actuator L₀ = 30 mm. (b) Actuator w = 5 mm. (c) Actuator thickness b = 0.5 mm.",
-        "F(∞) = ¾ E d(0) U b w/L₀ &nbsp; [(39), constant corrected], U = 4 V",
-        (
-            f"{_SWEEP} --vary width=2mm:10mm:17 --tip clamped --outputs force_final --out force.nc --plot map.png",
-            f"{_ONE} --tip clamped --check --out run.csv",
-        ),
-        figure_13,
-    ),
-)

@@ -11,11 +11,10 @@ import numpy as np
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
-from .items import Check, Item, Reproduction, Row, rows
+from .items import Check, Reproduction, Row, rows
 from .paper_runs import VOLTAGE, PaperRuns, coefficient
 from .published import half_a_digit, published
 
-_IDENTIFY = "ilg-circuit identify EC-curves.csv --actuator paper --model rc --json fit.json --plot fit.png"
 _CURVES = "EC-curves.csv"
 
 
@@ -136,33 +135,3 @@ def largest_ratio(values: Sequence[float], reference: Sequence[float]) -> float:
     """Return the largest relative difference, each number relative to its own size."""
     known = np.asarray(reference, dtype=float)
     return float(np.abs(np.asarray(values, dtype=float) / known - 1).max())
-
-
-ITEMS = (
-    Item(
-        "EC-T1",
-        "Table 1: elements of the equivalent circuit",
-        "Soft actuator geometry/circuit element parameters.",
-        "R<sub>dc</sub> = U/a₀, &nbsp; R<sub>d</sub> = U/(a₀ + a₁) · R<sub>dc</sub>/(R<sub>dc</sub> − U/(a₀ + a₁)) "
-        "= U/a₁, &nbsp; C = 1/(λ R<sub>d</sub>), &nbsp; R<sub>e</sub> = 0 &nbsp; [(5) inverted]",
-        (_IDENTIFY,),
-        table_1,
-    ),
-    Item(
-        "EC-T2",
-        "Table 2: resistivities and permittivity",
-        "Soft actuator characteristic parameters.",
-        "ρ<sub>dc</sub> = R<sub>dc</sub> L w/b, &nbsp; ρ<sub>d</sub> = R<sub>d</sub> L w/b, &nbsp; ε = C b/(L w) "
-        "&nbsp; [(12)–(14)]",
-        (_IDENTIFY, "ilg-circuit show paper"),
-        table_2,
-    ),
-    Item(
-        "EC-T3",
-        "Table 3: the electromechanical coupling",
-        "Electromechanical coupling parameters of the soft actuator.",
-        "d(s) = K<sub>d</sub> (s + Z<sub>d</sub>)/(s² + 2ζ′ω′s + ω′²) &nbsp; [(31)], fitted by way of (34)",
-        (_IDENTIFY,),
-        table_3,
-    ),
-)

@@ -15,15 +15,7 @@ COLUMNS = ("item", "symbol", "equation_or_table", "unit", "printed", "recomputed
 MISPRINT_COLUMNS = ("paper", "where", "printed", "correct", "reason")
 
 #: Units of the tables -> SI units.
-_SI = {
-    "mm": "m",
-    "cm": "m",
-    "kPa": "Pa",
-    "uN": "N",
-    "mm/V": "m/V",
-    "mm/(V s)": "m/(V s)",
-    "mN/(m V s)": "N/(m V s)",
-}
+_SI = {"mm": "m", "cm": "m", "kPa": "Pa", "uN": "N", "mm/V": "m/V", "mm/(V s)": "m/(V s)", "mN/(m V s)": "N/(m V s)"}
 #: Units that are kept.
 _PLAIN = ("", "%", "deg")
 

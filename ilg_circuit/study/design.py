@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 from ..circuit.strip import Load
 from ..drive import Drive
 from ..errors import InputError
-from ..findings import Finding, sentences
+from ..findings import Finding, Warned
 from ..result import Result
 from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
@@ -36,7 +36,7 @@ _WHOLE = re.compile(r"(\d)\.0(?=\D|$)")
 
 
 @dataclass(frozen=True, eq=False)
-class DesignReport(Result):
+class DesignReport(Result, Warned):
     """Result of `design`; None for what was not asked for.
 
     ``design`` with its active constraints and, where it is not feasible, the effect of omitting each requirement;
@@ -72,11 +72,6 @@ class DesignReport(Result):
         if self.front is not None:
             findings += deflection_findings(self.front.bent)
         return tuple(findings)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The findings as sentences."""
-        return sentences(self.findings)
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON-ready values in SI units; what was not asked for is None."""

@@ -15,7 +15,7 @@ from ..circuit.strip import Load
 from ..drive import Drive
 from ..errors import InputError, SolveError
 from ..files import require_writable
-from ..findings import Finding, sentences
+from ..findings import Finding, Warned
 from ..provenance import Provenance
 from ..result import Result
 from ..strip.actuator import Actuator
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class SweepResult(Result):
+class SweepResult(Result, Warned):
     """Result of a sweep: its specification, its file (None: kept in memory) and its totals.
 
     ``resumed`` designs had been solved by an earlier run. ``leftover`` is a folder with finished tasks of another sweep
@@ -52,11 +52,6 @@ class SweepResult(Result):
     def findings(self) -> tuple[Finding, ...]:
         """The finding that designs exceed the small-deflection limit, if any do."""
         return tuple(deflection_findings(self.totals.bent))
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The findings as sentences."""
-        return sentences(self.findings)
 
     def to_xarray(self) -> Dataset:
         """Return the designs and their outputs with units; from a file it is opened and not loaded yet."""

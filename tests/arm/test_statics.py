@@ -137,11 +137,7 @@ def test_pre_tension_is_in_balance() -> None:
     """An untapered yekutieli arm rests in its rest shape, for any r."""
     for ratio in (0.5, 0.8):
         arm = replace(
-            OCTOPUS,
-            gravity=(0.0, 0.0),
-            tip_thickness=None,
-            tip_depth=None,
-            muscle=replace(Muscle(), rest_ratio=ratio),
+            OCTOPUS, gravity=(0.0, 0.0), tip_thickness=None, tip_depth=None, muscle=replace(Muscle(), rest_ratio=ratio)
         )
         q, p = equilibrium(arm, passive(arm))
         assert q == pytest.approx(arm.rest_positions(), abs=1e-12)

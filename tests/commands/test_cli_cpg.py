@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from command import Run
 
+from ilg_circuit.provenance import digest
+
 
 @pytest.fixture
 def cpg(run: Run) -> Run:
@@ -68,6 +70,8 @@ def test_weights_from_a_file(cpg: Run) -> None:
     Path("w.csv").write_text("0,0,5\n5,0,0\n0,5,0\n")
     ours = json.loads(cpg("--weights", "w.csv", "--duration", "10s", "--json").out)
     ring = json.loads(cpg("--topology", "one-way-ring", "--inhibition", "5", "--duration", "10s", "--json").out)
+    assert ours.pop("provenance")["inputs"] == {"w.csv": digest("w.csv")}
+    assert "inputs" not in ring.pop("provenance")
     assert ours == ring
 
 

@@ -95,10 +95,7 @@ def test_blocked_force_is_the_clamped_strip_s_without_its_load() -> None:
 
 
 def test_failures_are_rows_with_reasons() -> None:
-    designs = {
-        "thickness": [0.5e-3, np.nan, 0.5e-3, 1e-300, 0.5e-3],
-        "length": [35e-3, 35e-3, 20e-3, 35e-3, 36e-3],
-    }
+    designs = {"thickness": [0.5e-3, np.nan, 0.5e-3, 1e-300, 0.5e-3], "length": [35e-3, 35e-3, 20e-3, 35e-3, 36e-3]}
     found = evaluate_designs(STATIC, designs, ["displacement_final"], engine="ngspice", waveforms=["current"])
     assert sorted(found.failures) == [1, 2, 3]
     assert "thickness is nan" in found.failures[1]
