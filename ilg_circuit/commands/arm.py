@@ -11,7 +11,7 @@ import click
 from ..extras import require_arm
 from .emit import emit, require_outputs
 from .options import FILE
-from .progress import progress_bar
+from .progress import ProgressBar
 
 
 @click.command()
@@ -68,7 +68,7 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
     how = options | {"activation": kind, "reach": reach, "period": options["period"] or PERIOD}
     if sys.stderr.isatty() and not any(Path(__file__).parents[1].glob("arm/__pycache__/*plicit-*.nbi")):
         click.echo("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
-    result = move(duration, progress=progress_bar(desc="moving" if reach is None else "searching"), **how)
+    result = move(duration, progress=ProgressBar("", doing="moving" if reach is None else "searching"), **how)
 
     def write_animation(made: ArmResult, path: Path) -> None:
         animate(made.motion, path, portrait=made.coupled.portrait(made.motion.time) if made.coupled else None)

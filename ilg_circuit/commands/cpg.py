@@ -10,7 +10,7 @@ import click
 from ..errors import InputError
 from .emit import emit, require_outputs
 from .options import FILE
-from .progress import progress_bar
+from .progress import ProgressBar
 
 if TYPE_CHECKING:
     from ..cpg.run import RhythmRun
@@ -60,7 +60,7 @@ def cpg(**options: Any) -> None:
         from ..cpg.sweep import cpg_sweep
 
         _require_sweepable(options)
-        found = cpg_sweep(options["swept"], progress=progress_bar("networks"), **how)
+        found = cpg_sweep(options["swept"], progress=ProgressBar("networks"), **how)
         emit(found, outputs, writers={"--out": lambda made, path: made.write_csv(path)}, **files)
         return
     from ..cpg.run import cpg as run
@@ -68,7 +68,7 @@ def cpg(**options: Any) -> None:
     if options["duration"] is None:
         raise InputError("--duration is missing; say how long, such as --duration 10s")
     sampling = {name: options[name] for name in ("samples", "step", "engine")}
-    result = run(options["duration"], progress=progress_bar("s"), **sampling, **how)
+    result = run(options["duration"], progress=ProgressBar("s"), **sampling, **how)
     emit(result, outputs, writers={"--out": lambda made, path: made.write_csv(path), "--netlist": _write_deck}, **files)
 
 

@@ -9,7 +9,7 @@ import click
 from ..errors import InputError, SolveError
 from .emit import emit, require_outputs
 from .options import FILE, run_options
-from .progress import progress_bar, simulation_counter
+from .progress import ProgressBar
 
 
 @click.command()
@@ -67,10 +67,10 @@ def design(actuator: str, **options: Any) -> None:
     require_outputs(outputs)
     if options["sobol"]:
         require_sensitivity()
-    progress = progress_bar("point") if options["pareto"] else None
+    progress = ProgressBar("point") if options["pareto"] else None
     run = {"vary": options.pop("varied"), "require": options.pop("required"), "load": options.pop("load_text")}
-    with simulation_counter() as count:
-        report = find(actuator, count=count, progress=progress, **run, **options)
+    with ProgressBar("simulation", doing="searching") as bar:
+        report = find(actuator, count=bar.count, progress=progress, **run, **options)
     emit(
         report,
         outputs,

@@ -2,46 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import Any
+from types import TracebackType
 
 
-@contextmanager
-def evaluation_counter() -> Iterator[Callable[[], None]]:
-    """Yield a counter of model evaluations, for a fit whose number of them is unknown."""
-    with _bar(unit="evaluation", desc="fitting") as bar:
-        yield lambda: bar.update()
+class ProgressBar:
+    """A progress bar for work that reports ``bar(done, total)``, or that counts ``bar.count()``.
 
-
-@contextmanager
-def simulation_counter() -> Iterator[Callable[[int], None]]:
-    """Yield a counter of simulations, for a search whose number of them is unknown."""
-    with _bar(unit="simulation", desc="searching") as bar:
-        yield lambda count: bar.update(count)
-
-
-def progress_bar(unit: str = "run", *, begun: bool = False, desc: str | None = None) -> Callable[[float, float], None]:
-    """Return a bar that is called with (done, total), and closes when all is done.
-
-    ``begun``: its first call comes before any work; what is done then was done earlier and does not count for the time
-    left.
+    ``unit`` is what is counted; without it only the share is shown. ``doing`` stands before the bar. ``total`` is the
+    amount of work, where the reports do not say it. ``begun``: the first report comes before any work and says what
+    was done earlier, which does not count for the time left. The bar vanishes when all is done, or at the end of a
+    ``with`` block.
     """
-    bar = _bar(unit=unit, desc=desc, total=None)
 
-    def advance(done: float, total: float) -> None:
-        nonlocal begun
-        bar.total = total
-        if begun:
-            begun, bar.initial, bar.n = False, done, done
+    def __init__(
+        self, unit: str = "run", *, doing: str | None = None, total: float | None = None, begun: bool = False
+    ) -> None:
+        from tqdm import tqdm
+
+        shape = {"unit": unit} if unit else {"bar_format": "{l_bar}{bar}"}
+        self._bar = tqdm(total=total, delay=1.0, disable=None, leave=False, desc=doing, **shape)
+        self._begun = begun
+
+    def __call__(self, done: float, total: float | None = None) -> None:
+        """Show that ``done`` of ``total`` is done."""
+        bar = self._bar
+        if total is not None:
+            bar.total = total
+        if self._begun:
+            self._begun, bar.initial, bar.n = False, done, done
         bar.update(done - bar.n)
         if bar.total is not None and done >= bar.total:
             bar.close()
 
-    return advance
+    def count(self, number: int = 1) -> None:
+        """Show that ``number`` more are done."""
+        self._bar.update(number)
 
+    def __enter__(self) -> ProgressBar:
+        return self
 
-def _bar(**how: Any) -> Any:
-    from tqdm import tqdm
-
-    return tqdm(delay=1.0, disable=None, leave=False, **how)
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bar.close()

@@ -7,9 +7,9 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from .emit import emit, require_outputs
+from .emit import emit, origin, require_outputs
 from .options import FILE, run_options
-from .progress import progress_bar
+from .progress import ProgressBar
 
 
 @click.command()
@@ -53,7 +53,6 @@ def sweep(actuator: str, **options: Any) -> None:
     load_mass, load_stiffness, load_damping, orientation.
     """
     from ..extras import require_study
-    from ..provenance import command_line, provenance
     from ..report.axes import save
     from ..report.sweep import figure
     from ..study.outputs import DEFAULT_OUTPUTS
@@ -74,8 +73,8 @@ def sweep(actuator: str, **options: Any) -> None:
     given = {"vary": options.pop("varied"), "random": options.pop("count"), "load": options.pop("load_text")}
     result = solve(
         actuator,
-        progress=progress_bar("design", begun=True),
-        provenance=provenance(command_line(), inputs, seed),
+        progress=ProgressBar("design", begun=True),
+        provenance=origin(inputs, seed),
         **given,
         **options,
     )

@@ -24,7 +24,7 @@ from .piecewise import PiecewiseLegendre
 SETTLING_BAND = 0.02
 
 #: Waveforms that a study can keep -> SI unit.
-WAVEFORMS = {"current": "A", "charge": "C", "displacement": "m", "force": "N"}
+WAVEFORMS = {waveform.name: waveform.unit for waveform in ANSWERS if waveform.compute is None}
 
 
 @dataclass(frozen=True, eq=False)
