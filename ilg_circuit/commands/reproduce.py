@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from ..errors import InputError
+from .emit import origin
 from .progress import ProgressBar
 
 
@@ -20,7 +21,6 @@ def reproduce(outdir: Path | None, only: str | None, listed: bool) -> int:
     OUTDIR, made if absent, gets index.html (one page that opens offline), a picture for each figure, and reproduce.json
     with every number. Exit code 1 where an item could not be made or does not agree; the page says why.
     """
-    from ..provenance import command_line, provenance
     from ..reproduce import output_folder, run, select, write
 
     items = select(only)
@@ -32,7 +32,7 @@ def reproduce(outdir: Path | None, only: str | None, listed: bool) -> int:
         raise InputError("OUTDIR is missing; name a folder for the results, or --list the items")
     output_folder(outdir)
     outcomes = run(items, ProgressBar("item"))
-    written = write(outcomes, outdir, provenance(command_line()))
+    written = write(outcomes, outdir, origin())
     for outcome in outcomes:
         click.echo(f"{outcome.item.id:<10}{outcome.status:<10}{outcome.agreement}")
     click.echo(f"{len(written)} files in '{outdir}'; open {written[-1]}")

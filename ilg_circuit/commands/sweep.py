@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from .emit import emit, require_outputs
+from .emit import emit, origin, require_outputs
 from .options import FILE, run_options
 from .progress import ProgressBar
 
@@ -53,7 +53,6 @@ def sweep(actuator: str, **options: Any) -> None:
     load_mass, load_stiffness, load_damping, orientation.
     """
     from ..extras import require_study
-    from ..provenance import command_line, provenance
     from ..report.axes import save
     from ..report.sweep import figure
     from ..study.outputs import DEFAULT_OUTPUTS
@@ -75,7 +74,7 @@ def sweep(actuator: str, **options: Any) -> None:
     result = solve(
         actuator,
         progress=ProgressBar("design", begun=True),
-        provenance=provenance(command_line(), inputs, seed),
+        provenance=origin(inputs, seed),
         **given,
         **options,
     )

@@ -23,7 +23,7 @@ from .piecewise import PiecewiseLegendre
 #: Relative distance from its final value within which a motion counts as settled.
 SETTLING_BAND = 0.02
 
-#: Waveforms that a study can keep whole -> SI unit.
+#: Waveforms that a study can keep -> SI unit.
 WAVEFORMS = {waveform.name: waveform.unit for waveform in ANSWERS if waveform.compute is None}
 
 

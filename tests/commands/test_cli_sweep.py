@@ -25,8 +25,9 @@ def test_a_grid(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "0.2" in done.err  # 6.2195 mm of 30 mm
     with read_sweep("s.nc") as data:
         assert data.sizes == {"thickness": 5, "free_length": 2}
-        assert data.attrs["command"] == "ilg-circuit sweep paper"
-        assert json.loads(data.attrs["provenance"]) == {"version": __version__, "call": "ilg-circuit sweep paper"}
+        call = data.attrs["command"]
+        assert call.startswith("ilg-circuit sweep paper --vary thickness=0.4mm:0.8mm:5 --vary free_length=20mm,30mm ")
+        assert json.loads(data.attrs["provenance"]) == {"version": __version__, "call": call}
 
 
 def test_random_designs_with_failures_a_picture_and_waveforms(run: Run) -> None:
