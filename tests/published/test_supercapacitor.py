@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from ilg_circuit.identify.spectrum_fit import SpectrumFit, fit_spectrum
 
 from ilg_circuit.identify import SpectrumIdentification, identify_spectrum, read_spectrum
-from ilg_circuit.identify.spectrum_fit import SpectrumFit, fit_spectrum
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "eis_supercap"
 FILES = ("eis_0V5_fresh.txt", "eis_ocv_fresh.txt")

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import Run
+from ilg_circuit.identify.spectrum_fit import fit_spectrum
+from ilg_circuit.measurements.spectrum_files import Spectrum
 from numpy.testing import assert_allclose
 
 from ilg_circuit.circuit.strip import port_netlist
 from ilg_circuit.errors import InputError
 from ilg_circuit.fit.parameter import Parameter
-from ilg_circuit.identify.spectrum_fit import fit_spectrum
-from ilg_circuit.measurements.spectrum_files import Spectrum
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.impedance import impedance
 from ilg_circuit.simulation.response import simulate
