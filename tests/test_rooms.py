@@ -35,7 +35,7 @@ ENTRIES = ("__init__", "__main__", "cli")
 LAZY = {("result", "report")}
 #: Rooms that still show their results themselves: to be emptied.
 REMAINING = {
-    *((room, "report") for room in ("identify", "hyperelastic", "cpg", "study", "arm")),
+    *((room, "report") for room in ("identify", "cpg", "study", "arm")),
 }
 
 
