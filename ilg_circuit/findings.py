@@ -156,6 +156,52 @@ SENTENCES: dict[str, str] = {
     "profile-failed": "no profile of {parameter} ({reason}); its interval is from a block bootstrap",
     "profile-open": "the data set {parameter} no {sides} limit within a factor of {reach:.0e}",
     "chain-short": "the Markov chain is short ({chain}); its intervals are rough",
+    # -- hyperelastic --
+    "terms-act-alike": "two of its terms act alike, or one does not act at all",
+    "modulus-not-determined": "mu_{term} is not even known to a factor of ten",
+    "alpha-not-determined": "alpha_{term} is {alpha:.3g} with a standard error of {error:.2g}",
+    "alpha-ran-away": "alpha_{term} ran away to {alpha:.3g}",
+    "material-not-determined": "{reason}; take a simpler model",
+    "one-load-tested": (
+        "fitted to the {test} test alone, which does not tell how the material answers other loads: at stretch "
+        "{stretch:.3g} it predicts {predicted:@Pa4} {shown} ({test}: {there:@Pa4}); fit it jointly with --{shown}"
+    ),
+    "one-load-tested-absurd": (
+        "fitted to the {test} test alone, which does not tell how the material answers other loads: at stretch "
+        "{stretch:.3g} it predicts {predicted:@Pa4} {shown} ({test}: {there:@Pa4}); that is absurd, from stretch "
+        "{since:.3g} on the equibiaxial stress is over {times:.0f} times the uniaxial: do not use it there; fit it "
+        "jointly with --{shown}"
+    ),
+    "equibiaxial-absurd": (
+        "no equibiaxial test was given: at stretch {stretch:.3g} it predicts {predicted:@Pa4} {shown} ({test}: "
+        "{there:@Pa4}); that is absurd, from stretch {since:.3g} on the equibiaxial stress is over {times:.0f} times "
+        "the uniaxial: do not use it there; fit it jointly with --{shown}"
+    ),
+    "planar-sign": (
+        "a planar test cannot tell alpha from -alpha: with all signs turned the fit is the same, but the equibiaxial "
+        "stress at stretch {stretch:.3g} is {stress:@Pa4}"
+    ),
+    "drucker-fails": (
+        "Drucker's condition fails between stretch {low:.3g} and {high:.3g}, where no simulation will converge"
+    ),
+    "stress-falls": (
+        "the nominal stress does not rise with the stretch (dP/dl <= 0) between {low:.3g} and {high:.3g}, where a "
+        "dead load runs away"
+    ),
+    "shear-modulus-negative": "the shear modulus is {modulus:@Pa4}: no material has that",
+    "modulus-extrapolated": (
+        "extrapolation: the nearest reading to stretch 1 is {distance:.2g} away, so E and G, the slopes at 1, are "
+        "extrapolated; measure smaller stretches"
+    ),
+    "modulus-differs": (
+        "E is {fitted:@Pa4} by the fit, {small:@Pa4} by the readings below {strain:.0%} strain alone: take the latter "
+        "for a strip that strains little{advice}"
+    ),
+    "stress-autocorrelated": (
+        "the {test} residuals are not noise (neighbours correlate by {correlation:.2f}): the model misses part of the "
+        "curve, and standard errors are too small"
+    ),
+    "prediction-extrapolated": "extrapolation: no {test} reading reaches stretch {stretches}",
     # -- measurements --
     "voltage-column": "voltage is the column {column}",
     "columns-ignored": "columns not understood and left out: {columns}",

@@ -33,10 +33,6 @@ LEVEL = {room: level for level, floor in enumerate(FLOORS) for room in floor}
 ENTRIES = ("__init__", "__main__", "cli")
 #: The base class of results reaches `report` when a result is shown: the one exception.
 LAZY = {("result", "report")}
-#: Rooms that still show their results themselves: to be emptied.
-REMAINING = {
-    *((room, "report") for room in ("identify", "hyperelastic")),
-}
 
 
 def modules() -> Iterator[tuple[str, Path]]:
@@ -71,7 +67,7 @@ def test_imports_go_down(name: str, path: Path) -> None:
     here = room_of(name)
     for target, line in imports(name, path):
         room = target_room(target)
-        if room != here and (name, room) not in LAZY and (here, room) not in REMAINING:
+        if room != here and (name, room) not in LAZY:
             assert LEVEL[room] < LEVEL[here], f"{name}, line {line}: {here or 'the ground floor'} imports {target}"
 
 

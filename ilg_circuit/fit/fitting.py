@@ -133,17 +133,20 @@ def finished(
     offset: float,
     evaluations: int,
     variance: float | None = None,
+    singular: float = np.inf,
 ) -> FitResult:
     """Return the result at coordinates ``x`` (n,), with its covariance.
 
     ``residuals`` (samples,) and ``slopes`` (samples, n + q) by coordinates and amounts are over the sigmas. Every
     observation has a variance of its own, its sum of squares over its degrees of freedom; with J = Q R the covariance
     is R^-1 (sum of v_k Q_k^T Q_k) R^-T, for one observation s^2 (J^T J)^-1. Degrees of freedom of each error are
-    Satterthwaite's. ``variance`` states the variance instead.
+    Satterthwaite's. ``variance`` states the variance instead. The covariance is NaN where the condition of the slopes,
+    columns of equal length, exceeds ``singular``.
     """
     size = np.linalg.norm(slopes, axis=0)
     q, upper = np.linalg.qr(slopes / size)
-    inverse = np.linalg.inv(upper) / size[:, None]
+    determined = np.isinf(singular) or np.linalg.cond(upper) <= singular
+    inverse = np.linalg.inv(upper) / size[:, None] if determined else np.full_like(upper, np.nan)
     units = np.concatenate([problem.scales.slopes(x), np.ones(len(amounts))])
     samples, unknowns = slopes.shape
     if len(problem.observations) == 1 or variance is not None:

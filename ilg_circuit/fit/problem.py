@@ -174,6 +174,8 @@ class Problem:
 
 def _each_once(predict: Predict, values: Array) -> Array:
     """Return predictions of every row, no row solved twice: other observations' parameters change nothing here."""
+    if len(values) == 1:
+        return predict(values)
     rows, back = np.unique(values, axis=0, return_inverse=True)
     return predict(rows)[back.ravel()] if len(rows) < len(values) else predict(values)
 

@@ -5,7 +5,8 @@ In: load tests. Out: an Ogden material with its verdict. May import: the ground 
 
 from ..measurements.load_test import LoadTest
 from ..measurements.read import read_load_test
-from .analysis import Characterisation, characterise
+from .analysis import characterise
+from .characterisation import Characterisation
 from .fit import HyperelasticFit, fit_model
 from .material import CONVENTION, MODES, OTHER_CONVENTION, Ogden
 

@@ -15,12 +15,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from ..measurements.load_test import LOAD_MODES
-
-Array = NDArray[np.float64]
 
 #: mode -> k, the free direction's stretch being l^k
 MODES: dict[str, float] = dict(zip(LOAD_MODES, (-0.5, -2.0, -1.0), strict=True))
@@ -150,6 +149,12 @@ def stress_basis_slope(mode: str, stretch: Array, alpha: ArrayLike) -> Array:
     z = (1 - k) * a * logs
     bracket = k * _relative(z) + (1 - k) * _relative_slope(z)
     return np.asarray(2 * (1 - k) * logs**2 * np.exp((k * a - 1) * logs) * bracket)
+
+
+def stress_derivatives(mode: str, stretch: Array, moduli: ArrayLike, alpha: ArrayLike) -> Array:
+    """Return derivatives (n, 2 terms) of the nominal stress at ``stretch`` (n,) by ``moduli``, then by ``alpha``."""
+    basis, slope = stress_basis(mode, stretch, alpha), stress_basis_slope(mode, stretch, alpha)
+    return np.concatenate([basis, slope * np.asarray(moduli)], axis=1)
 
 
 def _relative(z: Array) -> Array:

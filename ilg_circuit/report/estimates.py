@@ -42,8 +42,12 @@ def estimate_line(name: str, e: Estimate) -> str:
     """Return a line of the table in a terminal: value, standard error, interval or why it was not fitted."""
     value = format_quantity(e.value, e.unit, 5)
     if e.stderr is None or e.ci95 is None:
-        return f"{name:<28}{value:>16}{'held':>18}   {e.fixed_because}"
+        return f"{name:<28}{value:>16}{_not_fitted(e):>18}   {e.fixed_because}".rstrip()
     return f"{name:<28}{value:>16}{format_quantity(e.reported[0], e.unit, 2):>18}   {interval_text(e)}"
+
+
+def _not_fitted(e: Estimate) -> str:
+    return "held" if e.fixed_because else "undetermined"
 
 
 def derived_line(name: str, e: Estimate) -> str:
@@ -98,7 +102,7 @@ def parameter_section(estimates: Mapping[str, Estimate], title: str = "Parameter
 def _cells(name: str, e: Estimate) -> tuple[str, str, str, str]:
     value = format_quantity(e.value, e.unit, 5)
     if e.stderr is None or e.ci95 is None:
-        return name, value, "held" if e.fixed_because else "undetermined", e.fixed_because
+        return name, value, _not_fitted(e), e.fixed_because
     error = format_quantity(e.reported[0], e.unit, 2) + (" (blocks)" if e.bootstrap is not None else "")
     return name, value, error, interval_text(e) + ("" if e.method == "covariance" else f" ({e.method})")
 

@@ -11,8 +11,8 @@ from strategies import log_floats
 
 from ilg_circuit.errors import InputError
 from ilg_circuit.hyperelastic import LoadTest, Ogden, characterise, fit_model
+from ilg_circuit.hyperelastic.estimates import correlations, derived
 from ilg_circuit.hyperelastic.material import stress_basis, stress_basis_slope
-from ilg_circuit.hyperelastic.report import correlations, derived
 from ilg_circuit.units import format_quantity
 
 

@@ -16,7 +16,9 @@ from gels import TWO, readings
 from ilg_circuit.cli import main
 from ilg_circuit.errors import InputError
 from ilg_circuit.hyperelastic import MODES, Characterisation, LoadTest, Ogden, characterise, fit_model, read_load_test
-from ilg_circuit.hyperelastic.report import derived, parameters, plot_characterisation, table, to_json, write_actuator
+from ilg_circuit.hyperelastic.estimates import derived, parameters
+from ilg_circuit.report.axes import save
+from ilg_circuit.report.ogden import write_actuator
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.file import load_actuator
 
@@ -44,27 +46,27 @@ def test_parameters_have_errors_and_intervals_of_their_sign(result: Characterisa
 def test_held_parameters_say_so() -> None:
     fit = fit_model(readings(TWO, noise=0.01), "mooney-rivlin")
     found = parameters(fit)
-    assert found["alpha_2"].held == "Mooney-Rivlin by definition"
+    assert found["alpha_2"].fixed_because == "Mooney-Rivlin by definition"
     assert found["alpha_2"].stderr is None
     again = Ogden.mooney_rivlin(derived(fit)["c10"].value, derived(fit)["c01"].value)
     assert again.mu == pytest.approx(fit.material.mu)
 
 
 def test_json_is_json_even_where_nothing_is_determined(result: Characterisation) -> None:
-    told = json.loads(json.dumps(to_json(result), allow_nan=False))
+    told = json.loads(json.dumps(result.to_dict(), allow_nan=False))
     assert "mu_i/alpha_i (l1" in told["convention"]
     assert "2 mu_i/alpha_i^2" in told["other_convention"]
     assert set(told["statistics"]["tests"]) == set(MODES)
     hopeless = characterise(readings(Ogden.neo_hookean(1e3), "planar"), model="mooney-rivlin")
-    told = json.loads(json.dumps(to_json(hopeless), allow_nan=False))
+    told = json.loads(json.dumps(hopeless.to_dict(), allow_nan=False))
     assert told["parameters"]["mu_1"]["stderr"] is None
     assert told["predictions"][0]["stderr"] is None
     assert told["correlations"] == {}
-    assert "undetermined" in table(hopeless)
+    assert "undetermined" in hopeless.summary()
 
 
 def test_table_names_both_conventions(result: Characterisation) -> None:
-    text = table(result)
+    text = result.summary()
     assert "convention: W = sum mu_i/alpha_i (" in text
     assert "other convention: W = sum 2 mu_i/alpha_i^2 (" in text
     for word in ("shear_modulus", "youngs_modulus", "AIC", "BIC", "uniaxial", "equibiaxial", "planar", "Cauchy"):
@@ -76,7 +78,7 @@ def test_picture(tmp_path: Path, modes: tuple[str, ...]) -> None:
     import matplotlib
 
     with matplotlib.rc_context({"svg.fonttype": "none"}):  # text as text
-        plot_characterisation(characterise(readings(TWO, *modes, noise=0.01), terms=2), tmp_path / "fit.svg")
+        save(characterise(readings(TWO, *modes, noise=0.01), terms=2).figure(), tmp_path / "fit.svg")
     text = (tmp_path / "fit.svg").read_text(encoding="utf-8")
     for label in ("nominal stress [kPa]", "stretch [1]", "data - fit [", "uniaxial, measured", "uniaxial, fit"):
         assert label in text

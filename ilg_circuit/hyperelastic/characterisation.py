@@ -1,0 +1,155 @@
+"""The result of a characterisation: the material that load tests determine, and what it predicts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..findings import Finding, sentences
+from ..fit.estimate import Estimate
+from ..measurements.load_test import LoadTest
+from ..result import Result
+from .estimates import correlations, derived, parameters
+from .fit import HyperelasticFit
+from .material import CONVENTION, OTHER_CONVENTION, Ogden
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Nominal and Cauchy stress [Pa] of one mode at one stretch.
+
+    ``error`` is the nominal stress's standard error, NaN where the data do not determine it; ``measured`` tells
+    whether a test of this mode covers the stretch.
+    """
+
+    mode: str
+    stretch: float
+    nominal: float
+    cauchy: float
+    error: float
+    measured: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "test": self.mode,
+            "stretch": self.stretch,
+            "nominal": self.nominal,
+            "stderr": self.error if math.isfinite(self.error) else None,
+            "cauchy": self.cauchy,
+            "unit": "Pa",
+            "measured": self.measured,
+        }
+
+
+@dataclass(frozen=True)
+class Instability:
+    """Where a mode is unstable: stretches from ``low`` to ``high`` within the data's range.
+
+    ``kind``: "slope" (the nominal stress does not rise with the stretch) or "drucker" (nor does the Kirchhoff stress
+    with the logarithmic strain).
+    """
+
+    mode: str
+    kind: str
+    low: float
+    high: float
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"test": self.mode, "kind": self.kind, "stretch": [self.low, self.high]}
+
+
+@dataclass(frozen=True, eq=False)
+class Characterisation(Result):
+    """The fit that was chosen, those it was chosen from, predictions, and findings.
+
+    ``small_strain_modulus`` is E [Pa] by the readings at small strains alone, with its standard error; None where
+    there are too few. ``seed`` is that of the random starts.
+    """
+
+    presenter: ClassVar[str] = "ogden"
+
+    fit: HyperelasticFit
+    candidates: tuple[HyperelasticFit, ...]
+    predictions: tuple[Prediction, ...]
+    instabilities: tuple[Instability, ...]
+    small_strain_modulus: tuple[float, float] | None
+    findings: tuple[Finding, ...]
+    seed: int = 0
+
+    @property
+    def material(self) -> Ogden:
+        return self.fit.material
+
+    @property
+    def tests(self) -> tuple[LoadTest, ...]:
+        return self.fit.tests
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The findings as sentences."""
+        return sentences(self.findings)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the result as plain data in SI units; what is not determined is null."""
+        fit, small = self.fit, self.small_strain_modulus
+        return {
+            "model": fit.model,
+            "terms": fit.terms,
+            "convention": CONVENTION,
+            "other_convention": OTHER_CONVENTION,
+            "parameters": _plain(parameters(fit)),
+            "derived": _plain(derived(fit)),
+            "statistics": _statistics(fit),
+            "correlations": correlations(fit),
+            "candidates": [
+                {
+                    "model": f.model,
+                    "terms": f.terms,
+                    "rmse": f.rmse,
+                    "aic": f.aic,
+                    "bic": f.bic,
+                    "undetermined": list(sentences(f.undetermined)),
+                }
+                for f in self.candidates
+            ],
+            "stability": {
+                "constrained": fit.constrained,
+                "mu_alpha_positive": fit.material.stable_by_sign,
+                "unstable": [i.to_dict() for i in self.instabilities],
+            },
+            "small_strain_modulus": Estimate(small[0], "Pa", small[1]).to_dict() if small else None,
+            "predictions": [p.to_dict() for p in self.predictions],
+            "warnings": list(self.warnings),
+            "findings": [f.to_dict() for f in self.findings],
+        }
+
+
+def _plain(estimates: Mapping[str, Estimate]) -> dict[str, Any]:
+    return {name: e.to_dict() for name, e in estimates.items()}
+
+
+def _statistics(fit: HyperelasticFit) -> dict[str, Any]:
+    return {
+        "rmse": fit.rmse,
+        "rmse_unit": "Pa",
+        "aic": fit.aic,
+        "bic": fit.bic,
+        "n": fit.samples,
+        "weighting": fit.weighting,
+        "starts": fit.result.starts.starts,
+        "starts_agreeing": fit.result.starts.agreeing,
+        "evaluations": fit.result.evaluations,
+        "tests": {
+            t.mode: {
+                "source": t.source,
+                "rmse": float(np.sqrt(np.mean(r**2))),
+                "n": len(r),
+                "stretch": [float(t.stretch[0]), float(t.stretch[-1])],
+            }
+            for t, r in zip(fit.tests, fit.residuals, strict=True)
+        },
+    }

@@ -1,0 +1,198 @@
+"""Characterisations of hyperelastic materials as text, a picture, a page, and as the modulus of a strip."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import __version__
+from ..errors import InputError
+from ..findings import sentences
+from ..hyperelastic.characterisation import Characterisation
+from ..hyperelastic.diagnostics import absurd_from
+from ..hyperelastic.estimates import correlations, derived, parameters
+from ..hyperelastic.material import CONVENTION, MODES, OTHER_CONVENTION
+from ..strip.actuator import Actuator
+from ..strip.file import save_actuator
+from ..units import format_quantity
+from .axes import BLUE, GREY, ORANGE, engineering, new_figure
+from .estimates import (
+    HEADER,
+    correlation_section,
+    derived_section,
+    estimate_line,
+    parameter_section,
+    plus_minus,
+    strong_correlations,
+)
+from .page import Grid, Page, Prose, Section, picture, repetition
+from .tables import aligned
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_STYLES = {"uniaxial": (BLUE, "o"), "equibiaxial": (ORANGE, "s"), "planar": ("#2e8b57", "^")}
+_TESTS = ("test", "file", "rms", "readings", "stretch")
+_CANDIDATES = ("model", "rms", "BIC", "verdict")
+_PREDICTIONS = ("load", "stretch", "nominal stress", "standard error", "Cauchy stress", "range")
+
+Rows = list[tuple[str, ...]]
+
+
+def summary(result: Characterisation) -> str:
+    """Return the result for a terminal: parameters in both conventions, statistics, candidates, predictions."""
+    fit, more = result.fit, derived(result.fit)
+    other = {name: e for name, e in more.items() if name.endswith("_other_convention")}
+    lines = [headline(result), f"convention: {CONVENTION}", "", HEADER]
+    lines += [estimate_line(name, e) for name, e in parameters(fit).items()]
+    lines += ["", *(estimate_line(name, e) for name, e in more.items() if name not in other)]
+    lines += ["", f"other convention: {OTHER_CONVENTION}"]
+    lines += [estimate_line(name.removesuffix("_other_convention"), e) for name, e in other.items()]
+    lines += ["", *aligned([_TESTS, *_tests(result)], "<<>><")]
+    starts = fit.result.starts
+    lines.append(f"AIC {fit.aic:.1f}, BIC {fit.bic:.1f}; {starts.agreeing} of {starts.starts} starts ended here")
+    strong = [f"{pair}: {value:+.3f}" for pair, value in strong_correlations(correlations(fit)).items()]
+    lines += [f"correlations beyond 0.9: {'; '.join(strong)}"] if strong else []
+    if len(result.candidates) > 1:
+        lines += ["", *aligned([_CANDIDATES, *_candidates(result)], "<>><")]
+    return "\n".join([*lines, "", *aligned([_PREDICTIONS, *_predictions(result)], "<>>>><")])
+
+
+def headline(result: Characterisation) -> str:
+    """Return in a line what was fitted to what, and how."""
+    fit = result.fit
+    sources = ", ".join(f"{t.source} ({t.mode})" for t in fit.tests)
+    return (
+        f"{sources}: {fit.name}, {'mu_i alpha_i > 0 imposed' if fit.constrained else 'signs free'}, "
+        f"{fit.weighting} weighting"
+    )
+
+
+def page(result: Characterisation) -> Page:
+    """Return readings and fit, constants in both conventions, predictions for other loads, what else was tried."""
+    fit, estimates = result.fit, parameters(result.fit)
+    facts = [
+        ("material", fit.name),
+        ("Young's modulus", _stress(fit.material.youngs_modulus)),
+        ("rms of the residuals", _stress(fit.rmse, 3)),
+    ]
+    chosen = frozenset(k for k, f in enumerate(result.candidates) if f is fit)
+    note = f"{CONVENTION}. The constants ..._other_convention are those of {OTHER_CONVENTION}."
+    shown = picture(figure(result), "nominal stress over stretch: readings, fit, predictions, residuals")
+    sections = [
+        Section("Readings, fit and residuals", [shown, Grid(_TESTS, _tests(result), words=frozenset({0, 1}))]),
+        Section("Candidates", [Grid(_CANDIDATES, _candidates(result), words=frozenset({0, 3}), marked=chosen)]),
+        parameter_section(estimates),
+        Section("Convention", [Prose(note)]),
+        derived_section(derived(fit)),
+        Section("Predictions", [Grid(_PREDICTIONS, _predictions(result), words=frozenset({0, 5}))]),
+        correlation_section([name for name, e in estimates.items() if not e.fixed_because], correlations(fit)),
+        repetition(result.provenance.call),
+    ]
+    return Page(", ".join(t.source for t in fit.tests), headline(result), facts, result.warnings, sections)
+
+
+def figure(result: Characterisation) -> Figure:
+    """Return readings and fit (solid where there are readings, else dashed), other loads dashed, residuals beneath."""
+    fit = result.fit
+    low, high = fit.stretch_range
+    stress = np.concatenate([t.stress for t in fit.tests])
+    factor, unit = engineering(stress, "Pa")
+    figure, (upper, lower) = new_figure(2, [3.4, 1.1])
+    stretch = np.geomspace(low, high, 500)
+    bottom, top = min(float(stress.min()), 0.0), max(float(stress.max()), 0.0)
+    margin = 0.12 * (top - bottom)
+    upper.set_ylim(factor * (bottom - (margin if bottom < 0 else 0.02 * top)), factor * (top + margin))
+    tests = {t.mode: (t, r) for t, r in zip(fit.tests, fit.residuals, strict=True)}
+    beyond = False
+    for mode in MODES:
+        curve, (colour, marker) = factor * fit.material.nominal(mode, stretch), _STYLES[mode]
+        if mode not in tests:
+            wild = absurd_from(fit.material, high) if mode == "equibiaxial" else None
+            label = f"{mode}, predicted" + (f": absurd from {wild:.3g} on" if wild is not None else "")
+            upper.plot(stretch, curve, "--", color=colour, linewidth=1.2, label=label)
+            continue
+        test, residuals = tests[mode]
+        start, end = test.range
+        inside = (stretch >= start) & (stretch <= end)
+        measured: dict[str, Any] = {"markersize": 4, "alpha": 0.75, "markeredgewidth": 0, "label": f"{mode}, measured"}
+        upper.plot(test.stretch, factor * test.stress, marker, color=colour, **measured)
+        upper.plot(stretch[inside], curve[inside], color=colour, linewidth=1.5, label=f"{mode}, fit")
+        for part in (stretch <= start, stretch >= end):
+            if part.sum() > 1:  # the end itself is always one
+                upper.plot(stretch[part], curve[part], "--", color=colour, linewidth=1.0)
+                beyond = True
+        lower.plot(test.stretch, factor * residuals, f"{marker}-", color=colour, markersize=3, linewidth=0.6)
+    upper.set_ylabel(f"nominal stress [{unit}]")
+    if beyond:
+        upper.plot([], [], "--", color=GREY, linewidth=1.0, label="beyond the readings")
+    upper.legend(frameon=False, fontsize=8)
+    upper.set_title(f"{fit.name}: E = {_stress(fit.material.youngs_modulus)}", fontsize=10, loc="left")
+    lower.axhline(0.0, color=GREY, linewidth=0.8)
+    lower.set_ylabel(f"data - fit [{unit}]")
+    lower.set_xlabel("stretch [1]")
+    figure.align_ylabels([upper, lower])
+    return figure
+
+
+def write_actuator(result: Characterisation, base: Actuator, path: str | Path) -> None:
+    """Write ``base`` with the fitted E = 3 G as TOML; its comment says where E comes from. InputError if E <= 0."""
+    fit, modulus = result.fit, derived(result.fit)["youngs_modulus"]
+    value = format_quantity(modulus.value, "Pa", 5)
+    if not modulus.value > 0:
+        raise InputError(f"the fitted Young's modulus is {value}, which no strip has; fit with mu_i alpha_i > 0")
+    error = plus_minus(modulus) if modulus.stderr is not None else ""
+    comment = [
+        f"youngs_modulus = 3 G fitted by ilg_circuit {__version__}: {value}{error}",
+        f"{fit.name}, {CONVENTION}",
+        *(f"{name} = {format_quantity(e.value, e.unit, 5)}" for name, e in parameters(fit).items()),
+        *(f"data: {t.source} ({t.mode})" for t in fit.tests),
+        *(f"warning: {line}" for line in result.warnings),
+        *result.provenance.lines()[1:],
+    ]
+    material = replace(base.material, youngs_modulus=modulus.value)
+    save_actuator(replace(base, material=material), path, "\n".join(comment))
+
+
+def _tests(result: Characterisation) -> Rows:
+    fit = result.fit
+    return [
+        (
+            t.mode,
+            t.source,
+            _stress(fit.result.rms_of(k), 3),
+            f"{len(t.stretch)}",
+            f"{t.stretch[0]:.4g} to {t.stretch[-1]:.4g}",
+        )
+        for k, t in enumerate(fit.tests)
+    ]
+
+
+def _candidates(result: Characterisation) -> Rows:
+    fit = result.fit
+    return [
+        (f.name, _stress(f.rmse, 3), f"{f.bic:.1f}", "chosen" if f is fit else "; ".join(sentences(f.undetermined)))
+        for f in result.candidates
+    ]
+
+
+def _predictions(result: Characterisation) -> Rows:
+    return [
+        (
+            p.mode,
+            f"{p.stretch:.4g}",
+            _stress(p.nominal),
+            _stress(p.error, 3) if math.isfinite(p.error) else "undetermined",
+            _stress(p.cauchy),
+            "measured" if p.measured else "extrapolated",
+        )
+        for p in result.predictions
+    ]
+
+
+def _stress(value: float, digits: int = 4) -> str:
+    return format_quantity(value, "Pa", digits)
