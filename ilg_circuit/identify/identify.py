@@ -12,15 +12,13 @@ import numpy as np
 from ..errors import IlgError, InputError, SolveError
 from ..findings import Finding
 from ..fit.bootstrap import SEED
-from ..fit.criteria import structured
 from ..fit.identifiability import DETERMINED
-from ..fit.intervals import Uncertainties, require_method, uncertainties
+from ..fit.intervals import require_method, uncertainties
 from ..fit.problem import Progress
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
 from ..measurements.read import read_spectrum
 from ..measurements.record import Record
-from ..measurements.smoothing import noise_level
 from ..measurements.spectrum import Spectrum
 from ..provenance import Provenance
 from ..strip.actuator import PAPER, Actuator
@@ -29,7 +27,6 @@ from ..strip.models import electrical_model
 from ..units import format_quantity
 from .coupling_fit import CouplingFit, fit_coupling
 from .current import CurrentData
-from .displacement import start_findings
 from .displacement_metrics import displacement_metrics
 from .estimates import (
     correlations,
@@ -40,7 +37,7 @@ from .estimates import (
     uncertainty_of,
 )
 from .identification import Identification
-from .impedance import DC, ImpedanceData, Weighting
+from .impedance import ImpedanceData, Weighting
 from .joint import joined
 from .motion import NAMES
 from .observation_fit import (
@@ -51,14 +48,11 @@ from .observation_fit import (
     leave_one_port_out,
     observation_fits,
 )
+from .port_findings import base_findings, port_findings
 from .port_fit import PortFit
 from .port_model import Measured, PortData
 from .selection import fit_best, fit_named
-
-#: Residuals count as autocorrelated where they exceed this factor of the data's white noise, and this part of the size.
-_OVER_NOISE, _NEGLIGIBLE = 1.5, 1e-4
-#: A spectrum's misfit is worth a word beyond this factor of its own noise, and this part of abs(Z).
-_MISFIT, _NEGLIGIBLE_MISFIT = 2.0, 1e-3
+from .statistics import statistics_of
 
 Data = Record | Spectrum
 
@@ -143,10 +137,10 @@ def identify(
     rows, without = _observations(port, coupling, fit, progress)
     if len(ports) == 1:
         derived = {**{n: e for o in rows for n, e in o.derived.items()}, **derived}
-    findings += _port_findings(port, candidates)
+    findings += port_findings(port, candidates)
     if len(ports) > 1:
         findings += consistency_findings([r for r in rows if r.quantity != "displacement"], without)
-    findings += [*about_coupling, *_base_findings(base, coupling)]
+    findings += [*about_coupling, *base_findings(base, coupling)]
     findings += estimated.findings
     if len(ports) == 1:
         findings = [replace(f, subject="") if f.subject == ports[0].source else f for f in findings]
@@ -158,7 +152,7 @@ def identify(
         parameters=parameters,
         own=each,
         derived=derived,
-        statistics=_statistics(port, coupling, fit, rows, candidates, estimated),
+        statistics=statistics_of(port, coupling, fit, rows, candidates, estimated),
         correlations=correlations(fit),
         observations=tuple(rows),
         candidates=candidates,
@@ -284,121 +278,3 @@ def _observations(
         derived = displacement_quantities(i, data.reference, fit.nuisance_of(first + k), per_volt)
         moved[k] = replace(moved[k], size=i.span, derived=derived, metrics=displacement_metrics(i))
     return [*rows, *moved], without
-
-
-def _port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Finding]:
-    """Return findings on the port: what its residuals show, and what the data do not determine."""
-    found: list[Finding] = []
-    shares = []
-    for k, d in enumerate(port.data):
-        residuals, subject = port.fit.residuals_of(k), d.source
-        if isinstance(d, ImpedanceData):
-            share = d.relative_rms(residuals)
-            if share > max(_MISFIT * d.check.rms, _NEGLIGIBLE_MISFIT):
-                values = {"model": port.kind.name, "share": share, "noise": d.check.rms}
-                found.append(Finding("spectrum-misfit", subject, values))
-            if structured(residuals) and share > _NEGLIGIBLE_MISFIT:
-                found.append(Finding("residuals-autocorrelated", subject))
-            continue
-        rms = port.fit.rms_of(k)
-        if structured(residuals) and rms > max(_OVER_NOISE * noise_level(d.data), _NEGLIGIBLE * d.size):
-            shares.append(rms / d.size)
-            found.append(Finding("residuals-autocorrelated", subject))
-        found += _resolution(d, rms)
-    if shares:
-        code = "one-pole-not-enough" if port.kind.plain == "rc" else "residuals-structured"
-        found.insert(0, Finding(code, values={"model": port.kind.name, "share": max(shares)}))
-        failed = [c for c in candidates if c.status == "failed"]
-        found += [Finding("model-not-fitted", values={"model": c.model, "reason": c.against}) for c in failed]
-    if DC in port.fixed:
-        found.append(Finding("electron-path-open", values={"reason": port.fixed[DC], "given": port.values[DC]}))
-    found += start_findings(port.fit.starts)
-    chosen = next(c for c in candidates if c.chosen)
-    if chosen.identifiability is not None and not chosen.identifiability.determined:
-        found.append(Finding("not-determined", values={"reason": chosen.identifiability.reason}))
-    if len(candidates) > 1 and all(c.against for c in candidates):
-        found.append(Finding("no-model-determined"))
-    return found
-
-
-def _resolution(d: PortData, rms: float) -> list[Finding]:
-    """Return what a coarse instrument leaves open beyond the standard errors."""
-    steps = np.diff(np.unique(d.data))
-    if len(steps) and float(steps.min()) > 2 * rms and len(steps) < len(d.data) / 4:
-        return [Finding("resolution-coarse", d.source, {"step": float(steps.min())})]
-    return []
-
-
-def _base_findings(base: Actuator | None, coupling: CouplingFit | None) -> list[Finding]:
-    if base is None:
-        return [Finding("no-actuator-coupling" if coupling is not None else "no-actuator")]
-    return [Finding("coupling-not-fitted")] if coupling is None and base.coupling is not None else []
-
-
-def _statistics(
-    port: PortFit,
-    coupling: CouplingFit | None,
-    fit: FitResult,
-    rows: Sequence[ObservationFit],
-    candidates: Sequence[Candidate],
-    intervals: Uncertainties,
-) -> dict[str, Any]:
-    """Return the statistics of the port, with "displacement" those of the coupling.
-
-    Of a single file rmse is in its unit; of several all residuals are over their sigmas.
-    """
-    chosen = next(c for c in candidates if c.chosen)
-    count = len(port.data)
-    port_fit, single = port.fit, count == 1
-    samples = slice(0, port_fit.problem.slices[count - 1].stop)
-    statistics: dict[str, Any] = {"rmse": float(np.sqrt(np.mean(port_fit.residuals[samples] ** 2))), "rmse_unit": ""}
-    statistics |= {"aic": None, "bic": chosen.bic, "n": samples.stop}
-    statistics |= dict.fromkeys(("rmse_over_peak", "relative_rms", "independent", "weighting", "displacement"))
-    if single:
-        first = port.data[0]
-        statistics |= dict(rows[0].statistics) | {"rmse_unit": first.unit}
-        if isinstance(first, ImpedanceData):
-            residuals = first.shown(port_fit.residuals_of(0))
-            statistics |= {
-                "rmse": float(np.sqrt(np.mean(np.abs(residuals) ** 2) / 2)),
-                "rmse_unit": "ohm",
-                "relative_rms": first.relative_rms(port_fit.residuals_of(0)),
-                "independent": port_fit.independent_samples(0),
-                "weighting": first.weighting,
-            }
-        else:
-            statistics["rmse_over_peak"] = rows[0].rms_joint / first.size
-    statistics |= {
-        "evaluations": port_fit.parts[0].evaluations,
-        "starts": chosen.starts,
-        "starts_agreeing": chosen.starts_agreeing,
-        "relative_offset": port_fit.parts[0].offset,
-        "identifiability": chosen.identifiability.to_dict() if chosen.identifiability else None,
-    }
-    if coupling is not None:
-        statistics["displacement"] = _displacement_statistics(coupling, fit, rows, count)
-    details = {p.problem.observations[0].quantity: d for p, d in zip(fit.parts, intervals.details, strict=False)}
-    if details:
-        flat = next(iter(details.values())) if list(details) == ["impedance"] else {}
-        statistics["intervals"] = {**details, **flat}
-    return statistics
-
-
-def _displacement_statistics(
-    coupling: CouplingFit, fit: FitResult, rows: Sequence[ObservationFit], first: int
-) -> dict[str, Any]:
-    last = fit.parts[-1]
-    moved = [r for r in rows if r.quantity == "displacement"]
-    residuals = np.concatenate([fit.residuals[s] for s in fit.problem.slices[first:]])
-    statistics: dict[str, Any] = {"rmse": float(np.sqrt(np.mean(residuals**2))), "rmse_unit": "", "n": len(residuals)}
-    if len(moved) == 1:
-        statistics |= dict(moved[0].statistics) | {"rmse_unit": "m"}
-        statistics["window_s"] = coupling.individual[0].data.window
-    starts = coupling.fit.starts
-    return statistics | {
-        "beam": coupling.motion.beam,
-        "evaluations": last.evaluations,
-        "starts": starts.starts,
-        "starts_agreeing": starts.agreeing,
-        "relative_offset": last.offset,
-    }

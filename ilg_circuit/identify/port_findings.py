@@ -1,0 +1,72 @@
+"""Findings on an identified port: what its residuals show, and what the data do not determine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..findings import Finding
+from ..fit.criteria import structured
+from ..fit.selection import Candidate
+from ..measurements.smoothing import noise_level
+from ..strip.actuator import Actuator
+from .coupling_fit import CouplingFit
+from .displacement import start_findings
+from .impedance import DC, ImpedanceData
+from .port_fit import PortFit
+from .port_model import PortData
+
+#: Residuals count as autocorrelated where they exceed this factor of the data's white noise, and this part of the size.
+_OVER_NOISE, _NEGLIGIBLE = 1.5, 1e-4
+#: A spectrum's misfit is worth a word beyond this factor of its own noise, and this part of abs(Z).
+_MISFIT, _NEGLIGIBLE_MISFIT = 2.0, 1e-3
+
+
+def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Finding]:
+    """Return findings on the port: what its residuals show, and what the data do not determine."""
+    found: list[Finding] = []
+    shares = []
+    for k, d in enumerate(port.data):
+        residuals, subject = port.fit.residuals_of(k), d.source
+        if isinstance(d, ImpedanceData):
+            share = d.relative_rms(residuals)
+            if share > max(_MISFIT * d.check.rms, _NEGLIGIBLE_MISFIT):
+                values = {"model": port.kind.name, "share": share, "noise": d.check.rms}
+                found.append(Finding("spectrum-misfit", subject, values))
+            if structured(residuals) and share > _NEGLIGIBLE_MISFIT:
+                found.append(Finding("residuals-autocorrelated", subject))
+            continue
+        rms = port.fit.rms_of(k)
+        if structured(residuals) and rms > max(_OVER_NOISE * noise_level(d.data), _NEGLIGIBLE * d.size):
+            shares.append(rms / d.size)
+            found.append(Finding("residuals-autocorrelated", subject))
+        found += _resolution(d, rms)
+    if shares:
+        code = "one-pole-not-enough" if port.kind.plain == "rc" else "residuals-structured"
+        found.insert(0, Finding(code, values={"model": port.kind.name, "share": max(shares)}))
+        failed = [c for c in candidates if c.status == "failed"]
+        found += [Finding("model-not-fitted", values={"model": c.model, "reason": c.against}) for c in failed]
+    if DC in port.fixed:
+        found.append(Finding("electron-path-open", values={"reason": port.fixed[DC], "given": port.values[DC]}))
+    found += start_findings(port.fit.starts)
+    chosen = next(c for c in candidates if c.chosen)
+    if chosen.identifiability is not None and not chosen.identifiability.determined:
+        found.append(Finding("not-determined", values={"reason": chosen.identifiability.reason}))
+    if len(candidates) > 1 and all(c.against for c in candidates):
+        found.append(Finding("no-model-determined"))
+    return found
+
+
+def _resolution(d: PortData, rms: float) -> list[Finding]:
+    """Return what a coarse instrument leaves open beyond the standard errors."""
+    steps = np.diff(np.unique(d.data))
+    if len(steps) and float(steps.min()) > 2 * rms and len(steps) < len(d.data) / 4:
+        return [Finding("resolution-coarse", d.source, {"step": float(steps.min())})]
+    return []
+
+
+def base_findings(base: Actuator | None, coupling: CouplingFit | None) -> list[Finding]:
+    if base is None:
+        return [Finding("no-actuator-coupling" if coupling is not None else "no-actuator")]
+    return [Finding("coupling-not-fitted")] if coupling is None and base.coupling is not None else []

@@ -1,0 +1,85 @@
+"""Statistics of an identification, as fit.json gives them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..fit.intervals import Uncertainties
+from ..fit.result import FitResult
+from ..fit.selection import Candidate
+from .coupling_fit import CouplingFit
+from .impedance import ImpedanceData
+from .observation_fit import ObservationFit
+from .port_fit import PortFit
+
+
+def statistics_of(
+    port: PortFit,
+    coupling: CouplingFit | None,
+    fit: FitResult,
+    rows: Sequence[ObservationFit],
+    candidates: Sequence[Candidate],
+    intervals: Uncertainties,
+) -> dict[str, Any]:
+    """Return the statistics of the port, with "displacement" those of the coupling.
+
+    Of a single file rmse is in its unit; of several all residuals are over their sigmas.
+    """
+    chosen = next(c for c in candidates if c.chosen)
+    count = len(port.data)
+    port_fit, single = port.fit, count == 1
+    samples = slice(0, port_fit.problem.slices[count - 1].stop)
+    statistics: dict[str, Any] = {"rmse": float(np.sqrt(np.mean(port_fit.residuals[samples] ** 2))), "rmse_unit": ""}
+    statistics |= {"aic": None, "bic": chosen.bic, "n": samples.stop}
+    statistics |= dict.fromkeys(("rmse_over_peak", "relative_rms", "independent", "weighting", "displacement"))
+    if single:
+        first = port.data[0]
+        statistics |= dict(rows[0].statistics) | {"rmse_unit": first.unit}
+        if isinstance(first, ImpedanceData):
+            residuals = first.shown(port_fit.residuals_of(0))
+            statistics |= {
+                "rmse": float(np.sqrt(np.mean(np.abs(residuals) ** 2) / 2)),
+                "rmse_unit": "ohm",
+                "relative_rms": first.relative_rms(port_fit.residuals_of(0)),
+                "independent": port_fit.independent_samples(0),
+                "weighting": first.weighting,
+            }
+        else:
+            statistics["rmse_over_peak"] = rows[0].rms_joint / first.size
+    statistics |= {
+        "evaluations": port_fit.parts[0].evaluations,
+        "starts": chosen.starts,
+        "starts_agreeing": chosen.starts_agreeing,
+        "relative_offset": port_fit.parts[0].offset,
+        "identifiability": chosen.identifiability.to_dict() if chosen.identifiability else None,
+    }
+    if coupling is not None:
+        statistics["displacement"] = _displacement_statistics(coupling, fit, rows, count)
+    details = {p.problem.observations[0].quantity: d for p, d in zip(fit.parts, intervals.details, strict=False)}
+    if details:
+        flat = next(iter(details.values())) if list(details) == ["impedance"] else {}
+        statistics["intervals"] = {**details, **flat}
+    return statistics
+
+
+def _displacement_statistics(
+    coupling: CouplingFit, fit: FitResult, rows: Sequence[ObservationFit], first: int
+) -> dict[str, Any]:
+    last = fit.parts[-1]
+    moved = [r for r in rows if r.quantity == "displacement"]
+    residuals = np.concatenate([fit.residuals[s] for s in fit.problem.slices[first:]])
+    statistics: dict[str, Any] = {"rmse": float(np.sqrt(np.mean(residuals**2))), "rmse_unit": "", "n": len(residuals)}
+    if len(moved) == 1:
+        statistics |= dict(moved[0].statistics) | {"rmse_unit": "m"}
+        statistics["window_s"] = coupling.individual[0].data.window
+    starts = coupling.fit.starts
+    return statistics | {
+        "beam": coupling.motion.beam,
+        "evaluations": last.evaluations,
+        "starts": starts.starts,
+        "starts_agreeing": starts.agreeing,
+        "relative_offset": last.offset,
+    }
