@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ilg_circuit.fit.least_squares import Fit, fit_circuit
+from ilg_circuit.fit.fitting import fit_data
+from ilg_circuit.fit.result import FitResult
 from ilg_circuit.identify.scout import Scouting
 from numpy.typing import NDArray
 from synthetic import record, step, two_branches
@@ -26,9 +27,9 @@ def two_decays(values: Array) -> Array:
     return np.asarray(a * np.exp(-p * T) + b * np.exp(-q * T))
 
 
-def fitted(truth: list[float], noise: float, seed: int = 1) -> Fit:
+def fitted(truth: list[float], noise: float, seed: int = 1) -> FitResult:
     data = two_decays(np.array([truth]))[0] + noise * np.random.default_rng(seed).standard_normal(len(T))
-    return fit_circuit(two_decays, data, ("a", "p", "b", "q"), np.array(truth))
+    return fit_data(two_decays, data, ("a", "p", "b", "q"), np.array(truth))
 
 
 def test_well_separated_decays_are_determined() -> None:
@@ -58,7 +59,7 @@ def test_an_open_profile_is_named() -> None:
 
 def test_the_rank_counts_what_is_known_to_a_factor_of_e() -> None:
     data = np.random.default_rng(0).standard_normal(len(T)) + 5.0
-    fit = fit_circuit(lambda v: v[:, :1] + 0.05 * np.log(v[:, 1:]) * T, data, ("sure", "unsure"), np.array([5.0, 1.0]))
+    fit = fit_data(lambda v: v[:, :1] + 0.05 * np.log(v[:, 1:]) * T, data, ("sure", "unsure"), np.array([5.0, 1.0]))
     found = diagnose(fit)
     assert fit.errors[1] / fit.values[1] > 0.5
     assert found.rank == int((np.linalg.svd(fit.slopes * fit.values / np.std(fit.residuals, ddof=2))[1] > 1).sum())
