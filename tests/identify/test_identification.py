@@ -244,6 +244,12 @@ def test_with_an_electrode_resistance_current_and_displacement_are_fitted_togeth
         assert p.stderr is not None
         assert abs(p.value - expected[name]) < 4 * p.stderr
     assert codes(found.findings) == set()
+    for o in found.observations:
+        assert o.rms_joint == pytest.approx(o.rms_individual, rel=0.1)
+        if what == "several":
+            assert o.rms_predicted == pytest.approx(o.rms_individual, rel=0.2)
+        else:
+            assert o.predicted is None
 
 
 def test_without_a_displacement_the_given_coupling_stays_and_is_said() -> None:
