@@ -1,4 +1,4 @@
-"""Records as an instrument would make them: simulated answers with rest, noise, offsets and drift."""
+"""Records and spectra as an instrument would make them: simulated, with rest, noise, offsets and drift; their fits."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilg_circuit.drive import Drive, PiecewiseLinear, Sine
+from ilg_circuit.identify.current import CurrentData
+from ilg_circuit.identify.port_fit import PortFit, fit_port
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.record import Record
+from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.strip.actuator import PAPER, Actuator, Coupling, IonBranch
@@ -31,8 +34,8 @@ class Synthetic:
     def table(self) -> Table:
         return Table(self.columns, "record.csv")
 
-    def measurement(self) -> Record:
-        return prepare(self.table())
+    def measurement(self, source: str = "record.csv") -> Record:
+        return replace(prepare(self.table()), source=source)
 
     def changed(self, **columns: Array | None) -> Synthetic:
         """With some columns replaced, or left out where None is given."""
@@ -128,3 +131,43 @@ def scaled(time: float = 1.0, size: float = 1.0) -> Actuator:
 def two_branches() -> Actuator:
     """The paper's strip with a second, slower branch: 171.4 ohm and 0.14 F, 24 s."""
     return replace(PAPER, material=replace(PAPER.material, further_branches=(IonBranch(60.0, 0.4),)))
+
+
+def spectrum(
+    strip: Actuator,
+    low: float,
+    high: float,
+    points: int = 40,
+    *,
+    noise: float = 3e-3,
+    bias: float = 0.0,
+    seed: int = 0,
+    source: str = "z.csv",
+) -> Spectrum:
+    """The port's closed form from ``low`` to ``high`` [Hz] about ``bias`` [V], with ``noise`` in each part."""
+    f = np.geomspace(low, high, points)
+    z = lumped_elements(strip, (low / 2, 2 * high)).port.impedance(2j * np.pi * f, bias, ideal=True)
+    return Spectrum(source, f, z * noisy_factor(points, noise, seed))
+
+
+def noisy_factor(points: int, noise: float, seed: int) -> NDArray[np.complex128]:
+    """1 + noise of a spectrum's real and imaginary parts, relative to abs(Z)."""
+    random = np.random.default_rng(seed)
+    return 1 + noise * (random.standard_normal(points) + 1j * random.standard_normal(points))
+
+
+def write_spectrum(z: Spectrum, path: Path) -> Path:
+    rows = zip(z.frequency.tolist(), z.impedance.real.tolist(), z.impedance.imag.tolist(), strict=True)
+    path.write_text("frequency_Hz,re_ohm,im_ohm\n" + "\n".join(f"{f!r},{re!r},{im!r}" for f, re, im in rows) + "\n")
+    return path
+
+
+def current_data(r: Synthetic | Record, engine: str = "ngspice") -> CurrentData:
+    """The current of a record as an observation of the port."""
+    m = r if isinstance(r, Record) else r.measurement()
+    return CurrentData(m, engine, m.source)
+
+
+def fit_current(r: Synthetic | Record, model: str = "rc", held: float = 0.0, engine: str = "ngspice") -> PortFit:
+    """The port from one record's current, by a model asked for."""
+    return fit_port((current_data(r, engine),), model, held)

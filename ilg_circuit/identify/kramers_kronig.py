@@ -125,7 +125,7 @@ def _measurement_model(f: Array, z: ComplexArray, kept: Mask) -> tuple[ComplexAr
 def _findings(f: Array, residuals: ComplexArray, bad: Mask, rms: float) -> tuple[Finding, ...]:
     found = []
     if bad.any():
-        where = [format_quantity(float(x), "Hz", 4) for x in f[bad][:6]] + ["..."] * (bad.sum() > 6)
+        where = [format_quantity(float(x), "Hz", 4) for x in f[bad][:6]] + ["..."] * int(bad.sum() > 6)
         worst = float(np.abs(residuals[bad]).max())
         values = {"count": int(bad.sum()), "of": len(f), "worst": worst, "frequencies": where}
         found.append(Finding("kramers-kronig-points", values=values))

@@ -61,6 +61,7 @@ class _Contest:
         self._data, self._held, self._per_record, self._progress = data, held, per_record, progress
         self.fits: dict[str, PortFit] = {}
         self.failures: dict[str, tuple[Status, str]] = {}
+        self._errors: list[IlgError] = []
         self._identifiability: dict[str, Identifiability] = {}
 
     def enter(self, model: str) -> None:
@@ -73,6 +74,7 @@ class _Contest:
         try:
             self.fits[model] = fit_port(self._data, model, self._held, self._per_record, self._progress)
         except IlgError as error:
+            self._errors.append(error)
             self.failures[model] = ("failed", f"could not be fitted: {error}")
 
     def enter_nonlinear(self, ions: str) -> None:
@@ -111,6 +113,8 @@ class _Contest:
     def best(self, among: list[str]) -> str:
         """Return the simplest of the best models that nothing speaks against."""
         if not among:
+            if len(set(map(str, self._errors))) == 1:  # it is about the data, whatever the model
+                raise self._errors[0]
             raise SolveError(
                 "no model could be fitted: " + "; ".join(f"{m}: {w}" for m, (_, w) in self.failures.items())
             )

@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from ilg_circuit.fit.bootstrap import block_bootstrap, block_length
-from ilg_circuit.fit.least_squares import Fit, fit_circuit
+from ilg_circuit.fit.fitting import fit_data
+from ilg_circuit.fit.result import FitResult
 
 T = np.linspace(0.0, 5.0, 400)
 
@@ -26,9 +27,9 @@ def noise(rho: float, seed: int, size: float = 0.02) -> NDArray[np.float64]:
     return size * x[200:]
 
 
-def fitted(rho: float, seed: int) -> Fit:
+def fitted(rho: float, seed: int) -> FitResult:
     truth = exponential(np.array([[2.0, 0.7]]))[0]
-    return fit_circuit(exponential, truth + noise(rho, seed), ("size", "rate"), np.array([1.5, 1.0]))
+    return fit_data(exponential, truth + noise(rho, seed), ("size", "rate"), np.array([1.5, 1.0]))
 
 
 def test_white_residuals_give_the_covariance_s_errors() -> None:

@@ -12,7 +12,8 @@ from scipy.stats import t as student
 
 from ilg_circuit.errors import SolveError
 from ilg_circuit.fit.intervals import uncertainties
-from ilg_circuit.fit.least_squares import Fit, fit_circuit
+from ilg_circuit.fit.fitting import fit_data
+from ilg_circuit.fit.result import FitResult
 from ilg_circuit.fit.profile import profile
 
 Array = NDArray[np.float64]
@@ -22,11 +23,11 @@ LINE = np.vstack([np.ones_like(T), T])
 
 def fitted(
     model: Callable[[Array], Array], truth: list[float], noise: float, seed: int = 1, offset: bool = False
-) -> Fit:
+) -> FitResult:
     wave = model(np.array([truth]))[0]
     data = wave + 0.3 * offset + noise * np.random.default_rng(seed).standard_normal(len(T))
     extra = np.ones((len(T), 1)) if offset else None
-    return fit_circuit(model, data, tuple(f"p{k}" for k in range(len(truth))), np.array(truth), extra)
+    return fit_data(model, data, tuple(f"p{k}" for k in range(len(truth))), np.array(truth), extra)
 
 
 def line(values: Array) -> Array:
@@ -78,12 +79,13 @@ def test_a_side_without_a_limit_is_open() -> None:
     conductance, error = 1 / fit.values[1], fit.errors[1] / fit.values[1] ** 2
     least = 1 / (conductance + student.ppf(0.975, len(T) - 2) * error)
     assert resistance.low == pytest.approx(least, rel=1e-3)
-    told = uncertainties(fit, {"p0": "A", "p1": "ohm"}, "profile")
-    entry = told.parameters["p1"].to_json()
+    found = uncertainties(fit, "profile")
+    entry = found.estimates["p1"].to_dict()
     assert entry["ci95_profile"] == [pytest.approx(least, rel=1e-3), None]
     assert entry["method"] == "profile"
     assert "no upper limit" in entry["method_note"]
-    assert any("p1 no upper limit" in w for w in told.warnings)
+    assert [(f.code, f.values["parameter"], f.values["sides"]) for f in found.findings] == [("profile-open", "p1", "upper")]
+    assert "the data set p1 no upper limit within a factor of 1e+06" in str(found.findings[0])
 
 
 def test_a_profile_that_fails_says_so_and_a_bootstrap_stands_in() -> None:
@@ -95,16 +97,15 @@ def test_a_profile_that_fails_says_so_and_a_bootstrap_stands_in() -> None:
             raise SolveError("no circuit beyond")
         return decay(values)
 
-    blind = fit_circuit(walled, fit.problem.data, fit.names, fit.values)
-    told = uncertainties(blind, {"p0": "A", "p1": "1/s"}, "profile")
-    spoiled = told.parameters["p1"]
+    blind = fit_data(walled, fit.problem.data, fit.labels, fit.values)
+    found = uncertainties(blind, "profile")
+    spoiled = found.estimates["p1"]
     assert spoiled.method == "bootstrap"
     assert "ended early" in spoiled.note
     assert spoiled.ci95_profile is None
-    assert spoiled.honest[1] == spoiled.ci95_bootstrap
-    assert any("no profile of p1" in w for w in told.warnings)
-    assert told.details is not None
-    assert "p1" in told.details["failed"]
+    assert spoiled.reported[1] == spoiled.ci95_bootstrap
+    assert ("profile-failed", "p1") in [(f.code, f.values["parameter"]) for f in found.findings]
+    assert "p1" in found.details[0]["failed"]
 
 
 def test_a_profile_with_a_second_minimum_gives_no_interval() -> None:
@@ -118,6 +119,6 @@ def test_a_profile_with_a_second_minimum_gives_no_interval() -> None:
         x, size = values[:, :1], values[:, 1:2]
         return (x - 1) * (x - 3) * basis[0] + 0.3 * (x - 1) * basis[1] + size * basis[2]
 
-    lesser = fit_circuit(waves, noise + 5 * basis[2], ("place", "size"), np.array([3.2, 5.0]))
+    lesser = fit_data(waves, noise + 5 * basis[2], ("place", "size"), np.array([3.2, 5.0]))
     assert lesser.values[0] > 2.5
     assert profile(lesser, np.ones(2))[0].failure

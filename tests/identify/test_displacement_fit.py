@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from synthetic import Synthetic, drives, record, scaled, step
+from synthetic import Synthetic, current_data, drives, record, scaled, step
 
 from ilg_circuit.errors import IlgError, InputError
+from ilg_circuit.findings import codes
 from ilg_circuit.identify import Identification
-from ilg_circuit.identify.displacement import NAMES, DisplacementFit, fit_displacement
+from ilg_circuit.identify.displacement import DisplacementFit, fit_displacement
+from ilg_circuit.identify.motion import NAMES
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.strip.actuator import PAPER, Actuator, Coupling
 from ilg_circuit.strip.elements import lumped_elements
@@ -33,7 +35,12 @@ def truth(strip: Actuator) -> Array:
 
 def fitted(r: Synthetic, strip: Actuator | None = None, engine: str = "ngspice") -> DisplacementFit:
     """With the circuit known, so that nothing but the displacement is fitted."""
-    return fit_displacement(r.measurement(), strip or r.strip, engine)
+    return fit_displacement(current_data(r, engine), strip or r.strip)
+
+
+def individual(result: Identification) -> DisplacementFit:
+    assert result.coupling is not None
+    return result.coupling.individual[0]
 
 
 def assert_recovered(found: DisplacementFit, strip: Actuator, sigmas: float = 4.5) -> None:
@@ -49,15 +56,14 @@ def static(found: DisplacementFit) -> float:
 
 
 def test_a_step_with_the_static_beam(step_record: Synthetic, step_fit: Identification) -> None:
-    found = step_fit.displacement
-    assert found is not None
+    found = individual(step_fit)
     assert_recovered(found, PAPER)
-    assert found.fit.names == NAMES
-    assert found.beam == "static"
-    assert found.sign == 1.0
+    assert found.fit.labels == NAMES
+    assert found.motion.beam == "static"
+    assert found.data.sign == 1.0
     assert found.drift is None
-    assert found.window == 300.0
-    assert found.warnings == ()
+    assert found.data.window == 300.0
+    assert found.findings == ()
     assert found.rest == pytest.approx(5e-3, abs=5e-6)
     assert found.per_volt == pytest.approx(3.9805e-3 / 4, rel=0.005)
     assert len(found.fit.residuals) == 321
@@ -68,9 +74,9 @@ def test_a_step_with_the_static_beam(step_record: Synthetic, step_fit: Identific
 @pytest.mark.parametrize("voltage", [4.0, -4.0])
 def test_the_dynamic_beam_is_told_from_the_static_one(voltage: float) -> None:
     found = fitted(record(step(voltage), 300.0, 301, beam="dynamic", rest=20, displacement=True, noise=1e-3, seed=2))
-    assert found.beam == "dynamic"
+    assert found.motion.beam == "dynamic"
     assert_recovered(found, PAPER)
-    assert any("inertia" in w for w in found.warnings)
+    assert "displacement-shows-inertia" in codes(found.findings)
 
 
 @pytest.mark.parametrize("drift", [3e-6, -3e-6])
@@ -80,12 +86,12 @@ def test_a_drift_as_large_as_a_quarter_of_the_answer_is_told(drift: float, volta
     found = fitted(r, engine="exact")
     assert found.drift == pytest.approx(drift, rel=0.03)
     assert_recovered(found, PAPER)
-    assert any("drifts by" in w and "a second" in w for w in found.warnings)
+    assert "displacement-drifts" in codes(found.findings)
 
 
 def test_a_stiff_beam_needs_no_inertia() -> None:
     found = fitted(record(step(), 300.0, 301, strip=STIFF, beam="dynamic", rest=20, displacement=True, noise=1e-3))
-    assert found.beam == "static"
+    assert found.motion.beam == "static"
     assert_recovered(found, STIFF)
 
 
@@ -94,18 +100,18 @@ def test_every_drive_and_both_polarities(kind: str, voltage: float) -> None:
     r = record(drives(voltage)[kind], 300.0, 201, rest=20, displacement=True, noise=NOISE, seed=3)
     found = fitted(r)
     assert_recovered(found, PAPER)
-    assert found.sign == 1.0
+    assert found.data.sign == 1.0
 
 
 @pytest.mark.parametrize("voltage", [4.0, -4.0])
 def test_a_reversed_camera_axis_is_found_and_said(voltage: float) -> None:
     r = record(step(voltage), 300.0, 201, rest=20, displacement=True, noise=NOISE, axis=-1.0, rest_position=2e-3)
     found = fitted(r)
-    assert found.sign == -1.0
+    assert found.data.sign == -1.0
     assert_recovered(found, PAPER)
     assert found.per_volt < 0
     assert found.rest == pytest.approx(2e-3, abs=1e-5)
-    assert any("falls as the voltage rises" in w for w in found.warnings)
+    assert "displacement-axis-reversed" in codes(found.findings)
 
 
 def test_without_noise_the_truth_is_exact() -> None:
@@ -118,7 +124,7 @@ def test_a_slow_drift_is_set_aside() -> None:
     drift = 2e-6
     r = record(step(), 300.0, 301, rest=30, displacement=True, noise=NOISE, drift=drift, rest_position=5e-3, seed=5)
     found = fitted(r)
-    assert found.window == 300.0
+    assert found.data.window == 300.0
     assert found.drift == pytest.approx(drift, abs=4 * float(found.fit.nuisance_errors[1]))
     assert_recovered(found, PAPER)
 
@@ -128,8 +134,9 @@ def test_a_late_drift_that_no_line_follows_shortens_the_window() -> None:
     t = r.columns["time"] - 20.0
     strayed = r.columns["displacement"] + 3e-3 * np.maximum(t / 300 - 0.4, 0) ** 2
     found = fitted(r.changed(displacement=strayed))
-    assert found.window < 250.0
-    assert any("fitted over the first" in w and "drifts" in w for w in found.warnings)
+    assert found.data.window < 250.0
+    (finding,) = (f for f in found.findings if f.code == "displacement-shortened")
+    assert "fitted over the first" in str(finding)
     assert static(found) == pytest.approx(PAPER.coupling.static if PAPER.coupling else 0.0, rel=0.1)
 
 
@@ -147,7 +154,7 @@ def test_fast_and_slow_strips(time: float) -> None:
     strip = scaled(time, 0.01)
     r = record(step(), 300.0 * time, 201, strip=strip, rest=20, displacement=True, noise=NOISE, seed=8)
     found = fitted(r)
-    assert found.beam == "static"
+    assert found.motion.beam == "static"
     assert_recovered(found, strip)
 
 
@@ -166,15 +173,14 @@ def test_blanks_are_gaps() -> None:
 
 def peer(r: Synthetic, found: DisplacementFit, columns: int) -> tuple[Array, Array]:
     """Values and standard errors by scipy's least squares on EC (34) with the same rest position and drift."""
-    t, data = found.channel.time, found.channel.values
+    t, data = found.data.channel.time, found.data.channel.values
     ratio = lumped_elements(r.strip).bending_ratio
     scale = np.concatenate([truth(r.strip), [1e-3, 1e-6][:columns]])
-    fixed = found.rest if not columns else 0.0
 
     def residual(p: Array) -> Array:
         q = p * scale
         moved = np.where(t >= 0, 4 * formulas.displacement_step(t, *q[:4], ratio), 0.0)
-        return 1e3 * (moved + fixed + sum(q[4 + k] * t**k for k in range(columns)) - data)
+        return 1e3 * (moved + sum(q[4 + k] * t**k for k in range(columns)) - data)
 
     result = least_squares(residual, np.ones(4 + columns), method="lm", jac="3-point", xtol=1e-14, ftol=1e-14)
     covariance = np.linalg.inv(result.jac.T @ result.jac) * 2 * result.cost / (len(t) - 4 - columns)
@@ -187,24 +193,21 @@ def test_the_closed_form_s_least_squares(step_record: Synthetic, step_fit: Ident
         r = record(step(), 300.0, 301, rest=30, displacement=True, noise=NOISE, drift=drift, seed=12)
         found = fitted(r)
     else:
-        assert step_fit.displacement is not None
-        r, found = step_record, step_fit.displacement
+        r, found = step_record, individual(step_fit)
     values, errors = peer(r, found, len(found.fit.nuisance))
     assert (np.abs(found.fit.values - values) <= 0.1 * errors).all()
     assert found.fit.errors == pytest.approx(errors, rel=0.02)
 
 
 def test_both_engines_find_the_same(step_record: Synthetic, step_fit: Identification) -> None:
-    exact, found = fitted(step_record, engine="exact"), step_fit.displacement
-    assert found is not None
+    exact, found = fitted(step_record, engine="exact"), individual(step_fit)
     assert (np.abs(found.fit.values - exact.fit.values) <= 0.02 * exact.fit.errors).all()
     assert found.fit.errors == pytest.approx(exact.fit.errors, rel=1e-3)
-    assert (found.beam, found.window, found.drift) == (exact.beam, exact.window, exact.drift)
+    assert (found.motion.beam, found.data.window, found.drift) == (exact.motion.beam, exact.data.window, exact.drift)
 
 
 def test_gains_scale_with_the_geometry_and_nothing_else_does(step_record: Synthetic, step_fit: Identification) -> None:
-    base = step_fit.displacement
-    assert base is not None
+    base = individual(step_fit)
     g = PAPER.geometry
     for geometry in (replace(g, load_position=15e-3), replace(g, thickness=0.25e-3)):
         strip = replace(PAPER, geometry=geometry)
@@ -225,7 +228,7 @@ def test_pure_noise_determines_nothing() -> None:
         noise = np.random.default_rng(seed).standard_normal(221) * 1e-3
         with suppress(IlgError):
             found = fitted(r.changed(displacement=noise), engine="exact")
-            assert any("not determined by these data" in w for w in found.warnings)
+            assert "not-determined" in codes(found.findings)
 
 
 def test_a_tip_that_never_moves_has_no_coupling() -> None:

@@ -1,26 +1,24 @@
-"""Figures of a measured displacement: as the closed form has them, whatever camera, sign, drift, noise and drive."""
+"""Metrics of a measured displacement: as the closed form has them, whatever camera, sign, drift, noise and drive."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from synthetic import drives, record, step
+from synthetic import current_data, drives, record, step
 
 from ilg_circuit.drive import Drive, PiecewiseLinear
-from ilg_circuit.identify import Identification
+from ilg_circuit.identify import Identification, identify
 from ilg_circuit.identify.displacement import fit_displacement
-from ilg_circuit.identify.displacement_metrics import DisplacementFigures, constant_until, displacement_figures
-from ilg_circuit.identify.report import identification_figure, table
+from ilg_circuit.identify.displacement_metrics import DisplacementMetrics, constant_until, displacement_metrics
+from ilg_circuit.report.identification import metrics_rows
 from ilg_circuit.strip.actuator import PAPER
 
 
-def figures(drive: Drive, duration: float = 300.0, samples: int = 601, **how: Any) -> DisplacementFigures | None:
+def metrics(drive: Drive, duration: float = 300.0, samples: int = 601, **how: Any) -> DisplacementMetrics | None:
     r = record(drive, duration, samples, rest=20, displacement=True, seed=3, **how)
-    measurement = r.measurement()
-    return displacement_figures(fit_displacement(measurement, PAPER, "exact"), measurement.drive)
+    return displacement_metrics(fit_displacement(current_data(r, "exact"), PAPER))
 
 
 @pytest.mark.parametrize(
@@ -35,7 +33,7 @@ def figures(drive: Drive, duration: float = 300.0, samples: int = 601, **how: An
     ],
 )
 def test_the_papers_step_whatever_the_camera(voltage: float, how: dict[str, float]) -> None:
-    found = figures(step(voltage), **how)
+    found = metrics(step(voltage), **how)
     assert found is not None
     side = np.sign(voltage)
     for part in (found.measured, found.model):
@@ -48,16 +46,16 @@ def test_the_papers_step_whatever_the_camera(voltage: float, how: dict[str, floa
 
 
 def test_a_record_that_ends_before_the_peak_has_none() -> None:
-    found = figures(step(), 30.0, 301, noise=0.003)
+    found = metrics(step(), 30.0, 301, noise=0.003)
     assert found is not None
     assert found.peak is None
-    assert {name: text for name, text, _ in found.rows()}["overshoot"] == "none seen"
+    assert {name: text for name, text, _ in metrics_rows(found)}["overshoot"] == "none seen"
     assert np.isnan(found.measured.settling_time)
-    assert found.to_json()["measured"]["peak_time"] is None
+    assert found.to_dict()["measured"]["peak_time"] is None
 
 
 def test_of_a_square_wave_the_first_part_counts() -> None:
-    found = figures(PiecewiseLinear.square(-4.0, 4.0, 200.0, 300.0), noise=0.003)
+    found = metrics(PiecewiseLinear.square(-4.0, 4.0, 200.0, 300.0), noise=0.003)
     assert found is not None
     assert found.until == pytest.approx(100.0)
     assert found.measured.peak_time == pytest.approx(48.1, abs=1.5)
@@ -65,7 +63,7 @@ def test_of_a_square_wave_the_first_part_counts() -> None:
 
 @pytest.mark.parametrize("name", ["sine", "ramp"])
 def test_they_are_not_defined_for_a_drive_that_is_never_constant(name: str) -> None:
-    assert figures(drives(4.0)[name], noise=0.003) is None
+    assert metrics(drives(4.0)[name], noise=0.003) is None
 
 
 def test_how_long_a_drive_is_constant() -> None:
@@ -76,17 +74,20 @@ def test_how_long_a_drive_is_constant() -> None:
 
 
 def test_they_are_in_the_table_the_json_and_the_picture(step_fit: Identification) -> None:
-    found = step_fit.figures
+    found = step_fit.metrics
     assert found is not None
-    text = table(step_fit)
+    text = step_fit.summary()
     assert "figures of the displacement" in text
     assert "back-relaxation" in text
     assert "residuals since the onset" in text
-    assert step_fit.to_json()["displacement"]["figures"] == found.to_json()
-    assert {"current", "displacement"} == set(step_fit.to_json()["residual_windows"])
-    titles = [axes.get_title(loc="left") for axes in identification_figure(step_fit).axes]
+    assert step_fit.to_dict()["displacement"]["figures"] == found.to_dict()
+    assert {"current", "displacement"} == set(step_fit.to_dict()["residual_windows"])
+    titles = [axes.get_title(loc="left") for axes in step_fit.figure().axes]
     assert any(t.startswith("peak 4.3") and "; model 4.3" in t for t in titles)
-    alone = replace(step_fit, displacement=None)
-    assert alone.figures is None
-    assert alone.to_json()["displacement"] == {"figures": None}
-    assert "figures" not in table(alone)
+
+
+def test_without_a_displacement_there_are_none() -> None:
+    found = identify(record(step(), 120.0, 121, noise=1e-3).measurement(), model="rc", engine="exact")
+    assert found.metrics is None
+    assert found.to_dict()["displacement"] == {"figures": None}
+    assert "figures" not in found.summary()

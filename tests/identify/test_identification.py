@@ -1,81 +1,217 @@
-"""What comes out: parameters, derived quantities, JSON, TOML, text, and the command line that writes them."""
+"""What comes out of any kind of data: parameters, derived quantities, correlations, JSON, TOML, text, pictures."""
 
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from ilg_circuit.identify.report import plot_identification, table, write_actuator, write_json
+from kinds import KINDS, data, identified
 from scipy.stats import t as student
-from synthetic import Synthetic, drives, record, step, two_branches
+from synthetic import Synthetic, record, spectrum, step, two_branches
 
-from ilg_circuit.cli import main
+from ilg_circuit.errors import InputError
+from ilg_circuit.findings import codes
 from ilg_circuit.fit.criteria import autocorrelation, effective_samples, structured
 from ilg_circuit.identify import Identification, identify
+from ilg_circuit.report.axes import save
+from ilg_circuit.report.identification import write_actuator
 from ilg_circuit.simulation import closed_forms as formulas
-from ilg_circuit.strip.actuator import PAPER
+from ilg_circuit.strip.actuator import PAPER, Actuator
 from ilg_circuit.strip.elements import lumped_elements
-from ilg_circuit.strip.file import load_actuator, save_actuator
+from ilg_circuit.strip.file import load_actuator
 
-COUPLING = {"coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_natural_frequency"}
+PORT = ("dc_resistance", "dynamic_resistance", "capacitance")
+COUPLING = ("coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_natural_frequency")
+UNITS = dict(zip((*PORT, "electrode_resistance", *COUPLING), ("ohm", "ohm", "F", "ohm", "m/(V s)", "1/s", "", "rad/s"),
+                 strict=True))  # fmt: skip
+RECORDS = ("step", "waveform", "several")
 
 
-# -- the result --------------------------------------------------------------------------------------------------------
+@pytest.fixture(params=KINDS)
+def kind(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
 
 
-def test_the_actuator_answers_as_the_fit_says(step_fit: Identification) -> None:
-    lumped = lumped_elements(step_fit.actuator)
-    values = {name: p.value for name, p in step_fit.parameters.items()}
+@pytest.fixture
+def found(kind: str) -> Identification:
+    return identified(kind)
+
+
+def truth(strip: Actuator = PAPER) -> dict[str, float]:
+    lumped, k = lumped_elements(strip), strip.coupling
+    assert k is not None
+    values = (lumped.dc_resistance, lumped.dynamic_resistance, lumped.capacitance, 0.0)
+    return dict(zip(UNITS, (*values, k.gain, k.zero, k.damping_ratio, k.natural_frequency), strict=True))
+
+
+# -- values and errors -------------------------------------------------------------------------------------------------
+
+
+def test_the_truth_lies_within_the_errors(kind: str, found: Identification) -> None:
+    expected = truth()
+    assert set(found.parameters) == set(expected) - (set() if kind in RECORDS else set(COUPLING))
+    for name, p in found.parameters.items():
+        if name == "electrode_resistance":
+            assert p.stderr is None
+            assert "held" in p.fixed_because
+            continue
+        assert p.stderr is not None
+        assert abs(p.value - expected[name]) < 4 * p.stderr
+        assert p.stderr < 0.05 * p.value
+    assert codes(found.findings) == (set() if kind in RECORDS else {"coupling-not-fitted"})
+
+
+def test_the_actuator_answers_as_the_fit_says(kind: str, found: Identification) -> None:
+    lumped = lumped_elements(found.actuator)
+    values = {name: p.value for name, p in found.parameters.items()}
     assert lumped.dc_resistance == pytest.approx(values["dc_resistance"], rel=1e-12)
     assert lumped.branches[0] == pytest.approx((values["dynamic_resistance"], values["capacitance"]), rel=1e-12)
     assert lumped.electrode_resistance == values["electrode_resistance"] == 0.0
-    k = step_fit.actuator.coupling
+    k = found.actuator.coupling
     assert k is not None
-    assert (k.gain, k.zero) == (values["coupling_gain"], values["coupling_zero"])
-    assert step_fit.actuator.geometry == PAPER.geometry
-    assert step_fit.actuator.material.youngs_modulus == PAPER.material.youngs_modulus
+    if kind in RECORDS:
+        assert (k.gain, k.zero) == (values["coupling_gain"], values["coupling_zero"])
+    else:
+        assert k == PAPER.coupling
+    assert found.actuator.geometry == PAPER.geometry
+    assert found.actuator.material.youngs_modulus == PAPER.material.youngs_modulus
 
 
-def test_intervals_are_student_s(step_fit: Identification) -> None:
-    for name, p in step_fit.parameters.items():
-        if name == "electrode_resistance":
-            assert p.stderr is None
-            assert "held" in p.held
+def test_intervals_are_student_s(kind: str, found: Identification) -> None:
+    for name, p in found.parameters.items():
+        if p.stderr is None:
             continue
-        assert p.stderr is not None
         assert p.ci95 is not None
-        # symmetric about the logarithm
-        assert p.ci95[0] * p.ci95[1] == pytest.approx(p.value**2)
-        n = step_fit.statistics["displacement"]["n"] if name in COUPLING else step_fit.statistics["n"]
+        assert p.ci95[0] * p.ci95[1] == pytest.approx(p.value**2), "symmetric about the logarithm"
+        part = next(part for part in found.fit.parts if name in part.labels)
         half = np.log(p.ci95[1] / p.value) * p.value / p.stderr
-        assert half == pytest.approx(student.ppf(0.975, n - 4), rel=1e-3)
+        freedom = part.freedom[part.labels.index(name)]
+        assert half == pytest.approx(student.ppf(0.975, freedom), rel=1e-3)
+        if kind != "several":
+            assert freedom == pytest.approx(len(part.residuals) - part.count)
 
 
-def test_derived_quantities_follow(step_fit: Identification) -> None:
-    d = {name: p.value for name, p in step_fit.derived.items()}
-    p = {name: p.value for name, p in step_fit.parameters.items()}
-    assert (d["onset"], d["step_voltage"]) == (20.0, 4.0)
-    expected = formulas.current_constants(p["dc_resistance"], p["dynamic_resistance"], p["capacitance"])
+def test_derived_quantities_follow(kind: str, found: Identification) -> None:
+    d = {name: p.value for name, p in found.derived.items()}
+    p = {name: p.value for name, p in found.parameters.items()}
+    expected = formulas.current_constants(*(p[name] for name in PORT))
     assert (d["steady_conductance"], d["transient_conductance"], d["rate"]) == pytest.approx(expected)
     assert d["time_constant"] == pytest.approx(p["dynamic_resistance"] * p["capacitance"])
-    static = p["coupling_gain"] * p["coupling_zero"] / p["coupling_natural_frequency"] ** 2
-    assert d["displacement_per_volt"] == pytest.approx(static * lumped_elements(PAPER).bending_ratio)
-    assert d["displacement_window"] == 300.0
+    assert d["steady_resistance"] == pytest.approx(p["dc_resistance"])
+    assert d["high_frequency_resistance"] == pytest.approx(1 / (1 / p["dc_resistance"] + 1 / p["dynamic_resistance"]))
+    files = [{name: p.value for name, p in o.derived.items()} for o in found.observations]
+    for o, of in zip(found.observations, files, strict=True):
+        assert set(of) <= set(d) or not found.single
+        if o.quantity == "current":
+            assert of["onset"] in (20.0, 40.0)
+            assert ("step_voltage" in of) == (kind != "waveform")
+            assert abs(of["current_offset"]) < 3e-4
+        elif o.quantity == "displacement":
+            static = p["coupling_gain"] * p["coupling_zero"] / p["coupling_natural_frequency"] ** 2
+            assert of["displacement_per_volt"] == pytest.approx(static * lumped_elements(PAPER).bending_ratio)
+            assert of["displacement_window"] == o.abscissa[-1]
+        else:
+            assert (of["lowest_frequency"], of["highest_frequency"]) == pytest.approx((1e-3, 1e2))
+    if kind == "step":
+        assert (d["onset"], d["step_voltage"]) == (40.0, 4.0)
+        assert d["rest_position"] == pytest.approx(5e-3, abs=1e-5)
 
 
-def test_per_volt_quantities_do_not_depend_on_what_was_held(step_record: Synthetic, step_fit: Identification) -> None:
-    held = identify(
-        step_record.changed(displacement=None).measurement(), base=PAPER, model="rc", electrode_resistance=5.0
-    )
-    for name in ("steady_conductance", "transient_conductance", "rate"):
-        assert held.derived[name].value == pytest.approx(step_fit.derived[name].value, rel=1e-6)
+def test_every_file_is_described_to_the_noise_and_predicted_by_the_others(kind: str, found: Identification) -> None:
+    for o in found.observations:
+        assert o.rms_joint == pytest.approx(3e-3 * o.size, rel=0.2)
+        assert o.rms_joint == pytest.approx(o.rms_individual, rel=0.1)
+        assert o.residuals == pytest.approx(o.data - o.fitted)
+        assert (o.data.dtype == complex) == (o.quantity == "impedance")
+        if kind == "several":
+            assert o.rms_predicted == pytest.approx(o.rms_individual, rel=0.2)
+            assert not o.not_predicted_because
+        else:
+            assert o.predicted is None
+            assert "no other file" in o.not_predicted_because
+
+
+def test_statistics_are_the_textbook_s(kind: str, found: Identification) -> None:
+    """Of a single file; of several each has its own."""
+    s, o = found.statistics, found.observations[0]
+    if kind == "several":
+        assert s["n"] == sum(len(data.data) for data in found.port.data)
+        return
+    residuals = np.array([o.residuals.real, o.residuals.imag]) if kind == "spectrum" else o.residuals
+    weighted = residuals / np.abs(o.data)
+    n, k = residuals.size, 3 + (kind != "spectrum")
+    squares = float((weighted**2).sum() if kind == "spectrum" else (residuals**2).sum())
+    assert s["n"] == n
+    assert s["rmse"] == pytest.approx(np.sqrt(np.mean(residuals**2)))
+    assert s["rmse_unit"] == ("ohm" if kind == "spectrum" else "A")
+    assert s["aic"] == pytest.approx(n * np.log(squares / n) + 2 * k)
+    assert s["bic"] == pytest.approx(n * np.log(squares / n) + np.log(n) * k)
+    if kind == "spectrum":
+        assert s["relative_rms"] == pytest.approx(np.sqrt(np.mean(weighted**2)))
+
+
+def test_how_the_fit_ended_is_told(found: Identification) -> None:
+    s = found.statistics
+    assert 2 <= s["starts_agreeing"] <= s["starts"] or not found.single
+    assert s["relative_offset"] < 1e-2
+    assert s["identifiability"]["determined"] is True
+    assert s["identifiability"]["rank"] == s["identifiability"]["parameters"] == 3
+
+
+def test_a_fit_leaves_its_covariance_in_the_strip(found: Identification) -> None:
+    uncertainty = found.actuator.uncertainty
+    assert uncertainty is not None
+    assert set(uncertainty.names) == {name for name, p in found.parameters.items() if p.stderr is not None}
+    for k, name in enumerate(uncertainty.names):
+        p = found.parameters[name]
+        assert p.stderr is not None
+        assert np.sqrt(uncertainty.covariance[k][k]) == pytest.approx(p.stderr / p.value, rel=1e-9)
+
+
+@pytest.mark.parametrize("model", ["rc", "rc2"])
+@pytest.mark.parametrize("what", ["step", "spectrum", "several"])
+def test_correlations_are_correlations(what: str, model: str) -> None:
+    strip = replace(two_branches(), coupling=None)
+    files = [record(step(), 300.0, 301, strip=strip, noise=1e-3, seed=2).measurement(), spectrum(strip, 1e-4, 1e2)]
+    found = identify({"step": files[:1], "spectrum": files[1:]}.get(what, files), model=model, engine="exact")
+    matrix = found.fit.correlations
+    assert np.diag(matrix) == pytest.approx(1.0)
+    assert matrix == pytest.approx(matrix.T)
+    assert (np.abs(matrix) <= 1 + 1e-12).all()
+    assert np.linalg.eigvalsh(matrix).min() > 0
+    names = found.fit.labels
+    assert set(found.correlations) == {f"{a}, {b}" for k, a in enumerate(names) for b in names[k + 1 :]}
+    assert all(-1 <= value <= 1 for value in found.correlations.values())
+
+
+def test_correlations_hold_port_and_coupling(kind: str, found: Identification) -> None:
+    assert len(found.correlations) == 3 + 6 * (kind in RECORDS)
+    assert found.correlations["dc_resistance, dynamic_resistance"] == pytest.approx(found.fit.correlations[0, 1])
+    if kind in RECORDS:
+        assert found.correlations["coupling_gain, coupling_zero"] < -0.9
+
+
+# -- Re and the given strip --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("what", ["step", "spectrum"])
+def test_what_the_data_fix_does_not_depend_on_the_re_that_was_held(what: str) -> None:
+    """One pole: four elements, three observables. Another Re makes other elements and the same port."""
+    (file,) = data(what)
+    file = replace(file, displacement=None) if what == "step" else file
+    none, held = (identify(file, model="rc", electrode_resistance=re, engine="exact") for re in (0.0, 5.0))
+    for name in ("steady_conductance", "transient_conductance", "rate", "high_frequency_resistance"):
+        assert held.derived[name].value == pytest.approx(none.derived[name].value, rel=1e-5)
+    assert held.observations[0].rms_joint == pytest.approx(none.observations[0].rms_joint, rel=1e-6)
+    assert held.parameters["dynamic_resistance"].value < 0.8 * none.parameters["dynamic_resistance"].value
     assert held.parameters["electrode_resistance"].value == 5.0
     assert lumped_elements(held.actuator).electrode_resistance == pytest.approx(5.0)
+    why = "no current or spectrum of a linear port fixes it (any Re below 18.8"
+    assert held.parameters["electrode_resistance"].fixed_because.startswith(why)
+    assert held.parameters["electrode_resistance"].fixed_because.endswith("held at the value given")
 
 
 def test_re_of_the_given_actuator_is_held() -> None:
@@ -89,18 +225,48 @@ def test_re_of_the_given_actuator_is_held() -> None:
     assert none.parameters["electrode_resistance"].value == 0.0
 
 
+@pytest.mark.parametrize("what", ["step", "several"])
+def test_with_an_electrode_resistance_current_and_displacement_are_fitted_together(what: str) -> None:
+    """The tip then follows the voltage behind Re, which the port's parameters make."""
+    material = replace(PAPER.material, electrode_resistivity_1=175.0, electrode_thickness_1=2e-6)
+    strip = replace(PAPER, material=material)
+    voltages = (4.0,) if what == "step" else (4.0, -2.0)
+    files = [
+        record(step(u), 150.0, 151, strip=strip, rest=20, displacement=True, noise=3e-3, seed=k).measurement(f"{k}.csv")
+        for k, u in enumerate(voltages)
+    ]
+    found = identify(files, base=strip, model="rc", engine="exact")
+    assert len(found.fit.parts) == 1
+    assert "capacitance, coupling_gain" in found.correlations
+    expected = truth(strip)
+    for name in (*PORT, *COUPLING):
+        p = found.parameters[name]
+        assert p.stderr is not None
+        assert abs(p.value - expected[name]) < 4 * p.stderr
+    assert codes(found.findings) == set()
+    for o in found.observations:
+        assert o.rms_joint == pytest.approx(o.rms_individual, rel=0.1)
+        if what == "several":
+            assert o.rms_predicted == pytest.approx(o.rms_individual, rel=0.2)
+        else:
+            assert o.predicted is None
+
+
 def test_without_a_displacement_the_given_coupling_stays_and_is_said() -> None:
     m = record(step(), 300.0, 201, noise=1e-3).measurement()
     found = identify(m, base=PAPER, model="rc")
     assert found.actuator.coupling == PAPER.coupling
-    assert any("coupling was not fitted" in w for w in found.warnings)
-    assert not COUPLING & set(found.parameters)
+    assert "coupling-not-fitted" in codes(found.findings)
+    assert not set(COUPLING) & set(found.parameters)
     assert identify(m, model="rc").actuator.coupling is None
 
 
 def test_assumed_geometry_is_said(step_record: Synthetic) -> None:
     found = identify(step_record.measurement(), model="rc", engine="exact")
+    assert "no-actuator-coupling" in codes(found.findings)
     assert any("no --actuator given" in w and "b^2/L_F^2" in w for w in found.warnings)
+    without = identify(spectrum(PAPER, 1e-3, 1e2), model="rc")
+    assert "no-actuator" in codes(without.findings)
 
 
 def test_warnings_are_not_repeated() -> None:
@@ -115,268 +281,93 @@ def test_progress_is_counted() -> None:
     assert len(calls) == found.statistics["evaluations"] > 1
 
 
-# -- correlations ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("model", ["rc", "rc2"])
-def test_correlations_are_correlations(model: str) -> None:
-    m = record(step(), 300.0, 301, strip=two_branches(), noise=1e-3, seed=2).measurement()
-    found = identify(m, model=model)
-    matrix = found.current.fit.correlations()
-    assert np.diag(matrix) == pytest.approx(1.0)
-    assert matrix == pytest.approx(matrix.T)
-    assert (np.abs(matrix) <= 1 + 1e-12).all()
-    assert np.linalg.eigvalsh(matrix).min() > 0
-    names = found.current.fit.names
-    assert set(found.correlations) == {f"{a}, {b}" for k, a in enumerate(names) for b in names[k + 1 :]}
-    assert all(-1 <= value <= 1 for value in found.correlations.values())
-
-
-def test_correlations_hold_both_fits(step_fit: Identification) -> None:
-    assert len(step_fit.correlations) == 3 + 6
-    assert all(-1 <= value <= 1 for value in step_fit.correlations.values())
-    assert step_fit.correlations["coupling_gain, coupling_zero"] < -0.9
+def test_nothing_to_identify_is_refused() -> None:
+    with pytest.raises(InputError, match="at least one record or spectrum"):
+        identify([])
 
 
 # -- files -------------------------------------------------------------------------------------------------------------
 
 
-def test_json_has_the_contract_s_keys(step_fit: Identification, tmp_path: Path) -> None:
-    write_json(step_fit, tmp_path / "fit.json")
-    content = json.loads((tmp_path / "fit.json").read_text(), parse_constant=lambda name: pytest.fail(name))
-    assert {"model", "parameters", "derived", "statistics", "warnings"} <= set(content)
-    assert content["model"] == "rc"
-    assert {"dc_resistance", "dynamic_resistance", "capacitance", "electrode_resistance"} | COUPLING == set(
-        content["parameters"]
+def test_json_has_the_contract_s_keys(kind: str, found: Identification) -> None:
+    content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert {"model", "source", "parameters", "derived", "statistics", "warnings", "candidates", "correlations"} <= set(
+        content
     )
-    units = {name: p["unit"] for name, p in content["parameters"].items()}
-    assert units["dc_resistance"] == units["dynamic_resistance"] == units["electrode_resistance"] == "ohm"
-    assert units["capacitance"] == "F"
-    assert units["coupling_gain"] == "m/(V s)"
+    assert content["model"] == "rc"
+    names = set(UNITS) if kind in RECORDS else {*PORT, "electrode_resistance"}
+    assert {name: p["unit"] for name, p in content["parameters"].items()} == {name: UNITS[name] for name in names}
     for name, p in content["parameters"].items():
         assert {"value", "stderr", "unit", "ci95"} <= set(p)
-        if name != "electrode_resistance":
+        if name == "electrode_resistance":
+            assert "no current or spectrum of a linear port fixes it" in p["held"]
+        else:
             low, high = p["ci95"]
             assert low < p["value"] < high
     assert {"rmse", "aic", "bic", "n"} <= set(content["statistics"])
-    assert content["statistics"]["n"] == 301
     assert all(isinstance(w, str) for w in content["warnings"])
-    assert content["parameters"]["capacitance"]["value"] == step_fit.parameters["capacitance"].value
+    assert [r["quantity"] for r in content["records"]] == [o.quantity for o in found.observations]
+    assert content["parameters"]["capacitance"]["value"] == found.parameters["capacitance"].value
 
 
-def test_json_of_two_branches_names_them_by_number() -> None:
-    m = record(step(), 300.0, 301, strip=two_branches(), noise=1e-3, seed=3).measurement()
-    content = identify(m, model="rc2").to_json()
+@pytest.mark.parametrize("what", ["step", "spectrum"])
+def test_two_branches_are_named_by_number_and_load_back(what: str, tmp_path: Path) -> None:
+    strip = two_branches()
+    m = record(step(), 300.0, 301, strip=strip, noise=1e-3, seed=3).measurement()
+    found = identify(m if what == "step" else spectrum(strip, 1e-4, 1e2), model="rc2", electrode_resistance=1.0)
+    content = found.to_dict()
     names = ["dc_resistance", "resistance_1", "capacitance_1", "resistance_2", "capacitance_2", "electrode_resistance"]
     assert list(content["parameters"]) == names
     assert content["derived"]["time_constant_1"]["value"] < content["derived"]["time_constant_2"]["value"]
-
-
-def test_toml_loads_back_to_the_fitted_strip(step_fit: Identification, tmp_path: Path) -> None:
-    path = tmp_path / "fitted.toml"
-    write_actuator(step_fit, path)
-    assert load_actuator(path) == step_fit.actuator
-    comments = [line for line in path.read_text().splitlines() if line.startswith("#")]
-    assert any("record.csv" in line and "model rc" in line for line in comments)
-    assert any("dc_resistance" in line and "+-" in line for line in comments)
-
-
-def test_toml_of_two_branches_loads_back(tmp_path: Path) -> None:
-    m = record(step(), 300.0, 301, strip=two_branches(), noise=1e-3, seed=3).measurement()
-    found = identify(m, model="rc2", electrode_resistance=1.0)
     write_actuator(found, tmp_path / "fitted.toml")
     again = load_actuator(tmp_path / "fitted.toml")
     assert again == found.actuator
-    assert np.array(lumped_elements(again).branches) == pytest.approx(np.array(found.current.branches))
+    assert np.array(lumped_elements(again).branches) == pytest.approx(np.array(found.port.port.branches))
 
 
-def test_the_table_holds_every_number(step_fit: Identification) -> None:
-    text = table(step_fit)
-    for name in (*step_fit.parameters, *step_fit.derived):
+def test_toml_loads_back_to_the_fitted_strip(found: Identification, tmp_path: Path) -> None:
+    path = tmp_path / "fitted.toml"
+    write_actuator(found, path)
+    assert load_actuator(path) == found.actuator
+    comments = [line for line in path.read_text().splitlines() if line.startswith("#")]
+    assert any(", ".join(found.sources) in line and "model rc" in line for line in comments)
+    assert any("dc_resistance" in line and "+-" in line for line in comments)
+
+
+def test_the_strip_has_the_fitted_port(found: Identification) -> None:
+    f = np.geomspace(1e-3, 1e2, 20)
+    z = lumped_elements(found.actuator, (1e-3, 1e2)).port.impedance(2j * np.pi * f, ideal=True)
+    assert z == pytest.approx(found.port.port.impedance(2j * np.pi * f, ideal=True), rel=1e-9)
+
+
+# -- text and pictures -------------------------------------------------------------------------------------------------
+
+
+def test_the_table_holds_every_number(kind: str, found: Identification) -> None:
+    text = found.summary()
+    for name in (*found.parameters, *found.derived):
         assert name in text
+    head = {
+        "step": "record.csv: step of 4 V at 40 s; model rc, exact in the loop",
+        "waveform": "record.csv: waveform from 20 s; model rc, exact in the loop",
+        "spectrum": "z.csv: spectrum of 40 points, 1 mHz to 100 Hz; model rc, closed form",
+        "several": "2 records and 1 spectrum together, model rc, exact in the loop and closed form",
+    }
+    assert text.splitlines()[0] == head[kind]
     assert "standard error" in text
     assert "95 % interval" in text
     assert "nan" not in text.lower()
+    assert ("from the others" in text) == (kind == "several")
 
 
-@pytest.mark.parametrize("kind", ["step", "sine"])
-def test_the_picture(step_fit: Identification, tmp_path: Path, kind: str) -> None:
-    found = step_fit
-    if kind == "sine":
-        found = identify(record(drives(4.0)["sine"], 300.0, 301, rest=20, noise=1e-3).measurement(), model="rc")
-    plot_identification(found, tmp_path / "fit.png")
+def test_the_picture(kind: str, found: Identification, tmp_path: Path) -> None:
+    save(found.figure(), tmp_path / "fit.png")
     assert (tmp_path / "fit.png").read_bytes().startswith(b"\x89PNG")
-
-
-# -- the command -------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Outcome:
-    code: int
-    out: str
-    err: str
-
-
-Run = Callable[..., Outcome]
-
-
-@pytest.fixture
-def run(capfd: pytest.CaptureFixture[str]) -> Run:
-    def of(*arguments: str | Path) -> Outcome:
-        with pytest.raises(SystemExit) as stop:
-            main([str(a) for a in arguments])
-        out, err = capfd.readouterr()
-        return Outcome(int(stop.value.code or 0), out, err)
-
-    return of
-
-
-def test_the_command_writes_what_it_is_asked_for(run: Run, step_record: Synthetic, tmp_path: Path) -> None:
-    units = {"time": ("ms", 1e3), "current": ("mA", 1e3), "displacement": ("mm", 1e3)}
-    data = step_record.write(tmp_path / "data.csv", units)
-    save_actuator(replace(PAPER, name="mine"), tmp_path / "mine.toml")
-    outputs = {name: tmp_path / name for name in ("fitted.toml", "fit.json", "fit.png")}
-    result = run(
-        "identify", data, "--actuator", tmp_path / "mine.toml", "--out", outputs["fitted.toml"],
-        "--json", outputs["fit.json"], "--plot", outputs["fit.png"], "--electrode-resistance", "1ohm", "--model", "rc",
-    )  # fmt: skip
-    assert result.code == 0, result.err
-    assert result.err == ""
-    assert all(path.stat().st_size > 100 for path in outputs.values())
-    content = json.loads(outputs["fit.json"].read_text())
-    strip = load_actuator(outputs["fitted.toml"])
-    assert strip.name == "data"
-    assert lumped_elements(strip).dc_resistance == pytest.approx(content["parameters"]["dc_resistance"]["value"])
-    assert content["parameters"]["electrode_resistance"]["value"] == 1.0
-    assert content["engine"] == "ngspice"
-    assert "dc_resistance" in result.out
-    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(["data.csv", "mine.toml", *outputs])
-
-
-def test_the_command_s_exact_engine_and_warnings_on_stderr(run: Run, tmp_path: Path) -> None:
-    data = record(step(), 300.0, 201, strip=two_branches(), noise=1e-3).write(tmp_path / "data.csv")
-    result = run("identify", data, "--engine", "exact", "--model", "rc")
-    assert result.code == 0
-    lines = result.err.splitlines()
-    assert lines
-    assert all(line.startswith("warning: ") for line in lines)
-    assert "exact in the loop" in result.out
-
-
-GOOD = ["time_s,voltage_V,current_A", *(f"{k},{4 * (k > 3)},{(k > 3) * 0.2 * math.exp(-k / 9)}" for k in range(40))]
-
-
-def broken(**lines: str) -> str:
-    """GOOD with some lines replaced, by their number."""
-    text = list(GOOD)
-    for number, line in lines.items():
-        text[int(number[1:])] = line
-    return "\n".join(text)
-
-
-BAD = {
-    "empty": ("", "the file is empty"),
-    "blank lines": ("\n \n\n", "the file is empty"),
-    "header only": (GOOD[0], "no row of numbers"),
-    "one row": ("\n".join(GOOD[:2]), "fewer than two numbers"),
-    "two rows": ("\n".join(GOOD[:3]), "zero throughout"),
-    "no header": ("\n".join(GOOD[1:]), "no column for"),
-    "no units": (broken(L0="time,voltage,current"), "has no unit"),
-    "wrong unit": (broken(L0="time_s,voltage_m,current_A"), "does not measure this quantity"),
-    "unknown unit": (broken(L0="time_s,voltage_V,current_foo"), "unknown unit 'foo'"),
-    "no voltage": (broken(L0="time_s,torque_Nm,current_A"), "no column for voltage; not understood: 'torque_Nm'"),
-    "no current": (broken(L0="time_s,voltage_V,Strom_A"), "no column for current; not understood: 'Strom_A'"),
-    "two currents": (broken(L0="time_s,current_mA,current_A"), "both give the current"),
-    "text": (broken(L10="9,4,OVLD"), "line 11, column 'current_A': 'OVLD' is not a number"),
-    "infinite": (broken(L10="9,4,inf"), "'inf' is not a number"),
-    "repeated time": (broken(L10="8,4,0.1"), "line 11: time 8 s repeats 8 s"),
-    "time goes back": (broken(L10="2,4,0.1"), "goes back from"),
-    "no time": (broken(L10=",4,0.1"), "line 11 has no time"),
-    "too many cells": (broken(L10="9,4,0.1,7"), "has 4 cells, the header 3"),
-    "decimal commas": (broken(L10='9,4,"0,1"'), "'0,1' is not a number"),
-    "row of units": (broken(L1="s,V,A"), "'s' is not a number"),
-    "binary": ("time_s,voltage_V,current_A\n\0\0\0,1,2", "not a text file"),
-    "all current blank": ("\n".join([GOOD[0], *(f"{k},{4 * (k > 3)},NaN" for k in range(40))]), "has no number"),
-    "zero volts": ("\n".join([GOOD[0], *(f"{k},0,{k}" for k in range(40))]), "zero throughout"),
-    "constant": ("\n".join([GOOD[0], *(f"{k},4,0.01" for k in range(40))]), "no step in the record"),
-    "resistor": ("\n".join([GOOD[0], *(f"{k},{4 * (k > 3)},{0.01 * (k > 3)}" for k in range(40))]), "no step"),
-    "no current at all": ("\n".join([GOOD[0], *(f"{k},{4 * (k > 3)},0" for k in range(40))]), "no step"),
-    "wires swapped": (
-        "\n".join([GOOD[0], *(f"{k},{-4 * (k > 3)},{(k > 3) * math.exp(-k / 9)}" for k in range(40))]),
-        "does not follow the voltage",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_files_end_in_one_line_and_nothing_is_written(run: Run, tmp_path: Path, name: str) -> None:
-    text, reason = BAD[name]
-    data = tmp_path / "data.csv"
-    data.write_text(text)
-    outputs = ["--out", tmp_path / "a.toml", "--json", tmp_path / "a.json", "--plot", tmp_path / "a.png"]
-    result = run("identify", data, *outputs)
-    assert result.code == 2
-    assert result.out == ""
-    assert len(result.err.splitlines()) == 1
-    assert result.err.startswith("ilg-circuit: ")
-    assert reason in result.err
-    assert [p.name for p in tmp_path.iterdir()] == ["data.csv"]
-
-
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        (["--electrode-resistance", "2"], "has no unit"),
-        (["--electrode-resistance", "500ohm"], "is too large"),
-        (["--electrode-resistance", "-1ohm"], "must be zero or more"),
-        (["--model", "rc9"], "model is 'rc9'; choose one of"),
-        (["--engine", "gnucap"], "'gnucap' is not one of"),
-        (["--actuator", "nowhere.toml"], "no actuator 'nowhere.toml'"),
-        (["--out", "nowhere/x.toml"], "does not exist"),
-        (["--json", "."], "is a folder"),
-        (["--plot", "x.txt"], "end its name in"),
-    ],
-)
-def test_bad_options_end_in_one_line(run: Run, tmp_path: Path, options: list[str], reason: str) -> None:
-    data = tmp_path / "data.csv"
-    data.write_text("\n".join(GOOD))
-    result = run("identify", data, *options)
-    assert result.code == 2
-    assert len(result.err.splitlines()) == 1
-    assert reason in result.err
-    assert [p.name for p in tmp_path.iterdir()] == ["data.csv"]
-
-
-@pytest.mark.parametrize("name", ["nowhere.csv", "."])
-def test_no_file(run: Run, tmp_path: Path, name: str) -> None:
-    result = run("identify", tmp_path / name)
-    assert result.code == 2
-    assert "cannot read" in result.err
-
-
-@pytest.mark.parametrize(
-    "style",
-    ["semicolons", "decimal commas", "tabs", "windows", "byte order mark", "comments", "quotes", "brackets"],
-)
-def test_every_style_of_csv_gives_the_same(run: Run, tmp_path: Path, style: str) -> None:
-    text = record(step(), 300.0, 61, rest=3, noise=1e-3).write(tmp_path / "plain.csv").read_text()
-    styles = {
-        "semicolons": text.replace(",", ";"),
-        "decimal commas": text.replace(",", ";").replace(".", ","),
-        "tabs": text.replace(",", "\t"),
-        "windows": text.replace("\n", "\r\n"),
-        "byte order mark": "\ufeff" + text,
-        "comments": "# potentiostat 7\n# 2026-11-22\n" + text,
-        "quotes": "\n".join('"' + line.replace(",", '","') + '"' for line in text.splitlines()),
-        "brackets": text.replace("time_s,voltage_V,current_A", "Time [s],U/V,Current (A)"),
-    }
-    (tmp_path / "styled.csv").write_bytes(styles[style].encode())
-    outcomes = [
-        run("identify", tmp_path / f"{name}.csv", "--engine", "exact", "--model", "rc") for name in ("plain", "styled")
-    ]
-    assert [o.code for o in outcomes] == [0, 0]
-    assert outcomes[0].out.replace("plain", "styled") == outcomes[1].out
+    if kind == "several":
+        axes = found.figure().axes
+        assert len(axes) == 2 * len(found.observations) + 1  # data and residuals of each, the comparison
+        assert all(a.get_xlabel() for a in axes[1::2])
+        assert axes[-1].get_xlabel().startswith("rms of the residuals [%")
 
 
 # -- residuals ---------------------------------------------------------------------------------------------------------

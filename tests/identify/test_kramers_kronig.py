@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from ilg_circuit.errors import InputError
+from ilg_circuit.findings import codes
 from ilg_circuit.identify.kramers_kronig import kramers_kronig
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.strip.models import electrical_model
@@ -46,7 +47,9 @@ def test_bad_points_are_named(model: str) -> None:
     z[[20, 45]] *= 1.1
     found = kramers_kronig(Spectrum("s", F, z))
     assert np.flatnonzero(found.bad).tolist() == [20, 45]
-    assert "100 mHz, 31.62 Hz; they are left out" in found.warnings[0]
+    (finding,) = found.findings
+    assert (finding.code, finding.values["count"]) == ("kramers-kronig-points", 2)
+    assert "100 mHz, 31.62 Hz; they are left out" in str(finding)
     assert found.rms == pytest.approx(0.003, rel=0.25)
 
 
@@ -69,7 +72,8 @@ def test_a_strip_that_drifts_is_found() -> None:
     z = [kind.port((233.0 * d, 6.8, 0.02 * d)).impedance(2j * np.pi * f) for d, f in zip(jump, F, strict=True)]
     found = kramers_kronig(Spectrum("s", F, np.array(z)))
     assert not found.consistent
-    assert "drifted" in found.warnings[-1]
+    assert "kramers-kronig-residuals" in codes(found.findings)
+    assert "drifted" in str(found.findings[-1])
 
 
 def test_many_outliers_are_no_exceptions() -> None:

@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 from synthetic import Synthetic, drives, record, step
 
-from ilg_circuit.identify import Record
 from ilg_circuit.measurements.kind import RECORD
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.read import read_columns
+from ilg_circuit.measurements.record import Record
 from ilg_circuit.strip.actuator import PAPER
 
 Array = NDArray[np.float64]

@@ -14,8 +14,9 @@ from synthetic import Synthetic, record, step
 from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.errors import InputError
 from ilg_circuit.findings import codes
-from ilg_circuit.identify import identify, read_record
+from ilg_circuit.identify import identify
 from ilg_circuit.measurements.prepare import between_samples, prepare, simplified
+from ilg_circuit.measurements.read import read_record
 from ilg_circuit.measurements.smoothing import noise_level
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.simulation.response import simulate

@@ -9,9 +9,8 @@ import pytest
 from command import Run, assert_one_line
 from record_texts import FORMATS, I, T, U, Y, csv, ec_lab, gamry
 
-from ilg_circuit.identify import read_record
 from ilg_circuit.measurements.kind import RECORD
-from ilg_circuit.measurements.read import read_columns, read_waveform
+from ilg_circuit.measurements.read import read_columns, read_record, read_waveform
 
 
 def notes(path: Path) -> list[str]:

@@ -14,12 +14,12 @@ from every_model import MODELS, VALUES, port_of, strip_of, values_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import log_floats
+from synthetic import fit_current
 
 from ilg_circuit.circuit import port_netlist, strip_netlist
 from ilg_circuit.circuit.deck import deck
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError
-from ilg_circuit.identify.current import fit_current
 from ilg_circuit.measurements.record import Channel, Record
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate, transient_band
@@ -134,8 +134,8 @@ def test_every_fit_finds_the_truth(model: str) -> None:
     true = transient(net, STAIRS, t, accuracy=1e-6, acceptable=1e-5).output("current")
     noise = 2e-4 * np.abs(true).max() * np.random.default_rng(5).standard_normal(len(t))
     measured = Record("made up", 0.0, STAIRS, None, Channel(t, true + noise), None)
-    found = fit_current(measured, 2.0, model)
-    assert found.fit.names == electrical_model(model).names
+    found = fit_current(measured, model, 2.0)
+    assert found.fit.labels == electrical_model(model).names
     assert (np.abs(found.fit.values - values_of(model)) <= 4 * found.fit.errors).all()
     assert found.fit.rmse == pytest.approx(noise.std(), rel=0.1)
     assert (found.fit.errors < 0.05 * found.fit.values).all()

@@ -9,8 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from ilg_circuit.errors import SolveError
-from ilg_circuit.fit import least_squares
-from ilg_circuit.fit.least_squares import Fit, fit_circuit
+from ilg_circuit.fit import fitting
+from ilg_circuit.fit.fitting import fit_data
+from ilg_circuit.fit.result import FitResult
 
 Array = NDArray[np.float64]
 T = np.linspace(0.0, 5.0, 200)
@@ -27,8 +28,8 @@ def noisy(wave: Array, size: float = 0.02, seed: int = 0) -> Array:
 DATA = noisy(decay(np.array([[2.0, 0.7]]))[0])
 
 
-def fitted(model: Callable[[Array], Array], start: list[float], data: Array = DATA) -> Fit:
-    return fit_circuit(model, data, ("first", "second")[: len(start)], np.array(start))
+def fitted(model: Callable[[Array], Array], start: list[float], data: Array = DATA) -> FitResult:
+    return fit_data(model, data, ("first", "second")[: len(start)], np.array(start))
 
 
 def test_a_fit_that_stands_at_its_minimum_says_how_well() -> None:
@@ -43,7 +44,7 @@ def test_data_without_noise_are_no_failure() -> None:
 
 
 def test_a_fit_cut_short_is_no_success(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(least_squares, "_MOST_EVALUATIONS", 4)
+    monkeypatch.setattr(fitting, "MOST_EVALUATIONS", 4)
     with pytest.raises(SolveError, match="did not converge"):
         fitted(decay, [0.1, 8.0])
 
@@ -76,12 +77,12 @@ def test_two_parameters_that_act_alike_are_named() -> None:
 
 
 def test_a_limited_parameter_stays_below_and_its_interval_too() -> None:
-    found = fit_circuit(
+    found = fit_data(
         lambda v: v[:, :1] * np.ones_like(T),
         noisy(0.97 * np.ones_like(T), 0.2),
         ("share",),
         np.array([0.5]),
-        below=np.ones(1),
+        upper=np.ones(1),
     )
     low, high = found.intervals[0]
     assert 0 < low < found.values[0] < high < 1
@@ -89,12 +90,12 @@ def test_a_limited_parameter_stays_below_and_its_interval_too() -> None:
 
 def test_a_limited_parameter_whose_best_is_its_limit_is_no_success() -> None:
     with pytest.raises(SolveError):
-        fit_circuit(
+        fit_data(
             lambda v: v[:, :1] * np.ones_like(T),
             noisy(1.2 * np.ones_like(T), 0.01),
             ("share",),
             np.array([0.5]),
-            below=np.ones(1),
+            upper=np.ones(1),
         )
 
 
