@@ -35,10 +35,12 @@ _PER_DECADE = 60
 ORDER = 4
 #: So far beyond both ends of the band relaxations are gathered in sections, as a factor.
 _BEYOND = 1000.0
-#: The capacitor of a ladder stores at least so much, in parts of the impedance at the lower end of the band.
-_LEAST = 1e-9
+#: A density below this part of the impedance is none.
+_NEGLIGIBLE = 1e-5
+#: A section, and the capacitor at the lower end of the band, are at least this part of the impedance there.
+_LEAST = 1e-6
 #: Widest step of the logarithmic grid on which a density of relaxations is sampled.
-_STEP = 0.1
+_STEP = 0.0125
 #: A peak of the density is sampled no finer than this, in units of log(lambda).
 _NARROWEST = 1e-3
 
@@ -136,11 +138,15 @@ def gathered(
     """
     low, high = 2 * np.pi * band[0], 2 * np.pi * band[1]
     blocks = -(-sections // ORDER)
-    length = math.log(high / low * _BEYOND**2)
+    # below the band by decades, as far as there is anything: huge capacitors would drown the rest in rounding
+    first = low / _BEYOND * 10.0 ** np.arange(4)
+    there = -relaxations.impedance(-first + 0j).imag > _NEGLIGIBLE * np.abs(relaxations.impedance(1j * first))
+    start = float(first[int(np.argmax(there))]) if there.any() else low
+    length = math.log(high * _BEYOND / start)
     coarse = math.ceil(length / _STEP / blocks)
-    fine = 2 ** math.ceil(max(math.log2(3 * _STEP / max(relaxations.width, _NARROWEST)), 0.0))
+    fine = 4 ** math.ceil(max(math.log(3 * _STEP / max(relaxations.width, _NARROWEST), 4), 0.0))
     count = blocks * coarse * fine
-    logs = math.log(low / _BEYOND) + length / count * (np.arange(count) + 0.5)
+    logs = math.log(start) + length / count * (np.arange(count) + 0.5)
     rates = np.exp(logs)
     # multiplied by sqrt(lambda), which evens out what diffusion has at both ends
     weights = np.maximum(-relaxations.impedance(-rates + 0j).imag, 0.0) / np.pi * np.sqrt(rates) * length / count
@@ -151,6 +157,8 @@ def gathered(
             found, mass = gauss(x - middle, w, order)
             nodes = np.append(nodes, np.exp(middle + found))
             masses = np.append(masses, mass * np.exp((middle + found) / 2))
+    # resistances far below the impedance would drown the others in a circuit's rounding
+    masses = np.maximum(masses, _LEAST * nodes * np.abs(relaxations.impedance(np.asarray(1j * nodes, dtype=complex))))
     ends = 1j * np.array([low, high])
     rest = relaxations.impedance(ends) - (masses / (ends[:, None] + nodes)).sum(axis=1)
     elastance = max(-low * float(rest[0].imag), _LEAST * low * abs(relaxations.impedance(ends)[0]))

@@ -11,7 +11,7 @@ from ...arrays import Array, ComplexArray
 from ...fit.parameter import Parameter
 from .model import Addition
 
-#: Its reactance at the highest frequency where a fit starts, as a part of the impedance there.
+#: Its reactance at the highest frequency where a fit starts, as a part of the impedance there, at least.
 _LITTLE = 0.02
 
 
@@ -29,7 +29,7 @@ class Inductance(Addition):
         return 1e-7
 
     def spectrum_start(self, z: ComplexArray, omega: Array) -> float:
-        return float(_LITTLE * np.abs(z[-1]) / omega[-1])
+        return float(max(_LITTLE * abs(z[-1]), z[-1].imag) / omega[-1])
 
     def in_series(self, values: Array, s: ComplexArray) -> ComplexArray:
         return np.asarray(values[:, None] * s)

@@ -331,9 +331,12 @@ class ElectricalModel:
 
     def spectrum_starts(self, z: ComplexArray, omega: Array, random: np.random.Generator) -> Array:
         """Return starting values (m, n) for a spectrum ``z`` (f,) [ohm], Re taken off, at ``omega`` (f,) [rad/s]."""
+        s: ComplexArray = np.asarray(1j * omega, dtype=complex)
+        added = [a.spectrum_start(z, omega) for a in self.additions]
+        for addition, value in zip(self.additions, added, strict=True):
+            z = np.asarray(z - addition.in_series(np.array([value]), s)[0])
         sets = self.ions.spectrum_starts(z, omega, random)
-        added = [np.full(len(sets), a.spectrum_start(z, omega)) for a in self.additions]
-        return np.column_stack([sets, *added])
+        return np.column_stack([sets, np.tile(added, (len(sets), 1))])
 
     def pairs(self, values: Sequence[float]) -> list[Pair]:
         """Return the (R [ohm], C [F]) of the branches; none for other ion paths."""
