@@ -2,8 +2,8 @@
 
 python benchmarks/intervals.py [data sets a model, default 1000] [models to do, default all]     writes INTERVALS.md
 
-Spectra are fitted by their closed form, steps and waveforms with the exact engine, in whose place ngspice gives the same
-fit (the tests say so), each from all its starts.
+Spectra are fitted by their closed form, steps and waveforms with the exact engine, in whose place ngspice gives the
+same fit (the tests say so), each from all its starts.
 """
 
 from __future__ import annotations

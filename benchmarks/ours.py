@@ -52,8 +52,8 @@ def memory_growth(runs: int) -> float:
 def _fit() -> FitResult:
     times, current = record()
     table = Table({"time": times, "voltage": np.full(len(times), 4.0), "current": current})
-    record = prepare(table)
-    return CurrentData(record, "ngspice", record.source).individual(electrical_model("rc"), 0.0, None).fit
+    measured = prepare(table)
+    return CurrentData(measured, "ngspice", measured.source).individual(electrical_model("rc"), 0.0, None).fit
 
 
 def _timed(task: Callable[[], object]) -> float:

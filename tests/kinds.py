@@ -26,7 +26,7 @@ def data(kind: str) -> tuple[Record | Spectrum, ...]:
     """The files of a kind."""
     if kind == "several":
         return _STEP.measurement("step.csv"), _BACK.measurement("back.csv"), _SPECTRUM
-    return {"step": _STEP.measurement, "waveform": _SQUARE.measurement, "spectrum": lambda: _SPECTRUM}[kind](),
+    return ({"step": _STEP.measurement, "waveform": _SQUARE.measurement, "spectrum": lambda: _SPECTRUM}[kind](),)
 
 
 def write(kind: str, folder: Path) -> list[str]:

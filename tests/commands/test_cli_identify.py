@@ -192,9 +192,7 @@ def test_bad_files_end_in_one_line_and_nothing_is_written(run: Run, tmp_path: Pa
         (["--out", "x", "--json", "x"], "name the same file"),
     ],
 )
-def test_bad_options_end_in_one_line(
-    run: Run, tmp_path: Path, options: list[str], reason: str, several: bool
-) -> None:
+def test_bad_options_end_in_one_line(run: Run, tmp_path: Path, options: list[str], reason: str, several: bool) -> None:
     files = [f"{k}.csv" for k in range(1 + several)]
     for k, name in enumerate(files):
         Path(name).write_text(broken(L30=f"29,4,{0.008 + 1e-5 * k}"))
@@ -247,8 +245,6 @@ def test_every_style_of_csv_gives_the_same(run: Run, tmp_path: Path, style: str)
         "brackets": text.replace("time_s,voltage_V,current_A", "Time [s],U/V,Current (A)"),
     }
     (tmp_path / "styled.csv").write_bytes(styles[style].encode())
-    outcomes = [
-        run("identify", f"{name}.csv", *EXACT) for name in ("plain", "styled")
-    ]
+    outcomes = [run("identify", f"{name}.csv", *EXACT) for name in ("plain", "styled")]
     assert [o.code for o in outcomes] == [0, 0]
     assert outcomes[0].out.replace("plain", "styled") == outcomes[1].out

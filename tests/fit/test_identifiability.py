@@ -46,7 +46,9 @@ def test_decays_that_are_nearly_one_are_not_and_the_pairs_are_named() -> None:
 def test_an_open_profile_is_named() -> None:
     """A leak too small to be seen: its resistance has a least value and no largest."""
     data = np.exp(-T) + 0.05 * np.random.default_rng(3).standard_normal(len(T))
-    found = diagnose(fit_data(lambda v: v[:, :1] * np.exp(-T) + 1 / v[:, 1:2], data, ("size", "leak"), np.array([1.0, 100.0])))
+    found = diagnose(
+        fit_data(lambda v: v[:, :1] * np.exp(-T) + 1 / v[:, 1:2], data, ("size", "leak"), np.array([1.0, 100.0]))
+    )
     assert found.open == ("leak has no upper limit",)
     assert "profile open" in found.reason
 

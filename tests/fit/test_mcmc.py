@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from ilg_circuit.errors import InputError
-from ilg_circuit.fit.intervals import uncertainties
 from ilg_circuit.fit.fitting import fit_data
-from ilg_circuit.fit.result import FitResult
+from ilg_circuit.fit.intervals import uncertainties
 from ilg_circuit.fit.mcmc import sample
+from ilg_circuit.fit.result import FitResult
 
 Array = NDArray[np.float64]
 T = np.linspace(-1.0, 1.0, 16)

@@ -11,10 +11,10 @@ from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import t as student
 
 from ilg_circuit.errors import SolveError
-from ilg_circuit.fit.intervals import uncertainties
 from ilg_circuit.fit.fitting import fit_data
-from ilg_circuit.fit.result import FitResult
+from ilg_circuit.fit.intervals import uncertainties
 from ilg_circuit.fit.profile import profile
+from ilg_circuit.fit.result import FitResult
 
 Array = NDArray[np.float64]
 T = np.linspace(0.0, 5.0, 120)
@@ -84,7 +84,9 @@ def test_a_side_without_a_limit_is_open() -> None:
     assert entry["ci95_profile"] == [pytest.approx(least, rel=1e-3), None]
     assert entry["method"] == "profile"
     assert "no upper limit" in entry["method_note"]
-    assert [(f.code, f.values["parameter"], f.values["sides"]) for f in found.findings] == [("profile-open", "p1", "upper")]
+    assert [(f.code, f.values["parameter"], f.values["sides"]) for f in found.findings] == [
+        ("profile-open", "p1", "upper")
+    ]
     assert "the data set p1 no upper limit within a factor of 1e+06" in str(found.findings[0])
 
 

@@ -54,7 +54,9 @@ def check_method(method: str, files: list[str], run: Run) -> None:
         assert ("ci95_profile" in entry) == (method == "profile")
     assert (f"({method})" in Path("fit.html").read_text(encoding="utf-8")) == (method in words)
     if method in ("profile", "mcmc"):
-        assert all(part["method"] == method for part in fit["statistics"]["intervals"].values() if isinstance(part, dict))
+        assert all(
+            part["method"] == method for part in fit["statistics"]["intervals"].values() if isinstance(part, dict)
+        )
 
 
 @pytest.mark.parametrize("kind", KINDS)

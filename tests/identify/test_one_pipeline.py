@@ -69,9 +69,9 @@ def test_a_finding_on_a_displacement_does_not_depend_on_other_files() -> None:
 
 def test_a_reversed_camera_and_a_drift_are_said_of_each_file() -> None:
     files = [
-        record(
-            step(u), 150.0, 151, rest=20, displacement=True, noise=3e-3, axis=-1.0, drift=drift, seed=k
-        ).measurement(f"{k}.csv")
+        record(step(u), 150.0, 151, rest=20, displacement=True, noise=3e-3, axis=-1.0, drift=drift, seed=k).measurement(
+            f"{k}.csv"
+        )
         for k, (u, drift) in enumerate(((4.0, 0.0), (-2.0, 3e-6)))
     ]
     alone = [identify(file, base=PAPER, model="rc", engine="exact") for file in files]
@@ -148,7 +148,11 @@ def _two_branches(kind: str) -> list[Record | Spectrum]:
     made = record(step(), 60.0, 151, strip=two_branches(), noise=0.005, seed=1)
     back = record(step(-2.0), 60.0, 151, strip=two_branches(), noise=0.005, seed=2)
     z = spectrum(two_branches(), 1e-2, 1e2, noise=0.01)
-    files = {"step": [made.measurement()], "spectrum": [z], "several": [made.measurement("a"), back.measurement("b"), z]}
+    files = {
+        "step": [made.measurement()],
+        "spectrum": [z],
+        "several": [made.measurement("a"), back.measurement("b"), z],
+    }
     return list(files[kind])
 
 
@@ -193,9 +197,7 @@ def test_an_engine_that_has_no_effect_is_said(run: Run, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["step", "spectrum", "several"])
 @pytest.mark.parametrize(("gain", "model"), [(EVIDENCE - 0.1, "rc"), (EVIDENCE + 0.1, "rc2")])
-def test_auto_asks_for_the_same_evidence(
-    kind: str, gain: float, model: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_auto_asks_for_the_same_evidence(kind: str, gain: float, model: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a second branch is better by a little less than 10 BIC one is enough, where by a little more it is not."""
     monkeypatch.setattr(selection, "_bic", lambda found, samples: {"rc": gain, "rc2": 0.0}.get(found.kind.name, 100.0))
     assert EVIDENCE == 10

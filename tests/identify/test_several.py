@@ -33,9 +33,9 @@ DIFFUSING = replace(PAPER, material=replace(M, diffusion_time=30.0), coupling=No
 
 def steps(strip: Actuator, *voltages: float, offset: float = 0.0) -> list[Record]:
     return [
-        record(
-            step(u), 120.0, 241, strip=strip, rest=20, noise=2e-3, seed=k, current_offset=offset * k
-        ).measurement(f"{k}.csv")
+        record(step(u), 120.0, 241, strip=strip, rest=20, noise=2e-3, seed=k, current_offset=offset * k).measurement(
+            f"{k}.csv"
+        )
         for k, u in enumerate(voltages)
     ]
 
@@ -154,9 +154,7 @@ def test_re_is_determined_by_what_is_not_linear() -> None:
 
 
 def test_re_that_is_not_there_is_held_at_zero_and_said() -> None:
-    made = [
-        record(step(u), 60.0, 31, strip=SINH, rest=5, noise=5e-3).measurement(f"{u}.csv") for u in (1.0, 3.0)
-    ]
+    made = [record(step(u), 60.0, 31, strip=SINH, rest=5, noise=5e-3).measurement(f"{u}.csv") for u in (1.0, 3.0)]
     found = identify(made, model="rc+sinh", base=SINH, electrode_resistance="fit")
     assert found.parameters["electrode_resistance"].fixed_because
     assert "electrode-resistance-not-determined" in codes(found.findings)
