@@ -39,18 +39,19 @@ def simulation() -> list[Figure]:
 
 def supercapacitor() -> list[Figure]:
     """Two spectra of a carbon supercapacitor."""
-    from ilg_circuit.identify import identify_spectrum, read_spectrum
+    from ilg_circuit.identify import identify
+    from ilg_circuit.measurements.read import read_spectrum
 
-    found = [identify_spectrum(read_spectrum(p)) for p in sorted((DATA / "eis_supercap").glob("eis_*.txt"))]
+    found = [identify(read_spectrum(p)) for p in sorted((DATA / "eis_supercap").glob("eis_*.txt"))]
     if not found:
         return []
     shares = {
-        model: np.mean([c.fit.relative_rms for f in found for c in f.candidates if c.fit and c.model == model])
+        model: np.mean([c.relative_rms for f in found for c in f.candidates if c.relative_rms and c.model == model])
         for model in ("rc", "rc2", "warburg")
     }
     left = " ".join(f"{model} {share:.1%}" for model, share in shares.items())
     return [
-        Figure("Kramers-Kronig residuals 0.15 % rms", f"{np.mean([f.check.rms for f in found]):.2%}"),
+        Figure("Kramers-Kronig residuals 0.15 % rms", f"{np.mean([f.check.rms for f in found if f.check]):.2%}"),
         Figure(
             "leaves 16.5 % rms of abs(Z), two 9.3 %, the finite Warburg element 7.0 %",
             f"{left}; chosen: {', '.join(f.model for f in found)}",

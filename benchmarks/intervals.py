@@ -2,8 +2,8 @@
 
 python benchmarks/intervals.py [data sets a model, default 1000] [models to do, default all]     writes INTERVALS.md
 
-Spectra are fitted by `fit_spectrum`, steps and waveforms by `fit_current` with the exact engine, in whose place ngspice
-gives the same fit (the tests say so), each from all its starts.
+Spectra are fitted by their closed form, steps and waveforms with the exact engine, in whose place ngspice gives the
+same fit (the tests say so), each from all its starts.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ from pathlib import Path
 
 import numpy as np
 from figure import Figure
-from ilg_circuit.identify.spectrum_fit import fit_spectrum
 from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
-from ilg_circuit.identify.current import currents, fit_current
+from ilg_circuit.identify.current import CurrentData, currents
+from ilg_circuit.identify.impedance import ImpedanceData
+from ilg_circuit.identify.port_model import IndividualFit
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
@@ -74,9 +75,16 @@ def spectrum_trial(model: str) -> Trial:
 
     def trial(random: np.random.Generator) -> dict[str, tuple[float, float]]:
         noise = random.standard_normal(POINTS) + 1j * random.standard_normal(POINTS)
-        return fit_spectrum(Spectrum(model, f, z * (1 + case.noise * noise)), model, case.held).intervals
+        data = ImpedanceData.of(Spectrum(model, f, z * (1 + case.noise * noise)))
+        return intervals(data.individual(kind, case.held, None))
 
     return trial
+
+
+def intervals(found: IndividualFit) -> dict[str, tuple[float, float]]:
+    """The interval of each parameter that was fitted."""
+    rows = zip(found.fit.labels, found.fit.intervals.tolist(), strict=True)
+    return {label: (low, high) for label, (low, high) in rows}
 
 
 def step_trial(model: str) -> Trial:
@@ -102,8 +110,8 @@ def _current_trial(model: str, case: Case, drive: PiecewiseLinear, engine: str) 
         return prepare(Table({"time": t, "voltage": drive.value(t), "current": noisy}, "synthetic.csv"))
 
     def trial(random: np.random.Generator) -> dict[str, tuple[float, float]]:
-        fit = fit_current(measured(random), case.held, model, engine).fit
-        return {name: (low, high) for name, (low, high) in zip(fit.names, fit.intervals.tolist(), strict=True)}
+        record = measured(random)
+        return intervals(CurrentData(record, engine, record.source).individual(kind, case.held, None))
 
     return trial
 

@@ -9,10 +9,12 @@ import numpy as np
 from cases import ACCURACY, DRIVE, TIMES, Array, case, record
 from memory import growth
 
-from ilg_circuit.identify.current import CurrentFit, fit_current
+from ilg_circuit.fit.result import FitResult
+from ilg_circuit.identify.current import CurrentData
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.solve import transient
+from ilg_circuit.strip.models import electrical_model
 
 
 def solve(name: str, count: int) -> Array:
@@ -38,7 +40,7 @@ def time_fit(repeats: int) -> tuple[list[float], Array, Array, int]:
     """Seconds a fit, from the table on; values and standard errors of Rdc, Rd, C; and circuits solved."""
     fit = _fit()
     seconds = [_timed(_fit) for _ in range(repeats)]
-    return seconds, fit.fit.values, fit.fit.errors, fit.fit.evaluations * (2 * len(fit.fit.values) + 1)
+    return seconds, fit.values, fit.errors, fit.evaluations * (2 * len(fit.values) + 1)
 
 
 def memory_growth(runs: int) -> float:
@@ -47,10 +49,11 @@ def memory_growth(runs: int) -> float:
     return growth(lambda: transient(netlist, DRIVE, times, accuracy=ACCURACY), runs)
 
 
-def _fit() -> CurrentFit:
+def _fit() -> FitResult:
     times, current = record()
     table = Table({"time": times, "voltage": np.full(len(times), 4.0), "current": current})
-    return fit_current(prepare(table), 0.0, "rc")
+    measured = prepare(table)
+    return CurrentData(measured, "ngspice", measured.source).individual(electrical_model("rc"), 0.0, None).fit
 
 
 def _timed(task: Callable[[], object]) -> float:

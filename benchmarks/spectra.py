@@ -19,7 +19,7 @@ from figure import Figure
 from machine import conditions
 from numpy.typing import NDArray
 
-from ilg_circuit.identify import identify_spectra
+from ilg_circuit.identify import identify_each
 from ilg_circuit.strip.models import electrical_model
 
 RESULTS = Path(__file__).with_name("SPECTRA.md")
@@ -74,11 +74,11 @@ def own_model(path: Path) -> str:
 
 
 def ours(paths: list[Path]) -> Row:
-    """Every spectrum by every model, by `identify_spectra`."""
+    """Every spectrum by every model, by `identify_each`."""
     begin = perf_counter()
-    outcomes = identify_spectra(paths, tuple(MODELS))
+    outcomes = identify_each(paths, tuple(MODELS))
     seconds = perf_counter() - begin
-    rms = [o.result.fit.relative_rms for o in outcomes if o.result and o.model == own_model(o.path)]
+    rms = [o.result.statistics["relative_rms"] for o in outcomes if o.result and o.model == own_model(o.path)]
     return Row("ilg_circuit", seconds, sum(x <= MISSED * NOISE for x in rms), len(paths))
 
 

@@ -91,7 +91,7 @@ class ObservationFit:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the entry of fit.json; waveforms are left to the picture."""
-        entry: dict[str, Any] = {
+        return {
             "source": self.source,
             "quantity": self.quantity,
             "engine": self.engine,
@@ -104,14 +104,10 @@ class ObservationFit:
             "peak": self.size,
             "n": len(self.data),
             "derived": {name: e.to_dict() for name, e in self.derived.items()},
+            "not_predicted": self.not_predicted_because or None,
+            "kramers_kronig": self.check.to_dict() if self.check else None,
+            "figures": self.metrics.to_dict() if self.metrics else None,
         }
-        if self.not_predicted_because:
-            entry["not_predicted"] = self.not_predicted_because
-        if self.check is not None:
-            entry["kramers_kronig"] = self.check.to_dict()
-        if self.metrics is not None:
-            entry["figures"] = self.metrics.to_dict()
-        return entry
 
 
 #: The fit without each file in turn, or why there is none.
