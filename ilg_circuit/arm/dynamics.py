@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -139,10 +138,13 @@ def simulate(
             progress(round(1000 * run.clock[0] / duration), 1000)
     if status != DONE:
         raise _failure(run, status)
+    _, steps, refused, _ = run.counts.tolist()
+    *_, shortest, longest = run.clock.tolist()
+    taken = {"steps": steps, "shortest": shortest, "longest": longest, "refused": refused}
     events = [
         Event(0.0, Finding("arm-method", values={"method": name, "reason": reason})),
         Event(0.0, Finding("arm-step-error", values={"tolerance": tolerance, "scale": run.tolerance_q / tolerance})),
-        Event(duration, Finding("arm-steps", values=_steps(run))),
+        Event(duration, Finding("arm-steps", values=taken)),
     ]
     return motion(arm, drive, samples, run, name, _watch(arm, samples, run) + events)
 
@@ -185,11 +187,6 @@ def _prepare(
         tolerance_q=scale,
         tolerance_v=scale * velocity_rate(arm),
     )
-
-
-def _steps(run: Integration) -> dict[str, Any]:
-    shortest, longest = float(run.clock[6]), float(run.clock[7])
-    return {"steps": int(run.counts[1]), "shortest": shortest, "longest": longest, "refused": int(run.counts[2])}
 
 
 def _failure(run: Integration, status: int) -> SolveError:

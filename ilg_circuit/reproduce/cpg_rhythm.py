@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -170,6 +169,5 @@ def _over_rise_time(runs: PaperRuns, end: float) -> Figure:
 
 def _stretched(base: Network) -> float:
     """Return the deviation of amplitude and period from their scaling when both time constants grow a hundredfold."""
-    slow = rhythm(replace(base, rise_time=100 * base.rise_time, adaptation_time=100 * base.adaptation_time))
-    own = rhythm(base)
+    slow, own = rhythm(base.slowed(100)), rhythm(base)
     return largest_ratio([period_of(slow) / 100, slow.amplitude], [period_of(own), own.amplitude])
