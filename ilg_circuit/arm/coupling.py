@@ -13,12 +13,11 @@ amplitude, or a given one.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import Array
+from ..arrays import Array, ComplexArray
 from ..circuit.strip import strip_netlist
 from ..cpg.network import Network
 from ..cpg.rhythm import rhythm as rhythm_of
@@ -233,18 +232,17 @@ def _scales(strip: Actuator, mode: str, period: float | None) -> tuple[TimeScale
     if period is None:
         return ()
     periods = period * np.array([1.0, 10.0, 100.0])
-    if mode == "ideal":
-        return tuple(TimeScale(float(p), 1.0, 0.0) for p in periods)
-    frequencies = 1 / periods[::-1]
-    band = (0.1 * frequencies[0], 10 * frequencies[-1])
-    netlist = strip_netlist(strip, beam="static", band=band)
-    found = spectrum(netlist, frequencies, engine="exact")
-    answer = found.output("displacement" if mode == "circuit" else "charge")[::-1]
-    g = strip.geometry
-    at_rest: Any = (
-        lumped_strain(strip, 1e-6) / 1e-6 * g.length**2 / g.thickness if mode == "circuit" else strip_charge(strip)
-    )
-    ratio = answer / at_rest
+    ratio = np.ones(3) if mode == "ideal" else _transfer(strip, mode, 1 / periods[::-1])[::-1]
     return tuple(
         TimeScale(float(p), float(abs(r)), float(np.degrees(np.angle(r)))) for p, r in zip(periods, ratio, strict=True)
     )
+
+
+def _transfer(strip: Actuator, mode: str, frequencies: Array) -> ComplexArray:
+    """Return the transfer at ``frequencies`` [Hz], ascending (f,), over its static value, by the exact engine."""
+    netlist = strip_netlist(strip, beam="static", band=(0.1 * frequencies[0], 10 * frequencies[-1]))
+    found = spectrum(netlist, frequencies, engine="exact")
+    if mode == "charge":
+        return found.output("charge") / strip_charge(strip)
+    g = strip.geometry
+    return found.output("displacement") / (lumped_strain(strip, 1e-6) / 1e-6 * g.length**2 / g.thickness)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..arrays import Array
 from .compiled import compiled
 from .forces import depth_in_plane, drag_of_cell, shear_state, spring_activation, spring_state
@@ -82,11 +84,11 @@ def evaluate(m: Model, q: Array, v: Array, a: Array, energy: Array, tension: Arr
 def crosses_itself(q: Array) -> int:
     """Number of the first segment whose outline another part of the outline crosses, 0 if there is none."""
     n = q.shape[0] - 1
-    count = 2 * n + 1  # face 0 from base to tip, the tip's rod, face 1 from tip to base
-    for i in range(count):
-        ax, ay, bx, by = _outline(q, n, i)
-        for k in range(i + 2, count):
-            cx, cy, dx, dy = _outline(q, n, k)
+    nodes = np.concatenate((q[:, :2], q[::-1, 2:]))  # face 0 from base to tip, face 1 from tip to base
+    for i in range(2 * n + 1):
+        ax, ay, bx, by = nodes[i, 0], nodes[i, 1], nodes[i + 1, 0], nodes[i + 1, 1]
+        for k in range(i + 2, 2 * n + 1):
+            cx, cy, dx, dy = nodes[k, 0], nodes[k, 1], nodes[k + 1, 0], nodes[k + 1, 1]
             if max(ax, bx) < min(cx, dx) or max(cx, dx) < min(ax, bx):
                 continue
             if max(ay, by) < min(cy, dy) or max(cy, dy) < min(ay, by):
@@ -98,14 +100,3 @@ def crosses_itself(q: Array) -> int:
             if one * two < 0 and three * four < 0:
                 return int(min(i, n - 1) + 1)
     return 0
-
-
-@compiled
-def _outline(q: Array, n: int, i: int) -> tuple[float, float, float, float]:
-    """Ends of piece i of the outline."""
-    if i < n:
-        return q[i, 0], q[i, 1], q[i + 1, 0], q[i + 1, 1]
-    if i == n:
-        return q[n, 0], q[n, 1], q[n, 2], q[n, 3]
-    j = 2 * n + 1 - i
-    return q[j, 2], q[j, 3], q[j - 1, 2], q[j - 1, 3]

@@ -91,14 +91,9 @@ def add_works(m: Model, run: Integration, h: float, states: Array, activations: 
     a, b, c = activations[0], activations[1], activations[2]
     power = np.zeros(4)
     for k in range(3):
-        for i in range(a.shape[0]):
-            for x in range(3):
-                bend = (a[i, x] - 2 * b[i, x] + c[i, x]) * (2 * k - 2)
-                rate[i, x] = (c[i, x] - a[i, x] + bend) / h
+        rate[:] = (c - a + (a - 2 * b + c) * (2 * k - 2)) / h
         powers(m, states[k, 0], states[k, 1], activations[k], rate, power)
-        weight = h * (4.0 if k == 1 else 1.0) / 6
-        for x in range(4):
-            run.clock[2 + x] += weight * power[x]
+        run.clock[2:6] += h * (4.0 if k == 1 else 1.0) / 6 * power
 
 
 @compiled
@@ -202,7 +197,6 @@ def explicit(m: Model, run: Integration) -> int:
     K, L = np.zeros((7, n + 1, 4)), np.zeros((7, n + 1, 4))  # stages' velocities and accelerations
     states, activations = begin(run)
     q, v, x, w = states[0, 0], states[0, 1], states[2, 0], states[2, 1]
-    middle_q, middle_v = states[1, 0], states[1, 1]
     a, rate, zero = activations[2], np.zeros((n, 3)), np.zeros((n + 1, 4))
     p, work, error_q, error_v = np.zeros(n), np.zeros((n, 6)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
     acceleration(m, q, v, activations[0], p, L[0], work)
@@ -225,11 +219,8 @@ def explicit(m: Model, run: Integration) -> int:
                 return TOO_SMALL if math.isfinite(error) else NOT_FINITE
             continue
         # the quintic through both ends in the step's middle
-        for j in range(1, n + 1):
-            for c in range(4):
-                q0, q1, v0, v1, a0, a1 = q[j, c], x[j, c], v[j, c], w[j, c], L[0, j, c], L[6, j, c]
-                middle_q[j, c] = (q0 + q1) / 2 + 5 * h / 32 * (v0 - v1) + h * h / 64 * (a0 + a1)
-                middle_v[j, c] = 15 / 8 * (q1 - q0) / h - 7 / 16 * (v0 + v1) + h / 32 * (a1 - a0)
+        states[1, 0] = (q + x) / 2 + 5 * h / 32 * (v - w) + h * h / 64 * (L[0] + L[6])
+        states[1, 1] = 15 / 8 * (x - q) / h - 7 / 16 * (v + w) + h / 32 * (L[6] - L[0])
         interpolate(run, clock[0] + 0.5 * h, activations[1])
         add_works(m, run, h, states, activations, rate)
         states[0] = states[2]

@@ -118,7 +118,7 @@ def implicit(m: Model, run: Integration) -> int:
     a, rate, p, work = activations[2], np.zeros((n, 3)), np.zeros(n), np.zeros((n, 6))
     S, D = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4))
     C, E, A, padded = np.zeros((n, 4)), np.zeros((n, 4)), matrix(n), vector(n)
-    b = padded[WIDTH : WIDTH + PER_ROD * n]
+    rows, mass = padded[WIDTH : WIDTH + PER_ROD * n].reshape(n, PER_ROD), m.mass[1:].reshape(n, 1)
     acceleration(m, q, v, activations[0], p, first, work)
     derivatives(m, q, v, activations[0], p, S, D)
     if run.counts[1] == 0:
@@ -133,9 +133,7 @@ def implicit(m: Model, run: Integration) -> int:
         # the parabola through the step's ends and middle
         interpolate(run, clock[0] + 0.5 * h, activations[1])
         interpolate(run, clock[0] + h, a)
-        for i in range(n):
-            for c in range(3):
-                rate[i, c] = 4 * activations[1, i, c] - 2 * activations[0, i, c] - a[i, c]
+        rate[:] = 4 * activations[1] - 2 * activations[0] - a
         acceleration(m, q, v, rate, p, drift[0], work)
         drift[0] -= first
         for s in range(6):
@@ -150,18 +148,14 @@ def implicit(m: Model, run: Integration) -> int:
                 weighted_sum(_C[s], L, s, 1 / h, acc, rv)
                 weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, rv, rv)
             multiply(S, rq, turned)
-            for j in range(1, n + 1):
-                for c in range(4):
-                    b[PER_ROD * (j - 1) + c] = H * m.mass[j] * rv[j, c] + H * H * turned[j, c]
+            rows[:, :4] = H * mass * rv[1:] + H * H * turned[1:]
             for i in range(n):
                 e = (E[i, 0], E[i, 1], E[i, 2], E[i, 3])
                 g = area_gradient(q, i)
-                b[PER_ROD * i + 4] = scale * (H * along_gradient(g, rv, i) - H * H * along_gradient(e, rq, i))
+                rows[i, 4] = scale * (H * along_gradient(g, rv, i) - H * H * along_gradient(e, rq, i))
             solve(A, padded)
-            for j in range(1, n + 1):
-                for c in range(4):
-                    L[s, j, c] = b[PER_ROD * (j - 1) + c]
-                    K[s, j, c] = H * (L[s, j, c] + rq[j, c])
+            L[s, 1:] = rows[:, :4]
+            K[s, 1:] = H * (L[s, 1:] + rq[1:])
         error = largest_error(run, K[5], L[5]) if sound else math.inf
         if not change_step(run, h, error, 4.0):
             if clock[1] < 1e-14 * run.stops[-1]:

@@ -210,7 +210,6 @@ class Model(NamedTuple):
     plane: Array  # point, normal (4,)
     plane_stiffness: float
     plane_damping: float
-    clamp: Array  # rod 0 (4,) [m]
 
 
 def model(arm: Arm) -> Model:
@@ -245,9 +244,7 @@ def model(arm: Arm) -> Model:
         ratio = muscle.rest_ratio
     area = cell_areas(q)
     quarter = arm.density * area * b_cell / 4
-    mass = np.zeros(n + 1)
-    mass[:-1] += quarter
-    mass[1:] += quarter
+    mass = np.pad(quarter, (0, 1)) + np.pad(quarter, (1, 0))
     mobility = 1 / mass
     mobility[0] = 0.0
     fluid = arm.fluid
@@ -280,7 +277,6 @@ def model(arm: Arm) -> Model:
         plane=np.array([*plane.point, *plane.normal]) if plane else np.zeros(4),
         plane_stiffness=plane.stiffness if plane else 0.0,
         plane_damping=plane.damping if plane else 0.0,
-        clamp=q[0].ravel().copy(),
     )
 
 

@@ -190,7 +190,7 @@ def arm(
     elif activation == "wave":
         drive = stiffening_wave(body, seconds)
     else:
-        swing = AMPLITUDES[formulation] if amplitude is None else amplitude
+        swing = AMPLITUDES[body.formulation] if amplitude is None else amplitude
         drive = sine(body, swing, si(period, "s", "--period"), seconds)
     motion = simulate(
         body,

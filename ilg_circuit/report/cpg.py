@@ -45,9 +45,8 @@ def summary(result: RhythmRun) -> str:
         lines.append(f"solved by ngspice, estimated error {result.wave_error:.1e} of the waves")
         if result.period is not None:
             lines[-1] += f", {result.error:.1e} of period and amplitude"
-    states = end.rest_states
-    kinds = f"{len(states.states)}, {len(states.stable)} of them stable"
-    lines.append(f"states of rest {kinds} ({states.how})")
+    rests = end.rest_states
+    lines.append(f"states of rest {len(rests.states)}, {len(rests.stable)} of them stable ({rests.how})")
     return "\n".join(lines)
 
 

@@ -57,9 +57,8 @@ def table_3_allows(t: Array) -> float:
     names = ("coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_natural_frequency")
     ratio = lumped_elements(PAPER).bending_ratio
 
-    def curve(gain: float, zero: float, damping_ratio: float, natural_frequency: float) -> list[float]:
-        values = formulas.displacement_step(t, gain, zero, damping_ratio, natural_frequency, ratio)
-        return [float(v) for v in VOLTAGE * values]
+    def curve(gain: float, zero: float, damping: float, natural: float) -> Array:
+        return VOLTAGE * formulas.displacement_step(t, gain, zero, damping, natural, ratio)
 
     off = spread(curve, [published("ec_table3", name).recomputed for name in names], [1.0] * 4)
     return float(off.max() / printed_displacement(t).max())

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
@@ -82,7 +83,7 @@ def coupling_of_curve(steady: float, sine: float, decay: float, frequency: float
     return slope / ratio, steady * natural**2 / slope, decay / natural, natural
 
 
-def spread(function: Callable[..., Sequence[float]], texts: Sequence[str], factors: Sequence[float]) -> np.ndarray:
+def spread(function: Callable[..., ArrayLike], texts: Sequence[str], factors: Sequence[float]) -> np.ndarray:
     """Return the largest errors of ``function`` due to rounded arguments, over all ends of their roundings."""
     pairs = list(zip(texts, factors, strict=True))
     centre = np.asarray(function(*(float(t) * f for t, f in pairs)))

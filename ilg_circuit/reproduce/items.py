@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,25 +79,19 @@ class Row:
 
 @dataclass(frozen=True)
 class Check:
-    """Comparison of ``what`` with ``reference``: the largest difference relative to the largest value."""
+    """Comparison of ``what`` with ``reference``: the largest ``difference`` relative to the largest value."""
 
     what: str
     reference: str
-    value: float
+    difference: float
     limit: float
 
     @property
     def agrees(self) -> bool:
-        return self.value <= self.limit
+        return self.difference <= self.limit
 
     def to_dict(self) -> dict[str, Any]:
-        return {
-            "what": self.what,
-            "reference": self.reference,
-            "difference": self.value,
-            "limit": self.limit,
-            "agrees": self.agrees,
-        }
+        return asdict(self) | {"agrees": self.agrees}
 
 
 @dataclass(frozen=True)
@@ -188,8 +182,8 @@ class Outcome:
         if compared:
             words.append(f"{sum(row.agrees for row in compared)} of {len(compared)} numbers to the digits given")
         if made.checks:
-            worst = max(made.checks, key=lambda c: c.value / c.limit)
-            words.append(f"{worst.what}: {worst.value:.1e} from {worst.reference}")
+            worst = max(made.checks, key=lambda c: c.difference / c.limit)
+            words.append(f"{worst.what}: {worst.difference:.1e} from {worst.reference}")
         denied = sum(claim.holds is False for claim in made.claims)
         if denied:
             words.append(f"{denied} of {len(made.claims)} claims not borne out")

@@ -44,12 +44,17 @@ def _attempt(item: Item, runs: PaperRuns) -> Outcome:
     return Outcome(item, made, failure, time.monotonic() - start)
 
 
-def output_folder(folder: Path) -> Path:
-    """Return the folder for the results, made if absent. Raises InputError where it cannot be made or written."""
+def make_folder(folder: Path) -> None:
+    """Make a folder if absent. Raises InputError where that is impossible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot make the folder '{folder}': {error.strerror or error}") from None
+
+
+def output_folder(folder: Path) -> Path:
+    """Return the folder for the results, made if absent. Raises InputError where it cannot be made or written."""
+    make_folder(folder)
     for name in (_NUMBERS, _PAGE):
         require_writable(folder / name)
     return folder
