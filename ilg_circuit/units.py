@@ -104,6 +104,17 @@ def parse(text: str, si_unit: str, what: str = "quantity") -> float:
     return value
 
 
+def si(value: str | float, si_unit: str, what: str) -> float:
+    """SI value of a text as `parse` reads it, or of a number that is in SI units already."""
+    return parse(value, si_unit, what) if isinstance(value, str) else float(value)
+
+
+def require_positive(what: str, value: float, unit: str = "") -> None:
+    """Raise InputError naming ``what`` for a ``value`` [``unit``] that is not positive or not finite."""
+    if not (math.isfinite(value) and value > 0):
+        raise InputError(f"{f'{what} {value:g} {unit}'.strip()} must be more than zero and finite")
+
+
 def format_quantity(value: float, si_unit: str, digits: int | None = None) -> str:
     """Text of an SI value with a fitting prefix; lossless when ``digits`` is None, else rounded to that many digits."""
     value = float(value)

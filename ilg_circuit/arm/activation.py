@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import InputError
+from ..units import require_positive
 from .lattice import Arm
 
 #: Where a muscle or an eigenstrain sits: the edge of the face towards +normal, that of the other face, the rods.
@@ -33,10 +34,14 @@ class Activation:
 
     def at(self, times: ArrayLike) -> Array:
         """Values at ``times`` [s] (k,): (k, n, 3)."""
-        wanted = np.asarray(times, dtype=np.float64)
-        flat = self.values.reshape(len(self.time), -1)
-        columns = [np.interp(wanted, self.time, column) for column in flat.T]
-        return np.stack(columns, axis=-1).reshape(*wanted.shape, *self.values.shape[1:])
+        flat = resampled(times, self.time, self.values.reshape(len(self.time), -1))
+        return flat.reshape(-1, *self.values.shape[1:])
+
+
+def resampled(times: ArrayLike, time: Array, columns: Array) -> Array:
+    """Values (k, n) at ``times`` (k,) of ``columns`` (t, n) that are linear between ``time`` (t,)."""
+    wanted = np.asarray(times, dtype=np.float64)
+    return np.stack([np.interp(wanted, time, column) for column in columns.T], axis=-1)
 
 
 def activation(arm: Arm, time: ArrayLike, values: ArrayLike, text: str = "activation") -> Activation:
@@ -98,9 +103,8 @@ def sampled(arm: Arm, signal: Callable[[Array], Array], times: ArrayLike, text: 
 
 def sine(arm: Arm, amplitude: float, period: float, duration: float) -> Activation:
     """Return the sine amplitude sin(2 pi t/period), bounded, equal in all segments, 200 points a period."""
-    for name, value in (("period", period), ("duration", duration)):
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} {value:g} s must be more than zero")
+    require_positive("period", period, "s")
+    require_positive("duration", duration, "s")
     largest = LARGEST_STRAIN if arm.formulation == "beam" else 1.0
     if not abs(amplitude) <= largest:
         raise InputError(f"amplitude {amplitude:g} is out of range; give {-largest:g} to {largest:g}")
@@ -125,8 +129,7 @@ def stiffening_wave(
     if arm.formulation != "yekutieli":
         raise InputError("the octopus' reach is a wave of stiffness: choose the formulation yekutieli")
     for name, value in (("bend", bend), ("speed", speed), ("front", front), ("duration", duration)):
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"wave: {name} is {value:g}; it must be more than zero")
+        require_positive(f"wave: {name}", value)
     times = np.linspace(0.0, duration, max(2, int(np.ceil(200 * duration)) + 1))
     x = (np.arange(arm.segments) + 0.5) * arm.segment_length
     behind = _rise((speed * np.maximum(times - bend, 0.0)[:, None] - x) / front)

@@ -26,11 +26,13 @@ WIDTH = 13
 _SOUND = 1e-9
 
 
+@compiled
 def matrix(n: int) -> Array:
     """Room for the equations of n segments."""
     return np.zeros((PER_ROD * n + WIDTH, 2 * WIDTH + 1))
 
 
+@compiled
 def vector(n: int) -> Array:
     """Room for a right-hand side; its values begin at `WIDTH`."""
     return np.zeros(PER_ROD * n + 2 * WIDTH)

@@ -7,6 +7,7 @@ behavioural source u = Vmax max(-1, min(1, out/A_ref)), for each segment a copy 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from ..cpg.network import Network
 from ..errors import SolveError
 from ..simulation.response import transient_band
 from ..strip.actuator import Actuator
+
+if TYPE_CHECKING:
+    from ..solve.ngspice import Run
 
 #: Error of the strains, relative to their largest value, beyond which a solve has failed.
 _LARGEST_ERROR = 1e-3
@@ -56,14 +60,11 @@ def through_circuits(strip: Actuator, times: Array, voltages: Array) -> Transien
     netlist = _netlist(strip, times)
     text, vectors = _bank(netlist, [f"{_plus(netlist)} external"] * voltages.shape[1])
     names = _names(vectors)
-    nodes, at = _nodes(times)
     found = []
     with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
         for parts in (1, 2):
-            grid = _divided(nodes, parts)
-            waves = np.array([np.interp(grid, times, voltage) for voltage in voltages.T])
-            raw = run(grid, waves)[:, parts - 1 :: parts][:, at]
-            found.append(_read(strip, netlist, vectors, dict(zip(names, raw, strict=True))))
+            waves = dict(zip(names, _solved(run, times, voltages, parts), strict=True))
+            found.append(_read(strip, netlist, vectors, waves))
     (charge_1, strain_1), (charge_2, strain_2) = found
     error = _certain(_change(strain_1, strain_2))
     empty = np.empty((0, 0))
@@ -99,15 +100,12 @@ def with_neurons(
     text = "\n".join([netlist_text(network, start).rstrip(), *sources, strips, TOLERANCES])
     rows = sorted({k + 1 for unit in units.tolist() for k in network.units[unit]})
     names = [*(f"y{k}" for k in rows), *(f"u{unit}" for unit in units.tolist()), *_names(vectors)]
-    nodes, at = _nodes(times)
     begun = np.maximum(start[: network.size], 0.0)
     before, error = np.empty(0), np.inf
     with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
         for halving in range(_MOST_HALVINGS + 1):
-            parts = 2**halving
-            grid = _divided(nodes, parts)
-            raw = run(grid, np.zeros(len(grid)))[:, parts - 1 :: parts][:, at]
-            waves = dict(zip(names, raw, strict=True))
+            undriven = np.zeros((len(times), 1))
+            waves = dict(zip(names, _solved(run, times, undriven, 2**halving), strict=True))
             charges, strains = _read(strip, netlist, vectors, waves)
             if halving:
                 error = _change(before, strains)
@@ -147,16 +145,17 @@ def _names(vectors: list[dict[str, str]]) -> list[str]:
     return list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
 
 
-def _nodes(times: Array) -> tuple[Array, NDArray[np.intp]]:
-    """The times with a start of short steps, and where, after 0, the times are among them."""
+def _solved(run: Run, times: Array, voltages: Array, parts: int) -> Array:
+    """Vectors at ``times`` (t,) after 0 under ``voltages`` [V] (t, n), from a start of short steps on.
+
+    Every interval is divided into so many ``parts``.
+    """
     launch = times[1] * 2.0 ** np.arange(np.floor(np.log2(_LAUNCH)), 0)
     nodes = np.concatenate([[0.0], launch, times[1:]])
-    return nodes, np.asarray(np.searchsorted(nodes, times[1:]) - 1, dtype=np.intp)
-
-
-def _divided(nodes: Array, parts: int) -> Array:
     inner = nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(parts) / parts
-    return np.append(inner.ravel(), nodes[-1])
+    grid = np.append(inner.ravel(), nodes[-1])
+    waves = np.array([np.interp(grid, times, voltage) for voltage in voltages.T])
+    return run(grid, waves)[:, parts - 1 :: parts][:, len(launch) :]
 
 
 def _read(

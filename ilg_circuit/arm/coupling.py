@@ -13,12 +13,11 @@ amplitude, or a given one.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import Array
+from ..arrays import Array, ComplexArray
 from ..circuit.strip import strip_netlist
 from ..cpg.network import Network
 from ..cpg.rhythm import rhythm as rhythm_of
@@ -29,8 +28,9 @@ from ..findings import Finding, Warned
 from ..solve.spectrum import spectrum
 from ..strip.actuator import PAPER, Actuator
 from ..strip.elements import lumped_elements
-from .activation import Activation, activation
-from .circuits import through_circuits, with_neurons
+from ..units import require_positive
+from .activation import Activation, activation, resampled
+from .circuits import Transient, through_circuits, with_neurons
 from .lattice import Arm
 
 MODES = ("ideal", "circuit", "charge")
@@ -86,26 +86,23 @@ class Coupled(Warned):
 
     def signals(self, times: ArrayLike) -> dict[str, Array]:
         """Outputs, voltages and charges at ``times`` [s] (k,), each (k, n), for a `Motion`."""
-        wanted = np.asarray(times, dtype=np.float64)
         found = {"outputs": self.outputs, "voltages": self.voltages, "charges": self.charges}
-        return {
-            name: np.stack([np.interp(wanted, self.time, wave) for wave in values.T], axis=1)
-            for name, values in found.items()
-        }
+        return {name: resampled(times, self.time, waves) for name, waves in found.items()}
 
     def portrait(self, times: ArrayLike) -> tuple[Array, Array]:
         """Outputs of the first unit's two neurons at ``times`` [s] (k,): the rhythm's phase portrait."""
-        one, two = self.run.network.units[0]
-        wanted = np.asarray(times, dtype=np.float64)
-        first, second = (np.interp(wanted, self.time, self.run.outputs[:, k]) for k in (one, two))
+        first, second = resampled(times, self.time, self.run.outputs[:, self.run.network.units[0]]).T
         return first, second
 
     def activation(self, arm: Arm) -> Activation:
         """For an ``arm`` of as many segments: strains for a beam, strains over the largest for yekutieli's muscles."""
-        values = self.strains if arm.formulation == "beam" else self.strains / self.largest_strain
-        if arm.formulation != "beam":
-            values = np.clip(values, -1.0, 1.0)
+        values = driving(arm, self.strains, self.largest_strain)
         return activation(arm, self.time, values, f"{self.mode} coupling to {len(self.run.network.units)} unit(s)")
+
+
+def driving(arm: Arm, strains: Array, largest: float) -> Array:
+    """Return ``strains`` as they drive an ``arm``: themselves a beam, over the ``largest`` yekutieli's muscles."""
+    return strains if arm.formulation == "beam" else np.clip(strains / largest, -1.0, 1.0)
 
 
 def couple(
@@ -135,8 +132,8 @@ def couple(
         raise InputError(f"coupling is '{mode}'; choose one of {', '.join(MODES)}")
     if segments < 1:
         raise InputError(f"{segments} segments: give one or more")
-    if not (np.isfinite(voltage) and voltage > 0):
-        raise InputError(f"voltage {voltage:g} V must be more than zero and finite")
+    require_positive("voltage", voltage, "V")
+    require_positive("duration", duration, "s")
     if not (np.isfinite(slower) and slower > 0):
         raise InputError(f"the rhythm cannot be {slower:g} times slower; give a number above zero")
     if reference is not None and not (np.isfinite(reference) and reference > 0):
@@ -145,9 +142,7 @@ def couple(
         raise InputError("ideal coupling has no circuit to put the neurons in; choose circuit or charge")
     if actuator.coupling is None:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]: it cannot move an arm")
-    network = replace(network, rise_time=slower * network.rise_time, adaptation_time=slower * network.adaptation_time)
-    if not (np.isfinite(duration) and duration > 0):
-        raise InputError(f"duration {duration:g} s must be more than zero")
+    network = network.slowed(slower)
     times = _times(network, rhythm_of(network, start).period, duration)
     rhythm = run_network(network, times, start)
     of_segment = unit_of_segment(len(network.units), segments, units)
@@ -165,9 +160,8 @@ def couple(
             outputs, voltages = found.outputs, found.voltages
         else:
             found = through_circuits(strip, times, voltages)
-        charges, moved, error = found.charges, found.strains, found.error
-        rest = strip_charge(strip) * voltage
-        strains = moved if mode == "circuit" else largest * charges / rest
+        charges, error = found.charges, found.error
+        strains = transferred(found, mode, strip, voltage, largest)
     return Coupled(
         mode=mode,
         run=rhythm,
@@ -180,6 +174,11 @@ def couple(
         scales=_scales(strip, mode, rhythm.period),
         error=error,
     )
+
+
+def transferred(found: Transient, mode: str, strip: Actuator, voltage: float, largest: float) -> Array:
+    """Return the strains by ``mode``: those of the circuit, or ``largest`` times the charge over its final value."""
+    return found.strains if mode == "circuit" else largest * found.charges / (strip_charge(strip) * voltage)
 
 
 def lumped_strain(actuator: Actuator, voltage: float) -> float:
@@ -199,8 +198,7 @@ def strip_charge(actuator: Actuator) -> float:
 def segment_strip(actuator: Actuator, segments: int, length: float | None = None) -> Actuator:
     """Return the piece of strip of one segment: R L/l, C l/L, time constants unchanged; ``length`` l [m]."""
     piece = actuator.geometry.free_length / segments if length is None else length
-    if not (np.isfinite(piece) and piece > 0):
-        raise InputError(f"segment length {piece:g} m must be more than zero")
+    require_positive("segment length", piece, "m")
     geometry = replace(actuator.geometry, length=piece, free_length=piece, load_position=None)
     return replace(actuator, geometry=geometry, name=f"segment of {actuator.name}")
 
@@ -234,18 +232,17 @@ def _scales(strip: Actuator, mode: str, period: float | None) -> tuple[TimeScale
     if period is None:
         return ()
     periods = period * np.array([1.0, 10.0, 100.0])
-    if mode == "ideal":
-        return tuple(TimeScale(float(p), 1.0, 0.0) for p in periods)
-    frequencies = 1 / periods[::-1]
-    band = (0.1 * frequencies[0], 10 * frequencies[-1])
-    netlist = strip_netlist(strip, beam="static", band=band)
-    found = spectrum(netlist, frequencies, engine="exact")
-    answer = found.output("displacement" if mode == "circuit" else "charge")[::-1]
-    g = strip.geometry
-    at_rest: Any = (
-        lumped_strain(strip, 1e-6) / 1e-6 * g.length**2 / g.thickness if mode == "circuit" else strip_charge(strip)
-    )
-    ratio = answer / at_rest
+    ratio = np.ones(3) if mode == "ideal" else _transfer(strip, mode, 1 / periods[::-1])[::-1]
     return tuple(
         TimeScale(float(p), float(abs(r)), float(np.degrees(np.angle(r)))) for p, r in zip(periods, ratio, strict=True)
     )
+
+
+def _transfer(strip: Actuator, mode: str, frequencies: Array) -> ComplexArray:
+    """Return the transfer at ``frequencies`` [Hz], ascending (f,), over its static value, by the exact engine."""
+    netlist = strip_netlist(strip, beam="static", band=(0.1 * frequencies[0], 10 * frequencies[-1]))
+    found = spectrum(netlist, frequencies, engine="exact")
+    if mode == "charge":
+        return found.output("charge") / strip_charge(strip)
+    g = strip.geometry
+    return found.output("displacement") / (lumped_strain(strip, 1e-6) / 1e-6 * g.length**2 / g.thickness)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -139,10 +138,13 @@ def simulate(
             progress(round(1000 * run.clock[0] / duration), 1000)
     if status != DONE:
         raise _failure(run, status)
+    _, steps, refused, _ = run.counts.tolist()
+    *_, shortest, longest = run.clock.tolist()
+    taken = {"steps": steps, "shortest": shortest, "longest": longest, "refused": refused}
     events = [
         Event(0.0, Finding("arm-method", values={"method": name, "reason": reason})),
         Event(0.0, Finding("arm-step-error", values={"tolerance": tolerance, "scale": run.tolerance_q / tolerance})),
-        Event(duration, Finding("arm-steps", values=_steps(run))),
+        Event(duration, Finding("arm-steps", values=taken)),
     ]
     return motion(arm, drive, samples, run, name, _watch(arm, samples, run) + events)
 
@@ -187,35 +189,25 @@ def _prepare(
     )
 
 
-def _steps(run: Integration) -> dict[str, Any]:
-    shortest, longest = float(run.clock[6]), float(run.clock[7])
-    return {"steps": int(run.counts[1]), "shortest": shortest, "longest": longest, "refused": int(run.counts[2])}
-
-
 def _failure(run: Integration, status: int) -> SolveError:
     where = f"segment {max(int(run.counts[3]), 1)} at {run.clock[0]:.6g} s"
-    if status == NOT_FINITE:
-        return SolveError(
-            f"the arm's motion is not finite any more in {where}; is the activation or a load too strong?"
-        )
-    return SolveError(f"no step is small enough for the arm in {where}; is the activation or a load too strong?")
+    what = "the arm's motion is not finite any more" if status == NOT_FINITE else "no step is small enough for the arm"
+    return SolveError(f"{what} in {where}; is the activation or a load too strong?")
 
 
 def _watch(arm: Arm, samples: Array, run: Integration) -> list[Event]:
     """Return the events visible in the samples: the outline crosses itself, the plane is touched."""
     events = []
     for time, q in zip(samples, run.positions, strict=True):
-        segment = crosses_itself(q)
+        segment = int(crosses_itself(q))
         if segment:
-            finding = Finding("arm-crosses-itself", values={"segment": int(segment)})
-            events.append(Event(float(time), finding, warning=True))
+            events.append(Event(float(time), Finding("arm-crosses-itself", values={"segment": segment}), warning=True))
             break
     if arm.plane is not None:
         normal = np.array(arm.plane.normal)
         depth = (np.array(arm.plane.point) - run.positions.reshape(len(samples), -1, 2, 2)) @ normal
         touched = np.argwhere(depth > 0)
         if len(touched):
-            at, rod, _ = touched[0]
-            finding = Finding("arm-touches-plane", values={"segment": max(int(rod), 1)})
-            events.append(Event(float(samples[at]), finding))
+            at, rod, _ = touched[0].tolist()
+            events.append(Event(float(samples[at]), Finding("arm-touches-plane", values={"segment": max(rod, 1)})))
     return events

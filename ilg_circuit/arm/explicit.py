@@ -91,20 +91,15 @@ def add_works(m: Model, run: Integration, h: float, states: Array, activations: 
     a, b, c = activations[0], activations[1], activations[2]
     power = np.zeros(4)
     for k in range(3):
-        for i in range(a.shape[0]):
-            for x in range(3):
-                bend = (a[i, x] - 2 * b[i, x] + c[i, x]) * (2 * k - 2)
-                rate[i, x] = (c[i, x] - a[i, x] + bend) / h
+        rate[:] = (c - a + (a - 2 * b + c) * (2 * k - 2)) / h
         powers(m, states[k, 0], states[k, 1], activations[k], rate, power)
-        weight = h * (4.0 if k == 1 else 1.0) / 6
-        for x in range(4):
-            run.clock[2 + x] += weight * power[x]
+        run.clock[2:6] += h * (4.0 if k == 1 else 1.0) / 6 * power
 
 
 @compiled
-def record(run: Integration, k: int, q: Array, v: Array, p: Array) -> None:
-    """Write the state at stop k, if it is a sample."""
-    s = run.sample[k]
+def record(run: Integration, q: Array, v: Array, p: Array) -> None:
+    """Write the state at the present stop, if it is a sample."""
+    s = run.sample[run.counts[0]]
     if s >= 0:
         run.positions[s] = q
         run.velocities[s] = v
@@ -113,21 +108,39 @@ def record(run: Integration, k: int, q: Array, v: Array, p: Array) -> None:
 
 
 @compiled
-def fit_step(run: Integration, k: int) -> tuple[float, bool]:
-    """Step [s] that fits to stop k + 1, and whether it ends there."""
-    left = run.stops[k + 1] - run.clock[0]
-    if run.clock[1] >= left * (1 - 1e-9):
-        return left, True
-    return min(run.clock[1], 0.5 * left) if run.clock[1] > 0.5 * left else run.clock[1], False
+def begin(run: Integration) -> tuple[Array, Array]:
+    """States and activations, as `add_works` takes them, with the first of each set."""
+    n = run.values.shape[1]
+    states, activations = np.zeros((3, 2, n + 1, 4)), np.zeros((3, n, 3))
+    states[0, 0], states[0, 1] = run.q, run.v
+    states[2, 0, 0] = states[1, 0, 0] = run.q[0]
+    interpolate(run, run.clock[0], activations[0])
+    return states, activations
 
 
 @compiled
-def accept(run: Integration, k: int, h: float, last: bool) -> None:
-    """Move the clock on by ``h`` and count the step."""
-    run.clock[0] = run.stops[k + 1] if last else run.clock[0] + h
+def fit_step(run: Integration) -> tuple[float, bool]:
+    """Step [s] that fits to the next stop, and whether it ends there."""
+    left = run.stops[run.counts[0] + 1] - run.clock[0]
+    if run.clock[1] >= left * (1 - 1e-9):
+        return left, True
+    return min(run.clock[1], 0.5 * left), False
+
+
+@compiled
+def accept(run: Integration, h: float, last: bool, q: Array, v: Array, p: Array) -> int:
+    """Move on by ``h`` to the state ``q``, ``v`` with pressures ``p``; returns `DONE` at the last stop, or `PAUSE`."""
+    run.q[:] = q
+    run.v[:] = v
+    run.clock[0] += h
     run.counts[1] += 1
     run.clock[6] = min(run.clock[6], h)
     run.clock[7] = max(run.clock[7], h)
+    if last:
+        run.counts[0] += 1
+        run.clock[0] = run.stops[run.counts[0]]
+        record(run, q, v, p)
+    return DONE if run.counts[0] == run.stops.shape[0] - 1 else PAUSE
 
 
 @compiled
@@ -182,55 +195,37 @@ def explicit(m: Model, run: Integration) -> int:
     clock = run.clock
     n = m.area.shape[0]
     K, L = np.zeros((7, n + 1, 4)), np.zeros((7, n + 1, 4))  # stages' velocities and accelerations
-    states, activations = np.zeros((3, 2, n + 1, 4)), np.zeros((3, n, 3))
-    states[0, 0], states[0, 1] = run.q, run.v
-    states[2, 0, 0] = states[1, 0, 0] = run.q[0]
+    states, activations = begin(run)
     q, v, x, w = states[0, 0], states[0, 1], states[2, 0], states[2, 1]
-    middle_q, middle_v = states[1, 0], states[1, 1]
     a, rate, zero = activations[2], np.zeros((n, 3)), np.zeros((n + 1, 4))
     p, work, error_q, error_v = np.zeros(n), np.zeros((n, 6)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
-    k = run.counts[0]
-    interpolate(run, clock[0], activations[0])
     acceleration(m, q, v, activations[0], p, L[0], work)
-    steps = 0
-    while True:
-        if clock[0] == run.stops[k]:
-            record(run, k, q, v, p)
-        while clock[0] < run.stops[k + 1]:
-            h, last = fit_step(run, k)
-            K[0] = v
-            for s in range(6):
-                weighted_sum(_A[s], K, s + 1, h, q, x)
-                weighted_sum(_A[s], L, s + 1, h, v, w)
-                interpolate(run, clock[0] + _C[s] * h, a)
-                K[s + 1] = w
-                acceleration(m, x, w, a, p, L[s + 1], work)
-            weighted_sum(_ERROR, K, 7, h, zero, error_q)
-            weighted_sum(_ERROR, L, 7, h, zero, error_v)
-            error = largest_error(run, error_q, error_v)
-            if not change_step(run, h, error, 5.0):
-                if clock[1] < 1e-14 * run.stops[-1]:
-                    return TOO_SMALL if math.isfinite(error) else NOT_FINITE
-                continue
-            # the quintic through both ends in the step's middle
-            for j in range(1, n + 1):
-                for c in range(4):
-                    q0, q1, v0, v1, a0, a1 = q[j, c], x[j, c], v[j, c], w[j, c], L[0, j, c], L[6, j, c]
-                    middle_q[j, c] = (q0 + q1) / 2 + 5 * h / 32 * (v0 - v1) + h * h / 64 * (a0 + a1)
-                    middle_v[j, c] = 15 / 8 * (q1 - q0) / h - 7 / 16 * (v0 + v1) + h / 32 * (a1 - a0)
-            interpolate(run, clock[0] + 0.5 * h, activations[1])
-            add_works(m, run, h, states, activations, rate)
-            states[0] = states[2]
-            activations[0] = activations[2]
-            L[0] = L[6]
-            accept(run, k, h, last)
-            steps += 1
-            if steps >= STEPS_A_CALL and not last:
-                run.q[:] = q
-                run.v[:] = v
-                return PAUSE
-        k += 1
-        run.counts[0] = k
-        if k == run.stops.shape[0] - 1:
-            record(run, k, q, v, p)
+    if run.counts[1] == 0:
+        record(run, q, v, p)
+    for _ in range(STEPS_A_CALL):
+        h, last = fit_step(run)
+        K[0] = v
+        for s in range(6):
+            weighted_sum(_A[s], K, s + 1, h, q, x)
+            weighted_sum(_A[s], L, s + 1, h, v, w)
+            interpolate(run, clock[0] + _C[s] * h, a)
+            K[s + 1] = w
+            acceleration(m, x, w, a, p, L[s + 1], work)
+        weighted_sum(_ERROR, K, 7, h, zero, error_q)
+        weighted_sum(_ERROR, L, 7, h, zero, error_v)
+        error = largest_error(run, error_q, error_v)
+        if not change_step(run, h, error, 5.0):
+            if clock[1] < 1e-14 * run.stops[-1]:
+                return TOO_SMALL if math.isfinite(error) else NOT_FINITE
+            continue
+        # the quintic through both ends in the step's middle
+        states[1, 0] = (q + x) / 2 + 5 * h / 32 * (v - w) + h * h / 64 * (L[0] + L[6])
+        states[1, 1] = 15 / 8 * (x - q) / h - 7 / 16 * (v + w) + h / 32 * (L[6] - L[0])
+        interpolate(run, clock[0] + 0.5 * h, activations[1])
+        add_works(m, run, h, states, activations, rate)
+        states[0] = states[2]
+        activations[0] = activations[2]
+        L[0] = L[6]
+        if accept(run, h, last, q, v, p) == DONE:
             return DONE
+    return PAUSE

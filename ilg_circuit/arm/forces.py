@@ -20,14 +20,23 @@ POWERS = ("actuator", "damping", "drag", "impact")
 
 
 @compiled
-def rod_activation(a: Array, j: int) -> float:
-    """Activation across the arm at rod j: the mean of the neighbouring cells'."""
-    n = a.shape[0]
-    if j == 0:
-        return float(a[0, 2])
-    if j == n:
-        return float(a[n - 1, 2])
-    return float(0.5 * (a[j - 1, 2] + a[j, 2]))
+def spring_activation(m: Model, a: Array, k: int) -> float:
+    """Activation of spring k: the mean of its cells'."""
+    channel = m.spring[k, 6]
+    return float(0.5 * (a[m.spring[k, 4], channel] + a[m.spring[k, 5], channel]))
+
+
+@compiled
+def spring_state(m: Model, q: Array, v: Array, a: Array, k: int) -> tuple[float, float, float, float, float, float]:
+    """Direction of spring k from its first node to its second (2), length, its rate, stretch, and stiffness."""
+    j, x, i, y = m.spring[k, 0], m.spring[k, 1], m.spring[k, 2], m.spring[k, 3]
+    dx, dy = q[i, y] - q[j, x], q[i, y + 1] - q[j, x + 1]
+    length = math.sqrt(dx * dx + dy * dy)
+    nx, ny = dx / length, dy / length
+    rate = nx * (v[i, y] - v[j, x]) + ny * (v[i, y + 1] - v[j, x + 1])
+    active = spring_activation(m, a, k)
+    stretch = length - m.spring_length[k] * (1 + m.strain * active)
+    return nx, ny, length, rate, stretch, m.spring_stiffness[k] + m.spring_active[k] * active
 
 
 @compiled
@@ -46,35 +55,17 @@ def shear_state(m: Model, q: Array, e: int) -> tuple[float, float, float, float]
 @compiled
 def forces(m: Model, q: Array, v: Array, a: Array, f: Array) -> None:
     """All forces but those of the pressures [N], into ``f``."""
-    n = a.shape[0]
-    for j in range(n + 1):
+    for j in range(q.shape[0]):
         f[j, 0] = f[j, 2] = m.mass[j] * m.weight_x
         f[j, 1] = f[j, 3] = m.mass[j] * m.weight_y
-    for i in range(n):
-        for s in range(2):
-            x, y = 2 * s, 2 * s + 1
-            dx, dy = q[i + 1, x] - q[i, x], q[i + 1, y] - q[i, y]
-            length = math.sqrt(dx * dx + dy * dy)
-            rate = (dx * (v[i + 1, x] - v[i, x]) + dy * (v[i + 1, y] - v[i, y])) / length
-            stretch = length - m.edge_length[i, s] * (1 + m.strain * a[i, s])
-            tension = (m.edge_stiffness[i, s] + m.edge_active[i, s] * a[i, s]) * stretch + m.edge_damping[i, s] * rate
-            gx, gy = tension * dx / length, tension * dy / length
-            f[i, x] += gx
-            f[i, y] += gy
-            f[i + 1, x] -= gx
-            f[i + 1, y] -= gy
-    for j in range(n + 1):
-        dx, dy = q[j, 0] - q[j, 2], q[j, 1] - q[j, 3]
-        length = math.sqrt(dx * dx + dy * dy)
-        rate = (dx * (v[j, 0] - v[j, 2]) + dy * (v[j, 1] - v[j, 3])) / length
-        active = rod_activation(a, j)
-        stretch = length - m.rod_length[j] * (1 + m.strain * active)
-        tension = (m.rod_stiffness[j] + m.rod_active[j] * active) * stretch + m.rod_damping[j] * rate
-        gx, gy = tension * dx / length, tension * dy / length
-        f[j, 0] -= gx
-        f[j, 1] -= gy
-        f[j, 2] += gx
-        f[j, 3] += gy
+    for k in range(m.spring.shape[0]):
+        nx, ny, _, rate, stretch, stiffness = spring_state(m, q, v, a, k)
+        tension = stiffness * stretch + m.spring_damping[k] * rate
+        j, x, i, y = m.spring[k, 0], m.spring[k, 1], m.spring[k, 2], m.spring[k, 3]
+        f[j, x] += tension * nx
+        f[j, x + 1] += tension * ny
+        f[i, y] -= tension * nx
+        f[i, y + 1] -= tension * ny
     if m.sheared:
         _shear_forces(m, q, v, f)
     if m.dragged:
@@ -178,15 +169,40 @@ def cell_area(q: Array, i: int) -> float:
 def add_pressures(q: Array, p: Array, f: Array) -> None:
     """Add the forces of pressures ``p`` to ``f``: G^T p."""
     for i in range(p.shape[0]):
-        gx, gy, hx, hy = area_gradient(q, i)
-        f[i + 1, 0] += p[i] * gx
-        f[i + 1, 1] += p[i] * gy
-        f[i, 2] -= p[i] * gx
-        f[i, 3] -= p[i] * gy
-        f[i, 0] += p[i] * hx
-        f[i, 1] += p[i] * hy
-        f[i + 1, 2] -= p[i] * hx
-        f[i + 1, 3] -= p[i] * hy
+        g = area_gradient(q, i)
+        for x in range(2):
+            f[i + 1, x] += p[i] * g[x]
+            f[i, 2 + x] -= p[i] * g[x]
+            f[i, x] += p[i] * g[2 + x]
+            f[i + 1, 2 + x] -= p[i] * g[2 + x]
+
+
+@compiled
+def eliminate(m: Model, q: Array, i: int, load: float, p: Array, work: Array) -> None:
+    """Row i of the tridiagonal equations (G M^-1 G^T) p = load: eliminate row i - 1; ``work`` (n, 6) is scratch."""
+    g = area_gradient(q, i)
+    near, far = m.mobility[i], m.mobility[i + 1]
+    diagonal = (g[0] ** 2 + g[1] ** 2 + g[2] ** 2 + g[3] ** 2) * (near + far)
+    if i > 0:
+        coupling = near * (
+            work[i - 1, 0] * g[2] + work[i - 1, 1] * g[3] + work[i - 1, 2] * g[0] + work[i - 1, 3] * g[1]
+        )
+        ratio = coupling / work[i - 1, 4]
+        diagonal -= ratio * coupling
+        load -= ratio * p[i - 1]
+        work[i, 5] = coupling
+    work[i, 0], work[i, 1], work[i, 2], work[i, 3] = g
+    work[i, 4] = diagonal
+    p[i] = load
+
+
+@compiled
+def substitute(p: Array, work: Array) -> None:
+    """Solve the equations of `eliminate` backwards, ``p`` in place."""
+    n = p.shape[0]
+    p[n - 1] /= work[n - 1, 4]
+    for i in range(n - 2, -1, -1):
+        p[i] = (p[i] - work[i + 1, 5] * p[i + 1]) / work[i, 4]
 
 
 @compiled
@@ -199,7 +215,6 @@ def acceleration(m: Model, q: Array, v: Array, a: Array, p: Array, acc: Array, w
     forces(m, q, v, a, acc)
     for i in range(n):
         g = area_gradient(q, i)
-        work[i, 0], work[i, 1], work[i, 2], work[i, 3] = g
         near, far = m.mobility[i], m.mobility[i + 1]
         push = far * (
             g[0] * acc[i + 1, 0] + g[1] * acc[i + 1, 1] - g[2] * acc[i + 1, 2] - g[3] * acc[i + 1, 3]
@@ -207,20 +222,8 @@ def acceleration(m: Model, q: Array, v: Array, a: Array, p: Array, acc: Array, w
         rate = area_gradient(v, i)
         error = 0.5 * along_gradient(g, q, i) - m.area[i]
         load = -push - along_gradient(rate, v, i) - 2 * m.beta * along_gradient(g, v, i) - m.beta**2 * error
-        diagonal = (g[0] ** 2 + g[1] ** 2 + g[2] ** 2 + g[3] ** 2) * (near + far)
-        if i > 0:
-            coupling = near * (
-                work[i - 1, 0] * g[2] + work[i - 1, 1] * g[3] + work[i - 1, 2] * g[0] + work[i - 1, 3] * g[1]
-            )
-            ratio = coupling / work[i - 1, 4]
-            diagonal -= ratio * coupling
-            load -= ratio * p[i - 1]
-            work[i, 5] = coupling
-        work[i, 4] = diagonal
-        p[i] = load
-    p[n - 1] /= work[n - 1, 4]
-    for i in range(n - 2, -1, -1):
-        p[i] = (p[i] - work[i + 1, 5] * p[i + 1]) / work[i, 4]
+        eliminate(m, q, i, load, p, work)
+    substitute(p, work)
     add_pressures(q, p, acc)
     for j in range(n + 1):
         for x in range(4):

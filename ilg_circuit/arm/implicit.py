@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from ..arrays import Array
-from .banded import PER_ROD, WIDTH, assemble, factorise, solve
+from .banded import PER_ROD, WIDTH, assemble, factorise, matrix, solve, vector
 from .compiled import compiled
 from .explicit import (
     DONE,
@@ -26,6 +26,7 @@ from .explicit import (
     Integration,
     accept,
     add_works,
+    begin,
     change_step,
     fit_step,
     interpolate,
@@ -33,7 +34,7 @@ from .explicit import (
     record,
     weighted_sum,
 )
-from .forces import acceleration, along_gradient, area_gradient
+from .forces import acceleration, add_pressures, along_gradient, area_gradient, eliminate, substitute
 from .jacobian import derivatives, multiply
 from .lattice import Model
 
@@ -84,45 +85,24 @@ def constraint_rows(m: Model, q: Array, v: Array, acc: Array, H: float, C: Array
 
 
 @compiled
-def project(m: Model, q: Array, v: Array, p: Array, work: Array) -> None:
+def project(m: Model, q: Array, v: Array, p: Array, work: Array, push: Array) -> None:
     """Move ``q`` and ``v`` the least, weighted by mass, so that areas and their rates are right to second order.
 
     Steps may be long beside 1/beta, with which the stabilisation alone would bring the areas back: what is left of an
-    error there costs later steps far more than this. ``p`` (n,) and ``work`` (n, 6) are scratch.
+    error there costs later steps far more than this. ``p`` (n,), ``work`` (n, 6) and ``push`` (n + 1, 4) are scratch.
     """
-    n = p.shape[0]
     for part in range(2):
         target = q if part == 0 else v
-        for i in range(n):
+        for i in range(p.shape[0]):
             g = area_gradient(q, i)
-            near, far = m.mobility[i], m.mobility[i + 1]
             load = along_gradient(g, v, i) if part == 1 else 0.5 * along_gradient(g, q, i) - m.area[i]
-            diagonal = (g[0] ** 2 + g[1] ** 2 + g[2] ** 2 + g[3] ** 2) * (near + far)
-            if i > 0:
-                coupling = near * (
-                    work[i - 1, 0] * g[2] + work[i - 1, 1] * g[3] + work[i - 1, 2] * g[0] + work[i - 1, 3] * g[1]
-                )
-                ratio = coupling / work[i - 1, 4]
-                diagonal -= ratio * coupling
-                load -= ratio * p[i - 1]
-                work[i, 5] = coupling
-            work[i, 0], work[i, 1], work[i, 2], work[i, 3] = g
-            work[i, 4] = diagonal
-            p[i] = load
-        p[n - 1] /= work[n - 1, 4]
-        for i in range(n - 2, -1, -1):
-            p[i] = (p[i] - work[i + 1, 5] * p[i + 1]) / work[i, 4]
-        for i in range(n):
-            gx, gy, hx, hy = work[i, 0], work[i, 1], work[i, 2], work[i, 3]
-            near, far = p[i] * m.mobility[i], p[i] * m.mobility[i + 1]
-            target[i + 1, 0] -= far * gx
-            target[i + 1, 1] -= far * gy
-            target[i, 2] += near * gx
-            target[i, 3] += near * gy
-            target[i, 0] -= near * hx
-            target[i, 1] -= near * hy
-            target[i + 1, 2] += far * hx
-            target[i + 1, 3] += far * hy
+            eliminate(m, q, i, load, p, work)
+        substitute(p, work)
+        push[:] = 0.0
+        add_pressures(q, p, push)
+        for j in range(q.shape[0]):
+            for x in range(4):
+                target[j, x] -= m.mobility[j] * push[j, x]
 
 
 @compiled
@@ -131,87 +111,66 @@ def implicit(m: Model, run: Integration) -> int:
     clock = run.clock
     n = m.area.shape[0]
     K, L = np.zeros((6, n + 1, 4)), np.zeros((6, n + 1, 4))
-    states, activations = np.zeros((3, 2, n + 1, 4)), np.zeros((3, n, 3))
-    states[0, 0], states[0, 1] = run.q, run.v
-    states[2, 0, 0] = states[1, 0, 0] = run.q[0]
+    states, activations = begin(run)
     q, v, x, w = states[0, 0], states[0, 1], states[2, 0], states[2, 1]
     acc, first, rq, rv = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
     turned, drift = np.zeros((n + 1, 4)), np.zeros((1, n + 1, 4))
     a, rate, p, work = activations[2], np.zeros((n, 3)), np.zeros(n), np.zeros((n, 6))
     S, D = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4))
-    C, E, A = np.zeros((n, 4)), np.zeros((n, 4)), np.zeros((PER_ROD * n + WIDTH, 2 * WIDTH + 1))
-    padded = np.zeros(PER_ROD * n + 2 * WIDTH)
-    b = padded[WIDTH : WIDTH + PER_ROD * n]
-    k = run.counts[0]
-    interpolate(run, clock[0], activations[0])
+    C, E, A, padded = np.zeros((n, 4)), np.zeros((n, 4)), matrix(n), vector(n)
+    rows, mass = padded[WIDTH : WIDTH + PER_ROD * n].reshape(n, PER_ROD), m.mass[1:].reshape(n, 1)
     acceleration(m, q, v, activations[0], p, first, work)
-    steps = 0
-    while True:
-        if clock[0] == run.stops[k]:
-            record(run, k, q, v, p)
-        while clock[0] < run.stops[k + 1]:
-            derivatives(m, q, v, activations[0], p, S, D)
-            while True:
-                h, last = fit_step(run, k)
-                H = _GAMMA * h
-                constraint_rows(m, q, v, first, H, C, E)
-                scale = assemble(m, q, C, S, D, 1.0, H, H * H, A)
-                sound = factorise(A)
-                # forces are linear in the activation: h times their slope is the change by h times its slope, which is
-                # that of the parabola through the step's ends and middle
-                interpolate(run, clock[0] + 0.5 * h, activations[1])
-                interpolate(run, clock[0] + h, a)
-                for i in range(n):
-                    for c in range(3):
-                        rate[i, c] = 4 * activations[1, i, c] - 2 * activations[0, i, c] - a[i, c]
-                acceleration(m, q, v, rate, p, drift[0], work)
-                drift[0] -= first
-                for s in range(6):
-                    weighted_sum(_A[s], K, s, 1.0, q, x)
-                    weighted_sum(_A[s], L, s, 1.0, v, w)
-                    weighted_sum(_C[s], K, s, 1 / h, w, rq)
-                    if s == 0:
-                        weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, first, rv)
-                    else:
-                        interpolate(run, clock[0] + _TIMES[s] * h, a)
-                        acceleration(m, x, w, a, p, acc, work)
-                        weighted_sum(_C[s], L, s, 1 / h, acc, rv)
-                        weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, rv, rv)
-                    multiply(S, rq, turned)
-                    for j in range(1, n + 1):
-                        for c in range(4):
-                            b[PER_ROD * (j - 1) + c] = H * m.mass[j] * rv[j, c] + H * H * turned[j, c]
-                    for i in range(n):
-                        e = (E[i, 0], E[i, 1], E[i, 2], E[i, 3])
-                        g = area_gradient(q, i)
-                        b[PER_ROD * i + 4] = scale * (H * along_gradient(g, rv, i) - H * H * along_gradient(e, rq, i))
-                    solve(A, padded)
-                    for j in range(1, n + 1):
-                        for c in range(4):
-                            L[s, j, c] = b[PER_ROD * (j - 1) + c]
-                            K[s, j, c] = H * (L[s, j, c] + rq[j, c])
-                error = largest_error(run, K[5], L[5]) if sound else math.inf
-                if change_step(run, h, error, 4.0):
-                    break
-                if clock[1] < 1e-14 * run.stops[-1]:
-                    return TOO_SMALL if math.isfinite(error) else NOT_FINITE
-            x += K[5]
-            w += L[5]
-            project(m, x, w, p, work)
-            weighted_sum(_INSIDE, K, 5, 1.0, 0.5 * (q + x), states[1, 0])
-            weighted_sum(_INSIDE, L, 5, 1.0, 0.5 * (v + w), states[1, 1])
-            add_works(m, run, h, states, activations, rate)
-            states[0] = states[2]
-            activations[0] = activations[2]
-            acceleration(m, q, v, activations[0], p, first, work)
-            accept(run, k, h, last)
-            steps += 1
-            if steps >= STEPS_A_CALL and not last:
-                run.q[:] = q
-                run.v[:] = v
-                return PAUSE
-        k += 1
-        run.counts[0] = k
-        if k == run.stops.shape[0] - 1:
-            record(run, k, q, v, p)
+    derivatives(m, q, v, activations[0], p, S, D)
+    if run.counts[1] == 0:
+        record(run, q, v, p)
+    for _ in range(STEPS_A_CALL):
+        h, last = fit_step(run)
+        H = _GAMMA * h
+        constraint_rows(m, q, v, first, H, C, E)
+        scale = assemble(m, q, C, S, D, 1.0, H, H * H, A)
+        sound = factorise(A)
+        # forces are linear in the activation: h times their slope is the change by h times its slope, which is that of
+        # the parabola through the step's ends and middle
+        interpolate(run, clock[0] + 0.5 * h, activations[1])
+        interpolate(run, clock[0] + h, a)
+        rate[:] = 4 * activations[1] - 2 * activations[0] - a
+        acceleration(m, q, v, rate, p, drift[0], work)
+        drift[0] -= first
+        for s in range(6):
+            weighted_sum(_A[s], K, s, 1.0, q, x)
+            weighted_sum(_A[s], L, s, 1.0, v, w)
+            weighted_sum(_C[s], K, s, 1 / h, w, rq)
+            if s == 0:
+                weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, first, rv)
+            else:
+                interpolate(run, clock[0] + _TIMES[s] * h, a)
+                acceleration(m, x, w, a, p, acc, work)
+                weighted_sum(_C[s], L, s, 1 / h, acc, rv)
+                weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, rv, rv)
+            multiply(S, rq, turned)
+            rows[:, :4] = H * mass * rv[1:] + H * H * turned[1:]
+            for i in range(n):
+                e = (E[i, 0], E[i, 1], E[i, 2], E[i, 3])
+                g = area_gradient(q, i)
+                rows[i, 4] = scale * (H * along_gradient(g, rv, i) - H * H * along_gradient(e, rq, i))
+            solve(A, padded)
+            L[s, 1:] = rows[:, :4]
+            K[s, 1:] = H * (L[s, 1:] + rq[1:])
+        error = largest_error(run, K[5], L[5]) if sound else math.inf
+        if not change_step(run, h, error, 4.0):
+            if clock[1] < 1e-14 * run.stops[-1]:
+                return TOO_SMALL if math.isfinite(error) else NOT_FINITE
+            continue
+        x += K[5]
+        w += L[5]
+        project(m, x, w, p, work, turned)
+        weighted_sum(_INSIDE, K, 5, 1.0, 0.5 * (q + x), states[1, 0])
+        weighted_sum(_INSIDE, L, 5, 1.0, 0.5 * (v + w), states[1, 1])
+        add_works(m, run, h, states, activations, rate)
+        states[0] = states[2]
+        activations[0] = activations[2]
+        acceleration(m, q, v, activations[0], p, first, work)
+        derivatives(m, q, v, activations[0], p, S, D)
+        if accept(run, h, last, q, v, p) == DONE:
             return DONE
+    return PAUSE

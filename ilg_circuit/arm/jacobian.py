@@ -12,75 +12,50 @@ import numpy as np
 
 from ..arrays import Array
 from .compiled import compiled
-from .forces import depth_in_plane, drag_of_cell, rod_activation, shear_state
+from .forces import depth_in_plane, drag_of_cell, shear_state, spring_state
 from .lattice import Model
 
 
 @compiled
-def _add(B: Array, j: int, x: int, i: int, y: int, scale: float, b: Array, top: int = 0, left: int = 0) -> None:
-    """Add ``scale`` b[top:top + 2, left:left + 2]: rod j, columns x, x + 1, by rod i, columns y, y + 1."""
+def _add(B: Array, j: int, x: int, i: int, y: int, scale: float, b: Array) -> None:
+    """Add ``scale`` b (2, 2): rod j, columns x, x + 1, by rod i, columns y, y + 1."""
     d = i - j + 2
     for r in range(2):
         for c in range(2):
-            B[j, d, x + r, y + c] += scale * b[top + r, left + c]
+            B[j, d, x + r, y + c] += scale * b[r, c]
 
 
 @compiled
-def _spring(
-    S: Array,
-    D: Array,
-    q: Array,
-    v: Array,
-    ends: tuple[int, int, int, int],
-    k: float,
-    rest: float,
-    damping: float,
-    block: Array,
-) -> None:
-    """A spring from rod ends[0], columns from ends[1], to rod ends[2], columns from ends[3]."""
-    j, x, i, y = ends
-    dx, dy = q[i, y] - q[j, x], q[i, y + 1] - q[j, x + 1]
-    wx, wy = v[i, y] - v[j, x], v[i, y + 1] - v[j, x + 1]
-    length = math.sqrt(dx * dx + dy * dy)
-    nx, ny = dx / length, dy / length
-    rate = nx * wx + ny * wy
-    stress = (k * (length - rest) + damping * rate) / length
-    gx = (k - stress) * nx + damping * (wx - rate * nx) / length
-    gy = (k - stress) * ny + damping * (wy - rate * ny) / length
-    block[0, 0], block[0, 1] = nx * gx + stress, nx * gy
-    block[1, 0], block[1, 1] = ny * gx, ny * gy + stress
-    _add(S, j, x, i, y, 1.0, block)
-    _add(S, j, x, j, x, -1.0, block)
-    _add(S, i, y, i, y, -1.0, block)
-    _add(S, i, y, j, x, 1.0, block)
-    if damping > 0:
-        block[0, 0], block[0, 1] = damping * nx * nx, damping * nx * ny
-        block[1, 0], block[1, 1] = block[0, 1], damping * ny * ny
-        _add(D, j, x, i, y, 1.0, block)
-        _add(D, j, x, j, x, -1.0, block)
-        _add(D, i, y, i, y, -1.0, block)
-        _add(D, i, y, j, x, 1.0, block)
+def _add_between(B: Array, j: int, x: int, i: int, y: int, b: Array) -> None:
+    """Add ``b`` of a force from rod j, column x, to rod i, column y, that their difference makes."""
+    _add(B, j, x, i, y, 1.0, b)
+    _add(B, j, x, j, x, -1.0, b)
+    _add(B, i, y, i, y, -1.0, b)
+    _add(B, i, y, j, x, 1.0, b)
 
 
 @compiled
 def derivatives(m: Model, q: Array, v: Array, a: Array, p: Array, S: Array, D: Array) -> None:
     """Derivatives of all forces, those of given pressures ``p`` included."""
-    n = a.shape[0]
     S[:] = 0.0
     D[:] = 0.0
     block = np.empty((2, 2))
-    for i in range(n):
-        for s in range(2):
-            k = m.edge_stiffness[i, s] + m.edge_active[i, s] * a[i, s]
-            rest = m.edge_length[i, s] * (1 + m.strain * a[i, s])
-            _spring(S, D, q, v, (i, 2 * s, i + 1, 2 * s), k, rest, m.edge_damping[i, s], block)
-    for j in range(n + 1):
-        active = rod_activation(a, j)
-        k = m.rod_stiffness[j] + m.rod_active[j] * active
-        rest = m.rod_length[j] * (1 + m.strain * active)
-        _spring(S, D, q, v, (j, 2, j, 0), k, rest, m.rod_damping[j], block)
+    for k in range(m.spring.shape[0]):
+        j, x, i, y = m.spring[k, 0], m.spring[k, 1], m.spring[k, 2], m.spring[k, 3]
+        nx, ny, length, rate, stretch, stiffness = spring_state(m, q, v, a, k)
+        damping = m.spring_damping[k]
+        stress = (stiffness * stretch + damping * rate) / length
+        gx = (stiffness - stress) * nx + damping * (v[i, y] - v[j, x] - rate * nx) / length
+        gy = (stiffness - stress) * ny + damping * (v[i, y + 1] - v[j, x + 1] - rate * ny) / length
+        block[0, 0], block[0, 1] = nx * gx + stress, nx * gy
+        block[1, 0], block[1, 1] = ny * gx, ny * gy + stress
+        _add_between(S, j, x, i, y, block)
+        if damping > 0:
+            block[0, 0], block[0, 1] = damping * nx * nx, damping * nx * ny
+            block[1, 0], block[1, 1] = block[0, 1], damping * ny * ny
+            _add_between(D, j, x, i, y, block)
     # the area's gradient is linear: each node's force turns with the diagonal's other ends
-    for i in range(n):
+    for i in range(a.shape[0]):
         block[0, 0] = block[1, 1] = 0.0
         block[0, 1], block[1, 0] = 0.5 * p[i], -0.5 * p[i]
         _add(S, i + 1, 0, i, 0, 1.0, block)

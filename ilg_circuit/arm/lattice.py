@@ -178,9 +178,11 @@ class Arm:
 class Model(NamedTuple):
     """An `Arm` as the kernels need it; n cells, n + 1 rods.
 
-    A spring's tension is (k + k_active a)(l - l0 (1 + strain a)) + c l'. ``edge_*`` (n, 2), ``rod_*`` (n + 1,); shear
-    energy 1/2 K (cos - cos0)^2 of E elements, cos between a direction r across the arm and a tangent t, which are sums
-    over three rods: of x(side 0) - x(side 1), and of x(side 0) + x(side 1), ``shear_index`` and weights (E, 3).
+    A spring's tension is (k + k_active a)(l - l0 (1 + strain a)) + c l'. The 3 n + 1 springs are the edges, by cell and
+    side, then the rods; ``spring`` (3 n + 1, 7): rod and column of x of its two nodes, the two cells whose mean
+    activation is its own (of an edge twice the same), and their channel. Shear energy 1/2 K (cos - cos0)^2 of E
+    elements, cos between a direction r across the arm and a tangent t, which are sums over three rods: of x(side 0) -
+    x(side 1), and of x(side 0) + x(side 1), ``shear_index`` and weights (E, 3).
     """
 
     mass: Array  # (n + 1,) of each of a rod's two nodes [kg]
@@ -188,14 +190,11 @@ class Model(NamedTuple):
     weight_x: float  # acceleration of gravity less buoyancy [m/s^2]
     weight_y: float
     strain: float  # 1: activation is an eigenstrain; 0: it is a stiffness
-    edge_length: Array
-    edge_stiffness: Array
-    edge_active: Array
-    edge_damping: Array
-    rod_length: Array
-    rod_stiffness: Array
-    rod_active: Array
-    rod_damping: Array
+    spring: Indices
+    spring_length: Array
+    spring_stiffness: Array
+    spring_active: Array
+    spring_damping: Array
     shear_index: Indices
     shear_across: Array
     shear_along: Array
@@ -211,7 +210,6 @@ class Model(NamedTuple):
     plane: Array  # point, normal (4,)
     plane_stiffness: float
     plane_damping: float
-    clamp: Array  # rod 0 (4,) [m]
 
 
 def model(arm: Arm) -> Model:
@@ -226,36 +224,27 @@ def model(arm: Arm) -> Model:
     """
     n, length = arm.segments, arm.segment_length
     q = arm.rest_positions()
-    edge_length = np.linalg.norm(np.diff(q, axis=0), axis=2)
-    rod_length = np.linalg.norm(q[:, 0] - q[:, 1], axis=1)
     ends = np.ones(n + 1)
     ends[[0, -1]] = 0.5
     (h_cell, b_cell), (h, b) = arm.tapered(at_cells=True), arm.tapered(at_cells=False)
+    edge_length = np.linalg.norm(np.diff(q, axis=0), axis=2)
+    sections = np.concatenate([((b_cell * h_cell / 2)[:, None] / edge_length).ravel(), ends * b * length / h])
     index, across, along, lengths = _shear_elements(n)
-    no_edges, no_rods = np.zeros((n, 2)), np.zeros(n + 1)
     if arm.formulation == "beam":
         e = arm.youngs_modulus
-        edge = (e * b_cell * h_cell / 6)[:, None] / edge_length
-        rod = ends * (2 / 3) * e * b * length / h
-        section = np.concatenate([b_cell * h_cell, b * h])[: len(lengths)]
-        shear = SHEAR_CORRECTION * SHEAR_RATIO * e * section * lengths * length
-        edge_active, rod_active = no_edges, no_rods
-        edge_damping, rod_damping, shear_damping = (arm.damping * k for k in (edge, rod, shear))
+        stiffness = e * sections * np.repeat([1 / 3, 2 / 3], [2 * n, n + 1])
+        active, damping = 0.0 * stiffness, arm.damping * stiffness
+        areas = np.concatenate([b_cell * h_cell, b * h])[: len(lengths)]
+        shear = SHEAR_CORRECTION * SHEAR_RATIO * e * areas * lengths * length
         ratio = 1.0
     else:
         muscle = arm.muscle
-        z_edge = (b_cell * h_cell / 2)[:, None] / edge_length
-        z_rod = ends * b * length / h
-        edge, rod = muscle.passive * z_edge, muscle.passive * z_rod
-        edge_active, rod_active = muscle.active * z_edge, muscle.active * z_rod
-        edge_damping, rod_damping = muscle.damping * z_edge, muscle.damping * z_rod
-        shear, shear_damping = 0.0 * lengths, 0.0 * lengths
+        stiffness, active, damping = (z * sections for z in (muscle.passive, muscle.active, muscle.damping))
+        shear = 0.0 * lengths
         ratio = muscle.rest_ratio
     area = cell_areas(q)
     quarter = arm.density * area * b_cell / 4
-    mass = np.zeros(n + 1)
-    mass[:-1] += quarter
-    mass[1:] += quarter
+    mass = np.pad(quarter, (0, 1)) + np.pad(quarter, (1, 0))
     mobility = 1 / mass
     mobility[0] = 0.0
     fluid = arm.fluid
@@ -268,20 +257,17 @@ def model(arm: Arm) -> Model:
         weight_x=lift * arm.gravity[0],
         weight_y=lift * arm.gravity[1],
         strain=1.0 if arm.formulation == "beam" else 0.0,
-        edge_length=ratio * edge_length,
-        edge_stiffness=edge,
-        edge_active=edge_active,
-        edge_damping=edge_damping,
-        rod_length=ratio * rod_length,
-        rod_stiffness=rod,
-        rod_active=rod_active,
-        rod_damping=rod_damping,
+        spring=_springs(n),
+        spring_length=ratio * np.concatenate([edge_length.ravel(), np.linalg.norm(q[:, 0] - q[:, 1], axis=1)]),
+        spring_stiffness=stiffness,
+        spring_active=active,
+        spring_damping=damping,
         shear_index=index,
         shear_across=across,
         shear_along=along,
         shear_cosine=_cosines(q, index, across, along),
         shear_stiffness=shear,
-        shear_damping=shear_damping,
+        shear_damping=arm.damping * shear,
         sheared=bool(shear.any()),
         area=area,
         beta=arm.stabilisation,
@@ -291,7 +277,6 @@ def model(arm: Arm) -> Model:
         plane=np.array([*plane.point, *plane.normal]) if plane else np.zeros(4),
         plane_stiffness=plane.stiffness if plane else 0.0,
         plane_damping=plane.damping if plane else 0.0,
-        clamp=q[0].ravel().copy(),
     )
 
 
@@ -324,6 +309,13 @@ def strip_arm(actuator: Actuator = PAPER, *, segments: int = 15, mounting: str |
         direction=-math.pi / 2 if mounting == "hanging" else 0.0,
     )
     return replace(arm, damping=2 * m.beam_damping_ratio / arm.first_frequency)
+
+
+def _springs(n: int) -> Indices:
+    """Nodes, cells and channel of all springs, as in `Model`."""
+    edges = [(i, 2 * side, i + 1, 2 * side, i, i, side) for i in range(n) for side in range(2)]
+    rods = [(j, 2, j, 0, max(j - 1, 0), min(j, n - 1), 2) for j in range(n + 1)]
+    return np.array([*edges, *rods], dtype=np.int64)
 
 
 def _shear_elements(n: int) -> tuple[Indices, Array, Array, Array]:

@@ -146,13 +146,12 @@ class Motion(Result):
         """Return the motion as an xarray Dataset with units, labels, arm and provenance."""
         import xarray
 
+        values = {name: getattr(self, name) for name in VARIABLES} | self.signals
         data = {
-            name: (("time", *dimensions), getattr(self, name), {"units": unit, "long_name": meaning})
-            for name, (dimensions, unit, meaning) in VARIABLES.items()
+            name: (("time", *dimensions), values[name], {"units": unit, "long_name": meaning})
+            for name, (dimensions, unit, meaning) in (VARIABLES | SIGNALS).items()
+            if name in values
         }
-        for name, (dimensions, unit, meaning) in SIGNALS.items():
-            if name in self.signals:
-                data[name] = (("time", *dimensions), self.signals[name], {"units": unit, "long_name": meaning})
         labels: dict[str, Any] = {name: list(texts) for name, texts in _LABELS.items()}
         labels["time"] = ("time", self.time, {"units": "s"})
         attributes = {
@@ -178,17 +177,15 @@ def read_motion(path: str | Path) -> Motion:
     try:
         with xarray.open_dataset(Path(path), engine="h5netcdf") as file:
             data = file.load()
-        arm = _arm(json.loads(data.attrs["arm"]))
-        arrays = {name: np.asarray(data[name].values, dtype=np.float64) for name in VARIABLES}
-        signals = {name: np.asarray(data[name].values, dtype=np.float64) for name in SIGNALS if name in data}
+        names = ("time", *VARIABLES, *(name for name in SIGNALS if name in data))
+        arrays = {name: np.asarray(data[name].values, dtype=np.float64) for name in names}
         return Motion(
-            arm=arm,
-            time=np.asarray(data["time"].values, dtype=np.float64),
+            arm=_arm(json.loads(data.attrs["arm"])),
             method=str(data.attrs["method"]),
             text=str(data.attrs["activation"]),
             events=_events(data.attrs),
-            signals=signals,
-            provenance=_provenance(data.attrs),
+            signals={name: arrays.pop(name) for name in SIGNALS if name in arrays},
+            provenance=Provenance(**json.loads(data.attrs.get("provenance", '{"version": "0.1.0"}'))),
             **arrays,
         )
     except FileNotFoundError:
@@ -201,8 +198,8 @@ def motion(arm: Arm, drive: Activation, samples: Array, run: Integration, method
     """The `Motion` of a finished ``run``: forces and energies are evaluated here."""
     n, count = arm.segments, len(samples)
     values = drive.at(samples)
-    energy, edges, rods = np.empty((count, 4)), np.empty((count, n, 2)), np.empty((count, n + 1))
-    evaluate(model(arm), run.positions, run.velocities, values, energy, edges, rods)
+    energy, tension = np.empty((count, 4)), np.empty((count, 3 * n + 1))
+    evaluate(model(arm), run.positions, run.velocities, values, energy, tension)
     return Motion(
         arm=arm,
         time=samples,
@@ -210,8 +207,8 @@ def motion(arm: Arm, drive: Activation, samples: Array, run: Integration, method
         velocities=run.velocities.reshape(count, n + 1, 2, 2),
         activations=values,
         pressures=run.pressures / arm.tapered(at_cells=True)[1],
-        edge_forces=edges,
-        rod_forces=rods,
+        edge_forces=tension[:, : 2 * n].reshape(count, n, 2),
+        rod_forces=tension[:, 2 * n :],
         energies=energy,
         works=run.works,
         method=method,
@@ -231,15 +228,10 @@ def _events(attributes: Mapping[str, Any]) -> tuple[Event, ...]:
     )
 
 
-def _provenance(attributes: Mapping[str, Any]) -> Provenance:
-    return Provenance(**json.loads(attributes.get("provenance", '{"version": "0.1.0"}')))
-
-
 def _arm(record: dict[str, Any]) -> Arm:
     """The arm from its dictionary."""
-    parts = {"muscle": Muscle, "fluid": Fluid, "plane": Plane}
     values = {item.name: record[item.name] for item in fields(Arm)}
-    for name, kind in parts.items():
+    for name, kind in {"muscle": Muscle, "fluid": Fluid, "plane": Plane}.items():
         if values[name] is not None:
             values[name] = kind(**values[name])
     if isinstance(values["curvature"], list):

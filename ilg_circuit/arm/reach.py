@@ -18,14 +18,24 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..cpg.flow import Flow, sampled
-from ..cpg.network import CHAIN_SAME, INHIBITION, TONIC, Network, chain, default_start, ring, unit
+from ..cpg.network import Network, default_start, wired
 from ..cpg.rhythm import rhythm
 from ..errors import InputError, SolveError
 from ..findings import Finding, sentences
 from ..strip.actuator import PAPER, Actuator
+from ..units import require_positive
 from .activation import activation
 from .circuits import through_circuits
-from .coupling import LARGEST_VOLTAGE, Coupled, couple, lumped_strain, segment_strip, strip_charge, unit_of_segment
+from .coupling import (
+    LARGEST_VOLTAGE,
+    Coupled,
+    couple,
+    driving,
+    lumped_strain,
+    segment_strip,
+    transferred,
+    unit_of_segment,
+)
 from .dynamics import Progress, simulate
 from .lattice import Arm
 from .motion import Motion
@@ -148,10 +158,9 @@ def reach_target(
     voltage is bounded, and with it the strain. Raises InputError for values out of range.
     """
     wanted = _checked(target)
-    if tolerance is not None and not (np.isfinite(tolerance) and tolerance > 0):
-        raise InputError(f"tolerance {tolerance:g} m must be more than zero and finite")
-    if not (np.isfinite(duration) and duration > 0):
-        raise InputError(f"duration {duration:g} s must be more than zero")
+    within = arm.length * TOLERANCE if tolerance is None else tolerance
+    require_positive("tolerance", within, "m")
+    require_positive("duration", duration, "s")
     sample = SAMPLE if sample is None else sample
     if sample < 2:
         raise InputError(f"a sample of {sample} motions is too small; give 2 or more")
@@ -174,13 +183,12 @@ def reach_target(
     found = [distance(point) for point in points]
     if not any(len(tips) for _, tips in found):
         raise SolveError(f"none of {sample} motions could be computed; is the activation or a load too strong?")
-    within = arm.length * TOLERANCE if tolerance is None else tolerance
     best = _refined(lambda p: distance(p)[0], points, np.array([d for d, _ in found]), 0.1 * within)
     parameters = search.parameters(best)
     coupled, motion = search.in_full(parameters, np.linspace(0, duration, 601) if times is None else times)
     away, at, share = _passing(motion.tip, wanted)
-    nearest = motion.tip[at] + share * (motion.tip[min(at + 1, len(motion.tip) - 1)] - motion.tip[at])
-    time = motion.time[at] + share * (motion.time[min(at + 1, len(motion.time) - 1)] - motion.time[at])
+    samples = np.arange(len(motion.time))
+    time, *nearest = (float(np.interp(at + share, samples, wave)) for wave in (motion.time, *motion.tip.T))
     if progress:
         progress(total, total)
     return Reached(
@@ -188,8 +196,8 @@ def reach_target(
         tolerance=within,
         parameters=parameters,
         bounds=search.bounds,
-        time=float(time),
-        nearest=nearest,
+        time=time,
+        nearest=np.array(nearest),
         distance=away,
         coupled=coupled,
         motion=motion,
@@ -199,14 +207,22 @@ def reach_target(
     )
 
 
+def rhythm_network(name: str, segments: int, **constants: Any) -> Network:
+    """Return the network of one of `RHYTHMS` for an arm of ``segments``; ``constants`` of `wired`, None by default."""
+    if name not in RHYTHMS:
+        raise InputError(f"rhythm is '{name}'; choose one of {', '.join(RHYTHMS)}")
+    known = {key: value for key, value in constants.items() if value is not None}
+    if name == "chain":
+        known["neurons"] = 2 * segments
+    return wired(topology="mutual" if name == "unit" else name, **known)
+
+
 class _Search:
     """Path of the tip as a function of a point in the unit cube of parameters."""
 
     def __init__(
         self, arm: Arm, rhythm_of: str, mode: str, actuator: Actuator, voltage: float, duration: float, start: Any
     ) -> None:
-        if rhythm_of not in RHYTHMS:
-            raise InputError(f"rhythm is '{rhythm_of}'; choose one of {', '.join(RHYTHMS)}")
         self.arm, self.rhythm_of, self.mode, self.actuator = arm, rhythm_of, mode, actuator
         self.voltage, self.duration, self.start = voltage, duration, start
         self.length = arm.segment_length if arm.formulation == "beam" else None
@@ -232,22 +248,15 @@ class _Search:
 
     def network(self, values: dict[str, float]) -> Network:
         """The network of the parameters, its time constants not yet stretched."""
-        a, constants = values.get("inhibition", INHIBITION), {"tonic": values.get("tonic", TONIC)}
-        if self.rhythm_of == "chain":
-            k = values.get("connection", CHAIN_SAME)
-            return chain(self.arm.segments, a, same=k, cross=k, **constants)
-        if self.rhythm_of == "unit":
-            return unit(a, **constants)
-        return ring(3, a, one_way=self.rhythm_of == "one-way-ring", **constants)
+        known = {name: values.get(name) for name in ("tonic", "inhibition")}
+        k = values.get("connection")
+        return rhythm_network(self.rhythm_of, self.arm.segments, **known, same=k, cross=k)
 
     def tips(self, point: Array) -> Array:
         """The tip's path [m] (t, 2) with the parameters at ``point``; empty where it could not be computed."""
         values = self.parameters(point)
-        network, slower = self.network(values), values["slower"]
-        network = replace(
-            network, rise_time=slower * network.rise_time, adaptation_time=slower * network.adaptation_time
-        )
-        periods = self.duration / (slower * self.period)
+        network = self.network(values).slowed(values["slower"])
+        periods = self.duration / (values["slower"] * self.period)
         signal = np.linspace(0.0, self.duration, int(np.ceil(_SIGNAL * periods)) + 101)
         path = np.linspace(0.0, self.duration, int(np.clip(_PATH * periods, *_PATHS)))
         states = sampled(Flow(network), default_start(network), signal)
@@ -257,12 +266,9 @@ class _Search:
             strains = self.largest * shares
             if self.mode != "ideal":  # a strip for each unit: all segments of a unit are equal
                 found = through_circuits(self.strip, signal, self.voltage * shares)
-                rest = strip_charge(self.strip) * self.voltage
-                strains = found.strains if self.mode == "circuit" else self.largest * found.charges / rest
+                strains = transferred(found, self.mode, self.strip, self.voltage, self.largest)
             strains = strains[:, unit_of_segment(len(network.units), self.arm.segments)]
-            if self.arm.formulation != "beam":
-                strains = np.clip(strains / self.largest, -1.0, 1.0)
-            drive = activation(self.arm, signal, strains)
+            drive = activation(self.arm, signal, driving(self.arm, strains, self.largest))
             tip = simulate(self.arm, drive, path, start=self.start, tolerance=_STEP_ERROR).tip
         except SolveError:
             self.failed += 1

@@ -6,23 +6,22 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ..arrays import Array
-from ..cpg.network import INHIBITION, Network, chain, ring, unit
 from ..errors import InputError
 from ..findings import Finding
 from ..result import Result
 from ..simulation.response import sample_times
 from ..strip.actuator import Actuator
 from ..strip.file import load_actuator
-from ..units import parse
+from ..units import parse, si
 from .activation import Activation, passive, sine, stiffening_wave
 from .coupling import Coupled, couple
 from .dynamics import TOLERANCE, simulate
 from .lattice import GRAVITY, OCTOPUS, Arm, strip_arm
 from .motion import Motion
-from .reach import RHYTHMS, Reached, reach_target
+from .reach import Reached, reach_target, rhythm_network
 from .statics import equilibrium
 
 #: Amplitude of a sine by formulation: the free strain of the `paper` strip at 4 V, 3 d0 V/b; a level at which the
@@ -122,7 +121,7 @@ def arm(
     SolveError
         Where the motion cannot be computed.
     """
-    rhythm_given = {
+    of_rhythm = {
         "inhibition": inhibition,
         "tonic": tonic,
         "adaptation": adaptation,
@@ -131,15 +130,33 @@ def arm(
         "slower": slower if slower != 1.0 else None,
         "neurons-in-circuit": neurons_in_circuit or None,
     }
-    given = [name for name, value in rhythm_given.items() if value is not None]
-    _require_consistent(activation, reach, within, amplitude, method not in (None, "auto"), tolerance, given)
-    seconds = _quantity(duration, "s", "--duration")
-    times = sample_times(seconds, samples=samples, step=None if step is None else _quantity(step, "s", "--step"))
+    given = next((name for name, value in of_rhythm.items() if value is not None), None)
+    searching, sized, driven = reach is not None, amplitude is not None, activation == "cpg"
+    through, tensioned = coupling != "ideal", formulation == "beam" and rest_ratio is not None
+    chosen = method not in (None, "auto") or tolerance not in (None, TOLERANCE)
+    contradictions = {
+        f"activation is '{activation}'; choose one of {', '.join(ACTIVATIONS)}": activation not in ACTIVATIONS,
+        "--within goes with --reach": within is not None and not searching,
+        f"--reach looks for a rhythm; it does not go with --activation {activation}": searching and not driven,
+        "--amplitude is that of a sine; --reach looks for a rhythm": searching and sized,
+        f"--reach finds the rhythm's parameters itself; leave out --{given}": searching and given,
+        "--reach chooses method and tolerance itself; leave out --method and --tolerance": searching and chosen,
+        f"--{given} belongs to --activation cpg": given and not driven,
+        "--amplitude is that of a sine; a rhythm's is set by --voltage": driven and sized,
+        f"--coupling {coupling} goes with --activation cpg; a {activation} is ideal": not driven and through,
+        "--amplitude is that of the sine; the wave has its own levels": activation == "wave" and sized,
+        "--rest-ratio is the pre-tension of yekutieli; the beam formulation has none": tensioned,
+    }
+    for message, found in contradictions.items():
+        if found:
+            raise InputError(message)
+    seconds = si(duration, "s", "--duration")
+    times = sample_times(seconds, samples=samples, step=None if step is None else si(step, "s", "--step"))
     strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
     body = _body(strip, formulation, segments, mounting, rest_ratio)
-    volts = _quantity(voltage, "V", "--voltage")
+    volts = si(voltage, "V", "--voltage")
     if reach is not None:
-        found = reach_target(
+        reached = reach_target(
             body,
             _target(reach),
             seconds,
@@ -148,20 +165,17 @@ def arm(
             actuator=strip,
             voltage=volts,
             times=times,
-            tolerance=None if within is None else _quantity(within, "m", "--within"),
+            tolerance=None if within is None else si(within, "m", "--within"),
             start=_start(body, passive(body), settled),
             seed=seed,
             progress=progress,
         )
-        return ArmResult(found.motion, found.coupled, found)
+        return ArmResult(reached.motion, reached.coupled, reached)
     coupled = None
-    if activation == "cpg":
-        if amplitude is not None:
-            raise InputError("--amplitude is that of a sine; a rhythm's is set by --voltage")
-        constants: dict[str, Any] = {"tonic": tonic, "adaptation": adaptation}
-        constants["rise_time"] = None if rise_time is None else _quantity(rise_time, "s", "--rise-time")
+    if driven:
+        constants = {"inhibition": inhibition, "tonic": tonic, "adaptation": adaptation, "rise_time": rise_time}
         coupled = couple(
-            _network(rhythm, segments, INHIBITION if inhibition is None else inhibition, constants),
+            rhythm_network(rhythm, segments, **constants),
             segments,
             seconds,
             mode=coupling,
@@ -173,8 +187,11 @@ def arm(
             neurons_in_circuit=neurons_in_circuit,
         )
         drive = coupled.activation(body)
+    elif activation == "wave":
+        drive = stiffening_wave(body, seconds)
     else:
-        drive = _prescribed(body, activation, coupling, amplitude, _quantity(period, "s", "--period"), seconds)
+        swing = AMPLITUDES[body.formulation] if amplitude is None else amplitude
+        drive = sine(body, swing, si(period, "s", "--period"), seconds)
     motion = simulate(
         body,
         drive,
@@ -189,37 +206,6 @@ def arm(
     return ArmResult(motion, coupled, slower=slower)
 
 
-def _quantity(value: str | float, unit: str, name: str) -> float:
-    return parse(value, unit, name) if isinstance(value, str) else float(value)
-
-
-def _require_consistent(
-    activation: str,
-    reach: str | None,
-    within: str | float | None,
-    amplitude: float | None,
-    chosen_method: bool,
-    tolerance: float | None,
-    given: list[str],
-) -> None:
-    """Raise InputError for arguments that contradict one another; ``given`` are those of a rhythm."""
-    if activation not in ACTIVATIONS:
-        raise InputError(f"activation is '{activation}'; choose one of {', '.join(ACTIVATIONS)}")
-    if reach is None:
-        if within is not None:
-            raise InputError("--within goes with --reach")
-    elif activation != "cpg":
-        raise InputError(f"--reach looks for a rhythm; it does not go with --activation {activation}")
-    elif amplitude is not None:
-        raise InputError("--amplitude is that of a sine; --reach looks for a rhythm")
-    elif given:
-        raise InputError(f"--reach finds the rhythm's parameters itself; leave out --{given[0]}")
-    elif chosen_method or tolerance not in (None, TOLERANCE):
-        raise InputError("--reach chooses method and tolerance itself; leave out --method and --tolerance")
-    if activation != "cpg" and given:
-        raise InputError(f"--{given[0]} belongs to --activation cpg")
-
-
 def _target(text: str) -> list[float]:
     cells = text.split(",")
     if len(cells) != 2:
@@ -229,8 +215,6 @@ def _target(text: str) -> list[float]:
 
 def _body(strip: Actuator, formulation: str, segments: int, mounting: str | None, rest_ratio: float | None) -> Arm:
     if formulation == "beam":
-        if rest_ratio is not None:
-            raise InputError("--rest-ratio is the pre-tension of yekutieli; the beam formulation has none")
         return strip_arm(strip, segments=segments, mounting=mounting)
     body = replace(OCTOPUS, segments=segments)
     if rest_ratio is not None:
@@ -241,34 +225,9 @@ def _body(strip: Actuator, formulation: str, segments: int, mounting: str | None
     return body
 
 
-def _network(rhythm: str, segments: int, inhibition: float, constants: dict[str, Any]) -> Network:
-    """Return a network of `RHYTHMS` with the ``constants`` that are not None."""
-    known = {name: value for name, value in constants.items() if value is not None}
-    if rhythm not in RHYTHMS:
-        raise InputError(f"rhythm is '{rhythm}'; choose one of {', '.join(RHYTHMS)}")
-    if rhythm == "unit":
-        return unit(inhibition, **known)
-    if rhythm == "chain":
-        return chain(segments, inhibition, **known)
-    return ring(3, inhibition, one_way=rhythm == "one-way-ring", **known)
-
-
 def _start(body: Arm, drive: Activation, settled: bool) -> tuple[Array, Array] | None:
     """Return positions and velocities at the start, None for the rest shape."""
     if not settled:
         return None
     positions, _ = equilibrium(body, drive)
     return positions, 0.0 * positions
-
-
-def _prescribed(
-    body: Arm, activation: str, coupling: str, amplitude: float | None, period: float, duration: float
-) -> Activation:
-    """Return an activation without a rhythm and without a circuit."""
-    if coupling != "ideal":
-        raise InputError(f"--coupling {coupling} goes with --activation cpg; a {activation} is ideal")
-    if activation == "wave":
-        if amplitude is not None:
-            raise InputError("--amplitude is that of the sine; the wave has its own levels")
-        return stiffening_wave(body, duration)
-    return sine(body, AMPLITUDES[body.formulation] if amplitude is None else amplitude, period, duration)

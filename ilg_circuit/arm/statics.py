@@ -11,9 +11,9 @@ from ..errors import InputError, SolveError
 from .activation import Activation
 from .banded import PER_ROD, WIDTH, assemble, factorise, matrix, solve, vector
 from .dynamics import velocity_rate
-from .forces import acceleration, add_pressures, area_gradient, cell_area, forces
+from .forces import acceleration, add_pressures, area_gradient, forces
 from .jacobian import derivatives
-from .lattice import Arm, Model, model
+from .lattice import Arm, Model, cell_areas, model
 
 _STEPS = 500
 #: A step that changes the lattice by this little, and by a tenth of the one before, is the last.
@@ -106,17 +106,15 @@ def _newton(m: Model, q: Array, a: Array, p: Array, inertia: float) -> tuple[Arr
     f = np.zeros_like(q)
     forces(m, q, np.zeros_like(q), a, f)
     add_pressures(q, p, f)
-    rows = np.zeros((n, PER_ROD))
+    padded = vector(n)
+    rows = padded[WIDTH : WIDTH + PER_ROD * n].reshape(n, PER_ROD)
     rows[:, :4] = f[1:]
-    rows[:, 4] = [scale * (m.area[i] - cell_area(q, i)) for i in range(n)]
+    rows[:, 4] = scale * (m.area - cell_areas(q.reshape(-1, 2, 2)))
     if not factorise(A):
         return None
-    padded = vector(n)
-    padded[WIDTH : WIDTH + PER_ROD * n] = rows.ravel()
     solve(A, padded)
-    b = padded[WIDTH : WIDTH + PER_ROD * n]
-    if not np.isfinite(b).all():
+    if not np.isfinite(rows).all():
         return None
     change = np.zeros_like(q)
-    change[1:] = b.reshape(n, PER_ROD)[:, :4]
-    return change, b.reshape(n, PER_ROD)[:, 4].copy()
+    change[1:] = rows[:, :4]
+    return change, rows[:, 4].copy()

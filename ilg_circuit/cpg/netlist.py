@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..errors import InputError, SolveError
 from ..provenance import Provenance
+from ..units import require_positive
 from .network import Network, checked_start
 from .outcome import Rhythm
 
@@ -41,22 +42,21 @@ def netlist_text(network: Network, start: ArrayLike | None = None) -> str:
     """The netlist without analysis: nodes x1.., v1.., y1.. and out, the drive output y_1 - y_2; 1 V stands for 1."""
     state = checked_start(network, start)
     n = network.size
-    number = _number
     lines = [f"Matsuoka network of {n} neurons"]
     for i in range(n):
         k = i + 1
         lines += [
-            f"Cx{k} x{k} 0 {number(network.rise_time)} ic={number(state[i])}",
+            f"Cx{k} x{k} 0 {_number(network.rise_time)} ic={_number(state[i])}",
             f"Rx{k} x{k} 0 1",
-            f"Gv{k} x{k} 0 v{k} 0 {number(network.adaptation)}",
-            f"It{k} 0 x{k} {number(network.tonics[i])}",
-            f"Cv{k} v{k} 0 {number(network.adaptation_time)} ic={number(state[n + i])}",
+            f"Gv{k} x{k} 0 v{k} 0 {_number(network.adaptation)}",
+            f"It{k} 0 x{k} {_number(network.tonics[i])}",
+            f"Cv{k} v{k} 0 {_number(network.adaptation_time)} ic={_number(state[n + i])}",
             f"Rv{k} v{k} 0 1",
             f"Gy{k} 0 v{k} y{k} 0 1",
             f"By{k} y{k} 0 V = max(0, v(x{k}))",
         ]
         lines += [
-            f"Gw{k}_{j + 1} x{k} 0 y{j + 1} 0 {number(network.matrix[i, j])}" for j in range(n) if network.matrix[i, j]
+            f"Gw{k}_{j + 1} x{k} 0 y{j + 1} 0 {_number(network.matrix[i, j])}" for j in range(n) if network.matrix[i, j]
         ]
     plus, minus = (k + 1 for k in network.units[0])
     lines += [f"Eout out 0 y{plus} y{minus} 1", "Rout out 0 1"]
@@ -74,7 +74,7 @@ def deck(
 
     Raises InputError for a duration that is not positive.
     """
-    _require_duration(duration)
+    require_positive("duration", duration, "s")
     title, _, body = netlist_text(network, start).partition("\n")
     step = duration / (samples - 1)
     longest = min(step, min(network.rise_time, network.adaptation_time) / 200)
@@ -92,11 +92,6 @@ def deck(
 
 def _number(value: float) -> str:
     return repr(float(value))
-
-
-def _require_duration(duration: float) -> None:
-    if not (np.isfinite(duration) and duration > 0):
-        raise InputError(f"duration {duration:g} s must be more than zero")
 
 
 @dataclass(frozen=True)
@@ -117,7 +112,7 @@ def solve(network: Network, duration: float, points: int, start: ArrayLike | Non
     """
     from ..solve.ngspice import session
 
-    _require_duration(duration)
+    require_positive("duration", duration, "s")
     if points > _MOST_POINTS:
         raise InputError(
             f"{duration:g} s takes {points} steps of ngspice; at most {_MOST_POINTS} are possible: shorten the "

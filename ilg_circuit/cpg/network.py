@@ -9,7 +9,7 @@ dimensionless. W_ij is how much neuron j inhibits neuron i; a negative weight ex
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import InputError
-from ..units import parse
+from ..units import si
 
 #: CPG §6.3. The mutual inhibition a was lost from the paper's text; 2.5 lies in the middle of the window of a cycle.
 INHIBITION = 2.5
@@ -77,6 +77,10 @@ class Network:
                 f"units {self.units} name neurons that are not there; count them from 0 to {self.size - 1}"
             )
 
+    def slowed(self, factor: float) -> Network:
+        """Return the network with both time constants ``factor`` times as long."""
+        return replace(self, rise_time=factor * self.rise_time, adaptation_time=factor * self.adaptation_time)
+
     @property
     def size(self) -> int:
         """Number of neurons n."""
@@ -126,20 +130,19 @@ def _checked_weights(weights: ArrayLike) -> tuple[tuple[float, ...], ...]:
 
 def mutual_weights(neurons: int, inhibition: float = INHIBITION) -> Array:
     """W (n, n) of neurons that all inhibit one another by ``inhibition`` a; two of them are the paper's unit."""
-    _check_count(neurons, 2)
+    _check_count(neurons)
     return inhibition * (1 - np.eye(neurons))
 
 
 def ring_weights(neurons: int, inhibition: float = INHIBITION) -> Array:
     """W (n, n) of a ring in which each neuron inhibits both its neighbours."""
-    _check_count(neurons, 2)
-    one_way = np.roll(np.eye(neurons), 1, axis=0)
-    return inhibition * np.maximum(one_way, one_way.T)
+    one_way = one_way_ring_weights(neurons, inhibition)
+    return np.where(one_way, one_way, one_way.T)
 
 
 def one_way_ring_weights(neurons: int, inhibition: float = INHIBITION) -> Array:
     """W (n, n) of a ring in which neuron k inhibits neuron k + 1 only."""
-    _check_count(neurons, 2)
+    _check_count(neurons)
     return inhibition * np.roll(np.eye(neurons), 1, axis=0)
 
 
@@ -163,9 +166,9 @@ def chain_units(units: int) -> tuple[tuple[int, int], ...]:
     return tuple((2 * k, 2 * k + 1) for k in range(units))
 
 
-def _check_count(neurons: int, least: int) -> None:
-    if not least <= neurons <= MOST_NEURONS:
-        raise InputError(f"{neurons} neurons: give {least} to {MOST_NEURONS}")
+def _check_count(neurons: int) -> None:
+    if not 2 <= neurons <= MOST_NEURONS:
+        raise InputError(f"{neurons} neurons: give 2 to {MOST_NEURONS}")
 
 
 def unit(inhibition: float = INHIBITION, **constants: Any) -> Network:
@@ -211,31 +214,29 @@ def wired(
     Times are texts such as ``0.12s``, or seconds; ``constants`` are those of `Network`. Raises InputError for arguments
     that contradict one another.
     """
-    constants |= {
-        "rise_time": parse(rise_time, "s", "--rise-time") if isinstance(rise_time, str) else rise_time,
-        "adaptation_time": parse(adaptation_time, "s", "--adaptation-time")
-        if isinstance(adaptation_time, str)
-        else adaptation_time,
-    }
+    constants["rise_time"] = si(rise_time, "s", "--rise-time")
+    constants["adaptation_time"] = si(adaptation_time, "s", "--adaptation-time")
     couplings = {name: value for name, value in (("same", same), ("cross", cross)) if value is not None}
     if topology != "chain" and couplings:
         raise InputError(f"--{next(iter(couplings))} belongs to --topology chain")
     if weights is not None:
-        if not (topology is None and neurons is None and inhibition is None):
-            given = {"neurons": neurons, "topology": topology, "inhibition": inhibition}
-            raise InputError(f"--weights says it all; leave out --{next(n for n, v in given.items() if v is not None)}")
+        wiring = {"neurons": neurons, "topology": topology, "inhibition": inhibition}
+        for name, value in wiring.items():
+            if value is not None:
+                raise InputError(f"--weights says it all; leave out --{name}")
         matrix = read_weights(Path(weights)) if isinstance(weights, str | Path) else weights
         return Network(matrix, **constants)
     a = INHIBITION if inhibition is None else inhibition
+    topology = topology or "mutual"
     if topology == "chain":
         count = 30 if neurons is None else neurons
         if count % 2:
             raise InputError(f"a chain of {count} neurons: its units have two each, so give an even number")
         return chain(count // 2, a, **couplings, **constants)
     kinds = {"mutual": (mutual_weights, 2), "ring": (ring_weights, 3), "one-way-ring": (one_way_ring_weights, 3)}
-    if (topology or "mutual") not in kinds:
+    if topology not in kinds:
         raise InputError(f"topology is '{topology}'; choose one of {', '.join(TOPOLOGIES)}")
-    build, usual = kinds[topology or "mutual"]
+    build, usual = kinds[topology]
     return Network(build(usual if neurons is None else neurons, a), **constants)
 
 
@@ -251,10 +252,8 @@ def default_start(network: Network) -> Array:
     state = np.zeros(2 * network.size)
     if len(network.units) > 1:
         state[[extensor for extensor, _ in network.units]] = START
-        return state
-    state[0] = START
-    if network.size > 2:
-        state[-1] = START
+    else:
+        state[[0] if network.size <= 2 else [0, -1]] = START
     return state
 
 

@@ -97,7 +97,7 @@ def growth(network: Network, active: Mask) -> float:
 
 def rest_of_piece(network: Network, active: Mask) -> RestState | None:
     """The state of rest with just ``active`` (n,) neurons above threshold; None without one, or with many."""
-    found = _solve(network.matrix, network.tonics, network.adaptation, active)
+    found, _ = _solve(network.matrix, network.tonics, network.adaptation, active)
     return None if found is None else _judged(network, found)
 
 
@@ -116,7 +116,7 @@ def rest_states(network: Network) -> RestStates:
 
 
 def _judged(network: Network, x: Array) -> RestState:
-    tolerance = _EDGE * _scale(network)
+    tolerance = _EDGE * float(np.abs(network.tonics).max())
     on_edge = np.abs(x) <= tolerance
     active = x > tolerance
     rate = growth(network, active)
@@ -126,36 +126,23 @@ def _judged(network: Network, x: Array) -> RestState:
     return RestState(np.where(on_edge, 0.0, x), rate, marginal, bool(on_edge.any()))
 
 
-def _scale(network: Network) -> float:
-    return float(np.abs(network.tonics).max())
+def _solve(w: Array, inputs: Array, adaptation: float, active: Mask) -> tuple[Array | None, bool]:
+    """x (n,) at rest on one active set under ``inputs`` e, and whether there may be many.
 
-
-def _continuum(w: Array, inputs: Array, adaptation: float, active: Mask) -> bool:
-    """Return True if an active set for which `_solve` finds no single state may have many."""
-    if not active.any():
-        return False
-    matrix = (1 + adaptation) * np.eye(int(active.sum())) + w[np.ix_(active, active)]
-    if np.linalg.cond(matrix) <= _SINGULAR:
-        return False
-    y = np.linalg.lstsq(matrix, inputs[active], rcond=1e-12)[0]
-    return bool(np.abs(matrix @ y - inputs[active]).max() <= 1e-9 * np.abs(inputs).max())
-
-
-def _solve(w: Array, inputs: Array, adaptation: float, active: Mask) -> Array | None:
-    """x (n,) at rest on one active set under ``inputs`` e, None where it is not consistent or not determined."""
+    x is None where it is not consistent or not determined.
+    """
     y = np.zeros(len(w))
-    tolerance = _EDGE * float(np.abs(inputs).max())
+    largest = float(np.abs(inputs).max())
     if active.any():
         matrix = (1 + adaptation) * np.eye(int(active.sum())) + w[np.ix_(active, active)]
         if np.linalg.cond(matrix) > _SINGULAR:
-            return None
+            nearest = np.linalg.lstsq(matrix, inputs[active], rcond=1e-12)[0]
+            return None, bool(np.abs(matrix @ nearest - inputs[active]).max() <= 1e-9 * largest)
         y[active] = np.linalg.solve(matrix, inputs[active])
-        if not (y[active] > tolerance).all():
-            return None
     x = inputs - w @ y
-    if not (x[~active] <= tolerance).all():
-        return None
-    return np.where(active, y, x)
+    if (y[active] > _EDGE * largest).all() and (x[~active] <= _EDGE * largest).all():
+        return np.where(active, y, x), False
+    return None, False
 
 
 def block_eigenvalues(matrix: Array) -> ComplexArray:
@@ -195,13 +182,11 @@ def _enumerated(network: Network, components: list[list[int]]) -> tuple[list[Arr
             if tried > _MOST_SETS:
                 return None, tried, continuum
             for active in sets:
-                found = _solve(inner, inputs, network.adaptation, active)
-                if found is None:
-                    continuum = continuum or _continuum(inner, inputs, network.adaptation, active)
-                    continue
-                longer = x.copy()
-                longer[component] = found
-                extended.append(longer)
+                found, many = _solve(inner, inputs, network.adaptation, active)
+                continuum |= many
+                if found is not None:
+                    extended.append(x.copy())
+                    extended[-1][component] = found
         partial = extended
         if len(partial) > _MOST_STATES:
             return None, tried, continuum
@@ -228,7 +213,7 @@ def _searched(network: Network) -> list[Array]:
                 break
             following = x > 0
             if (following == active).all():
-                solved = _solve(network.matrix, network.tonics, network.adaptation, active)
+                solved, _ = _solve(network.matrix, network.tonics, network.adaptation, active)
                 if solved is not None:
                     found.setdefault(active.tobytes(), solved)
                 break

@@ -16,6 +16,7 @@ from __future__ import annotations
 from bisect import bisect
 from collections import deque
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -167,7 +168,8 @@ class _Follower:
                     break
                 if count % _CHUNK == 0:
                     if self._died_out(stretch.terms[0]):
-                        return self._silent(stretch.begin)
+                        silent = np.zeros(2 * self.network.size)
+                        return self._ended("rest", Finding("cpg-died-out"), stretch.begin, rest=silent)
                     piece = self._piece(stretch.active)
                     stays = piece.stays(stretch.terms[0] - piece.rest.state, stretch.step) if piece else 0.0
                     if piece and self._has_ended(piece, stretch.terms[0], stays):
@@ -185,6 +187,12 @@ class _Follower:
                 if stretch.switched >= 0 and not stretch.active[stretch.switched]:
                     self.returns[stretch.switched].append((count, time, stretch.states(stretch.length)[0]))
         return self._lost(time)
+
+    def _ended(self, outcome: str, cause: Finding, time: float, swing: Array | None = None, **found: Any) -> Rhythm:
+        """Return the rhythm found at ``time`` [s]; without ``swing`` the units are still."""
+        still = np.zeros(len(self.network.units))
+        swing = still if swing is None else swing
+        return Rhythm(self.network, self.start, outcome, cause, self.rests, time, swing, **found)
 
     # -- rest ----------------------------------------------------------------------------------------------------------
 
@@ -207,12 +215,6 @@ class _Follower:
         """Return True if the initial activity of a network without input has decayed."""
         size = float(np.abs(self.start).max())
         return not self.network.tonics.any() and bool(np.abs(state).max() <= _STOPPED * size)
-
-    def _silent(self, time: float) -> Rhythm:
-        nothing = np.zeros(2 * self.network.size)
-        still = np.zeros(len(self.network.units))
-        cause = Finding("cpg-died-out")
-        return Rhythm(self.network, self.start, "rest", cause, self.rests, time, still, rest=nothing)
 
     def _piece(self, active: Mask) -> _Piece | None:
         """The piece with just these neurons active, None if it has no rest of its own."""
@@ -238,8 +240,7 @@ class _Follower:
     def _at_rest(self, rest: RestState, time: float) -> Rhythm:
         values = {"active": _active(rest.x), "decay": -rest.growth}
         cause = Finding("cpg-rests" if rest.stable else "cpg-rests-on-edge", values=values)
-        still = np.zeros(len(self.network.units))
-        return Rhythm(self.network, self.start, "rest", cause, self.rests, time, still, rest=rest.state)
+        return self._ended("rest", cause, time, rest=rest.state)
 
     # -- cycles --------------------------------------------------------------------------------------------------------
 
@@ -303,8 +304,7 @@ class _Follower:
     def _in_cycle(self, cycle: Cycle, time: float) -> Rhythm:
         cause = Finding("cpg-cycle", values={"multiplier": cycle.multiplier})
         findings = (Finding("cpg-family"),) if abs(cycle.multiplier - 1) <= MARGINAL else ()
-        swing = cycle.amplitudes()
-        return Rhythm(self.network, self.start, "cycle", cause, self.rests, time, swing, cycle, findings=findings)
+        return self._ended("cycle", cause, time, cycle.amplitudes(), cycle=cycle, findings=findings)
 
     # -- neither -------------------------------------------------------------------------------------------------------
 
@@ -324,8 +324,7 @@ class _Follower:
         if cause is None:
             rest = "" if doubtful else "; no stable state of rest" + ("" if self.rests.complete else " was found")
             cause = Finding("cpg-irregular", values={"time": time, "rest": rest})
-        swing = (high - low) / 2
-        return Rhythm(self.network, self.start, outcome, cause, self.rests, time, swing)
+        return self._ended(outcome, cause, time, (high - low) / 2)
 
 
 def _monodromy(flow: Flow, state: Array, duration: float) -> tuple[Array, Array, int]:

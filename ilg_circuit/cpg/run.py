@@ -17,7 +17,7 @@ from ..files import write_csv
 from ..findings import Finding, Warned
 from ..result import Result
 from ..simulation.response import sample_times
-from ..units import parse
+from ..units import require_positive, si
 from .flow import Flow, sampled
 from .network import Network, checked_start, wired
 from .outcome import Rhythm
@@ -118,8 +118,7 @@ def default_times(network: Network, duration: float) -> Array:
     At least a hundred in the shorter time constant, but no more than a hundred thousand. Raises InputError for a
     duration that is not positive.
     """
-    if not (np.isfinite(duration) and duration > 0):
-        raise InputError(f"duration {duration:g} s must be more than zero")
+    require_positive("duration", duration, "s")
     shorter = min(network.rise_time, network.adaptation_time, duration)
     step = max(shorter / _SAMPLES_PER_CONSTANT, duration / _MOST_DEFAULT_SAMPLES)
     decade = 10.0 ** math.floor(math.log10(step))
@@ -147,8 +146,7 @@ def run(
         raise InputError("the times of a run must be finite and not negative")
     if (np.diff(samples) <= 0).any():
         raise InputError("the times of a run must ascend")
-    if not samples[-1] > 0:
-        raise InputError(f"duration {samples[-1]:g} s must be more than zero")
+    require_positive("duration", samples[-1], "s")
     if engine not in ENGINES:
         raise InputError(f"engine is '{engine}'; choose {' or '.join(ENGINES)}")
     state = checked_start(network, start)
@@ -198,8 +196,9 @@ def cpg(
     InputError for values out of range.
     """
     network = wired(**wiring)
-    seconds = parse(duration, "s", "--duration") if isinstance(duration, str) else duration
-    apart = parse(step, "s", "--step") if isinstance(step, str) else step
-    chosen = samples is not None or apart is not None
-    times = sample_times(seconds, samples=samples, step=apart) if chosen else default_times(network, seconds)
+    seconds = si(duration, "s", "--duration")
+    if samples is None and step is None:
+        times = default_times(network, seconds)
+    else:
+        times = sample_times(seconds, samples=samples, step=None if step is None else si(step, "s", "--step"))
     return run(network, times, start, engine=engine, progress=progress)

@@ -99,23 +99,19 @@ def cpg_sweep(
 
     Raises InputError for a text that is not understood.
     """
-    name, values = _parsed(text)
-    key = name.replace("-", "_")
-    if name == "inhibition" and wiring.get("weights") is not None:
-        raise InputError("inhibition belongs to a topology; with --weights sweep adaptation, tonic or a time")
-    return sweep(lambda value: wired(**{**wiring, key: value}), name, values, start, progress)
-
-
-def _parsed(text: str) -> tuple[str, Array]:
-    """Return parameter and values [SI] of ``name=from:to:count``."""
-    name, _, rest = text.partition("=")
-    parts = rest.split(":")
-    name = name.strip()
+    name, _, rest = (part.strip() for part in text.partition("="))
     if name not in PARAMETERS:
         raise InputError(f"cannot sweep '{name}'; choose one of {', '.join(PARAMETERS)}, as in inhibition=1:5:41")
-    if len(parts) != 3:
-        raise InputError(f"--sweep '{text}' is not understood; write it like inhibition=1:5:41, from, to and how many")
-    low, high = (parse(part.strip(), PARAMETERS[name][1], f"--sweep {name}") for part in parts[:2])
-    if not parts[2].strip().isdecimal() or not 1 <= int(parts[2]) <= MOST_VALUES:
-        raise InputError(f"--sweep: '{parts[2]}' is no number of values; give 1 to {MOST_VALUES}")
-    return name, np.linspace(low, high, int(parts[2]))
+    try:
+        first, last, count = (part.strip() for part in rest.split(":"))
+    except ValueError:
+        raise InputError(
+            f"--sweep '{text}' is not understood; write it like inhibition=1:5:41, from, to and how many"
+        ) from None
+    low, high = (parse(end, PARAMETERS[name][1], f"--sweep {name}") for end in (first, last))
+    if not count.isdecimal() or not 1 <= int(count) <= MOST_VALUES:
+        raise InputError(f"--sweep: '{count}' is no number of values; give 1 to {MOST_VALUES}")
+    if name == "inhibition" and wiring.get("weights") is not None:
+        raise InputError("inhibition belongs to a topology; with --weights sweep adaptation, tonic or a time")
+    key, values = name.replace("-", "_"), np.linspace(low, high, int(count))
+    return sweep(lambda value: wired(**{**wiring, key: value}), name, values, start, progress)

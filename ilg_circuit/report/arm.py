@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -38,8 +38,10 @@ def coupling_table(coupled: Coupled) -> str:
     """Return amplitude and phase of the coupling at the rhythm's period and slower ones."""
     if not coupled.scales:
         return f"coupling {coupled.mode}: no period to compare with"
-    lines = [f"coupling {coupled.mode}: what is left of the ideal strain of {coupled.largest_strain:.3g}"]
-    lines.append(f"  {'period':>12}{'amplitude':>12}{'phase':>12}")
+    lines = [
+        f"coupling {coupled.mode}: what is left of the ideal strain of {coupled.largest_strain:.3g}",
+        f"  {'period':>12}{'amplitude':>12}{'phase':>12}",
+    ]
     lines += [f"  {s.period:>10.4g} s{s.kept:>12.2%}{round(s.phase):>8} deg" for s in coupled.scales]
     return "\n".join(lines)
 
@@ -84,8 +86,7 @@ def reach_figure(found: Reached) -> Figure:
     motion = found.motion
     whole = blank((10.0, 4.8))
     scale, unit = engineering(np.array([motion.arm.length]), "m")
-    left: Any = whole.add_subplot(1, 2, 1)
-    right: Any = whole.add_subplot(1, 2, 2)
+    left, right = whole.subplots(1, 2)
     at = int(np.abs(motion.time - found.time).argmin())
     for panel in (left, right):
         panel.plot(*(scale * found.visited).T, ".", color=GREY, markersize=1.0, alpha=0.5, rasterized=True)
@@ -94,8 +95,7 @@ def reach_figure(found: Reached) -> Figure:
         panel.add_patch(Circle(tuple(scale * found.target), scale * found.tolerance, fill=False, edgecolor="black"))
         panel.plot(*(scale * found.target), "x", color="black", markersize=7, label="target and tolerance")
         panel.plot(*(scale * found.nearest), "o", color=ORANGE, markersize=5, label=f"nearest, {found.time:.3g} s")
-        panel.set_xlabel(f"x [{unit}]")
-        panel.set_ylabel(f"y [{unit}]")
+        panel.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
         panel.grid(alpha=0.25, linewidth=0.6)
     motions.draw_arm(left, scale * motion.positions[at], BLUE, "arm at that time")
     length = scale * motion.arm.length
@@ -105,8 +105,8 @@ def reach_figure(found: Reached) -> Figure:
     points = scale * np.concatenate([found.visited, motion.tip])
     low, high = points.min(axis=0), points.max(axis=0)
     edge = 0.06 * np.maximum(high - low, 0.02 * length)
-    right.set_xlim(low[0] - edge[0], high[0] + edge[0])
-    right.set_ylim(low[1] - edge[1], high[1] + edge[1])
+    low, high = low - edge, high + edge
+    right.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     right.locator_params(axis="x", nbins=5)
     right.set_title("the places visited; scales of x and y differ", fontsize=9)
     whole.legend(*left.get_legend_handles_labels(), loc="outside lower center", fontsize=8, ncols=3, frameon=False)

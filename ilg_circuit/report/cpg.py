@@ -45,9 +45,8 @@ def summary(result: RhythmRun) -> str:
         lines.append(f"solved by ngspice, estimated error {result.wave_error:.1e} of the waves")
         if result.period is not None:
             lines[-1] += f", {result.error:.1e} of period and amplitude"
-    states = end.rest_states
-    kinds = f"{len(states.states)}, {len(states.stable)} of them stable"
-    lines.append(f"states of rest {kinds} ({states.how})")
+    rests = end.rest_states
+    lines.append(f"states of rest {len(rests.states)}, {len(rests.stable)} of them stable ({rests.how})")
     return "\n".join(lines)
 
 
@@ -66,14 +65,10 @@ def figure(result: RhythmRun) -> Figure:
     if units > 1:
         lower.plot(result.time, result.unit_outputs[:, -1], color=ORANGE, linewidth=1.2, label=f"unit {units} (head)")
         legend_above(lower)
-    lower.set_ylabel("output $y_1 - y_2$" if units == 1 else "unit outputs")
-    lower.set_xlabel("time [s]")
+    lower.set(xlabel="time [s]", ylabel="output $y_1 - y_2$" if units == 1 else "unit outputs")
     upper.tick_params(labelbottom=False)
     end = float(result.time[-1])
-    if result.rhythm.period and end > _MOST_PERIODS * result.rhythm.period:
-        upper.set_xlim(end - _MOST_PERIODS * result.rhythm.period, end)
-    else:
-        upper.set_xlim(0, end)
+    upper.set_xlim(max(0.0, end - _MOST_PERIODS * (result.rhythm.period or end)), end)
     _portrait(result, portrait)
     figure.align_ylabels([upper, lower])
     cycle = f"period {result.period:.6g} s, amplitude {result.amplitude:.6g}" if result.period else ""
@@ -95,16 +90,9 @@ def _outputs(result: RhythmRun, panel: Axes) -> None:
     thin = shown[:: max(1, len(shown) // 2000)]
     limit = float(np.abs(shown).max()) or 1.0
     low, colours = (-limit, "RdBu_r") if units > 1 else (0.0, "Blues")
-    image = panel.imshow(
-        thin.T,
-        aspect="auto",
-        origin="lower",
-        interpolation="nearest",
-        cmap=colours,
-        vmin=low,
-        vmax=limit,
-        extent=(float(result.time[0]), float(result.time[-1]), 0.5, count + 0.5),
-    )
+    extent = (float(result.time[0]), float(result.time[-1]), 0.5, count + 0.5)
+    how: dict[str, Any] = {"aspect": "auto", "origin": "lower", "interpolation": "nearest"}
+    image = panel.imshow(thin.T, cmap=colours, vmin=low, vmax=limit, extent=extent, **how)
     panel.grid(visible=False)
     panel.locator_params(axis="y", integer=True)
     panel.set_ylabel(f"{label}" + (" (1 = tail)" if units > 1 else ""))
@@ -134,8 +122,8 @@ def _portrait(result: RhythmRun, panel: Axes) -> None:
         fill = "full" if state.stable else "none"
         spot = plane(state.state[None])
         panel.plot(*spot, "o", color=ORANGE, markersize=6, label=labels.pop(state.stable, None), fillstyle=fill)
-    panel.set_xlabel(f"$x_{{{extensor + 1}}} - x_{{{flexor + 1}}}$")
-    panel.set_ylabel(f"$v_{{{extensor + 1}}} - v_{{{flexor + 1}}}$")
+    across, up = (f"${state}_{{{extensor + 1}}} - {state}_{{{flexor + 1}}}$" for state in "xv")
+    panel.set(xlabel=across, ylabel=up)
     legend_above(panel)
 
 

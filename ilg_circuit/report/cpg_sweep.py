@@ -43,18 +43,15 @@ def figure(found: RhythmSweep) -> Figure:
     middles = (values[1:] + values[:-1]) / 2
     edges = np.concatenate([values[:1], middles, values[-1:]])
     labels = {"rest": "comes to rest", "undecided": "not decided: just on an edge"}
-    for k, outcome in enumerate(found.outcomes):
-        if outcome in ("rest", "undecided"):
-            colour = ORANGE if outcome == "undecided" else GREY
-            for panel in (upper, lower):
-                label = labels.pop(outcome, None) if panel is upper else None
-                panel.axvspan(edges[k], edges[k + 1], color=colour, alpha=0.15, linewidth=0, label=label)
+    colours = {"rest": GREY, "undecided": ORANGE}
+    for left, right, outcome in zip(edges, edges[1:], found.outcomes, strict=False):
+        if outcome in colours:
+            look: dict[str, Any] = {"color": colours[outcome], "alpha": 0.15, "linewidth": 0}
+            upper.axvspan(left, right, label=labels.pop(outcome, None), **look)
+            lower.axvspan(left, right, **look)
     if len(labels) < 2:
         legend_above(upper)
-    upper.set_ylabel("period [s]")
-    lower.set_ylabel("amplitude")
-    for panel in (upper, lower):
-        panel.set_ylim(bottom=0)
-    lower.set_xlabel(_LABELS[found.parameter])
+    upper.set(ylabel="period [s]", ylim=(0, None))
+    lower.set(xlabel=_LABELS[found.parameter], ylabel="amplitude", ylim=(0, None))
     figure.align_ylabels([upper, lower])
     return figure

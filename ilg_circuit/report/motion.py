@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..files import replacing, require_writable
 from ..units import format_quantity
 from .axes import BLUE, GREY, ORANGE, engineering, plain
+from .cpg import legend_above
 from .panels import blank
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ SNAPSHOT_TIMES = (0.5, 0.7, 1.0, 1.5)
 MOST_FRAMES = 400
 #: Below this ratio of its extents a motion is drawn with different scales along x and y.
 _FLAT = 0.25
+#: Colours of the first and the last snapshot.
+_LIGHT, _DARK = np.array([0.75, 0.87, 0.95]), np.array([0.03, 0.19, 0.42])
 
 
 def summary(motion: Motion) -> str:
@@ -36,7 +39,7 @@ def summary(motion: Motion) -> str:
     largest = int(moved.argmax())
     tension = np.abs(motion.first_segment_force).max()
     lines = [
-        f"{body.formulation}, {body.segments} segments, {format_quantity(body.length, 'm', 4)} long: {motion.text}, "
+        f"{title(motion)}, {format_quantity(body.length, 'm', 4)} long: {motion.text}, "
         f"{motion.time[-1]:g} s, {len(motion.time)} samples",
         f"tip's largest displacement {format_quantity(float(moved[largest]), 'm', 4)} "
         f"at {motion.time[largest]:.4g} s, at the end {format_quantity(float(moved[-1]), 'm', 4)}",
@@ -61,30 +64,30 @@ def figure(motion: Motion, snapshots: ArrayLike = SNAPSHOT_TIMES) -> Figure:
         times, positions = motion.snapshots([motion.time[-1]])
     draw_arm(shape, scale * motion.positions[0], GREY, "start", dashed=True)
     for k, (time, nodes) in enumerate(zip(times, positions, strict=True)):
-        draw_arm(shape, scale * nodes, _blue((k + 1) / len(times)), f"{time:.3g} s")
+        part = (k + 1) / len(times)
+        draw_arm(shape, scale * nodes, part * _DARK + (1 - part) * _LIGHT, f"{time:.3g} s")
     shape.plot(*(scale * motion.tip).T, color=ORANGE, linewidth=1.0, label="tip's path")
     _frame(shape, scale, motion, unit)
     shape.legend(fontsize=8, loc="best", framealpha=0.85)
-    factor, tip_unit = engineering(motion.tip - motion.tip[0], "m")
-    across = factor * (motion.tip - motion.tip[0])
-    tip.plot(motion.time, across[:, 0], color=GREY, linewidth=1.2, label="x")
-    tip.plot(motion.time, across[:, 1], color=BLUE, linewidth=1.2, label="y")
-    tip.set_ylabel(f"tip's displacement [{tip_unit}]")
-    _legend_above(tip)
-    factor, force_unit = engineering(motion.first_segment_force, "N")
-    tensions = factor * motion.first_segment_force
-    force.plot(motion.time, tensions[:, 0], color=ORANGE, linewidth=1.2, label="+normal face")
-    force.plot(
-        motion.time, tensions[:, 1], color=BLUE, linewidth=1.2, linestyle="--", label="\N{MINUS SIGN}normal face"
-    )
-    force.set_ylabel(f"tension in segment 1 [{force_unit}]")
+    moved, tension = motion.tip - motion.tip[0], motion.first_segment_force
+    _pair(tip, motion.time, moved, ("tip's displacement", "m"), {"x": (GREY, "-"), "y": (BLUE, "-")})
+    faces = {"+normal face": (ORANGE, "-"), "\N{MINUS SIGN}normal face": (BLUE, "--")}
+    _pair(force, motion.time, tension, ("tension in segment 1", "N"), faces)
     force.set_xlabel("time [s]")
-    _legend_above(force)
-    for panel in (tip, force):
-        plain(panel)
-        panel.margins(x=0.01)
     figure.suptitle(f"{title(motion)}: {motion.text}", fontsize=10)
     return figure
+
+
+def _pair(panel: Axes, time: Array, waves: Array, quantity: tuple[str, str], looks: dict[str, tuple[str, str]]) -> None:
+    """Draw two ``waves`` (t, 2) of a quantity (name, unit); ``looks``: label -> colour and style."""
+    name, unit = quantity
+    factor, unit = engineering(waves, unit)
+    for (label, (colour, style)), wave in zip(looks.items(), factor * waves.T, strict=True):
+        panel.plot(time, wave, color=colour, linestyle=style, linewidth=1.2, label=label)
+    panel.set_ylabel(f"{name} [{unit}]")
+    panel.margins(x=0.01)
+    plain(panel)
+    legend_above(panel)
 
 
 def require_animation(path: Path) -> None:
@@ -137,8 +140,7 @@ def animate(
         side = axes[0, 1]
         side.plot(*portrait, color=GREY, linewidth=0.9)
         point = side.plot([], [], "o", color=ORANGE, markersize=6)[0]
-        side.set_xlabel(portrait_labels[0])
-        side.set_ylabel(portrait_labels[1])
+        side.set(xlabel=portrait_labels[0], ylabel=portrait_labels[1])
         side.grid(alpha=0.25, linewidth=0.6)
     # the layout is computed once: for every frame it would take most of the time and make the picture tremble
     heading.set_text(title(motion))
@@ -174,29 +176,11 @@ def _rods(nodes: Array) -> Array:
     return np.concatenate([nodes, gaps], axis=1).reshape(-1, 2).T
 
 
-def _legend_above(axes: Axes) -> None:
-    """A legend of one row outside the panel, where it hides nothing."""
-    axes.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, frameon=False)
-
-
-def _blue(part: float) -> tuple[float, float, float]:
-    """From light to dark."""
-    red, green, blue = (light + part * (dark - light) for light, dark in ((0.75, 0.03), (0.87, 0.19), (0.95, 0.42)))
-    return red, green, blue
-
-
 def draw_arm(axes: Axes, nodes: Array, colour: Any, label: str, *, dashed: bool = False) -> None:
     from matplotlib.colors import to_rgb
 
-    face = "none" if dashed else (*to_rgb(colour), 0.35)
-    axes.fill(
-        *_outline(nodes).T,
-        facecolor=face,
-        edgecolor=colour,
-        linewidth=1.0,
-        linestyle=":" if dashed else "-",
-        label=label,
-    )
+    face, style = ("none", ":") if dashed else ((*to_rgb(colour), 0.35), "-")
+    axes.fill(*_outline(nodes).T, facecolor=face, edgecolor=colour, linewidth=1.0, linestyle=style, label=label)
 
 
 def _frame(axes: Axes, scale: float, motion: Motion, unit: str) -> None:
@@ -206,8 +190,8 @@ def _frame(axes: Axes, scale: float, motion: Motion, unit: str) -> None:
     centre, extent = (low + high) / 2, np.maximum(high - low, 1e-9)
     flat = extent.min() < _FLAT * extent.max()
     half = 0.55 * extent if flat else np.maximum(extent.max() * np.array([0.55, 0.42]), 0.55 * extent)
-    axes.set_xlim(centre[0] - half[0], centre[0] + half[0])
-    axes.set_ylim(centre[1] - half[1], centre[1] + half[1])
+    low, high = centre - half, centre + half
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
     if flat:
         axes.text(0.02, 0.02, "scales of x and y differ", transform=axes.transAxes, fontsize=8, color=GREY)
     else:
@@ -220,6 +204,4 @@ def _frame(axes: Axes, scale: float, motion: Motion, unit: str) -> None:
     if plane is not None:
         point, along = scale * np.array(plane.point), np.array([-plane.normal[1], plane.normal[0]])
         axes.axline(tuple(point), tuple(point + along), color=GREY, linewidth=1.5)
-    axes.set_xlabel(f"x [{unit}]")
-    axes.set_ylabel(f"y [{unit}]")
     axes.grid(alpha=0.25, linewidth=0.6)

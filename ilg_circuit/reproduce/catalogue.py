@@ -7,22 +7,33 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from .items import Item, Reproduction
+from .items import Claim, Item, Reproduction
 from .paper_runs import PaperRuns
 
+_ENTRIES = tomllib.loads(Path(__file__).with_name("items.toml").read_text(encoding="utf-8"))
+#: Assumptions that several items share: name -> sentence.
+_ASSUMED: dict[str, str] = _ENTRIES.pop("ASSUMED")
 
-def _maker(function: str) -> Callable[[PaperRuns], Reproduction]:
-    """Return the function ``module.name`` of this package, imported when called."""
-    module, _, name = function.partition(".")
+
+def _maker(entry: dict[str, Any]) -> Callable[[PaperRuns], Reproduction]:
+    """Return the function that makes an item: ``module.name`` of this package, imported when called, and its texts."""
+    module, _, name = entry["function"].partition(".")
+    claims = entry.get("claims", ())
+    unknown = (*entry.get("unknown", ()), *(_ASSUMED[key] for key in entry.get("assumed", ())))
 
     def make(runs: PaperRuns) -> Reproduction:
         made: Reproduction = getattr(import_module(f".{module}", __package__), name)(runs)
-        return made
+        told = (
+            Claim(claim["says"], holds, claim["found"].format(**made.numbers))
+            for claim, holds in zip(claims, made.holds, strict=True)
+        )
+        return replace(made, claims=tuple(told), unknown=unknown)
 
     return make
 
@@ -30,10 +41,9 @@ def _maker(function: str) -> Callable[[PaperRuns], Reproduction]:
 def _item(id_: str, entry: dict[str, Any]) -> Item:
     texts = {key: entry.get(key, "") for key in ("title", "caption", "equation")}
     needs_arm = entry.get("needs_arm", False)
-    return Item(id_, commands=tuple(entry["commands"]), make=_maker(entry["function"]), needs_arm=needs_arm, **texts)
+    return Item(id_, commands=tuple(entry["commands"]), make=_maker(entry), needs_arm=needs_arm, **texts)
 
 
-_ENTRIES = tomllib.loads(Path(__file__).with_name("items.toml").read_text(encoding="utf-8"))
 ITEMS = tuple(_item(id_, entry) for id_, entry in _ENTRIES.items())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import itertools
 import math
 
 import numpy as np
@@ -12,10 +13,10 @@ from ..arm.coupling import Coupled, couple
 from ..arm.reach import reach_target
 from ..report.arm import reach_figure
 from ..report.axes import GREY
-from ..report.panels import COLOURS
-from .cpg_motion import ASSUMED, DURATION, move
-from .cpg_rhythm import add_legends, figure_grid
-from .items import Check, Claim, Reproduction, rows
+from ..report.panels import COLOURS, grid
+from .cpg_motion import move
+from .cpg_rhythm import add_legends
+from .items import Check, Reproduction, rows
 from .paper_runs import PaperRuns
 
 #: Factor by which the rhythm is slowed -> periods until the initial transient has decayed.
@@ -36,71 +37,57 @@ def fundamental(coupled: Coupled, period: float) -> complex:
 
 
 def circuit(runs: PaperRuns) -> Reproduction:
-    two = runs.network(2)
     kept: dict[str, float] = {}
     off, curves = 0.0, []
-    for mode in ("circuit", "charge"):
-        for slower, periods in _SLOWER.items():
-            period = runs.two_period * slower
-            coupled = couple(two, 1, periods * period, mode=mode, slower=slower)
-            ratio = fundamental(coupled, period)
-            kept[f"{mode}_kept_{slower}"] = 100 * abs(ratio)
-            kept[f"{mode}_phase_{slower}"] = math.degrees(cmath.phase(ratio))
-            scale = coupled.scales[0]
-            transfer = cmath.rect(scale.kept, math.radians(scale.phase))
-            off = max(off, abs(ratio / transfer - 1))
-            if mode == "circuit":
-                curves.append((slower, period, coupled))
+    for mode, (slower, periods) in itertools.product(("circuit", "charge"), _SLOWER.items()):
+        period = runs.two_period * slower
+        coupled = couple(runs.network(2), 1, periods * period, mode=mode, slower=slower)
+        ratio = fundamental(coupled, period)
+        kept[f"{mode}_kept_{slower}"] = 100 * abs(ratio)
+        kept[f"{mode}_phase_{slower}"] = math.degrees(cmath.phase(ratio))
+        scale = coupled.scales[0]
+        off = max(off, abs(ratio / cmath.rect(scale.kept, math.radians(scale.phase)) - 1))
+        if mode == "circuit":
+            curves.append((period, coupled))
     ideal, real = (move(runs, runs.network(), mode=mode) for mode in ("ideal", "circuit"))
-    figure, ((strains, tips),) = figure_grid(1, 2, height=3.8)
-    for (slower, period, coupled), colour in zip(curves, COLOURS, strict=False):
+    figure, ((strains, tips),) = grid(1, 2, (11.0, 3.8))
+    for number, ((period, coupled), colour) in enumerate(zip(curves, COLOURS, strict=False)):
         last = coupled.time >= coupled.time[-1] - 2 * period
         phase = (coupled.time[last] - coupled.time[last][0]) / period
-        share = 100 * coupled.strains[last, 0] / coupled.largest_strain
-        if slower == 1:
+        if number == 0:
             wanted = 100 * coupled.outputs[last, 0] / coupled.run.amplitude
             strains.plot(phase, wanted, color=GREY, linestyle="--", linewidth=1.2, label="ideal")
+        share = 100 * coupled.strains[last, 0] / coupled.largest_strain
         strains.plot(phase, share, color=colour, linewidth=1.5, label=f"period {period:.4g} s")
-    strains.set_xlabel("time over the period")
-    strains.set_ylabel("free strain [% of that at rest under 4 V]")
-    strains.set_ylim(-115, 150)
+    strains.set(xlabel="time over the period", ylabel="free strain [% of that at rest under 4 V]", ylim=(-115, 150))
     for moved, name, colour in ((ideal, "ideal", GREY), (real, "through the circuit", COLOURS[0])):
         size = 1e3 * np.linalg.norm(moved.displacement, axis=1)
         tips.semilogy(moved.motion.time[1:], size[1:], color=colour, linewidth=1.5, label=name)
-    tips.set_ylim(1e-5, 2.0)
-    tips.set_xlabel("time [s]")
-    tips.set_ylabel("tip's displacement [mm]")
-    add_legends(strains, tips)
+    tips.set(xlabel="time [s]", ylabel="tip's displacement [mm]", ylim=(1e-5, 2.0))
+    add_legends(figure)
     return Reproduction(
         rows=rows("cpg_circuit", kept),
         checks=(Check("strain by ngspice, over time", "transfer function", off, 1e-3),),
-        claims=(
-            Claim(
-                f"the motion shown for the first {DURATION:g} s",
-                False,
-                f"cannot have passed through this circuit: it keeps {kept['circuit_kept_1']:.2g} % of the strain, and "
-                f"the tip moves by {1e3 * real.largest:.2g} mm in place of {1e3 * ideal.largest:.2g} mm",
-            ),
-        ),
-        unknown=ASSUMED[2:],
+        holds=(False,),
+        numbers=kept | {"ideal": 1e3 * ideal.largest, "real": 1e3 * real.largest},
         figure=figure,
     )
 
 
 def reach(runs: PaperRuns) -> Reproduction:
     arm = strip_arm()
-    target = (_TARGET[0] * arm.length, _TARGET[1] * arm.length)
-    found = reach_target(arm, target, _REACH)
+    x, y = (share * arm.length for share in _TARGET)
+    found = reach_target(arm, (x, y), _REACH)
     return Reproduction(
-        claims=(
-            Claim(
-                "the actuator can reach any specified position",
-                found.share > 0.99,
-                f"the tip passes {1e3 * found.distance:.1f} mm from ({1e3 * target[0]:g}, {1e3 * target[1]:g}) mm, and "
-                f"{found.share:.2%} of the disc of the arm's length lies within {1e3 * found.tolerance:g} mm of a "
-                f"place that one of {len(found.sample)} motions visits: " + "; ".join(found.reasons),
-            ),
-        ),
-        unknown=("Which positions were tried.", *ASSUMED[2:]),
+        holds=(found.everywhere,),
+        numbers={
+            "distance": 1e3 * found.distance,
+            "x": 1e3 * x,
+            "y": 1e3 * y,
+            "share": found.share,
+            "tolerance": 1e3 * found.tolerance,
+            "motions": len(found.sample),
+            "reasons": "; ".join(found.reasons),
+        },
         figure=reach_figure(found),
     )

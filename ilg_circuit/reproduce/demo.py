@@ -10,7 +10,6 @@ import numpy as np
 from ..circuit.deck import deck
 from ..circuit.library import library
 from ..drive import PiecewiseLinear
-from ..errors import InputError
 from ..files import write_json, write_text
 from ..identify import identify
 from ..measurements.read import read_record
@@ -21,6 +20,7 @@ from ..simulation.check import check, require_agreement
 from ..simulation.response import Response, sample_times, simulate
 from ..strip.actuator import PAPER
 from ..strip.file import save_actuator
+from .run import make_folder
 
 #: The demonstration's noise, in parts of each waveform's maximum.
 _NOISE = 0.005
@@ -30,10 +30,7 @@ _REST_POSITION = 5.0e-3
 
 def run(folder: Path) -> Iterator[str]:
     """Write everything into ``folder`` (made if absent), saying line by line what is done. Raises IlgErrors."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot make the folder '{folder}': {error.strerror or error}") from None
+    make_folder(folder)
     yield f"1  the paper's strip -> {folder / 'paper.toml'}"
     save_actuator(PAPER, folder / "paper.toml", "the paper's strip, recomputed values")
     drive = PiecewiseLinear.step(4.0)

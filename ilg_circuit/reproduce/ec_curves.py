@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,17 +13,27 @@ from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
 from .ec_tables import spread
-from .items import Check, Claim, Reproduction, largest_difference, rows
+from .items import Check, Reproduction, largest_difference, rows
 from .paper_runs import VOLTAGE, PaperRuns, coefficient, printed_current, printed_displacement
 from .published import published
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 #: Reading error of the coordinate paper [m].
 _READING = 0.1e-3
 #: Limit of agreement between ngspice and a closed form.
 EXACT = 1e-6
+#: Colour, width and style of our curve and of those drawn on top of it.
+_LOOKS = ((BLUE, 2.6, "-"), (ORANGE, 1.2, "--"), (GREY, 1.2, "-"))
+
+
+def overlay(panel: Axes, t: Array, curves: Mapping[str, Array], name: str) -> None:
+    """Draw ``curves`` (label -> values (t,)) over time, ours first."""
+    for (label, values), (colour, width, style) in zip(curves.items(), _LOOKS, strict=False):
+        panel.plot(t, values, label=label, color=colour, linewidth=width, linestyle=style)
+    panel.set(xlabel="time [s]", ylabel=name)
 
 
 def settled_from(time: Array, values: Array, margin: float) -> float:
@@ -46,9 +57,8 @@ def table_3_allows(t: Array) -> float:
     names = ("coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_natural_frequency")
     ratio = lumped_elements(PAPER).bending_ratio
 
-    def curve(gain: float, zero: float, damping_ratio: float, natural_frequency: float) -> list[float]:
-        values = formulas.displacement_step(t, gain, zero, damping_ratio, natural_frequency, ratio)
-        return [float(v) for v in VOLTAGE * values]
+    def curve(gain: float, zero: float, damping: float, natural: float) -> Array:
+        return VOLTAGE * formulas.displacement_step(t, gain, zero, damping, natural, ratio)
 
     off = spread(curve, [published("ec_table3", name).recomputed for name in names], [1.0] * 4)
     return float(off.max() / printed_displacement(t).max())
@@ -79,40 +89,22 @@ def figure_9(runs: PaperRuns) -> Reproduction:
     return Reproduction(
         rows=rows("ec_points", values),
         checks=displacement_checks(runs),
-        claims=(
-            Claim(
-                "the displacement is basically stable after 80 s",
-                values["displacement_steady_from"] <= _point("displacement_steady_from"),
-                f"(35) stays within 0.1 mm of its end from {values['displacement_steady_from']:.1f} s on",
-            ),
-        ),
-        unknown=("The measured curve: the text states two of its points, which are drawn as they are stated.",),
-        figure=_figure_9(runs),
+        holds=(values["displacement_steady_from"] <= _point("displacement_steady_from"),),
+        numbers=values,
+        figure=_figure_9(t, y),
     )
 
 
-def _figure_9(runs: PaperRuns) -> Figure:
+def _figure_9(t: Array, y: Array) -> Figure:
     figure, (panel,) = new_figure(1, [3.2])
-    t, y = runs.free.time, runs.free.displacement
-    panel.plot(t, 1e3 * y, color=BLUE, linewidth=2.6, label="ngspice, free tip")
-    panel.plot(t, 1e3 * printed_displacement(t), color=ORANGE, linestyle="--", linewidth=1.2, label="(35) as printed")
+    curves = {"ngspice, free tip": 1e3 * y, "(35) as printed": 1e3 * printed_displacement(t)}
+    overlay(panel, t, curves, "displacement towards the anode [mm]")
+    off = 1e3 * _READING
     peak, at = _point("displacement_maximum"), _point("displacement_maximum_time")
-    panel.errorbar(
-        at, peak, 1e3 * _READING, fmt="o", color="black", markersize=4, capsize=3, label="stated: the maximum"
-    )
+    panel.errorbar(at, peak, off, fmt="o", color="black", markersize=4, capsize=3, label="stated: the maximum")
     steady, start = _point("displacement_steady"), _point("displacement_steady_from")
-    low, high = steady - 1e3 * _READING, steady + 1e3 * _READING
-    panel.fill_between(
-        [start, t[-1]],
-        low,
-        high,
-        color=GREY,
-        alpha=0.25,
-        linewidth=0,
-        label=f"stated: {steady:g} ± {1e3 * _READING:g} mm after {start:g} s",
-    )
-    panel.set_ylabel("displacement towards the anode [mm]")
-    panel.set_xlabel("time [s]")
+    label = f"stated: {steady:g} ± {off:g} mm after {start:g} s"
+    panel.fill_between([start, t[-1]], steady - off, steady + off, color=GREY, alpha=0.25, linewidth=0, label=label)
     panel.set_ylim(0, 5)
     panel.legend(frameon=False, loc="lower right")
     return figure
@@ -124,28 +116,15 @@ def current_settled(runs: PaperRuns) -> float:
 
 
 def figure_10(runs: PaperRuns) -> Reproduction:
-    t, i = runs.free.time, runs.free.current
-    steady = current_settled(runs)
+    steady, stated = current_settled(runs), _point("current_steady_from")
     figure, (panel,) = new_figure(1, [3.0])
-    panel.plot(t, 1e3 * i, color=BLUE, linewidth=2.6, label="ngspice")
+    overlay(panel, runs.free.time, {"ngspice": 1e3 * runs.free.current}, "current [mA]")
     panel.axvline(steady, color=ORANGE, linestyle="--", linewidth=1.2, label=f"within 1 % of its end: {steady:.1f} s")
-    panel.axvline(
-        _point("current_steady_from"),
-        color="black",
-        linestyle=":",
-        linewidth=1.6,
-        label="stated: steady at about 300 s",
-    )
-    panel.set_ylabel("current [mA]")
-    panel.set_xlabel("time [s]")
-    panel.set_ylim(bottom=0)
-    panel.set_xlim(-3, 309)
+    panel.axvline(stated, color="black", linestyle=":", linewidth=1.6, label="stated: steady at about 300 s")
+    panel.set(xlim=(-3, 309), ylim=(0, None))
     panel.legend(frameon=False)
     return Reproduction(
-        rows=rows("ec_points", {"current_steady_from": steady}),
-        checks=_current_checks(runs),
-        unknown=("The measured curve: the text states of it only that it is steady from about 300 s on.",),
-        figure=figure,
+        rows=rows("ec_points", {"current_steady_from": steady}), checks=_current_checks(runs), figure=figure
     )
 
 
@@ -155,39 +134,25 @@ def _current_checks(runs: PaperRuns) -> tuple[Check, ...]:
 
 
 def figure_11(runs: PaperRuns) -> Reproduction:
-    t, i = runs.free.time, runs.free.current
-    fitted, steady = runs.from_run.derived, current_settled(runs)
+    t, i, printed = runs.free.time, runs.free.current, printed_current(runs.free.time)
+    fitted = runs.from_run.derived
     values = {
         "step_current_steady": VOLTAGE * fitted["steady_conductance"].value,
         "step_current_decaying": VOLTAGE * fitted["transient_conductance"].value,
         "step_current_rate": fitted["rate"].value,
     }
     figure, (panel, below) = new_figure(2, [2.6, 1.3])
-    panel.semilogy(t, 1e3 * i, color=BLUE, linewidth=2.6, label="ngspice")
-    panel.semilogy(t, 1e3 * printed_current(t), color=ORANGE, linestyle="--", linewidth=1.2, label="(30) as printed")
+    overlay(panel, t, {"ngspice": 1e3 * i, "(30) as printed": 1e3 * printed}, "current [mA]")
     panel.axvspan(50, 150, color=GREY, alpha=0.2, linewidth=0, label="stated: measured and fitted curve part here")
-    panel.set_ylabel("current [mA]")
+    panel.set(xlabel="", yscale="log")
     panel.legend(frameon=False)
-    below.plot(t, 1e12 * (i - printed_current(t)), color=BLUE, linewidth=1.2)
-    below.set_ylabel("ngspice − (30) [pA]")
-    below.set_xlabel("time [s]")
+    below.plot(t, 1e12 * (i - printed), color=BLUE, linewidth=1.2)
+    below.set(xlabel="time [s]", ylabel="ngspice − (30) [pA]")
     figure.align_ylabels([panel, below])
     return Reproduction(
         rows=rows("ec_curves", values, **dict.fromkeys(values, "identified from our own run")),
         checks=_current_checks(runs),
-        claims=(
-            Claim(
-                "the fitting accuracy J₁ is 0.0362",
-                None,
-                "neither its unit nor the sampling of the measured curve is said",
-            ),
-            Claim(
-                "measured and simulated current differ most from 50 to 150 s",
-                None,
-                f"the measured curve is not given; (30) is within 1 % of its end from {steady:.0f} s on, the measured "
-                f"current steady from about {_point('current_steady_from'):g} s",
-            ),
-        ),
-        unknown=("The measured curve, and with it J₁.",),
+        holds=(None, None),
+        numbers={"steady": current_settled(runs), "stated": _point("current_steady_from")},
         figure=figure,
     )

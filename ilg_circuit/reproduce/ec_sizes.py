@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
+from ..report.axes import ORANGE
 from ..report.panels import grid
 from ..simulation import closed_forms as formulas
 from ..solve.transient import transient
 from ..strip.actuator import PAPER, Actuator
 from ..strip.file import dumps
-from .items import Check, Claim, Reproduction
+from .items import Check, Reproduction, largest_ratio
 from .paper_runs import VOLTAGE, PaperRuns, coefficient
 
 if TYPE_CHECKING:
@@ -26,12 +27,13 @@ if TYPE_CHECKING:
 _AT_REST = 400.0
 #: The part of the strip held in the clamp [m], kept for every free length.
 _CLAMPED = PAPER.geometry.length - PAPER.geometry.free_length
-#: Ranges of the grids [m]: the paper's are not in its text.
-LENGTHS = np.linspace(10e-3, 50e-3, 17)
-THICKNESSES = np.linspace(0.2e-3, 1.0e-3, 17)
-WIDTHS = np.linspace(2e-3, 10e-3, 17)
+#: Size -> values of the grids [m] (the paper's ranges are not in its text), and the name of their axis.
+_SIZES = {
+    "free_length": (np.linspace(10e-3, 50e-3, 17), "free length L$_0$ [mm]"),
+    "thickness": (np.linspace(0.2e-3, 1.0e-3, 17), "thickness b [mm]"),
+    "width": (np.linspace(2e-3, 10e-3, 17), "width w [mm]"),
+}
 _LIMIT = 1e-5
-_RANGES = "The ranges of the paper's axes are not in its text: those drawn here are ours."
 
 
 def sized(*, free_length: float = 30e-3, width: float = 5e-3, thickness: float = 0.5e-3) -> Actuator:
@@ -54,134 +56,98 @@ def at_rest(strips: Iterable[Actuator], *, tip: str = "free") -> Array:
     return waves.values[:, waves.names.index(output), -1]
 
 
-def _grid(x: Array, y: Array, build: Callable[[float, float], Actuator], tip: str) -> Array:
-    """`at_rest` over a grid (x, y)."""
-    return at_rest([build(a, b) for a in x.tolist() for b in y.tolist()], tip=tip).reshape(len(x), len(y))
+def _map_at_rest(x: str, y: str, tip: str) -> Array:
+    """`at_rest` over the grid of two sizes (x, y)."""
+    values, others = _SIZES[x][0], _SIZES[y][0]
+    strips = [sized(**{x: a, y: b}) for a in values.tolist() for b in others.tolist()]
+    return at_rest(strips, tip=tip).reshape(len(values), len(others))
 
 
-def _relative(values: Array, closed: Array) -> float:
-    """Largest relative difference, every design by its own size."""
-    return float(np.abs(values / closed - 1).max())
+def _grids(x: str, y: str) -> dict[str, Array]:
+    """All three sizes [m], two of them over their grid (x, y), the third the paper's."""
+    own = {name: np.array(getattr(PAPER.geometry, name)) for name in _SIZES}
+    return own | {x: _SIZES[x][0][:, None], y: _SIZES[y][0]}
 
 
 def figure_12(runs: PaperRuns) -> Reproduction:
-    y = _grid(LENGTHS, THICKNESSES, lambda a, b: sized(free_length=a, thickness=b), "free")
-    closed = (
-        formulas.steady_displacement(VOLTAGE, runs.coupling.static, 1.0, 1.0) * (LENGTHS[:, None] / THICKNESSES) ** 2
-    )
-    of_width = at_rest([sized(width=w) for w in WIDTHS.tolist()])
+    y = _map_at_rest("free_length", "thickness", "free")
+    sizes = _grids("free_length", "thickness")
+    slenderness = sizes["free_length"] / sizes["thickness"]
+    closed = formulas.steady_displacement(VOLTAGE, runs.coupling.static, 1.0, 1.0) * slenderness**2
+    widths = _SIZES["width"][0]
+    of_width = at_rest([sized(width=w) for w in widths.tolist()])
     width_effect = float(np.ptp(of_width) / of_width.mean())
     figure, ((panel,),) = grid(1, 1, (5.6, 4.2))
-    _map(panel, (LENGTHS, THICKNESSES), 1e3 * y, ("free length L$_0$ [mm]", "thickness b [mm]"), "mm")
+    _map(panel, "free_length", "thickness", 1e3 * y, "mm")
     figure.suptitle("displacement at rest, 4 V; the dot is the paper's sample", fontsize=10)
-    powers = _powers((LENGTHS, THICKNESSES), y)
-    steep = float((y / LENGTHS[:, None]).max())
+    powers = _powers("free_length", "thickness", y)
     return Reproduction(
         checks=(
-            Check(f"displacement of {y.size} designs by ngspice", "(37)", _relative(y, closed), _LIMIT),
-            Check(f"displacement of {len(WIDTHS)} widths", "one another", width_effect, _LIMIT),
+            Check(f"displacement of {y.size} designs by ngspice", "(37)", largest_ratio(y, closed), _LIMIT),
+            Check(f"displacement of {len(widths)} widths", "one another", width_effect, _LIMIT),
         ),
-        claims=(
-            Claim(
-                "the displacement is in proportion to (L₀/b)²",
-                bool(np.allclose(powers, (2, -2), atol=_LIMIT)),
-                f"powers found: {powers[0]:.5f} of L₀, {powers[1]:.5f} of b. The model assumes a beam that bends "
-                f"little; in a corner of this map it would move by {steep:.1f} times its free length",
-            ),
-            Claim(
-                "it does not depend on the width",
-                width_effect < _LIMIT,
-                f"widths from {1e3 * WIDTHS[0]:g} to {1e3 * WIDTHS[-1]:g} mm differ by {width_effect:.0e}",
-            ),
-        ),
-        unknown=(_RANGES, "K_d was fitted to one strip: no measurement of another size is in the paper."),
+        holds=(bool(np.allclose(powers, (2, -2), atol=_LIMIT)), width_effect < _LIMIT),
+        numbers={
+            "powers": powers,
+            "steep": float((y / sizes["free_length"]).max()),
+            "narrowest": 1e3 * widths[0],
+            "widest": 1e3 * widths[-1],
+            "width_effect": width_effect,
+        },
         figure=figure,
         files=_DESIGN,
     )
+
+
+#: The maps of Figure 13: their axes, and their titles.
+_PANELS = {
+    ("width", "thickness"): "(a) L$_0$ = 30 mm",
+    ("free_length", "thickness"): "(b) w = 5 mm",
+    ("free_length", "width"): "(c) b = 0.5 mm",
+}
 
 
 def figure_13(runs: PaperRuns) -> Reproduction:
-    static, modulus = runs.coupling.static, PAPER.material.youngs_modulus
-
-    def closed(length: Any, width: Any, thickness: Any) -> Array:
-        return np.asarray(3 / 4 * static * modulus * VOLTAGE * thickness * width / length)
-
-    lengths, widths, thicknesses = "free length L$_0$ [mm]", "width w [mm]", "thickness b [mm]"
-    panels = (
-        (
-            (WIDTHS, THICKNESSES),
-            (widths, thicknesses),
-            _grid(WIDTHS, THICKNESSES, lambda w, b: sized(width=w, thickness=b), "clamped"),
-            closed(30e-3, WIDTHS[:, None], THICKNESSES),
-            "(a) L$_0$ = 30 mm",
-        ),
-        (
-            (LENGTHS, THICKNESSES),
-            (lengths, thicknesses),
-            _grid(LENGTHS, THICKNESSES, lambda a, b: sized(free_length=a, thickness=b), "clamped"),
-            closed(LENGTHS[:, None], 5e-3, THICKNESSES),
-            "(b) w = 5 mm",
-        ),
-        (
-            (LENGTHS, WIDTHS),
-            (lengths, widths),
-            _grid(LENGTHS, WIDTHS, lambda a, w: sized(free_length=a, width=w), "clamped"),
-            closed(LENGTHS[:, None], WIDTHS, 0.5e-3),
-            "(c) b = 0.5 mm",
-        ),
-    )
-    figure, panels_of = grid(1, 3, (11.5, 4.2))
-    for panel, (axes, names, force, _, title) in zip(panels_of[0], panels, strict=True):
-        _map(panel, axes, 1e6 * force, names, "µN")
+    constant = 3 / 4 * runs.coupling.static * PAPER.material.youngs_modulus
+    figure, (panels,) = grid(1, 3, (11.5, 4.2))
+    powers: list[float] = []
+    count, worst = 0, 0.0
+    for panel, ((x, y), title) in zip(panels, _PANELS.items(), strict=True):
+        force, sizes = _map_at_rest(x, y, "clamped"), _grids(x, y)
+        closed = constant * VOLTAGE * sizes["thickness"] * sizes["width"] / sizes["free_length"]
+        worst = max(worst, largest_ratio(force, closed))
+        powers += _powers(x, y, force)
+        count += force.size
+        _map(panel, x, y, 1e6 * force, "µN")
         panel.set_title(title, fontsize=10)
     figure.suptitle("clamped force at rest, 4 V; the dot is the paper's sample", fontsize=10)
-    times = coefficient("force_steady_factor") / (3 / 4 * static * modulus)
-    powers = [p for axes, _, force, _, _ in panels for p in _powers(axes, force)]
-    count = sum(force.size for _, _, force, _, _ in panels)
-    worst = max(_relative(force, expected) for _, _, force, expected, _ in panels)
     return Reproduction(
         checks=(Check(f"force of {count} designs by ngspice", "(39), constant corrected", worst, _LIMIT),),
-        claims=(
-            Claim(
-                "the force is in proportion to b and w, and inversely to L₀",
-                bool(np.allclose(powers, (1, 1, -1, 1, -1, 1), atol=_LIMIT)),
-                f"powers found: {powers[0]:.5f} of w, {powers[1]:.5f} of b, {powers[2]:.5f} of L₀",
-            ),
-            Claim("its constant is 0.5515", False, f"every force would be {times:.0f} times as large"),
-        ),
-        unknown=(_RANGES,),
+        holds=(bool(np.allclose(powers, (1, 1, -1, 1, -1, 1), atol=_LIMIT)), False),
+        numbers={"powers": powers, "times": coefficient("force_steady_factor") / constant},
         figure=figure,
         files=_DESIGN,
     )
 
 
-def _powers(axes: tuple[Array, Array], values: Array) -> tuple[float, float]:
+def _powers(x: str, y: str, values: Array) -> tuple[float, float]:
     """Return the powers p, q of the least-squares law values ~ x^p y^q."""
-    x, y = np.meshgrid(*(np.log(a) for a in axes), indexing="ij")
-    design = np.column_stack([x.ravel(), y.ravel(), np.ones(x.size)])
+    a, b = np.meshgrid(np.log(_SIZES[x][0]), np.log(_SIZES[y][0]), indexing="ij")
+    design = np.column_stack([a.ravel(), b.ravel(), np.ones(a.size)])
     p, q, _ = np.linalg.lstsq(design, np.log(values).ravel(), rcond=None)[0]
     return float(p), float(q)
 
 
-def _map(panel: Axes, axes: tuple[Array, Array], values: Array, names: tuple[str, str], unit: str) -> None:
+def _map(panel: Axes, x: str, y: str, values: Array, unit: str) -> None:
     """Draw filled contours of ``values`` (x, y), spaced evenly in the logarithm, each line with its number."""
     panel.grid(visible=False)
-    x, y = (1e3 * a for a in axes)
+    axes = [1e3 * _SIZES[name][0] for name in (x, y)]
     low, high = np.log10(values.min()), np.log10(values.max())
-    panel.contourf(x, y, values.T, levels=np.logspace(low, high, 25), norm="log", cmap="Blues")
-    lines = panel.contour(x, y, values.T, levels=_round_levels(values), colors="black", linewidths=0.8)
+    panel.contourf(*axes, values.T, levels=np.logspace(low, high, 25), norm="log", cmap="Blues")
+    lines = panel.contour(*axes, values.T, levels=_round_levels(values), colors="black", linewidths=0.8)
     panel.clabel(lines, fmt=lambda v: f"{v:g} {unit}", fontsize=8)
-    panel.plot(*_sample(names), "o", color="#d1601f", markersize=6)
-    panel.set_xlabel(names[0])
-    panel.set_ylabel(names[1])
-
-
-def _sample(names: tuple[str, str]) -> tuple[float, float]:
-    """Return the coordinates [mm] of the paper's sample in a map."""
-    g = PAPER.geometry
-    sizes = {"free": g.free_length, "width": g.width, "thickness": g.thickness}
-    x, y = (1e3 * sizes[name.split()[0]] for name in names)
-    return x, y
+    panel.plot(*(1e3 * getattr(PAPER.geometry, name) for name in (x, y)), "o", color=ORANGE, markersize=6)
+    panel.set(xlabel=_SIZES[x][1], ylabel=_SIZES[y][1])
 
 
 def _round_levels(values: Array) -> list[float]:

@@ -7,11 +7,12 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
-from .items import Check, Reproduction, Row, rows
+from .items import Check, Reproduction, Row, largest_ratio, rows
 from .paper_runs import VOLTAGE, PaperRuns, coefficient
 from .published import half_a_digit, published
 
@@ -32,23 +33,14 @@ def table_1(runs: PaperRuns) -> Reproduction:
     found, g = _elements(runs), PAPER.geometry
     names = ("dc_resistance", "dynamic_resistance", "capacitance")
     sizes = {name: getattr(g, name) for name in ("length", "free_length", "width", "thickness")}
-    values = [found[name] for name in names]
+    inverted = largest_ratio([found[name] for name in names], _inverted())
+    own = [runs.from_run.parameters[name].value for name in names]
+    recovered = largest_ratio(own, [getattr(lumped_elements(PAPER), name) for name in names])
     return Reproduction(
         rows=rows("ec_table1", {name: found[name] for name in (*names, "electrode_resistance")} | sizes),
         checks=(
-            Check("identified R_dc, R_d, C", "EC (5) inverted", largest_ratio(values, _inverted()), 1e-6),
-            Check(
-                "the same from our own ngspice run",
-                "what went into it",
-                largest_ratio(
-                    [runs.from_run.parameters[name].value for name in names],
-                    [getattr(lumped_elements(PAPER), name) for name in names],
-                ),
-                1e-6,
-            ),
-        ),
-        unknown=(
-            "R_e: a step fixes three of four elements. It is held at zero, with which alone Table 1 follows from (30).",
+            Check("identified R_dc, R_d, C", "EC (5) inverted", inverted, 1e-6),
+            Check("the same from our own ngspice run", "what went into it", recovered, 1e-6),
         ),
         files={_CURVES: runs.curves},
     )
@@ -62,14 +54,12 @@ def table_2(runs: PaperRuns) -> Reproduction:
         "dynamic_resistivity": found["dynamic_resistance"] * area / g.thickness,
         "permittivity": found["capacitance"] * g.thickness / area,
     }
-    printed = {name: float(published("ec_table2", name).printed) for name in values}
+    printed = [float(published("ec_table2", name).printed) for name in values]
     # R L w/b and C b/(L w) with b = 5 mm: what Table 2 has
-    taken = [
-        float(published("ec_table1", "dc_resistance").printed) * area / 5e-3,
-        float(published("ec_table1", "dynamic_resistance").printed) * area / 5e-3,
-        float(published("ec_table1", "capacitance").printed) * 5e-3 / area,
-    ]
-    slip = largest_ratio(taken, list(printed.values()))
+    dc, dynamic, capacitance = (
+        float(published("ec_table1", name).printed) for name in ("dc_resistance", "dynamic_resistance", "capacitance")
+    )
+    slip = largest_ratio([dc * area / 5e-3, dynamic * area / 5e-3, capacitance * 5e-3 / area], printed)
     return Reproduction(
         rows=rows("ec_table2", values),
         checks=(Check("Table 1 with b = 5 mm", "Table 2 as printed", slip, 1e-4),),
@@ -93,12 +83,11 @@ def coupling_of_curve(steady: float, sine: float, decay: float, frequency: float
     return slope / ratio, steady * natural**2 / slope, decay / natural, natural
 
 
-def spread(function: Callable[..., Sequence[float]], texts: Sequence[str], factors: Sequence[float]) -> np.ndarray:
+def spread(function: Callable[..., ArrayLike], texts: Sequence[str], factors: Sequence[float]) -> np.ndarray:
     """Return the largest errors of ``function`` due to rounded arguments, over all ends of their roundings."""
-    centre = np.asarray(function(*(float(t) * f for t, f in zip(texts, factors, strict=True))))
-    ranges = [
-        [(float(t) + sign * half_a_digit(t)) * f for sign in (-1, 1)] for t, f in zip(texts, factors, strict=True)
-    ]
+    pairs = list(zip(texts, factors, strict=True))
+    centre = np.asarray(function(*(float(t) * f for t, f in pairs)))
+    ranges = [[(float(t) + sign * half_a_digit(t)) * f for sign in (-1, 1)] for t, f in pairs]
     off = [np.abs(np.asarray(function(*end)) - centre) for end in itertools.product(*ranges)]
     return np.asarray(np.max(off, axis=0))
 
@@ -116,22 +105,11 @@ def table_3(runs: PaperRuns) -> Reproduction:
         allowed = float(allowed) / paper.si_factor + paper.rounding
         note = f"identified from (35), whose digits leave ±{allowed:.2g} open"
         from_curve.append(Row(paper, getattr(curve, name) / paper.si_factor, allowed, note))
-    read_off = [getattr(curve, name) for name in _COUPLING.values()]
+    notes = dict.fromkeys(_COUPLING, "identified from our own run with the table's values")
+    from_run = rows("ec_table3", {item: getattr(own, name) for item, name in _COUPLING.items()}, **notes)
+    read_off = largest_ratio([getattr(curve, name) for name in _COUPLING.values()], inverse)
     return Reproduction(
-        rows=rows(
-            "ec_table3",
-            {item: getattr(own, name) for item, name in _COUPLING.items()},
-            **dict.fromkeys(_COUPLING, "identified from our own run with the table's values"),
-        )
-        + tuple(from_curve),
-        checks=(
-            Check("K_d, Z_d, ζ′, ω′ identified from (35)", "(34) inverted", largest_ratio(read_off, inverse), 1e-6),
-        ),
+        rows=(*from_run, *from_curve),
+        checks=(Check("K_d, Z_d, ζ′, ω′ identified from (35)", "(34) inverted", read_off, 1e-6),),
         files={_CURVES: runs.curves},
     )
-
-
-def largest_ratio(values: Sequence[float], reference: Sequence[float]) -> float:
-    """Return the largest relative difference, each number relative to its own size."""
-    known = np.asarray(reference, dtype=float)
-    return float(np.abs(np.asarray(values, dtype=float) / known - 1).max())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,25 +79,19 @@ class Row:
 
 @dataclass(frozen=True)
 class Check:
-    """Comparison of ``what`` with ``reference``: the largest difference relative to the largest value."""
+    """Comparison of ``what`` with ``reference``: the largest ``difference`` relative to the largest value."""
 
     what: str
     reference: str
-    value: float
+    difference: float
     limit: float
 
     @property
     def agrees(self) -> bool:
-        return self.value <= self.limit
+        return self.difference <= self.limit
 
     def to_dict(self) -> dict[str, Any]:
-        return {
-            "what": self.what,
-            "reference": self.reference,
-            "difference": self.value,
-            "limit": self.limit,
-            "agrees": self.agrees,
-        }
+        return asdict(self) | {"agrees": self.agrees}
 
 
 @dataclass(frozen=True)
@@ -118,7 +112,10 @@ class Claim:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A reproduced item. ``unknown``: what the paper does not say, and the assumption made; ``files``: name -> text."""
+    """A reproduced item. ``unknown``: what the paper does not say, and the assumption made; ``files``: name -> text.
+
+    ``holds``: for each of the item's claims in ``items.toml`` whether it holds; ``numbers`` fill what was found.
+    """
 
     rows: tuple[Row, ...] = ()
     checks: tuple[Check, ...] = ()
@@ -126,6 +123,8 @@ class Reproduction:
     unknown: tuple[str, ...] = ()
     figure: Figure | None = None
     files: Mapping[str, str] = field(default_factory=dict)
+    holds: tuple[bool | None, ...] = ()
+    numbers: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def agrees(self) -> bool:
@@ -162,6 +161,11 @@ class Outcome:
     seconds: float = 0.0
 
     @property
+    def made(self) -> Reproduction:
+        """The reproduction, an empty one after a failure."""
+        return self.reproduction or Reproduction()
+
+    @property
     def status(self) -> str:
         """One of `STATUSES`."""
         if self.reproduction is None or not self.reproduction.agrees:
@@ -173,20 +177,20 @@ class Outcome:
         """The worst number of each kind, as text."""
         if self.reproduction is None:
             return f"not made: {self.failure}"
-        words = []
-        compared = [row for row in self.reproduction.rows if row.paper.recomputed]
+        words, made = [], self.made
+        compared = [row for row in made.rows if row.paper.recomputed]
         if compared:
             words.append(f"{sum(row.agrees for row in compared)} of {len(compared)} numbers to the digits given")
-        if self.reproduction.checks:
-            worst = max(self.reproduction.checks, key=lambda c: c.value / c.limit)
-            words.append(f"{worst.what}: {worst.value:.1e} from {worst.reference}")
-        denied = sum(claim.holds is False for claim in self.reproduction.claims)
+        if made.checks:
+            worst = max(made.checks, key=lambda c: c.difference / c.limit)
+            words.append(f"{worst.what}: {worst.difference:.1e} from {worst.reference}")
+        denied = sum(claim.holds is False for claim in made.claims)
         if denied:
-            words.append(f"{denied} of {len(self.reproduction.claims)} claims not borne out")
+            words.append(f"{denied} of {len(made.claims)} claims not borne out")
         return "; ".join(words)
 
     def to_dict(self) -> dict[str, Any]:
-        made = self.reproduction or Reproduction()
+        made = self.made
         return {
             "id": self.item.id,
             "title": self.item.title,
@@ -204,14 +208,18 @@ class Outcome:
 
 def rows(table: str, ours: Mapping[str, float], **notes: str) -> tuple[Row, ...]:
     """Rows of a published ``table`` from our values [SI] by item; ``notes`` are added to the reasons."""
-    return tuple(_row(published(table, item), value, notes.get(item, "")) for item, value in ours.items())
-
-
-def _row(paper: Published, value: float, note: str) -> Row:
-    return Row(paper, float(value) / paper.si_factor, note=note)
+    papers = {item: published(table, item) for item in ours}
+    return tuple(
+        Row(paper, float(ours[item]) / paper.si_factor, note=notes.get(item, "")) for item, paper in papers.items()
+    )
 
 
 def largest_difference(values: ArrayLike, reference: ArrayLike) -> float:
     """Largest difference over the reference's largest value."""
     known = np.asarray(reference, dtype=float)
     return float(np.abs(np.asarray(values, dtype=float) - known).max() / np.abs(known).max())
+
+
+def largest_ratio(values: ArrayLike, reference: ArrayLike) -> float:
+    """Largest relative difference, each number relative to its own size."""
+    return float(np.abs(np.asarray(values, dtype=float) / np.asarray(reference, dtype=float) - 1).max())

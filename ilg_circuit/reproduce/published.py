@@ -81,10 +81,7 @@ def folder() -> Path:
 @lru_cache(maxsize=16)
 def table(name: str) -> tuple[Published, ...]:
     """Return all lines of one table, such as ``ec_table1``."""
-    return tuple(
-        Published(name, row["item"], row["symbol"], row["equation_or_table"], *(row[c] for c in COLUMNS[3:]))
-        for row in _rows(name, COLUMNS)
-    )
+    return tuple(Published(name, *row.values()) for row in _rows(name, COLUMNS))
 
 
 @lru_cache(maxsize=1)

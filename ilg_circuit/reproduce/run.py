@@ -6,14 +6,13 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from ..errors import IlgError, InputError
 from ..extras import require_arm
 from ..files import require_writable, write_text
 from ..provenance import Provenance
 from ..report.axes import save
-from .items import STATUSES, Item, Outcome, Reproduction
+from .items import STATUSES, Item, Outcome
 from .paper_runs import PaperRuns
 
 _NUMBERS, _PAGE = "reproduce.json", "index.html"
@@ -32,32 +31,37 @@ def run(items: Sequence[Item], progress: Progress | None = None) -> list[Outcome
 
 
 def _attempt(item: Item, runs: PaperRuns) -> Outcome:
-    start = time.monotonic()
+    start, made, failure = time.monotonic(), None, ""
     try:
         if item.needs_arm:
             require_arm()
         made = item.make(runs)
     except IlgError as error:
-        return Outcome(item, None, str(error), time.monotonic() - start)
+        failure = str(error)
     except Exception as error:
         # a fault in one item must not stop the others; the page and the exit code report it
-        return Outcome(item, None, f"{type(error).__name__}: {error}", time.monotonic() - start)
-    return Outcome(item, made, "", time.monotonic() - start)
+        failure = f"{type(error).__name__}: {error}"
+    return Outcome(item, made, failure, time.monotonic() - start)
 
 
-def output_folder(folder: Path) -> Path:
-    """Return the folder for the results, made if absent. Raises InputError where it cannot be made or written."""
+def make_folder(folder: Path) -> None:
+    """Make a folder if absent. Raises InputError where that is impossible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot make the folder '{folder}': {error.strerror or error}") from None
+
+
+def output_folder(folder: Path) -> Path:
+    """Return the folder for the results, made if absent. Raises InputError where it cannot be made or written."""
+    make_folder(folder)
     for name in (_NUMBERS, _PAGE):
         require_writable(folder / name)
     return folder
 
 
 def write(outcomes: Sequence[Outcome], folder: Path, provenance: Provenance | None = None) -> list[Path]:
-    """Write pictures, items' files, reproduce.json and the page into ``folder``, each whole; the page last.
+    """Write pictures, items' files, reproduce.json (every number) and the page into ``folder``, each whole.
 
     The picture of an earlier run is removed where an item has none now. Returns the paths, the page last. Raises
     InputError for what cannot be written.
@@ -71,7 +75,7 @@ def write(outcomes: Sequence[Outcome], folder: Path, provenance: Provenance | No
         return folder / name
 
     for outcome in outcomes:
-        made, picture = outcome.reproduction or Reproduction(), f"{outcome.item.id}.png"
+        made, picture = outcome.made, f"{outcome.item.id}.png"
         if made.figure is not None:
             save(made.figure, target(picture))
         else:
@@ -79,15 +83,11 @@ def write(outcomes: Sequence[Outcome], folder: Path, provenance: Provenance | No
         for name, text in made.files.items():
             if folder / name not in written:
                 write_text(target(name), text)
-    content = to_dict(outcomes) | {"provenance": (provenance or Provenance()).to_dict()}
+    content = {
+        "items": [outcome.to_dict() for outcome in outcomes],
+        "count": {status: sum(o.status == status for o in outcomes) for status in STATUSES},
+        "provenance": (provenance or Provenance()).to_dict(),
+    }
     write_text(target(_NUMBERS), json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     write_text(target(_PAGE), page(outcomes))
     return written
-
-
-def to_dict(outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """Return all numbers, each in the unit beside it."""
-    return {
-        "items": [outcome.to_dict() for outcome in outcomes],
-        "count": {status: sum(o.status == status for o in outcomes) for status in STATUSES},
-    }
