@@ -21,6 +21,8 @@ from ilg_circuit.circuit import port_netlist, strip_netlist
 from ilg_circuit.circuit.deck import deck
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError
+from ilg_circuit.identify.impedance import ImpedanceData
+from ilg_circuit.identify.port_fit import fit_port
 from ilg_circuit.measurements.record import Channel, Record
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.simulation.drives import parse_drive
@@ -148,7 +150,7 @@ def test_every_fit_finds_the_truth(model: str) -> None:
 def test_a_fit_to_a_clean_spectrum_gives_back_what_went_in(model: str) -> None:
     kind, f = electrical_model(model), np.geomspace(1e-3, 1e3, 40)
     z = kind.impedance(np.array([values_of(model)]), 2j * np.pi * f, 2.0)[0]
-    found = fit_spectrum(Spectrum("made up", f, z), model, 2.0)
+    found = fit_port((ImpedanceData.of(Spectrum("made up", f, z)),), model, 2.0)
     assert list(found.values.values()) == pytest.approx(values_of(model), rel=1e-5)
 
 

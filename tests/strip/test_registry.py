@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import Run
-from ilg_circuit.identify.spectrum_fit import fit_spectrum
-from ilg_circuit.measurements.spectrum_files import Spectrum
+from ilg_circuit.identify.impedance import ImpedanceData
+from ilg_circuit.identify.port_fit import fit_port
+from ilg_circuit.measurements.spectrum import Spectrum
 from numpy.testing import assert_allclose
 
 from ilg_circuit.circuit.strip import port_netlist
@@ -140,7 +141,7 @@ def test_it_is_simulated_and_its_energy_balances(toy: str) -> None:
 def test_it_is_fitted_to_a_spectrum(toy: str) -> None:
     f = np.geomspace(1e-3, 1e3, 40)
     z = electrical_model(toy).impedance(np.array([VALUES]), 2j * np.pi * f)[0]
-    found = fit_spectrum(Spectrum("made up", f, z), toy)
+    found = fit_port((ImpedanceData.of(Spectrum("made up", f, z)),), toy, 0.0)
     assert list(found.values.values()) == pytest.approx(VALUES, rel=1e-6)
 
 
