@@ -35,23 +35,24 @@ def design_figure(design: Design) -> Figure:
     points = np.repeat(design.optimum.point[None, None], n, axis=0).repeat(_SLICE, axis=1)
     for j in range(n):
         points[j, :, j] = shares
-    values = space.evaluate(points.reshape(-1, n), problem.quantities).reshape(n, _SLICE, -1)
+    values = space.at(points.reshape(-1, n), problem.quantities)
+    values = {name: column.reshape(n, _SLICE) for name, column in values.items()}
     for j, (panel, interval) in enumerate(zip(axes, space.ranges, strict=False)):
         x = space.columns(points[j])[interval.parameter.name]
         factor, unit = engineering(x, interval.parameter.unit)
         for k, r in enumerate(problem.requirements):
-            score = r.score(values[j, :, problem.column(r.quantity)])
-            if r.relation == "=":  # how far off, instead of a tolerance's sliver
-                score = np.log(np.abs(values[j, :, problem.column(r.quantity)] / r.limit))
+            column = values[r.quantity.name][j]
+            # of an equality how far off, instead of a tolerance's sliver
+            score = np.log(np.abs(column / r.limit)) if r.relation == "=" else r.score(column)
             met = np.exp(np.clip(score, -4, 4))
             style: Any = {"color": COLOURS[k % len(COLOURS)], "linestyle": _STYLES[k % len(_STYLES)]}
             panel.plot(factor * x, met, linewidth=1.6, label=r.text, **style)
         if problem.objective:
-            column = values[j, :, problem.column(problem.objective.quantity)]
-            here = design.exact[problem.objective.quantity.name]
+            name = problem.objective.quantity.name
+            here = design.exact[name]
             if here > 0:
-                label = f"{problem.objective.quantity.name} / at the design"
-                panel.plot(factor * x, column / here, "--", color=GREY, linewidth=1.2, label=label)
+                style = {"color": GREY, "linewidth": 1.2, "label": f"{name} / at the design"}
+                panel.plot(factor * x, values[name][j] / here, "--", **style)
         panel.axvline(factor * design.values[interval.parameter.name], color="black", linewidth=0.9, label="design")
         if wide(x, _DECADES) and interval.log:
             logarithmic(panel, "x")

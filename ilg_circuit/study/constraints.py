@@ -88,7 +88,7 @@ def without_each_requirement(design: Design) -> list[WithoutRequirement]:
             continue
         rest = replace(problem, requirements=others, objective=None)
         points = sobol_points(len(space.ranges), _INITIAL_POINTS[space.engine], seed)
-        terms = rest.elastic_terms(space.evaluate(points, rest.quantities))
+        terms = rest.elastic_terms(space.at(points, rest.quantities))
         nearest = search(space, rest.elastic(), points, terms, starts=_STARTS, seed=seed)
         results.append(WithoutRequirement(r, float(np.expm1(-nearest.best.score))))
     return results
@@ -114,8 +114,7 @@ def _widened(space: Space, j: int, at_high: bool) -> Space:
 def _gain(design: Design, relaxed: DesignProblem) -> float:
     """Return the gain of the local optimum of ``relaxed``, searched from ``design``."""
     problem = design.problem
-    columns = problem.space.columns(design.optimum.point[None])
-    start = relaxed.space.point({name: float(column[0]) for name, column in columns.items()})
+    start = relaxed.space.point(problem.space.values(design.optimum.point))
     end = local_search(relaxed.space, relaxed.goal() if design.feasible else relaxed.elastic(), start)
     if not end.feasible:
         return 0.0

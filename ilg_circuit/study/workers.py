@@ -14,13 +14,13 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
 
 from ..errors import SolveError
-from .evaluate import Evaluation
-from .outputs import choose_outputs
+from .evaluate import Evaluation, evaluate
 from .spec import Task, solve_task
 from .travelling import packed_models, unpack_models
 
@@ -138,35 +138,33 @@ def solve_on(
     """
     waiting = deque(numbers)
     running: dict[Future[Evaluation], tuple[int, Task]] = {}
+    suspects: list[tuple[int, Task]] = []
+
+    def collect(done: Iterable[Future[Evaluation]]) -> None:
+        for future in done:
+            number, task = running.pop(future)
+            try:
+                save(number, future.result())
+            except pool.deaths:
+                suspects.append((number, task))
+
     try:
         while waiting or running:
-            suspects = []
-            while waiting and len(running) < _AHEAD * max(pool.width(), 1):
+            while waiting and not suspects and len(running) < _AHEAD * max(pool.width(), 1):
                 number = waiting.popleft()
                 task = make(number)
                 try:
                     running[pool.submit(task)] = number, task
                 except pool.deaths:  # the pool broke while nobody was waiting for it
                     suspects.append((number, task))
-                    break
             if running and not suspects:
                 wait(running, return_when=FIRST_COMPLETED)
-            for future in [f for f in running if f.done()]:
-                number, task = running.pop(future)
-                try:
-                    save(number, future.result())
-                except pool.deaths:
-                    suspects.append((number, task))
-            if suspects:
-                # the culprit is unknown: all submitted tasks are tried again, one at a time
-                for future in wait(running).done:
-                    number, task = running.pop(future)
-                    try:
-                        save(number, future.result())
-                    except pool.deaths:
-                        suspects.append((number, task))
+            collect([f for f in running if f.done()])
+            if suspects:  # the culprit is unknown: all submitted tasks are tried again, one at a time
+                collect(wait(running).done)
                 pool.renew()
-                for number, task in suspects:
+                while suspects:
+                    number, task = suspects.pop(0)
                     save(number, _alone(pool, task))
     finally:
         for future in running:
@@ -181,31 +179,14 @@ def _alone(pool: Pool, task: Task) -> Evaluation:
         except pool.deaths:
             pool.renew()
     if len(task) == 1:
-        return _lost(task)
+        reason = "its solve killed the worker process, twice: too little memory, or a crash of ngspice"
+        return evaluate([reason], **task.how)
     middle = len(task) // 2
-    return _joined(_alone(pool, task.part(0, middle)), _alone(pool, task.part(middle, len(task))))
-
-
-def _lost(task: Task) -> Evaluation:
-    outputs = choose_outputs(task.outputs)
-    reason = "its solve killed the worker process, twice: too little memory, or a crash of ngspice"
-    return Evaluation(
-        outputs,
-        np.full((1, len(outputs)), np.nan),
-        np.full(1, np.nan),
-        {0: reason},
-        task.times,
-        {name: np.full((1, len(task.times)), np.nan) for name in task.waveforms},
-    )
-
-
-def _joined(first: Evaluation, second: Evaluation) -> Evaluation:
-    after = len(first.values)
-    return Evaluation(
-        first.outputs,
-        np.concatenate([first.values, second.values]),
-        np.concatenate([first.errors, second.errors]),
-        first.failures | {after + k: reason for k, reason in second.failures.items()},
-        first.times,
-        {name: np.concatenate([waves, second.waveforms[name]]) for name, waves in first.waveforms.items()},
+    first, second = _alone(pool, task.part(0, middle)), _alone(pool, task.part(middle, len(task)))
+    return replace(
+        first,
+        values=np.concatenate([first.values, second.values]),
+        errors=np.concatenate([first.errors, second.errors]),
+        failures=first.failures | {middle + k: reason for k, reason in second.failures.items()},
+        waveforms={name: np.concatenate([waves, second.waveforms[name]]) for name, waves in first.waveforms.items()},
     )
