@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..units import format_quantity
+from .plan import sobol_points
 from .problem import Design, DesignProblem
 from .requirements import Requirement
-from .search import local_search, search, sobol_points
+from .search import local_search, search
 from .space import Space
 
 #: Fraction by which a limit is relaxed.

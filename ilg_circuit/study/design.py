@@ -156,7 +156,18 @@ def design(
     """
     wishes = tuple(require)
     probability = parse(confidence, "", "--confidence") if isinstance(confidence, str) else confidence
-    _require_consistent(wishes, minimise, maximise, pareto, points, probability)
+    for wrong, advice in (
+        (minimise and maximise, "--minimise and --maximise: give one of them, or --pareto for several"),
+        (
+            not (wishes or minimise or maximise or pareto),
+            "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise, or "
+            "--pareto",
+        ),
+        (probability and not wishes, "--confidence is that of requirements; give --require"),
+        (points and not pareto, "--points goes with --pareto"),
+    ):
+        if wrong:
+            raise InputError(advice)
     template = scenario_template(actuator, drive, duration, tip=tip, beam=beam, load=load)
     template.parsed_drive()  # a text that is no drive fails at once
     ranges, fixed = parse_ranges(list(vary))
@@ -188,28 +199,6 @@ def design(
             asked = [q for q in distinct((*problem.quantities, *(o.quantity for o in front_of))) if q.outputs]
             report = replace(report, sobol=sobol_indices(space, asked, seed=seed))
     return report
-
-
-def _require_consistent(
-    require: Sequence[str],
-    minimise: str | None,
-    maximise: str | None,
-    pareto: str | None,
-    points: int | None,
-    confidence: float | None,
-) -> None:
-    """Raise InputError for arguments that contradict one another or have no effect."""
-    if minimise and maximise:
-        raise InputError("--minimise and --maximise: give one of them, or --pareto for several")
-    if not (require or minimise or maximise or pareto):
-        raise InputError(
-            "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise, or "
-            "--pareto"
-        )
-    if confidence and not require:
-        raise InputError("--confidence is that of requirements; give --require")
-    if points and not pareto:
-        raise InputError("--points goes with --pareto")
 
 
 def aim(design: Design) -> str:
@@ -286,11 +275,7 @@ def _design(design: Design, report: DesignReport) -> dict[str, Any]:
         },
         "ngspice": {"largest_difference": design.difference, "estimated_error": design.error},
         "uncertainty": {
-            "stderr": uncertainty.stderr,
-            "shares": uncertainty.shares,
-            "all_met": uncertainty.all_met,
-            "drawn": uncertainty.drawn,
-            "failed": uncertainty.failed,
+            **{name: getattr(uncertainty, name) for name in ("stderr", "shares", "all_met", "drawn", "failed")},
             "confidence": report.confidence,
         }
         if uncertainty

@@ -18,9 +18,10 @@ from ..arrays import Array
 from ..errors import InputError, SolveError
 from ..files import write_csv
 from ..strip.validity import LARGEST_DEFLECTION
+from .plan import sobol_points
 from .problem import DesignProblem, Objective, Values, distinct, slacks
 from .quantities import quantity
-from .search import FEASIBLE, INITIAL_POINTS, Goal, Terms, distant, local_search, sobol_points
+from .search import FEASIBLE, INITIAL_POINTS, Goal, Terms, distant, local_search
 
 Progress = Callable[[int, int], None]
 

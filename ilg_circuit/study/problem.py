@@ -15,9 +15,10 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError, SolveError
 from .parameters import Scenario
+from .plan import sobol_points
 from .quantities import Quantity
 from .requirements import Requirement
-from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Search, Terms, local_search, search, sobol_points
+from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Search, Terms, local_search, search
 from .space import Space
 
 #: Values (k,) of k designs by name of the quantity.

@@ -13,7 +13,7 @@ from ..strip.elements import lumped_elements
 from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS, gravity
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, Output
-from .parameters import PARAMETERS, Scenario
+from .parameters import PARAMETERS, Scenario, unknown_name
 
 #: Units of outputs that are maximised by default (displacement, force); all others are minimised.
 _WANTED_MORE = ("m", "N")
@@ -96,10 +96,4 @@ def quantity(name: str, varied: Sequence[str]) -> Quantity:
         return Quantity(name, item.unit, item.meaning, lambda d: d.columns[name])
     if name in PARAMETERS:
         raise InputError(f"{name} is not varied, so it stays what it is; add --vary {name}=from:to, or ask another")
-    from difflib import get_close_matches
-
-    choices = (*OUTPUTS, *ASSUMPTIONS, *varied)
-    near = get_close_matches(name, choices, n=4)
-    raise InputError(
-        f"unknown quantity '{name[:40]}'; {'perhaps ' + ', '.join(near) if near else 'known are ' + ', '.join(choices)}"
-    )
+    raise unknown_name("quantity", name, (*OUTPUTS, *ASSUMPTIONS, *varied))

@@ -12,7 +12,7 @@ from ..circuit.strip import strip_netlist
 from ..errors import InputError
 from .evaluate import Evaluation, evaluate, scenario_of, scenarios_of
 from .parameters import Scenario, ScenarioTemplate, Value
-from .plan import Range, parse_range
+from .plan import Range, parse_each
 from .quantities import Designs, Quantity
 
 #: Called with the number of designs simulated since the last call.
@@ -31,11 +31,8 @@ def parse_ranges(texts: Sequence[str]) -> tuple[tuple[Range, ...], dict[str, Val
     """
     ranges: list[Range] = []
     fixed: dict[str, Value] = {}
-    for text in texts:
-        interval, count = parse_range(text)
+    for text, interval, count in parse_each(texts):
         name = interval.parameter.name
-        if name in fixed or name in (s.parameter.name for s in ranges):
-            raise InputError(f"{name} is varied twice; give it once")
         if count is not None or len(interval.values) > 1:
             raise InputError(f"'{text[:60]}': a design is looked for in a whole range; write it like {name}=from:to")
         if interval.values:

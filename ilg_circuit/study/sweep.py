@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,7 +18,7 @@ from ..provenance import Provenance
 from ..result import Result
 from ..strip.actuator import Actuator
 from .dataset import SweepTotals, read_sweep, write_dataset
-from .evaluate import STUDY_ACCURACY, Evaluation, Progress
+from .evaluate import Evaluation, Progress
 from .parameters import scenario_template
 from .spec import SweepSpec, solve_task, sweep_spec
 from .store import Store
@@ -83,45 +81,26 @@ def sweep(
     drive: str | Drive,
     duration: str | float,
     *,
-    vary: Sequence[str] = (),
-    random: int | None = None,
-    method: str | None = None,
-    seed: int | None = None,
-    designs: Path | None = None,
-    outputs: Sequence[str] | None = None,
-    waveforms: Sequence[str] = (),
-    samples: int | None = None,
     tip: str = "free",
     beam: str | None = None,
     load: str | Load | None = None,
-    engine: str = "ngspice",
-    accuracy: float = STUDY_ACCURACY,
     out: str | Path | None = None,
     jobs: int | None = None,
     cluster: str | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
     provenance: Provenance | None = None,
+    **designs: Any,
 ) -> SweepResult:
-    """Solve many designs of one strip: strip and run as in `parameters.scenario_template`, designs as in `sweep_spec`.
+    """Solve many designs of one strip: strip and run as in `parameters.scenario_template`.
 
-    ``out`` and the arguments after it are those of `solve_sweep`. Raises InputError and SolveError.
+    ``designs`` are the arguments of `sweep_spec`: ``vary``, ``random``, ``method``, ``seed``, ``designs``, ``outputs``,
+    ``waveforms``, ``samples``, ``engine``, ``accuracy``. ``out`` and the arguments after it are those of `solve_sweep`.
+    Raises InputError and SolveError.
     """
-    spec = sweep_spec(
-        scenario_template(actuator, drive, duration, tip=tip, beam=beam, load=load),
-        vary,
-        random=random,
-        method=method,
-        seed=seed,
-        designs=designs,
-        outputs=outputs,
-        waveforms=waveforms,
-        samples=samples,
-        engine=engine,
-        accuracy=accuracy,
-    )
-    where: dict[str, Any] = {"jobs": jobs, "cluster": cluster, "executor": executor}
-    return solve_sweep(spec, out, progress=progress, provenance=provenance or Provenance(seed=seed), **where)
+    spec = sweep_spec(scenario_template(actuator, drive, duration, tip=tip, beam=beam, load=load), **designs)
+    made_by = provenance or Provenance(seed=designs.get("seed"))
+    return solve_sweep(spec, out, jobs=jobs, cluster=cluster, executor=executor, progress=progress, provenance=made_by)
 
 
 def solve_sweep(
@@ -144,8 +123,15 @@ def solve_sweep(
     """
     if out is None:
         with TemporaryDirectory() as folder:
-            where: dict[str, Any] = {"jobs": jobs, "cluster": cluster, "executor": executor}
-            result = solve_sweep(spec, Path(folder) / "sweep.nc", progress=progress, provenance=provenance, **where)
+            result = solve_sweep(
+                spec,
+                Path(folder) / "sweep.nc",
+                jobs=jobs,
+                cluster=cluster,
+                executor=executor,
+                progress=progress,
+                provenance=provenance,
+            )
             with result.to_xarray() as data:
                 return replace(result, path=None, leftover=None, data=data.load())
     path = Path(out)
@@ -157,10 +143,12 @@ def solve_sweep(
     made_by = provenance or Provenance()
     store = Store(path, spec)
     try:
-        finished = store.finished()
-        resumed = sum(stop - start for start, stop in map(spec.bounds, finished))
-        missing = [k for k in range(spec.task_count) if k not in finished]
-        _solve(spec, missing, store, jobs or _usual_jobs(len(missing)), cluster, executor, progress)
+        missing = [k for k in range(spec.task_count) if k not in store.finished()]
+        resumed = spec.plan.count - sum(stop - start for start, stop in map(spec.bounds, missing))
+        workers = jobs or _usual_jobs(len(missing))
+        alone = not missing or (workers == 1 and cluster is None and executor is None)
+        with nullcontext() if alone else _pool(workers, cluster, executor) as pool:
+            _solve(spec, missing, store, pool, progress or (lambda done, total: None))
         try:
             totals = write_dataset(path, spec, store, made_by)
         except SolveError:  # nothing is worth keeping where every design failed
@@ -173,66 +161,38 @@ def solve_sweep(
     return SweepResult(spec, totals, path, resumed, leftover, provenance=made_by)
 
 
-def _solve(
-    spec: SweepSpec,
-    missing: list[int],
-    store: Store,
-    workers: int,
-    cluster: str | None,
-    executor: Executor | None,
-    progress: Progress | None,
-) -> None:
-    """Solve the ``missing`` tasks into the store."""
+def _solve(spec: SweepSpec, missing: list[int], store: Store, pool: Pool | None, progress: Progress) -> None:
+    """Solve the ``missing`` tasks into the store, in this process where there is no ``pool``."""
     total = spec.plan.count
     done = total - sum(stop - start for start, stop in map(spec.bounds, missing))
-    if progress:
-        progress(done, total)
+    progress(done, total)
 
     def save(number: int, result: Evaluation) -> None:
         nonlocal done
         store.write(number, result)
         done += len(result.values)
-        if progress:
-            progress(done, total)
+        progress(done, total)
 
-    if missing and cluster is None and executor is None and workers == 1:
-        for number in missing:
-            save(number, solve_task(spec.task(number), _within(progress, done, total)))
-    elif missing:
-        with _pool(workers, cluster, executor) as pool:
-            solve_on(pool, missing, spec.task, save)
-
-
-def _within(progress: Progress | None, before: int, total: int) -> Progress | None:
-    """Return the progress of one task as progress of the whole sweep."""
-    return None if progress is None else lambda done, _: progress(before + done, total)
+    if pool:
+        solve_on(pool, missing, spec.task, save)
+        return
+    for number in missing:
+        save(number, solve_task(spec.task(number), lambda solved, _: progress(done + solved, total)))
 
 
 def _usual_jobs(tasks: int) -> int:
     """Return one process a core; one for a single task, or where more are impossible."""
-    return min(_cores(), tasks) if tasks > 1 and processes_possible() else 1
+    from loky import cpu_count
+
+    return min(cpu_count(), tasks) if tasks > 1 and processes_possible() else 1
 
 
-def _cores() -> int:
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on every system
-        return os.cpu_count() or 1
-
-
-@contextmanager
-def _pool(workers: int, cluster: str | None, executor: Executor | None) -> Iterator[Pool]:
+def _pool(workers: int, cluster: str | None, executor: Executor | None) -> AbstractContextManager[Pool]:
     if cluster is not None:
         from .cluster import cluster_pool
 
-        with cluster_pool(cluster) as pool:
-            yield pool
-    elif executor is not None:
+        return cluster_pool(cluster)
+    if executor is not None:
         width = int(getattr(executor, "_max_workers", 1))
-        yield GivenPool(executor, lambda: width, (BrokenExecutor,))
-    else:
-        own = LokyPool(workers)
-        try:
-            yield own
-        finally:
-            own.close()
+        return nullcontext(GivenPool(executor, lambda: width, (BrokenExecutor,)))
+    return closing(LokyPool(workers))

@@ -11,8 +11,8 @@ from .parameters import Scenario
 
 def run_findings(scenario: Scenario, displacement: float | None) -> list[Finding]:
     """Return the assumptions that fail in a run that reaches ``displacement`` [m] in size (None: unknown)."""
-    run = scenario.drive, scenario.duration, scenario.drive.largest()
-    return _findings(run_warnings(scenario.actuator, *run, displacement))
+    drive = scenario.drive
+    return _findings(run_warnings(scenario.actuator, drive, scenario.duration, drive.largest(), displacement))
 
 
 def deflection_findings(bent: int) -> list[Finding]:
@@ -20,5 +20,5 @@ def deflection_findings(bent: int) -> list[Finding]:
     return _findings(deflection_warnings(bent))
 
 
-def _findings(rows: Iterable[Finding | str]) -> list[Finding]:
-    return [row if isinstance(row, Finding) else Finding("assumption-fails", values={"text": row}) for row in rows]
+def _findings(texts: Iterable[str]) -> list[Finding]:
+    return [Finding("assumption-fails", values={"text": text}) for text in texts]
