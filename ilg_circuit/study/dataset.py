@@ -92,25 +92,27 @@ def write_dataset(path: Path, spec: SweepSpec, store: Store, provenance: Provena
         file.dimensions = dict(zip(dimensions, plan.shape, strict=True))
         if spec.waveforms:
             file.dimensions["time"] = len(spec.times)
-        described = {"coordinates": " ".join(plan.names)} if not plan.grid else {}
 
-        def create(name: str, over: tuple[str, ...], kind: Any, unit: str, meaning: str, **more: str) -> None:
+        def create(name: str, over: tuple[str, ...], unit: str, meaning: str, kind: Any = "f8") -> Any:
             variable = file.create_variable(name, over, dtype=kind)
-            variable.attrs.update({"units": unit or "1", "long_name": meaning} | more)
+            variable.attrs.update({"units": unit or "1", "long_name": meaning})
+            if over[0] == DESIGN and name not in plan.names:
+                variable.attrs["coordinates"] = " ".join(plan.names)
+            return variable
 
         for name, column in plan.columns.items():
             item = PARAMETERS[name]
-            create(name, (name,) if plan.grid else (DESIGN,), text if item.words else "f8", item.unit, item.meaning)
-            file[name][:] = column.astype(object) if item.words else column
+            over = (name,) if plan.grid else (DESIGN,)
+            variable = create(name, over, item.unit, item.meaning, text if item.words else "f8")
+            variable[:] = column.astype(object) if item.words else column
         for name in spec.outputs:
-            create(name, dimensions, "f8", OUTPUTS[name].unit, OUTPUTS[name].meaning, **described)
-        create("error", dimensions, "f8", "", "estimated error of the worst waveform over its maximum", **described)
-        create("failure", dimensions, text, "", "why a design failed; empty where it did not", **described)
+            create(name, dimensions, OUTPUTS[name].unit, OUTPUTS[name].meaning)
+        create("error", dimensions, "", "estimated error of the worst waveform over its maximum")
+        create("failure", dimensions, "", "why a design failed; empty where it did not", text)
         if spec.waveforms:
-            create("time", ("time",), "f8", "s", "time")
-            file["time"][:] = spec.times
-            for name in spec.waveforms:
-                create(name, (*dimensions, "time"), "f8", WAVEFORMS[name], name, **described)
+            create("time", ("time",), "s", "time")[:] = spec.times
+        for name in spec.waveforms:
+            create(name, (*dimensions, "time"), WAVEFORMS[name], name)
         file.attrs.update(_attributes(spec, provenance))
         for number in range(spec.task_count):
             start, stop = spec.bounds(number)

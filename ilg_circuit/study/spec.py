@@ -18,7 +18,7 @@ from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..simulation.response import sample_times
-from ..strip.file import dumps
+from ..strip.file import FORMAT, dumps
 from .evaluate import STUDY_ACCURACY, Evaluation, Progress, evaluate_designs, require_known
 from .outputs import DEFAULT_OUTPUTS, choose_outputs
 from .parameters import ScenarioTemplate
@@ -120,7 +120,8 @@ class SweepSpec:
         digest = hashlib.sha256()
         run = (template.drive_text, template.duration, template.tip, template.beam, template.load)
         settings = (*run, self.engine, self.accuracy)
-        parts: list[str | bytes] = [_RESULTS_OF, dumps(template.actuator)]
+        actuator = dumps(template.actuator).replace(f"format = {FORMAT}\n", "", 1)  # the line came after 0.1.0
+        parts: list[str | bytes] = [_RESULTS_OF, actuator]
         parts += map(repr, (settings, self.outputs, self.waveforms, self.samples, self.task_size, self.plan.grid))
         if isinstance(drive, PiecewiseLinear):
             parts += [drive.times.tobytes(), drive.values.tobytes()]

@@ -123,15 +123,8 @@ def solve_sweep(
     """
     if out is None:
         with TemporaryDirectory() as folder:
-            result = solve_sweep(
-                spec,
-                Path(folder) / "sweep.nc",
-                jobs=jobs,
-                cluster=cluster,
-                executor=executor,
-                progress=progress,
-                provenance=provenance,
-            )
+            where: dict[str, Any] = {"jobs": jobs, "cluster": cluster, "executor": executor}
+            result = solve_sweep(spec, Path(folder) / "sweep.nc", progress=progress, provenance=provenance, **where)
             with result.to_xarray() as data:
                 return replace(result, path=None, leftover=None, data=data.load())
     path = Path(out)
