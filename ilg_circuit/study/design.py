@@ -16,6 +16,7 @@ from ..findings import Finding, Warned
 from ..result import Result
 from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
+from ..strip.validity import deflection_warnings, run_warnings
 from ..units import format_quantity, parse
 from .constraints import ActiveConstraint, WithoutRequirement, active_constraints, without_each_requirement
 from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, rewritten, scenario_template
@@ -29,7 +30,6 @@ from .sensitivity import sensitivity as sensitivity_of
 from .sobol import SobolIndices, sobol_indices
 from .space import Counter, Space, parse_ranges, resolve_engine
 from .threads import one_thread
-from .validity import deflection_findings, run_findings
 
 #: A whole number, which needs no .0.
 _WHOLE = re.compile(r"(\d)\.0(?=\D|$)")
@@ -61,17 +61,17 @@ class DesignReport(Result, Warned):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Assumptions of the model that fail at the design or on the front, and designs that failed."""
-        findings: list[Finding] = []
-        if self.design is not None:
-            scenario, design = self.design.scenario, self.design
-            peak = abs(design.simulated.get("displacement_peak", math.nan))
-            findings += run_findings(scenario, peak if math.isfinite(peak) else None)
+        design, texts, failed = self.design, [], []
+        if design:
+            scenario, peak = design.scenario, abs(design.simulated.get("displacement_peak", math.nan))
+            run = scenario.drive, scenario.duration, scenario.drive.largest()
+            texts += run_warnings(scenario.actuator, *run, peak if math.isfinite(peak) else None)
             if design.failures:
-                total = INITIAL_POINTS[design.problem.space.engine]
-                findings.append(Finding("designs-failed", values={"failures": design.failures, "total": total}))
-        if self.front is not None:
-            findings += deflection_findings(self.front.bent)
-        return tuple(findings)
+                numbers = {"failures": design.failures, "total": INITIAL_POINTS[design.problem.space.engine]}
+                failed = [Finding("designs-failed", values=numbers)]
+        if self.front:
+            texts += deflection_warnings(self.front.bent)
+        return (*(Finding("assumption-fails", values={"text": text}) for text in texts), *failed)
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON-ready values in SI units; what was not asked for is None."""

@@ -57,31 +57,24 @@ def _gravity(scenario: Scenario) -> float:
     return gravity(scenario.actuator, lumped_elements(scenario.actuator).stiffness).number
 
 
-#: Assumptions of the model as in `ilg_circuit.strip.validity`: name -> quantity and its limit.
-ASSUMPTIONS = {
-    "relative_deflection": (_of_output(OUTPUTS["relative_deflection"]), LARGEST_DEFLECTION),
-    "slenderness": (
-        Quantity(
-            "slenderness",
-            "",
-            "thickness over free length",
-            _of_scenario(lambda c: c.actuator.geometry.thickness / c.actuator.geometry.free_length),
-        ),
+_ASSUMED: tuple[tuple[str, str, Callable[[Scenario], float], float], ...] = (
+    (
+        "slenderness",
+        "thickness over free length",
+        lambda c: c.actuator.geometry.thickness / c.actuator.geometry.free_length,
         LARGEST_SLENDERNESS,
     ),
-    "window": (
-        Quantity(
-            "window",
-            "",
-            f"largest voltage over the electrochemical window of {ELECTROCHEMICAL_WINDOW:g} V",
-            _of_scenario(lambda c: c.drive.largest() / ELECTROCHEMICAL_WINDOW),
-        ),
+    (
+        "window",
+        f"largest voltage over the electrochemical window of {ELECTROCHEMICAL_WINDOW:g} V",
+        lambda c: c.drive.largest() / ELECTROCHEMICAL_WINDOW,
         1.0,
     ),
-    "gravity": (
-        Quantity("gravity", "", "sag over L0 if horizontal, else gravity's stiffness over K", _of_scenario(_gravity)),
-        1.0,
-    ),
+    ("gravity", "sag over L0 if horizontal, else gravity's stiffness over K", _gravity, 1.0),
+)
+#: Assumptions of the model as in `ilg_circuit.strip.validity`: name -> quantity and its limit.
+ASSUMPTIONS = {"relative_deflection": (_of_output(OUTPUTS["relative_deflection"]), LARGEST_DEFLECTION)} | {
+    name: (Quantity(name, "", meaning, _of_scenario(compute)), limit) for name, meaning, compute, limit in _ASSUMED
 }
 
 

@@ -17,13 +17,13 @@ from ..findings import Finding, Warned
 from ..provenance import Provenance
 from ..result import Result
 from ..strip.actuator import Actuator
+from ..strip.validity import deflection_warnings
 from .dataset import SweepTotals, read_sweep, write_dataset
 from .evaluate import Evaluation, Progress
 from .parameters import scenario_template
 from .spec import SweepSpec, solve_task, sweep_spec
 from .store import Store
-from .validity import deflection_findings
-from .workers import GivenPool, LokyPool, Pool, processes_possible, solve_on
+from .workers import GivenPool, LokyPool, processes_possible, solve_on
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -49,7 +49,8 @@ class SweepResult(Result, Warned):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """The finding that designs exceed the small-deflection limit, if any do."""
-        return tuple(deflection_findings(self.totals.bent))
+        texts = deflection_warnings(self.totals.bent)
+        return tuple(Finding("assumption-fails", values={"text": text}) for text in texts)
 
     def to_xarray(self) -> Dataset:
         """Return the designs and their outputs with units; from a file it is opened and not loaded yet."""
@@ -154,7 +155,7 @@ def solve_sweep(
     return SweepResult(spec, totals, path, resumed, leftover, provenance=made_by)
 
 
-def _solve(spec: SweepSpec, missing: list[int], store: Store, pool: Pool | None, progress: Progress) -> None:
+def _solve(spec: SweepSpec, missing: list[int], store: Store, pool: GivenPool | None, progress: Progress) -> None:
     """Solve the ``missing`` tasks into the store, in this process where there is no ``pool``."""
     total = spec.plan.count
     done = total - sum(stop - start for start, stop in map(spec.bounds, missing))
@@ -180,7 +181,7 @@ def _usual_jobs(tasks: int) -> int:
     return min(cpu_count(), tasks) if tasks > 1 and processes_possible() else 1
 
 
-def _pool(workers: int, cluster: str | None, executor: Executor | None) -> AbstractContextManager[Pool]:
+def _pool(workers: int, cluster: str | None, executor: Executor | None) -> AbstractContextManager[GivenPool]:
     if cluster is not None:
         from .cluster import cluster_pool
 

@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -48,51 +48,50 @@ def require_processes() -> None:
         )
 
 
-class Pool(Protocol):
-    """Workers that solve tasks; ``deaths`` are the errors raised when a worker died with a task."""
+class GivenPool:
+    """Workers that solve tasks, here of an ``executor`` made elsewhere.
 
-    deaths: tuple[type[BaseException], ...]
+    ``width()`` is their present number; ``deaths`` are the errors raised when a worker died with a task.
+    """
 
-    def width(self) -> int:
-        """Return the present number of workers."""
+    def __init__(self, executor: Executor, width: Callable[[], int], deaths: tuple[type[BaseException], ...]) -> None:
+        self._executor: Any = executor
+        self.width, self.deaths = width, deaths
+        self._models = packed_models()
 
     def submit(self, task: Task) -> Future[Evaluation]:
         """Submit a task."""
-
-    def renew(self) -> None:
-        """Make the pool usable again after a death. Raises SolveError where that is impossible."""
-
-
-class LokyPool:
-    """Processes of this machine, started afresh (ngspice does not survive a fork)."""
-
-    deaths: tuple[type[BaseException], ...] = (BrokenExecutor,)
-
-    def __init__(self, workers: int) -> None:
-        require_processes()
-        self._workers = workers
-        self._models = packed_models()
-        self._executor = self._new()
-
-    def _new(self) -> Any:
-        from loky import ProcessPoolExecutor
-
-        return ProcessPoolExecutor(max_workers=self._workers, initializer=_end_with, initargs=(os.getpid(),))
-
-    def width(self) -> int:
-        return self._workers
-
-    def submit(self, task: Task) -> Future[Evaluation]:
         future: Future[Evaluation] = self._executor.submit(_solve, task, self._models)
         return future
 
     def renew(self) -> None:
+        """Make the pool usable again after a death. Raises SolveError where that is impossible."""
+        if BrokenExecutor in self.deaths:
+            raise SolveError(
+                "the executor lost a worker and takes no more work; start again with a new one to continue"
+            )
+
+
+class LokyPool(GivenPool):
+    """Processes of this machine, started afresh (ngspice does not survive a fork)."""
+
+    def __init__(self, workers: int) -> None:
+        require_processes()
+        super().__init__(_processes(workers), lambda: workers, (BrokenExecutor,))
+
+    def renew(self) -> None:
         self.close()
-        self._executor = self._new()
+        self._executor = _processes(self.width())
 
     def close(self) -> None:
         """End the workers, whatever they are doing."""
         self._executor.shutdown(wait=True, kill_workers=True)
+
+
+def _processes(workers: int) -> Any:
+    from loky import ProcessPoolExecutor
+
+    return ProcessPoolExecutor(max_workers=workers, initializer=_end_with, initargs=(os.getpid(),))
 
 
 def _solve(task: Task, models: bytes) -> Evaluation:
@@ -112,25 +111,8 @@ def _end_with(parent: int) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-class GivenPool:
-    """An executor that was made elsewhere."""
-
-    def __init__(self, executor: Executor, width: Callable[[], int], deaths: tuple[type[BaseException], ...]) -> None:
-        self._executor, self.width, self.deaths = executor, width, deaths
-        self._models = packed_models()
-
-    def submit(self, task: Task) -> Future[Evaluation]:
-        return self._executor.submit(_solve, task, self._models)
-
-    def renew(self) -> None:
-        if BrokenExecutor in self.deaths:
-            raise SolveError(
-                "the executor lost a worker and takes no more work; start again with a new one to continue"
-            )
-
-
 def solve_on(
-    pool: Pool, numbers: Iterable[int], make: Callable[[int], Task], save: Callable[[int, Evaluation], None]
+    pool: GivenPool, numbers: Iterable[int], make: Callable[[int], Task], save: Callable[[int, Evaluation], None]
 ) -> None:
     """Solve the tasks ``make(number)`` on ``pool``; ``save(number, result)`` is called as each result arrives.
 
@@ -171,7 +153,7 @@ def solve_on(
             future.cancel()
 
 
-def _alone(pool: Pool, task: Task) -> Evaluation:
+def _alone(pool: GivenPool, task: Task) -> Evaluation:
     """Solve a task alone; divide it where it kills its worker repeatedly, until the culprit is a single design."""
     for _ in range(_DEATHS):
         try:
