@@ -45,10 +45,9 @@ def figure(found: RhythmSweep) -> Figure:
     labels = {"rest": "comes to rest", "undecided": "not decided: just on an edge"}
     for k, outcome in enumerate(found.outcomes):
         if outcome in ("rest", "undecided"):
-            colour = ORANGE if outcome == "undecided" else GREY
-            for panel in (upper, lower):
-                label = labels.pop(outcome, None) if panel is upper else None
-                panel.axvspan(edges[k], edges[k + 1], color=colour, alpha=0.15, linewidth=0, label=label)
+            shade: dict[str, Any] = {"color": ORANGE if outcome == "undecided" else GREY, "alpha": 0.15, "linewidth": 0}
+            upper.axvspan(edges[k], edges[k + 1], label=labels.pop(outcome, None), **shade)
+            lower.axvspan(edges[k], edges[k + 1], **shade)
     if len(labels) < 2:
         legend_above(upper)
     upper.set_ylabel("period [s]")

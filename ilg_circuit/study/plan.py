@@ -53,8 +53,7 @@ class Range:
         """Return the values at ``share`` (n,), numbers from 0 to 1 along the range or the list of values."""
         if self.values:
             pick = np.minimum((share * len(self.values)).astype(int), len(self.values) - 1)
-            picked: Column = np.asarray(self.values)[pick]
-            return picked
+            return np.asarray(self.values)[pick]
         if self.log:
             return self.low * (self.high / self.low) ** share
         return self.low + (self.high - self.low) * share

@@ -23,6 +23,8 @@ from .space import Space
 
 #: Values (k,) of k designs by name of the quantity.
 Values = Mapping[str, Array]
+#: Lowest and highest value.
+Reach = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -124,15 +126,19 @@ class Design:
     """
 
     problem: DesignProblem
-    optimum: LocalOptimum
+    search: Search
     values: dict[str, float]
     scenario: Scenario
-    search: Search
     exact: dict[str, float]
     simulated: dict[str, float]
     error: float
-    reach: dict[str, tuple[float, float]]
+    reach: dict[str, Reach]
     failures: int
+
+    @property
+    def optimum(self) -> LocalOptimum:
+        """The best end of the search, before its values were rounded."""
+        return self.search.best
 
     def score(self, requirement: Requirement) -> float:
         """Return a requirement's score by ngspice, as in `Requirement.score`."""
@@ -211,11 +217,7 @@ def _search(problem: DesignProblem, points: Array, values: Values) -> Search:
 
 
 def _verified(
-    problem: DesignProblem,
-    result: Search,
-    reach: dict[str, tuple[float, float]],
-    failures: int,
-    extra: Sequence[Quantity],
+    problem: DesignProblem, result: Search, reach: dict[str, Reach], failures: int, extra: Sequence[Quantity]
 ) -> Design:
     """Return the design at the search's end, rounded where that violates no requirement, simulated by ngspice."""
     space = problem.space
@@ -226,26 +228,15 @@ def _verified(
         if isinstance(scenario, str):
             continue
         columns = {name: np.array([x]) for name, x in values.items()}
-        exact = space.measure(columns, quantities)[0]
+        exact, _ = space.measure(columns, quantities)
         simulated, evaluation = space.measure(columns, quantities, "ngspice")
         if evaluation.failures:
             raise SolveError(f"ngspice could not simulate the design that was found: {evaluation.failures[0]}")
-        designs.append(
-            Design(
-                problem=problem,
-                optimum=result.best,
-                values=values,
-                scenario=scenario,
-                search=result,
-                exact={name: float(x[0]) for name, x in exact.items()},
-                simulated={name: float(x[0]) for name, x in simulated.items()},
-                error=float(evaluation.errors[0]),
-                reach=reach,
-                failures=failures,
-            )
-        )
+        first, again = ({name: float(x[0]) for name, x in found.items()} for found in (exact, simulated))
+        error = float(evaluation.errors[0])
+        designs.append(Design(problem, result, values, scenario, first, again, error, reach, failures))
         if designs[-1].feasible:
-            break
+            return designs[-1]
     if not designs:
         raise SolveError("the design that was found cannot be simulated")
-    return designs[0] if designs[0].feasible or not designs[-1].feasible else designs[-1]
+    return designs[0]

@@ -67,8 +67,7 @@ class Requirement:
             return sign * values
         ratio = values / self.limit
         logarithm = np.log(np.maximum(ratio, _STRAIGHT)) + np.minimum(ratio / _STRAIGHT - 1, 0.0)
-        signed: Array = sign * np.sign(self.limit) * logarithm
-        return signed
+        return np.asarray(sign * np.sign(self.limit) * logarithm)
 
     def slack(self, values: Array) -> Array:
         """Return the scores of ``values`` (n,) less reserve and guard: at least zero where the search accepts them."""

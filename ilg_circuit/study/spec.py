@@ -144,13 +144,13 @@ def sweep_spec(
     outputs: Sequence[str] | None = None,
     waveforms: Sequence[str] = (),
     samples: int | None = None,
-    engine: str = "ngspice",
-    accuracy: float = STUDY_ACCURACY,
+    **solver: Any,
 ) -> SweepSpec:
     """Return the specification of a grid of ``vary``, of ``random`` designs over its ranges, or of a CSV file.
 
     ``method`` (default lhs) and ``seed`` (default 0) are those of random designs, see `plan.random_plan`; ``samples``
-    (default 601) of the kept ``waveforms``. Raises InputError for arguments that contradict one another.
+    (default 601) of the kept ``waveforms``; ``solver``: ``engine`` and ``accuracy`` of `SweepSpec`. Raises InputError
+    for arguments that contradict one another.
     """
     if samples is not None and not waveforms:
         raise InputError("--samples are those of --waveforms; say which to keep, such as --waveforms displacement")
@@ -165,5 +165,5 @@ def sweep_spec(
         plan = grid_plan(vary)
     else:
         plan = random_plan(vary, random, method or "lhs", seed or 0)
-    chosen = tuple(outputs) if outputs else DEFAULT_OUTPUTS
-    return SweepSpec(template, plan, chosen, engine, accuracy, tuple(waveforms), samples or 601)
+    solver |= {"waveforms": tuple(waveforms), "samples": samples or 601}
+    return SweepSpec(template, plan, tuple(outputs or DEFAULT_OUTPUTS), **solver)
