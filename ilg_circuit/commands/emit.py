@@ -79,8 +79,8 @@ def emit(
         "--json": _json,
         "--plot": _plot,
         "--report": _report,
+        **(writers or {}),
     }
-    writing.update(writers or {})
     for option, path in outputs.items():
         if path is not None:
             writing[option](made, path)
