@@ -215,7 +215,7 @@ class _Evaluator:
             a = around.constraints.shape[1]
             self._terms = Terms(table[:1, 0], table[:1, 1 + a :], table[:1, 1 : 1 + a])
             self._point = point
-            self._remember(point)
+            self._remember(self._terms.optimum(point[None]))
         return self._terms
 
     def slopes(self, point: Array) -> Array:
@@ -223,12 +223,13 @@ class _Evaluator:
         self.at(point)
         return self._slopes
 
-    def _remember(self, point: Array) -> None:
-        here, best = self._terms.optimum(point[None]), self.best
-        worth = best is None or here.score < best.score - _WORTH or here.violation < best.violation - _WORTH
-        better = best is None or here.rank < best.rank
-        self.best = here if better else best
-        self._idle = 0 if better and worth else self._idle + 1
+    def _remember(self, here: LocalOptimum) -> None:
+        best = self.best
+        self._idle += 1
+        if best is None or here.rank < best.rank:
+            self.best = here
+            if best is None or here.score < best.score - _WORTH or here.violation < best.violation - _WORTH:
+                self._idle = 0
         if self._idle >= _PATIENCE:
             raise _StalledError
 

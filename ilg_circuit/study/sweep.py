@@ -62,17 +62,18 @@ class SweepResult(Result, Warned):
     def to_dict(self) -> dict[str, Any]:
         """Return the totals as JSON-ready values, SI units; ``lowest`` and ``highest`` name the design's number."""
         totals = self.totals
-        ends = {"lowest": totals.lowest, "highest": totals.highest}
+        lowest, highest = (
+            {name: {"value": value, "design": number} for name, (value, number) in ends.items()}
+            for ends in (totals.lowest, totals.highest)
+        )
         return {
             "designs": self.spec.plan.text,
             "count": totals.count,
             "failed": totals.failed,
             "resumed": self.resumed,
             "estimated_error": totals.worst_error,
-            **{
-                which: {name: {"value": value, "design": number} for name, (value, number) in table.items()}
-                for which, table in ends.items()
-            },
+            "lowest": lowest,
+            "highest": highest,
             "warnings": list(self.warnings),
         }
 
@@ -137,7 +138,8 @@ def solve_sweep(
     made_by = provenance or Provenance()
     store = Store(path, spec)
     try:
-        missing = [k for k in range(spec.task_count) if k not in store.finished()]
+        finished = store.finished()
+        missing = [k for k in range(spec.task_count) if k not in finished]
         resumed = spec.plan.count - sum(stop - start for start, stop in map(spec.bounds, missing))
         workers = jobs or _usual_jobs(len(missing))
         alone = not missing or (workers == 1 and cluster is None and executor is None)
