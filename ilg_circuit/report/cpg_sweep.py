@@ -45,9 +45,10 @@ def figure(found: RhythmSweep) -> Figure:
     labels = {"rest": "comes to rest", "undecided": "not decided: just on an edge"}
     for k, outcome in enumerate(found.outcomes):
         if outcome in ("rest", "undecided"):
-            shade: dict[str, Any] = {"color": ORANGE if outcome == "undecided" else GREY, "alpha": 0.15, "linewidth": 0}
-            upper.axvspan(edges[k], edges[k + 1], label=labels.pop(outcome, None), **shade)
-            lower.axvspan(edges[k], edges[k + 1], **shade)
+            colour = ORANGE if outcome == "undecided" else GREY
+            for panel in (upper, lower):
+                label = labels.pop(outcome, None) if panel is upper else None
+                panel.axvspan(edges[k], edges[k + 1], color=colour, alpha=0.15, linewidth=0, label=label)
     if len(labels) < 2:
         legend_above(upper)
     upper.set_ylabel("period [s]")
