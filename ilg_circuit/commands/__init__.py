@@ -10,7 +10,7 @@ COMMANDS = {
     "demo": "The whole flow once, with pictures: simulate, check, measure with noise, identify, hand out.",
     "design": "Look for the strip, within ranges, that does what is required: best, or on a Pareto front.",
     "doctor": "Versions, the ngspice library, and a self-check against the closed form.",
-    "identify": "Fit a strip to a measured step, waveform or impedance spectrum.",
+    "identify": "Fit a strip to measured steps, waveforms and impedance spectra.",
     "impedance": "The small-signal spectrum at the strip's terminals, by AC analysis about a bias voltage.",
     "netlist": "Write the strip as a SPICE netlist.",
     "ogden": "Fit a hyperelastic material to load tests, all of them together.",

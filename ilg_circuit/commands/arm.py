@@ -19,7 +19,7 @@ from .progress import ProgressBar
 @click.option("--segments", type=int, default=15, show_default=True)
 @click.option("--formulation", type=click.Choice(["beam", "yekutieli"]), default="beam", show_default=True)
 @click.option("--coupling", type=click.Choice(["ideal", "circuit", "charge"]), default="ideal", show_default=True)
-@click.option("--activation", "kind", type=click.Choice(["cpg", "sine", "wave"]), default="cpg", show_default=True)
+@click.option("--activation", type=click.Choice(["cpg", "sine", "wave"]), default="cpg", show_default=True)
 @click.option(
     "--rhythm", type=click.Choice(["unit", "ring", "one-way-ring", "chain"]), default="unit", show_default=True
 )
@@ -31,7 +31,7 @@ from .progress import ProgressBar
 @click.option("--slower", type=float, default=1.0, show_default=True, help="Stretches the rhythm's time constants.")
 @click.option("--neurons-in-circuit", is_flag=True, help="The neurons, too, in the netlist of the strips.")
 @click.option("--voltage", default="4V", show_default=True, help="Largest voltage on a segment's strip.")
-@click.option("--reach", "target", help="Find a rhythm that brings the tip to x,y, such as 29mm,4mm; the base is 0,0.")
+@click.option("--reach", help="Find a rhythm that brings the tip to x,y, such as 29mm,4mm; the base is 0,0.")
 @click.option("--within", help="How near counts as reached.  [default: a hundredth of the arm's length]")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the search for --reach.")
 @click.option("--amplitude", type=float, help="Of a sine: strain or activation.  [default: 0.00221; yekutieli: 0.02]")
@@ -64,11 +64,10 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
     if animation:
         require_animation(animation)
     require_outputs(outputs)
-    reach, kind = options.pop("target"), options.pop("kind")
-    how = options | {"activation": kind, "reach": reach, "period": options["period"] or PERIOD}
+    reach, options["period"] = options["reach"], options["period"] or PERIOD
     if sys.stderr.isatty() and not any(Path(__file__).parents[1].glob("arm/__pycache__/*plicit-*.nbi")):
         click.echo("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
-    result = move(duration, progress=ProgressBar("", doing="moving" if reach is None else "searching"), **how)
+    result = move(duration, progress=ProgressBar("", doing="moving" if reach is None else "searching"), **options)
 
     def write_animation(made: ArmResult, path: Path) -> None:
         animate(made.motion, path, portrait=made.coupled.portrait(made.motion.time) if made.coupled else None)

@@ -15,7 +15,6 @@ from .progress import ProgressBar
 if TYPE_CHECKING:
     from ..cpg.run import RhythmRun
 
-_TOPOLOGIES = ("mutual", "ring", "one-way-ring", "chain")
 #: Options of the network, as `ilg_circuit.cpg.network.wired` takes them.
 _WIRING = (
     "neurons", "topology", "weights", "inhibition", "same", "cross", "adaptation", "tonic", "rise_time",
@@ -43,25 +42,22 @@ _WIRING = (
 @click.option("--samples", type=int, help="Number of samples.  [default: 100 in the shorter time constant]")
 @click.option("--step", help="Time between samples, such as 1ms; instead of --samples.")
 @click.option("--engine", type=click.Choice(["ode", "ngspice"]), default="ode", show_default=True)
-@click.option("--sweep", "swept", help="inhibition=1:5:41: 41 values from 1 to 5; or tonic, rise-time=0.01s:1s:100...")
+@click.option("--sweep", help="inhibition=1:5:41: 41 values from 1 to 5; or tonic, rise-time=0.01s:1s:100...")
 @click.option("--out", type=FILE, help="CSV file to write.")
 @click.option("--plot", type=FILE, help="Picture to write (.png, .pdf, .svg).")
-@click.option("--netlist", "deck_path", type=FILE, help="Deck to write that plain ngspice -b runs.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@click.option("--netlist", type=FILE, help="Deck to write that plain ngspice -b runs.")
+@click.option("--json", is_flag=True, help="Print JSON.")
 def cpg(**options: Any) -> None:
     """A central pattern generator: whether it oscillates, period, amplitude, phases, outputs over time."""
-    outputs = {
-        f"--{option}": options[key] for option, key in (("out", "out"), ("plot", "plot"), ("netlist", "deck_path"))
-    }
+    outputs = {f"--{name}": options[name] for name in ("out", "plot", "netlist")}
     require_outputs(outputs, {"--weights": options["weights"]})
     how = {name: options[name] for name in _WIRING} | {"start": _start(options["start"])}
-    files = {"inputs": (options["weights"],), "as_json": options["as_json"]}
-    if options["swept"]:
+    files = {"inputs": (options["weights"],), "as_json": options["json"]}
+    if options["sweep"]:
         from ..cpg.sweep import cpg_sweep
 
         _require_sweepable(options)
-        found = cpg_sweep(options["swept"], progress=ProgressBar("networks"), **how)
-        emit(found, outputs, writers={"--out": lambda made, path: made.write_csv(path)}, **files)
+        emit(cpg_sweep(options["sweep"], progress=ProgressBar("networks"), **how), outputs, **files)
         return
     from ..cpg.run import cpg as run
 
@@ -69,12 +65,12 @@ def cpg(**options: Any) -> None:
         raise InputError("--duration is missing; say how long, such as --duration 10s")
     sampling = {name: options[name] for name in ("samples", "step", "engine")}
     result = run(options["duration"], progress=ProgressBar("s"), **sampling, **how)
-    emit(result, outputs, writers={"--out": lambda made, path: made.write_csv(path), "--netlist": _write_deck}, **files)
+    emit(result, outputs, writers={"--netlist": _write_deck}, **files)
 
 
 def _require_sweepable(options: dict[str, Any]) -> None:
     """Refuse options that a sweep has no use for."""
-    if options["engine"] != "ode" or options["deck_path"]:
+    if options["engine"] != "ode" or options["netlist"]:
         raise InputError("a sweep is solved by --engine ode and writes no netlist; leave out --engine and --netlist")
     unused = [k for k in ("duration", "samples", "step") if options[k] is not None]
     if unused:

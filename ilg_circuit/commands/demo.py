@@ -6,11 +6,11 @@ from pathlib import Path
 
 import click
 
-_OUT = click.Path(path_type=Path)
+from .options import FILE
 
 
 @click.command()
-@click.option("--out", type=_OUT, default=Path("demo"), show_default=True, help="Folder for the results.")
+@click.option("--out", type=FILE, default=Path("demo"), show_default=True, help="Folder for the results.")
 def demo(out: Path) -> None:
     """The whole flow once, with pictures: simulate, check, measure with noise, identify, hand out."""
     from ..reproduce.demo import run

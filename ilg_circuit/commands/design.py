@@ -16,14 +16,11 @@ from .progress import ProgressBar
 @click.argument("actuator")
 @click.option(
     "--require",
-    "required",
     multiple=True,
     metavar="NAME>=VALUE",
     help="displacement_final>=4mm, settling_time<=60s, energy=2J; or the word valid: where the model holds. Several.",
 )
-@click.option(
-    "--vary", "varied", multiple=True, metavar="NAME=FROM:TO", help="thickness=0.2mm:1mm; width=5mm fixes it."
-)
+@click.option("--vary", multiple=True, metavar="NAME=FROM:TO", help="thickness=0.2mm:1mm; width=5mm fixes it.")
 @click.option("--minimise", help="What is to be small, such as energy.  [default: the largest margin to all]")
 @click.option("--maximise", help="What is to be large, such as displacement_final.")
 @click.option("--pareto", help="Front of two or three: displacement_final,force_blocked,min:time_of_90.")
@@ -42,9 +39,9 @@ from .progress import ProgressBar
     "--confidence", help="Meet each requirement with this probability, such as 95%, whatever the fit left open."
 )
 @click.option("--sobol", is_flag=True, help="Sobol indices of all that is asked for, over the ranges.")
-@click.option("--json", "json_path", type=FILE, help="JSON file to write.")
+@click.option("--json", type=FILE, help="JSON file to write.")
 @click.option("--out", type=FILE, help="TOML file of the best strip.")
-@click.option("--front", "front_path", type=FILE, help="CSV file of the front.")
+@click.option("--front", type=FILE, help="CSV file of the front.")
 @click.option("--plot", type=FILE, help="Picture of the front, or of the design without one (.png, .pdf, .svg).")
 @click.option("--sobol-plot", type=FILE, help="Picture of the indices.")
 def design(actuator: str, **options: Any) -> None:
@@ -54,10 +51,8 @@ def design(actuator: str, **options: Any) -> None:
     ...), on what is varied, and on slenderness, window, gravity. Where nothing meets all of them, the
     nearest strip is shown with what stands in its way, and the exit code is 1.
     """
-    outputs = {
-        f"--{name.removesuffix('_path').replace('_', '-')}": options.pop(name)
-        for name in ("json_path", "out", "front_path", "plot", "sobol_plot")
-    }
+    written = ("json", "out", "front", "plot", "sobol_plot")
+    outputs = {f"--{name.replace('_', '-')}": options.pop(name) for name in written}
     _require_consistent(options, outputs)
     from ..extras import require_sensitivity
     from ..report.axes import save
@@ -68,9 +63,8 @@ def design(actuator: str, **options: Any) -> None:
     if options["sobol"]:
         require_sensitivity()
     progress = ProgressBar("point") if options["pareto"] else None
-    run = {"vary": options.pop("varied"), "require": options.pop("required"), "load": options.pop("load_text")}
     with ProgressBar("simulation", doing="searching") as bar:
-        report = find(actuator, count=bar.count, progress=progress, **run, **options)
+        report = find(actuator, count=bar.count, progress=progress, **options)
     emit(
         report,
         outputs,
@@ -94,7 +88,7 @@ def design(actuator: str, **options: Any) -> None:
 
 def _require_consistent(options: dict[str, Any], outputs: dict[str, Any]) -> None:
     """Refuse options that have no effect."""
-    if options["pareto"] and not (options["required"] or options["minimise"] or options["maximise"]):
+    if options["pareto"] and not (options["require"] or options["minimise"] or options["maximise"]):
         given = {"out": outputs["--out"], "sensitivity": options["sensitivity"], "confidence": options["confidence"]}
         for name in (name for name, value in given.items() if value):
             raise InputError(f"--{name} is about one best design; give --require, --minimise or --maximise too")

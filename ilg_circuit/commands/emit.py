@@ -65,15 +65,21 @@ def emit(
 
     The result that is written and returned carries its provenance: version, command line, hashes of those ``inputs``
     that are files, ``seed`` if numbers were drawn at random. ``--json``, ``--plot`` and ``--report`` are written from
-    `Result.to_dict`, `Result.figure` and `Result.page`; any other option needs a function in ``writers``, which may
-    also replace one of these three: it is called with the result and the path. ``text`` is printed in place of
-    `Result.summary`; with ``as_json`` the plain data are. Warnings are ``result.warnings``, if it has any.
+    `Result.to_dict`, `Result.figure` and `Result.page`, ``--out`` by the result's own ``write_csv``. Any other option
+    needs a function in ``writers``, which may also replace one of these four: it is called with the result and the
+    path. ``text`` is printed in place of `Result.summary`; with ``as_json`` the plain data are. Warnings are
+    ``result.warnings``, if it has any.
     """
     from dataclasses import replace
 
     made = replace(result, provenance=origin(inputs, seed))
-    writing: dict[str, Callable[[R, Path], object]] = {"--json": _json, "--plot": _plot, "--report": _report}
-    writing.update(writers or {})
+    writing: dict[str, Callable[[R, Path], object]] = {
+        "--out": _csv,
+        "--json": _json,
+        "--plot": _plot,
+        "--report": _report,
+        **(writers or {}),
+    }
     for option, path in outputs.items():
         if path is not None:
             writing[option](made, path)
@@ -97,6 +103,10 @@ def origin(inputs: Iterable[str | Path | None] = (), seed: int | None = None) ->
 def plain_data(result: Result) -> dict[str, Any]:
     """Return ``result`` as plain data, its provenance last."""
     return result.to_dict() | {"provenance": result.provenance.to_dict()}
+
+
+def _csv(result: Any, path: Path) -> None:
+    result.write_csv(path)
 
 
 def _json(result: Result, path: Path) -> None:

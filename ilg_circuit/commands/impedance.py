@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from .emit import emit, require_outputs
-from .options import beam_of, beam_option, engine_option, output_options, outputs, tip_option
+from .options import beam_option, engine_option, mounted, output_options, outputs, tip_option
 
 
 @click.command()
@@ -18,15 +18,14 @@ from .options import beam_of, beam_option, engine_option, output_options, output
 @click.option("--bias", default="0V", show_default=True, help="Voltage about which the signal is small.")
 @tip_option
 @beam_option
-@click.option("--load", "load_text", help="What hangs on the tip, as for simulate.")
+@click.option("--load", help="What hangs on the tip, as for simulate.")
 @engine_option
 @click.option("--check", is_flag=True, help="Compare with the other engine and the closed form.")
 @output_options(
     "CSV file to write: frequency_Hz, re_ohm, im_ohm.", "Bode and Nyquist plot to write (.png, .pdf, .svg)."
 )
-def impedance(actuator: str, low: str, high: str, load_text: str | None, **options: Any) -> None:
+def impedance(actuator: str, low: str, high: str, **options: Any) -> None:
     """The small-signal spectrum at the strip's terminals, by AC analysis about a bias voltage."""
-    from ..circuit.strip import parse_load
     from ..report.impedance import text
     from ..simulation.impedance import frequencies
     from ..simulation.impedance import impedance as solve
@@ -36,21 +35,9 @@ def impedance(actuator: str, low: str, high: str, load_text: str | None, **optio
     strip = load_actuator(actuator)
     f = frequencies(parse(low, "Hz", "--from"), parse(high, "Hz", "--to"), options["points"])
     require_outputs(outputs(options))
-    load = parse_load(load_text)
-    how = {
-        "bias": parse(options["bias"], "V", "--bias"),
-        "tip": options["tip"],
-        "beam": beam_of(strip, options["beam"], load),
-        "load": load,
-    }
+    how = mounted(strip, options) | {"bias": parse(options["bias"], "V", "--bias")}
     result = solve(strip, f, engine=options["engine"], **how)
-    emit(
-        result,
-        outputs(options),
-        inputs=[actuator],
-        writers={"--out": lambda spectrum, path: spectrum.write_csv(path)},
-        text=text(result),
-    )
+    emit(result, outputs(options), inputs=[actuator], text=text(result))
     if options["check"]:
         from ..report.check import summary
         from ..simulation.check import check_impedance, require_agreement

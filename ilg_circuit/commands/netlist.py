@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from ..errors import InputError
 from .emit import origin
-from .options import FILE, beam_of, beam_option, tip_option
+from .options import FILE, beam_option, mounted, tip_option
 
 
 @click.command()
@@ -17,15 +18,13 @@ from .options import FILE, beam_of, beam_option, tip_option
 @click.option("--duration", default="300s", show_default=True, help="Duration of a .cir deck.")
 @tip_option
 @beam_option
-@click.option("--load", "load_text", help="As for simulate.")
+@click.option("--load", help="As for simulate.")
 @click.option("--out", type=FILE, required=True, help=".cir: a deck that runs as it is; .lib: a subcircuit.")
-def netlist(
-    actuator: str, drive: str, duration: str, tip: str, beam: str | None, load_text: str | None, out: Path
-) -> None:
+def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any) -> None:
     """Write the strip as a SPICE netlist."""
     from ..circuit.deck import deck
     from ..circuit.library import library
-    from ..circuit.strip import parse_load, strip_netlist
+    from ..circuit.strip import strip_netlist
     from ..files import write_text
     from ..simulation.drives import parse_drive
     from ..strip.file import load_actuator
@@ -38,9 +37,7 @@ def netlist(
         seconds = parse(duration, "s", "--duration")
         if not seconds > 0:
             raise InputError(f"duration {duration} must be more than zero")
-        load = parse_load(load_text)
-        circuit = strip_netlist(strip, tip=tip, beam=beam_of(strip, beam, load), load=load)
-        text = deck(circuit, parse_drive(drive, seconds), seconds, strip)
+        text = deck(strip_netlist(strip, **mounted(strip, options)), parse_drive(drive, seconds), seconds, strip)
     else:
         raise InputError(f"cannot tell what to write to '{out}': end its name in .cir (a deck) or .lib (a subcircuit)")
     made = origin([actuator, drive.removeprefix("file:")])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,6 @@ from ..simulation.drives import DRIVE_FORMS
 
 if TYPE_CHECKING:
     from ..arrays import Array
-    from ..circuit.strip import Load
     from ..strip.actuator import Actuator
 
 FILE = click.Path(path_type=Path)
@@ -26,19 +26,35 @@ beam_option = click.option(
 )
 
 
-_RUN = (
+def _together(*options: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return one decorator for several options, which stand in the help in this order."""
+    return lambda command: reduce(lambda decorated, option: option(decorated), reversed(options), command)
+
+
+#: What a strip is made to do.
+run_options = _together(
     click.option("--drive", required=True, help=DRIVE_FORMS),
     click.option("--duration", required=True, help="How long, such as 300s."),
     tip_option,
     beam_option,
-    click.option("--load", "load_text", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip."),
+    click.option("--load", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip."),
 )
 
-
-_SAMPLES = (
+#: When a run is sampled; `sampled` reads them.
+sample_options = _together(
     click.option("--samples", type=int, help="Number of samples.  [default: 601]"),
     click.option("--step", help="Time between samples, such as 0.1s; instead of --samples."),
 )
+
+
+def output_options(table: str, plot: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """The options --out (with the help ``table``), --json, --plot and --report; `outputs` collects them."""
+    return _together(
+        click.option("--out", type=FILE, help=table),
+        click.option("--json", type=FILE, help="JSON file of the result."),
+        click.option("--plot", type=FILE, help=plot),
+        click.option("--report", type=FILE, help="One HTML file with all of it."),
+    )
 
 
 class ModelOption(click.Option):
@@ -53,36 +69,9 @@ class ModelOption(click.Option):
         return super().get_help_record(ctx)
 
 
-def run_options(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that say what a strip is made to do: drive, duration, tip, beam, load."""
-    return _with(_RUN, command)
-
-
-def sample_options(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that say when a run is sampled; `sampled` reads them."""
-    return _with(_SAMPLES, command)
-
-
-def output_options(table: str, plot: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """The options --out (with the help ``table``), --json, --plot and --report; `outputs` collects them."""
-    options = (
-        click.option("--out", type=FILE, help=table),
-        click.option("--json", "json_path", type=FILE, help="JSON file of the result."),
-        click.option("--plot", type=FILE, help=plot),
-        click.option("--report", type=FILE, help="One HTML file with all of it."),
-    )
-    return lambda command: _with(options, command)
-
-
-def _with(options: tuple[Callable[..., Any], ...], command: Callable[..., None]) -> Callable[..., None]:
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
 def outputs(options: dict[str, Any]) -> dict[str, Path | None]:
     """The files that `output_options` name, for `emit`."""
-    return {f"--{name.removesuffix('_path')}": options[name] for name in ("out", "json_path", "plot", "report")}
+    return {f"--{name}": options[name] for name in ("out", "json", "plot", "report")}
 
 
 def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
@@ -95,6 +84,9 @@ def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
     return seconds, sample_times(seconds, samples=options["samples"], step=step)
 
 
-def beam_of(actuator: Actuator, given: str | None, load: Load | None) -> str:
-    """The beam asked for, or the usual one of this actuator."""
-    return given or actuator.usual_beam(loaded=bool(load))
+def mounted(actuator: Actuator, options: dict[str, Any]) -> dict[str, Any]:
+    """Tip, beam (by default the usual one of this actuator) and load, from the options of these names."""
+    from ..circuit.strip import parse_load
+
+    load = parse_load(options["load"])
+    return {"tip": options["tip"], "beam": options["beam"] or actuator.usual_beam(loaded=bool(load)), "load": load}

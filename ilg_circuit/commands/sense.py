@@ -31,10 +31,4 @@ def sense(actuator: str, motion: str, duration: str, **options: Any) -> None:
     source = parse_drive(motion, seconds, "m")
     require_outputs(outputs(options))
     result = solve(strip, source, times, terminals=options["terminals"], engine=options["engine"])
-    emit(
-        result,
-        outputs(options),
-        inputs=(actuator, motion.removeprefix("file:")),
-        writers={"--out": lambda sensed, path: sensed.write_csv(path)},
-        text=text(result),
-    )
+    emit(result, outputs(options), inputs=(actuator, motion.removeprefix("file:")), text=text(result))

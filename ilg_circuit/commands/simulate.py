@@ -9,7 +9,7 @@ import click
 
 from ..errors import InputError
 from .emit import emit, require_outputs
-from .options import FILE, beam_of, engine_option, output_options, outputs, run_options, sample_options, sampled
+from .options import FILE, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
@@ -34,12 +34,11 @@ if TYPE_CHECKING:
 )
 @click.option("--with-energy", is_flag=True, help="Add a column energy_J to the CSV.")
 @output_options("CSV file to write.", "Picture to write (.png, .pdf, .svg).")
-def simulate(actuator: str, drive: str, duration: str, load_text: str | None, **options: Any) -> None:
+def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
     """Drive a strip and write its current, displacement, force and charge over time.
 
     Where the drive is a file that holds a measured current (and displacement) too, the prediction is compared with it.
     """
-    from ..circuit.strip import parse_load
     from ..report import response as shown
     from ..report.axes import save
     from ..report.page import write_page
@@ -50,11 +49,10 @@ def simulate(actuator: str, drive: str, duration: str, load_text: str | None, **
     strip = load_actuator(actuator)
     seconds, times = sampled(duration, options)
     source = parse_drive(drive, seconds)
-    load = parse_load(load_text)
-    how = {"tip": options["tip"], "beam": beam_of(strip, options["beam"], load), "load": load}
+    how = mounted(strip, options)
     require_outputs(outputs(options))
-    how_solved = {"engine": options["engine"], "accuracy": options["accuracy"], "progress": ProgressBar()}
-    response = solve(strip, source, times, **how_solved, **how)
+    solver = {"engine": options["engine"], "accuracy": options["accuracy"]}
+    response = solve(strip, source, times, progress=ProgressBar(), **solver, **how)
     if options["band"]:
         from ..simulation.prediction_band import prediction_band
 

@@ -16,13 +16,12 @@ from .progress import ProgressBar
 @click.argument("actuator")
 @click.option(
     "--vary",
-    "varied",
     multiple=True,
     metavar="NAME=...",
     help="thickness=0.2mm:1mm:20[:log], thickness=0.2mm,0.5mm,1mm; with --random thickness=0.2mm:1mm[:log]. Several "
     "make a full grid.",
 )
-@click.option("--random", "count", type=int, help="So many random designs over the ranges of --vary.")
+@click.option("--random", type=int, help="So many random designs over the ranges of --vary.")
 @click.option("--method", type=click.Choice(["lhs", "sobol", "uniform"]), help="Of random designs.  [default: lhs]")
 @click.option("--seed", type=int, help="Of random designs.  [default: 0]")
 @click.option("--designs", type=FILE, help="CSV file of designs instead: headers such as thickness_mm, a design a row.")
@@ -68,16 +67,10 @@ def sweep(actuator: str, **options: Any) -> None:
         raise InputError("--plot-outputs goes with --plot; give a picture to write")
     if missing:
         raise InputError(f"--plot-outputs: '{missing[0]}' is not among the outputs of this sweep")
-    seed = None if options["count"] is None else options["seed"] or 0
+    seed = None if options["random"] is None else options["seed"] or 0
     inputs = [x for x in (actuator, options["drive"].removeprefix("file:"), options["designs"]) if x]
-    given = {"vary": options.pop("varied"), "random": options.pop("count"), "load": options.pop("load_text")}
-    result = solve(
-        actuator,
-        progress=ProgressBar("design", begun=True),
-        provenance=origin(inputs, seed),
-        **given,
-        **options,
-    )
+    made_by = origin(inputs, seed)
+    result = solve(actuator, progress=ProgressBar("design", begun=True), provenance=made_by, **options)
     emit(
         result,
         {"--plot": plot},

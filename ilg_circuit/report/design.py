@@ -12,9 +12,7 @@ from ..errors import InputError
 from ..study.constraints import ActiveConstraint, WithoutRequirement
 from ..study.design import DesignReport, aim, design_drive
 from ..study.pareto import Front
-from ..study.plan import Range
 from ..study.problem import Design
-from ..study.requirements import Requirement
 from ..study.search import INITIAL_POINTS
 from ..study.sensitivity import Sensitivity
 from ..study.sobol import SobolIndices
@@ -55,10 +53,6 @@ def figure(report: DesignReport) -> Figure:
     raise InputError("there is neither a design nor a front to draw")
 
 
-def _value(value: float, requirement: Requirement) -> str:
-    return format_quantity(value, requirement.quantity.unit, 5)
-
-
 def _percent(part: float) -> str:
     return f"{100 * part:+.3g} %" if abs(part) < 10 else f"{1 + part:.3g} times"
 
@@ -78,7 +72,8 @@ def _design(design: Design, active: Sequence[ActiveConstraint], omitted: Sequenc
         name, unit = interval.parameter.name, interval.parameter.unit
         at = next((w for w, end in (("lower", interval.low), ("upper", interval.high)) if (name, end) in ends), None)
         end = f"at its {at} end" if at else ""
-        rows.append([name, format_quantity(design.values[name], unit, 6), _range(interval), end])
+        value, low, high = (format_quantity(x, unit, 6) for x in (design.values[name], interval.low, interval.high))
+        rows.append([name, value, f"from {low} to {high}", end])
     lines += aligned(rows, "<<<<", indent="  ")
     if problem.objective:
         quantity = problem.objective.quantity
@@ -87,7 +82,8 @@ def _design(design: Design, active: Sequence[ActiveConstraint], omitted: Sequenc
     if problem.requirements:
         rows = [["requirement", space.engine, "ngspice again", "margin", "met"]]
         for r in problem.requirements:
-            values = [_value(of[r.quantity.name], r) for of in (design.exact, design.simulated)]
+            name, unit = r.quantity.name, r.quantity.unit
+            values = [format_quantity(found[name], unit, 5) for found in (design.exact, design.simulated)]
             margin = "within 0.1 %" if r.relation == "=" and design.met(r) else _percent(design.margin(r))
             rows.append([r.text, *values, margin, "yes" if design.met(r) else "NO"])
         lines += ["", *aligned(rows, "<>>><", indent="  ")]
@@ -127,9 +123,8 @@ def _infeasible(design: Design, omitted: Sequence[WithoutRequirement]) -> list[s
         if abs(high - low) <= _SAME * max(abs(low), abs(high)):
             lines.append(f"{r.quantity.name} is {least} whatever is varied: vary something else")
         else:
-            lines.append(
-                f"{r.text} is out of reach by itself: over the ranges {r.quantity.name} goes from {least} to {most}"
-            )
+            reach = f"over the ranges {r.quantity.name} goes from {least} to {most}"
+            lines.append(f"{r.text} is out of reach by itself: {reach}")
     for omission in omitted:
         rest = "the others can be met" if omission.margin >= 0 else f"the others still miss by {-omission.margin:.1%}"
         lines.append(f"without {omission.requirement.text} {rest}")
@@ -158,10 +153,8 @@ def _sensitivity(design: Design, found: Sensitivity, confidence: float | None) -
         chances = [
             f"{found.met[r.text]:.1%} ({r.relation})" for r in design.problem.requirements if r.quantity.name == q.name
         ]
-        value, error = (
-            format_quantity(design.exact[q.name], q.unit, 5),
-            format_quantity(found.stderr[q.name], q.unit, 2),
-        )
+        value = format_quantity(design.exact[q.name], q.unit, 5)
+        error = format_quantity(found.stderr[q.name], q.unit, 2)
         rows.append([q.name, value, error, source, ", ".join(chances)])
     lines = aligned(rows, "<>><<", indent="  ")
     asked = f" (asked for each: {confidence:.3g})" if confidence else ""
@@ -178,14 +171,11 @@ def _front(front: Front) -> str:
     shown = np.unique(np.linspace(0, len(front) - 1, min(len(front), 12)).round().astype(int))
     rows = [[format_quantity(float(columns[n][k]), front.units[n], 4) for n in names] for k in shown]
     amount = f" by more than {front.improvable:.1e} of the front's extent" if front.improvable else ""
-    return "\n".join(
-        [
-            f"Pareto front: {aims}; {len(front)} designs, {len(shown)} of them",
-            *aligned([names, *rows], ">" * len(names), indent="  "),
-            f"no random design near a point is better in all objectives{amount}",
-            f"simulated again by ngspice: differs by at most {front.difference:.1e}",
-        ]
-    )
+    lines = [f"Pareto front: {aims}; {len(front)} designs, {len(shown)} of them"]
+    lines += aligned([names, *rows], ">" * len(names), indent="  ")
+    lines.append(f"no random design near a point is better in all objectives{amount}")
+    lines.append(f"simulated again by ngspice: differs by at most {front.difference:.1e}")
+    return "\n".join(lines)
 
 
 def _sobol(found: SobolIndices) -> str:
@@ -199,8 +189,3 @@ def _sobol(found: SobolIndices) -> str:
             rows.append([name if j == 0 else "", parameter, *cells])
     last = f"95 % intervals; {found.simulations} designs spread evenly over the ranges"
     return "\n".join([*aligned(rows, "<<>>", indent="  "), last])
-
-
-def _range(interval: Range) -> str:
-    low, high = (format_quantity(x, interval.parameter.unit, 6) for x in (interval.low, interval.high))
-    return f"from {low} to {high}"

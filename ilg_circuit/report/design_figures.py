@@ -12,7 +12,7 @@ from ..study.pareto import Front
 from ..study.problem import Design
 from ..study.sobol import SobolIndices
 from .axes import BLUE, GREY, ORANGE, engineering
-from .panels import COLOURS, axis_label, grid, logarithmic, wide
+from .panels import COLOURS, axis_label, legend_below, logarithmic, tiles, wide
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,28 +30,28 @@ def design_figure(design: Design) -> Figure:
     problem, space = design.problem, design.problem.space
     n = len(space.ranges)
     columns = min(n, 3)
-    figure, axes = _panels(n, columns, height=2.7)
+    figure, axes = tiles(n, columns, height=2.7, width=3.4)
     shares = np.linspace(0, 1, _SLICE)
-    points = np.repeat(design.optimum.point[None, None], n, axis=0).repeat(_SLICE, axis=1)
-    for j in range(n):
-        points[j, :, j] = shares
-    values = space.evaluate(points.reshape(-1, n), problem.quantities).reshape(n, _SLICE, -1)
-    for j, (panel, interval) in enumerate(zip(axes, space.ranges, strict=False)):
+    points = np.tile(design.optimum.point, (n, _SLICE, 1))
+    points[range(n), :, range(n)] = shares
+    values = space.at(points.reshape(-1, n), problem.quantities)
+    values = {name: column.reshape(n, _SLICE) for name, column in values.items()}
+    for j, (panel, interval) in enumerate(zip(axes, space.ranges, strict=True)):
         x = space.columns(points[j])[interval.parameter.name]
         factor, unit = engineering(x, interval.parameter.unit)
         for k, r in enumerate(problem.requirements):
-            score = r.score(values[j, :, problem.column(r.quantity)])
-            if r.relation == "=":  # how far off, instead of a tolerance's sliver
-                score = np.log(np.abs(values[j, :, problem.column(r.quantity)] / r.limit))
+            column = values[r.quantity.name][j]
+            # of an equality how far off, instead of a tolerance's sliver
+            score = np.log(np.abs(column / r.limit)) if r.relation == "=" else r.score(column)
             met = np.exp(np.clip(score, -4, 4))
             style: Any = {"color": COLOURS[k % len(COLOURS)], "linestyle": _STYLES[k % len(_STYLES)]}
             panel.plot(factor * x, met, linewidth=1.6, label=r.text, **style)
         if problem.objective:
-            column = values[j, :, problem.column(problem.objective.quantity)]
-            here = design.exact[problem.objective.quantity.name]
+            name = problem.objective.quantity.name
+            here = design.exact[name]
             if here > 0:
-                label = f"{problem.objective.quantity.name} / at the design"
-                panel.plot(factor * x, column / here, "--", color=GREY, linewidth=1.2, label=label)
+                style = {"color": GREY, "linewidth": 1.2, "label": f"{name} / at the design"}
+                panel.plot(factor * x, values[name][j] / here, "--", **style)
         panel.axvline(factor * design.values[interval.parameter.name], color="black", linewidth=0.9, label="design")
         if wide(x, _DECADES) and interval.log:
             logarithmic(panel, "x")
@@ -64,8 +64,7 @@ def design_figure(design: Design) -> Figure:
         panel.set_xlabel(axis_label(interval.parameter.name, unit))
         if j % columns == 0:
             panel.set_ylabel("factor by which it is met")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
+    legend_below(figure, axes[:1])
     title = "design" if design.feasible else "nearest design (not all requirements are met)"
     figure.suptitle(f"{title}: shaded, a requirement is missed", fontsize=10)
     return figure
@@ -74,13 +73,10 @@ def design_figure(design: Design) -> Figure:
 def front_figure(front: Front, design: Design | None = None) -> Figure:
     """Return the front, its third objective as colour, the parameters along it, and ``design`` where comparable."""
     names = [o.quantity.name for o in front.objectives]
-    figure, axes = _panels(2, 2, height=3.9, width=4.6)
-    data, labels = [], []
-    for name in names:
-        factor, unit = engineering(front.simulated[name], front.units[name])
-        data.append(factor * front.simulated[name])
-        labels.append(axis_label(name, unit))
-    panel = axes[0]
+    figure, (panel, beside) = tiles(2, 2, height=3.9, width=4.6)
+    scales = [engineering(front.simulated[name], front.units[name]) for name in names]
+    data = [factor * front.simulated[name] for name, (factor, _) in zip(names, scales, strict=True)]
+    labels = [axis_label(name, unit) for name, (_, unit) in zip(names, scales, strict=True)]
     if len(names) == 2:
         panel.plot(*data, "o-", color=BLUE, markersize=4, linewidth=1.0, label="Pareto front")
     else:
@@ -90,7 +86,7 @@ def front_figure(front: Front, design: Design | None = None) -> Figure:
         points = panel.scatter(data[0], data[1], s=26, edgecolors="white", linewidths=0.4, **colours)
         figure.colorbar(points, ax=panel, label=labels[2])
     if design and all(name in design.simulated for name in names):
-        mark = [design.simulated[n] * engineering(front.simulated[n], front.units[n])[0] for n in names[:2]]
+        mark = [factor * design.simulated[name] for name, (factor, _) in zip(names[:2], scales, strict=False)]
         label = f"best design: {aim(design)}"
         panel.plot(*mark, "*", color=ORANGE, markersize=13, markeredgecolor="black", label=label)
     for axis, values, label in zip("xy", data, labels, strict=False):
@@ -99,7 +95,7 @@ def front_figure(front: Front, design: Design | None = None) -> Figure:
             logarithmic(panel, axis)
     if panel.get_lines():
         panel.legend(frameon=False, fontsize=8)
-    _parameters(axes[1], front, data[0], labels[0])
+    _parameters(beside, front, data[0], labels[0])
     aims = ", ".join(("min " if o.sense > 0 else "max ") + o.quantity.name for o in front.objectives)
     figure.suptitle(f"Pareto front of {len(front)} designs: {aims}", fontsize=10)
     return figure
@@ -124,10 +120,9 @@ def _parameters(panel: Axes, front: Front, x: Array, label: str) -> None:
 def sobol_figure(found: SobolIndices) -> Figure:
     """Return first-order and total indices of each quantity as bars with their 95 % intervals."""
     n = len(found.quantities)
-    columns = min(n, 2)
-    figure, axes = _panels(n, columns, height=0.9 + 0.42 * len(found.parameters), width=4.4)
+    figure, axes = tiles(n, min(n, 2), height=0.9 + 0.42 * len(found.parameters), width=4.4)
     y = np.arange(len(found.parameters), dtype=float)
-    for k, (panel, name) in enumerate(zip(axes, found.quantities, strict=False)):
+    for k, (panel, name) in enumerate(zip(axes, found.quantities, strict=True)):
         for shift, values, errors, colour, label in (
             (-0.19, found.first[k], found.first_error[k], BLUE, "first-order: alone"),
             (0.19, found.total[k], found.total_error[k], ORANGE, "total: with all interactions"),
@@ -141,18 +136,6 @@ def sobol_figure(found: SobolIndices) -> Figure:
         panel.set_xlim(0, max(1.0, panel.get_xlim()[1]))
         panel.set_title(name, fontsize=9, loc="left")
         panel.set_xlabel("part of the variance")
-    drawn = next((panel for k, panel in enumerate(axes[:n]) if np.isfinite(found.first[k]).all()), None)
-    if drawn:
-        handles, labels = drawn.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
+    legend_below(figure, axes)
     figure.suptitle("Sobol indices over the ranges, 95 % intervals", fontsize=10)
     return figure
-
-
-def _panels(count: int, columns: int, height: float, width: float = 3.4) -> tuple[Figure, list[Axes]]:
-    """Return a figure with ``count`` panels in rows of ``columns``."""
-    rows = -(-count // columns)
-    figure, panels = grid(rows, columns, (max(width * columns, 5.5), height * rows + 0.9))
-    for k, panel in enumerate(panels.flat):
-        panel.set_visible(k < count)
-    return figure, list(panels.flat)

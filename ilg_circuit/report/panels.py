@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +30,23 @@ def grid(rows: int, columns: int, size: tuple[float, float], **shared: Any) -> t
     for panel in panels.flat:
         plain(panel)
     return figure, panels
+
+
+def tiles(count: int, columns: int, height: float, width: float) -> tuple[Figure, list[Axes]]:
+    """Return a figure with ``count`` panels of ``width`` and ``height`` [inch] in rows of ``columns``."""
+    rows = -(-count // columns)
+    figure, panels = grid(rows, columns, (max(width * columns, 5.5), height * rows + 0.9))
+    for panel in panels.flat[count:]:
+        panel.set_visible(False)
+    return figure, list(panels.flat[:count])
+
+
+def legend_below(figure: Figure, panels: Iterable[Axes]) -> None:
+    """Give a figure one legend below, in two columns, with every label of its ``panels`` once."""
+    found = [panel.get_legend_handles_labels() for panel in panels]
+    handles = {label: handle for some, labels in found for handle, label in zip(some, labels, strict=True)}
+    style: dict[str, Any] = {"ncols": 2, "frameon": False, "fontsize": 8}
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", **style)
 
 
 def axis_label(name: str, unit: str) -> str:

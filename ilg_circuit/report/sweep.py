@@ -16,7 +16,7 @@ from ..study.plan import Plan
 from ..study.sweep import SweepResult
 from ..units import format_quantity
 from .axes import GREY, ORANGE, engineering
-from .panels import COLOURS, axis_label, grid, wide
+from .panels import COLOURS, axis_label, grid, legend_below, tiles, wide
 from .tables import aligned
 
 if TYPE_CHECKING:
@@ -83,11 +83,13 @@ def _design(plan: Plan, number: int) -> str:
     """Return a design's values, or its number where there are many parameters."""
     if len(plan.columns) > _MOST_NAMED:
         return f"design {number}"
-    values = {name: column[0] for name, column in plan.designs(number, number + 1).items()}
-    return ", ".join(
-        f"{name} {value if PARAMETERS[name].words else format_quantity(float(value), PARAMETERS[name].unit, 4)}"
-        for name, value in values.items()
-    )
+    return ", ".join(_value(name, column[0]) for name, column in plan.designs(number, number + 1).items())
+
+
+def _value(name: str, value: Any) -> str:
+    """Return a parameter's name and value as text."""
+    item = PARAMETERS[name]
+    return f"{name} {value if item.words else format_quantity(float(value), item.unit, 4)}"
 
 
 def figure(result: SweepResult, outputs: tuple[str, ...] = ()) -> Figure:
@@ -107,8 +109,8 @@ def dataset_figure(data: Dataset, outputs: tuple[str, ...] = ()) -> Figure:
     if DESIGN in chosen.dims:
         drawn = _scatter(chosen)
     else:
-        axes = sorted((d for d in chosen.dims if chosen.sizes[d] > 1), key=lambda d: -chosen.sizes[d])
-        drawn = _lines(chosen, [str(d) for d in axes]) if _few(chosen, axes) else _maps(chosen, axes)
+        axes = sorted((str(d) for d in chosen.dims if chosen.sizes[d] > 1), key=lambda d: -chosen.sizes[d])
+        drawn = _lines(chosen, axes) if _few(chosen, axes) else _maps(chosen, axes)
     failed = int((data["failure"] != "").sum())
     note = f"; {failed} designs failed" if failed else ""
     tip = "" if data.attrs["tip"] == "free" else ", clamped tip"
@@ -128,17 +130,13 @@ def _interesting(data: Dataset) -> tuple[str, ...]:
     return tuple(found[:_MOST_PANELS])
 
 
-def _few(data: Dataset, axes: list[Any]) -> bool:
+def _few(data: Dataset, axes: list[str]) -> bool:
     """Return True if a grid is drawn as curves: with one axis, or a second one of few values or of words."""
     return len(axes) < 2 or (len(axes) == 2 and (data.sizes[axes[1]] <= _MOST_CURVES or _is_words(data[axes[1]])))
 
 
 def _is_words(axis: DataArray) -> bool:
     return axis.dtype.kind not in "fiu"
-
-
-def _figure(rows: int, columns: int, width: float, height: float, **shared: Any) -> tuple[Figure, Any]:
-    return grid(rows, columns, (width * columns, 0.6 + height * rows), **shared)
 
 
 def _scaled(axis: DataArray) -> tuple[Any, str]:
@@ -158,60 +156,45 @@ _PREFIXED = ("m", "V", "A", "F", "N", "C", "J", "Pa", "kg/m^3", "ohm", "Hz")
 def _lines(data: Dataset, axes: list[str]) -> Figure:
     """A panel for each output over the first axis, a curve for each value of a second one."""
     names = [str(n) for n in data.data_vars]
-    figure, panels = _figure(len(names), 1, 6.5, 1.9, sharex=True)
+    figure, panels = grid(len(names), 1, (6.5, 0.6 + 1.9 * len(names)), sharex=True)
     over = axes[0] if axes else str(next(iter(data.dims)))
     x, label = _scaled(data[over])
-    family = axes[1] if len(axes) > 1 else None
+    style: dict[str, Any] = {"marker": "o", "markersize": 3} if len(x) <= 40 else {}
     for panel, name in zip(panels[:, 0], names, strict=True):
         values, title = _scaled(data[name])
-        rest = data[name].dims
-        table = np.moveaxis(values, rest.index(over), 0).reshape(len(x), -1)
-        style: dict[str, Any] = {"marker": "o", "markersize": 3} if len(x) <= 40 else {}
-        for k in range(table.shape[1]):
-            panel.plot(x, table[:, k], color=COLOURS[k % len(COLOURS)], linestyle=_DASHES[k % len(_DASHES)], **style)
+        table = np.moveaxis(values, data[name].dims.index(over), 0).reshape(len(x), -1)
+        for k, curve in enumerate(table.T):
+            panel.plot(x, curve, color=COLOURS[k % len(COLOURS)], linestyle=_DASHES[k % len(_DASHES)], **style)
         panel.set_ylabel(title.replace(" [", "\n["))
         _logarithmic(panel, "x", x)
     panels[-1, 0].set_xlabel(label)
-    if family:
+    for family in axes[1:]:
         members, title = _scaled(data[family])
         texts = [str(m) if _is_words(data[family]) else f"{m:.4g}" for m in members]
-        figure.legend(
-            panels[0, 0].get_lines(),
-            texts,
-            title=title,
-            loc="outside right upper",
-            fontsize=8,
-            title_fontsize=8,
-            frameon=False,
-        )
+        style = {"title": title, "fontsize": 8, "title_fontsize": 8, "frameon": False}
+        figure.legend(panels[0, 0].get_lines(), texts, loc="outside right upper", **style)
     figure.align_ylabels(panels[:, 0])
     return figure
 
 
-def _maps(data: Dataset, axes: list[Any]) -> Figure:
+def _maps(data: Dataset, axes: list[str]) -> Figure:
     """A map for each output over the two longest axes, the others held at their middle."""
-    held = {axis: data.sizes[axis] // 2 for axis in axes[2:]}
-    named = ", ".join(f"{d} {_value(data[d], k)}" for d, k in held.items()).replace("_", " ")
+    across, up, *others = axes
+    held = {axis: data.sizes[axis] // 2 for axis in others}
+    named = ", ".join(_value(axis, data[axis].values[k]) for axis, k in held.items()).replace("_", " ")
     data = data.isel(held).squeeze()
-    from matplotlib import colors
-
     names = [str(n) for n in data.data_vars]
-    columns = min(len(names), 2)
-    figure, panels = _figure(-(-len(names) // columns), columns, 4.4, 3.3)
-    x, x_label = _scaled(data[axes[0]])
-    y, y_label = _scaled(data[axes[1]])
-    for panel, name in zip(panels.flat, names, strict=False):
-        values, title = _scaled(data[name])
-        table = values if data[name].dims == (axes[1], axes[0]) else values.T
+    figure, panels = tiles(len(names), min(len(names), 2), height=3.3, width=4.4)
+    x, x_label = _scaled(data[across])
+    y, y_label = _scaled(data[up])
+    for panel, name in zip(panels, names, strict=True):
+        table, title = _scaled(data[name].transpose(up, across))
         panel.grid(False)
         is_wide = wide(table, _WIDE)
-        norm: Any = colors.LogNorm() if is_wide else None
+        norm = "log" if is_wide else None
         shaded = panel.pcolormesh(x, y, table, cmap="viridis", norm=norm, shading="nearest", rasterized=True)
-        if (
-            np.isfinite(table).all()
-            and np.ptp(table) > 0
-            and not (_is_words(data[axes[0]]) or _is_words(data[axes[1]]))
-        ):
+        words = _is_words(data[across]) or _is_words(data[up])
+        if np.isfinite(table).all() and np.ptp(table) > 0 and not words:
             lines = panel.contour(x, y, table, levels=_levels(table) if is_wide else 7, colors="white", linewidths=0.8)
             panel.clabel(lines, fontsize=7, fmt="%.4g")
         figure.colorbar(shaded, ax=panel)
@@ -220,17 +203,9 @@ def _maps(data: Dataset, axes: list[Any]) -> Figure:
         panel.set_ylabel(y_label)
         _logarithmic(panel, "x", x)
         _logarithmic(panel, "y", y)
-    for panel in list(panels.flat)[len(names) :]:
-        panel.set_visible(False)
     if named:
         figure.supxlabel(f"at {named}", fontsize=8)
     return figure
-
-
-def _value(axis: DataArray, number: int) -> str:
-    value = axis.values[number]
-    unit = axis.attrs["units"]
-    return str(value) if _is_words(axis) else format_quantity(float(value), "" if unit == "1" else unit, 4)
 
 
 def _levels(values: Array) -> Array:
@@ -244,37 +219,32 @@ def _scatter(data: Dataset) -> Figure:
     """A row for each output, a column for each parameter: every design, and the median over the others."""
     names = [str(n) for n in data.data_vars]
     parameters = [str(c) for c in data.coords if str(c) != DESIGN]
-    figure, panels = _figure(
-        len(names), len(parameters), max(2.4, 6.5 / len(parameters)), 1.9, sharey="row", sharex="col"
-    )
+    size = (max(2.4 * len(parameters), 6.5), 0.6 + 1.9 * len(names))
+    figure, panels = grid(len(names), len(parameters), size, sharey="row", sharex="col")
     every = slice(None, None, max(1, data.sizes[DESIGN] // _MOST_POINTS))
     for j, parameter in enumerate(parameters):
         x, x_label = _scaled(data[parameter])
         for i, name in enumerate(names):
             panel = panels[i, j]
             y, y_label = _scaled(data[name])
-            panel.plot(x[every], y[every], ".", color=GREY, alpha=0.35, markersize=2.5, rasterized=True)
+            points: dict[str, Any] = {"color": GREY, "alpha": 0.35, "markersize": 2.5, "rasterized": True}
+            panel.plot(x[every], y[every], ".", label="a design", **points)
             if not _is_words(data[parameter]):
-                centres, medians = _medians(x, y)
-                panel.plot(centres, medians, color=ORANGE, linewidth=1.6)
+                panel.plot(*_medians(x, y), color=ORANGE, linewidth=1.6, label="median of neighbours")
             _logarithmic(panel, "y", y[np.isfinite(y)])
             if j == 0:
                 panel.set_ylabel(y_label.replace(" [", "\n["))
         panels[-1, j].set_xlabel(x_label)
     figure.align_ylabels(panels[:, 0])
-    if any(panel.get_lines()[1:] for panel in panels.flat):
-        lines = next(panel.get_lines() for panel in panels.flat if len(panel.get_lines()) > 1)
-        figure.legend(lines[:2], ["a design", "median of neighbours"], loc="outside lower center", fontsize=8, ncols=2,
-                      frameon=False)  # fmt: skip
+    legend_below(figure, panels.flat)
     return figure
 
 
-def _medians(x: Array, y: Array) -> tuple[Array, Array]:
-    """Medians of ``y`` over groups of neighbours in ``x``, of equal size."""
+def _medians(x: Array, y: Array) -> Array:
+    """Medians (2, groups) of ``x`` and ``y`` over groups of neighbours in ``x``, of equal size."""
     known = np.flatnonzero(np.isfinite(y))
     groups = np.array_split(known[np.argsort(x[known], kind="stable")], min(_GROUPS, max(len(known) // 8, 1)))
-    centres = np.array([np.median(x[g]) for g in groups if len(g)])
-    return centres, np.array([np.median(y[g]) for g in groups if len(g)])
+    return np.array([[np.median(values[g]) for g in groups if len(g)] for values in (x, y)])
 
 
 def _logarithmic(panel: Axes, axis: str, values: Any) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from .. import __version__
@@ -24,33 +24,26 @@ def cluster_pool(address: str) -> Iterator[GivenPool]:
     import distributed
 
     kind, _, number = address.partition(":")
-    library: Any = distributed  # most of it is untyped
-    local = None
-    if kind == "local":
-        if not (number.isdecimal() and 1 <= int(number) <= 1024):
-            raise InputError(f"cluster '{address}' is not understood; write {_FORMS}")
-        require_processes()
-        # no dashboard: it would need a port and a web server
-        local = library.LocalCluster(n_workers=int(number), threads_per_worker=1, dashboard_address=None)
-    elif kind not in ("tcp", "tls", "ucx", "ws", "wss"):
+    local = kind == "local" and number.isdecimal() and 1 <= int(number) <= 1024
+    if not local and kind not in ("tcp", "tls", "ucx", "ws", "wss"):
         raise InputError(f"cluster '{address}' is not understood; write {_FORMS}")
-    client: Any = None
-    try:
+    library: Any = distributed  # most of it is untyped
+    with ExitStack() as stack:
+        scheduler = address
+        if local:
+            require_processes()
+            # no dashboard: it would need a port and a web server
+            machine = library.LocalCluster(n_workers=int(number), threads_per_worker=1, dashboard_address=None)
+            scheduler = stack.enter_context(machine)
         try:
-            client = library.Client(local or address, timeout=_PATIENCE)
+            client = stack.enter_context(library.Client(scheduler, timeout=_PATIENCE))
             client.wait_for_workers(1, timeout=_PATIENCE)
         except (OSError, ValueError) as error:  # TimeoutError is an OSError
             reason = " ".join(str(error).split())[:120]
             raise InputError(f"no cluster with workers at '{address}' within {_PATIENCE} s: {reason}") from None
         _require_same_version(client)
-        yield GivenPool(
-            client.get_executor(pure=False), lambda: sum(client.ncores().values()), (library.scheduler.KilledWorker,)
-        )
-    finally:
-        if client is not None:
-            client.close()
-        if local is not None:
-            local.close()
+        deaths = (library.scheduler.KilledWorker,)
+        yield GivenPool(client.get_executor(pure=False), lambda: sum(client.ncores().values()), deaths)
 
 
 def _require_same_version(client: Any) -> None:

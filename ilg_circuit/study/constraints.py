@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..units import format_quantity
+from .plan import Range, sobol_points
 from .problem import Design, DesignProblem
 from .requirements import Requirement
-from .search import local_search, search, sobol_points
-from .space import Space
+from .search import local_search, search
 
 #: Fraction by which a limit is relaxed.
 RELAXED = 0.01
@@ -57,23 +57,21 @@ def active_constraints(design: Design) -> list[ActiveConstraint]:
     feasible = design.feasible
     active = []
     level = 0.0 if feasible and problem.objective else design.worst_score
-    for k, r in enumerate(problem.requirements):
+    for r in problem.requirements:
         slack = design.score(r) - r.reserve
         if slack > (level if r.maximised or not feasible else 0.0) + _AT:
             continue
-        gain = _gain(design, _relaxed(problem, k, RELAXED))
-        if r.relation == "=":  # either direction may be the better one
-            gain = max(gain, _gain(design, _relaxed(problem, k, -RELAXED)))
-        active.append(ActiveConstraint(r.text, gain))
-    for j, interval in enumerate(problem.space.ranges):
-        for at_high, share in ((False, point[j]), (True, 1 - point[j])):
-            if share > _AT:
+        # of an equality either direction may be the better one
+        parts = (RELAXED, -RELAXED) if r.relation == "=" else (RELAXED,)
+        active.append(ActiveConstraint(r.text, max(_gain(design, _relaxed(problem, r, part)) for part in parts)))
+    for interval, share in zip(problem.space.ranges, point, strict=True):
+        name, unit = interval.parameter.name, interval.parameter.unit
+        for relation, end, distance in ((">=", interval.low, share), ("<=", interval.high, 1 - share)):
+            if distance > _AT:
                 continue
-            end = interval.high if at_high else interval.low
-            name = interval.parameter.name
-            gain = _gain(design, replace(problem, space=_widened(problem.space, j, at_high)))
-            text = f"{name} {'<=' if at_high else '>='} {format_quantity(end, interval.parameter.unit, 6)}"
-            active.append(ActiveConstraint(text, gain, name, end))
+            ranges = tuple(_widened(r, relation) if r is interval else r for r in problem.space.ranges)
+            gain = _gain(design, replace(problem, space=replace(problem.space, ranges=ranges)))
+            active.append(ActiveConstraint(f"{name} {relation} {format_quantity(end, unit, 6)}", gain, name, end))
     return sorted(active, key=lambda constraint: -constraint.gain)
 
 
@@ -82,40 +80,37 @@ def without_each_requirement(design: Design) -> list[WithoutRequirement]:
     problem = design.problem
     space, seed = problem.space, problem.seed
     results = []
-    for k, r in enumerate(problem.requirements):
-        others = (*problem.requirements[:k], *problem.requirements[k + 1 :])
+    for r in problem.requirements:
+        others = tuple(other for other in problem.requirements if other is not r)
         if design.met(r) or not others:
             continue
         rest = replace(problem, requirements=others, objective=None)
         points = sobol_points(len(space.ranges), _INITIAL_POINTS[space.engine], seed)
-        terms = rest.elastic_terms(space.evaluate(points, rest.quantities))
+        terms = rest.elastic_terms(space.at(points, rest.quantities))
         nearest = search(space, rest.elastic(), points, terms, starts=_STARTS, seed=seed)
         results.append(WithoutRequirement(r, float(np.expm1(-nearest.best.score))))
     return results
 
 
-def _relaxed(problem: DesignProblem, k: int, part: float) -> DesignProblem:
-    """Return the problem with requirement k relaxed."""
-    requirements = list(problem.requirements)
-    requirements[k] = requirements[k].relaxed(part)
+def _relaxed(problem: DesignProblem, eased: Requirement, part: float) -> DesignProblem:
+    """Return the problem with one requirement eased by the fraction ``part``."""
+    requirements = (r.relaxed(part) if r is eased else r for r in problem.requirements)
     return replace(problem, requirements=tuple(requirements))
 
 
-def _widened(space: Space, j: int, at_high: bool) -> Space:
-    """Return the space with one end of range j moved outwards by one percent of its size."""
-    interval = space.ranges[j]
-    size = RELAXED * abs(interval.high if at_high else interval.low) or RELAXED * (interval.high - interval.low)
-    low, high = (interval.low, interval.high + size) if at_high else (interval.low - size, interval.high)
-    ranges = list(space.ranges)
-    ranges[j] = replace(interval, low=low, high=high)
-    return replace(space, ranges=tuple(ranges))
+def _widened(interval: Range, relation: str) -> Range:
+    """Return a range with its lower (``>=``) or upper end moved outwards by one percent of its size."""
+    end = interval.low if relation == ">=" else interval.high
+    step = RELAXED * (abs(end) or interval.high - interval.low)
+    if relation == ">=":
+        return replace(interval, low=end - step)
+    return replace(interval, high=end + step)
 
 
 def _gain(design: Design, relaxed: DesignProblem) -> float:
     """Return the gain of the local optimum of ``relaxed``, searched from ``design``."""
     problem = design.problem
-    columns = problem.space.columns(design.optimum.point[None])
-    start = relaxed.space.point({name: float(column[0]) for name, column in columns.items()})
+    start = relaxed.space.point(problem.space.values(design.optimum.point))
     end = local_search(relaxed.space, relaxed.goal() if design.feasible else relaxed.elastic(), start)
     if not end.feasible:
         return 0.0

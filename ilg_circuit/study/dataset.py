@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import platform
 import re
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,11 +68,12 @@ class SweepTotals:
                 continue
             if output.name == "relative_deflection":
                 self.bent += int((values > LARGEST_DEFLECTION).sum())
-            low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
-            if output.name not in self.lowest or values[low] < self.lowest[output.name][0]:
-                self.lowest[output.name] = float(values[low]), start + low
-            if output.name not in self.highest or values[high] > self.highest[output.name][0]:
-                self.highest[output.name] = float(values[high]), start + high
+            for ends, number, chosen in (
+                (self.lowest, int(np.nanargmin(values)), min),
+                (self.highest, int(np.nanargmax(values)), max),
+            ):
+                end = float(values[number]), start + number
+                ends[output.name] = chosen(ends.get(output.name, end), end, key=itemgetter(0))
 
 
 def write_dataset(path: Path, spec: SweepSpec, store: Store, provenance: Provenance) -> SweepTotals:
@@ -89,25 +92,27 @@ def write_dataset(path: Path, spec: SweepSpec, store: Store, provenance: Provena
         file.dimensions = dict(zip(dimensions, plan.shape, strict=True))
         if spec.waveforms:
             file.dimensions["time"] = len(spec.times)
-        described = {"coordinates": " ".join(plan.names)} if not plan.grid else {}
 
-        def create(name: str, over: tuple[str, ...], kind: Any, unit: str, meaning: str, **more: str) -> None:
+        def create(name: str, over: tuple[str, ...], unit: str, meaning: str, kind: Any = "f8") -> Any:
             variable = file.create_variable(name, over, dtype=kind)
-            variable.attrs.update({"units": unit or "1", "long_name": meaning} | more)
+            variable.attrs.update({"units": unit or "1", "long_name": meaning})
+            if over[0] == DESIGN and name not in plan.names:
+                variable.attrs["coordinates"] = " ".join(plan.names)
+            return variable
 
         for name, column in plan.columns.items():
             item = PARAMETERS[name]
-            create(name, (name,) if plan.grid else (DESIGN,), text if item.words else "f8", item.unit, item.meaning)
-            file[name][:] = column.astype(object) if item.words else column
+            over = (name,) if plan.grid else (DESIGN,)
+            variable = create(name, over, item.unit, item.meaning, text if item.words else "f8")
+            variable[:] = column.astype(object) if item.words else column
         for name in spec.outputs:
-            create(name, dimensions, "f8", OUTPUTS[name].unit, OUTPUTS[name].meaning, **described)
-        create("error", dimensions, "f8", "", "estimated error of the worst waveform over its maximum", **described)
-        create("failure", dimensions, text, "", "why a design failed; empty where it did not", **described)
+            create(name, dimensions, OUTPUTS[name].unit, OUTPUTS[name].meaning)
+        create("error", dimensions, "", "estimated error of the worst waveform over its maximum")
+        create("failure", dimensions, "", "why a design failed; empty where it did not", text)
         if spec.waveforms:
-            create("time", ("time",), "f8", "s", "time")
-            file["time"][:] = spec.times
-            for name in spec.waveforms:
-                create(name, (*dimensions, "time"), "f8", WAVEFORMS[name], name, **described)
+            create("time", ("time",), "s", "time")[:] = spec.times
+        for name in spec.waveforms:
+            create(name, (*dimensions, "time"), WAVEFORMS[name], name)
         file.attrs.update(_attributes(spec, provenance))
         for number in range(spec.task_count):
             start, stop = spec.bounds(number)
@@ -130,30 +135,18 @@ def write_dataset(path: Path, spec: SweepSpec, store: Store, provenance: Provena
 def boxes(shape: tuple[int, ...], start: int, stop: int) -> Iterator[tuple[tuple[slice, ...], slice]]:
     """Yield the blocks of an array of ``shape`` filled by its elements ``start`` to ``stop`` (last axis fastest).
 
-
     Each block comes with the slice of its elements.
     """
-    if start >= stop:
-        return
-    inner = int(np.prod(shape[1:], dtype=np.int64))
-    first, last = -(-start // inner), stop // inner  # the complete rows
-    if first > last:  # all within one row
-        yield from _row(shape, last, start, stop)
-        return
-    if start < first * inner:
-        yield from _row(shape, first - 1, start, first * inner)
-    if first < last:
-        whole = (slice(first, last), *(slice(0, n) for n in shape[1:]))
-        yield whole, slice(first * inner, last * inner)
-    if last * inner < stop:
-        yield from _row(shape, last, last * inner, stop)
-
-
-def _row(shape: tuple[int, ...], row: int, start: int, stop: int) -> Iterator[tuple[tuple[slice, ...], slice]]:
-    """Yield the `boxes` of elements that all lie in one row."""
-    offset = row * int(np.prod(shape[1:], dtype=np.int64))
-    for box, inside in boxes(shape[1:], start - offset, stop - offset):
-        yield (slice(row, row + 1), *box), slice(inside.start + offset, inside.stop + offset)
+    sizes = [math.prod(shape[axis + 1 :]) for axis in range(len(shape))]  # elements for each step along an axis
+    while start < stop:
+        axis = next(k for k, size in enumerate(sizes) if start % size == 0 and start + size <= stop)
+        index = [int(k) for k in np.unravel_index(start, shape)]
+        steps = min((stop - start) // sizes[axis], shape[axis] - index[axis])
+        before = (slice(k, k + 1) for k in index[:axis])
+        after = (slice(0, length) for length in shape[axis + 1 :])
+        end = start + steps * sizes[axis]
+        yield (*before, slice(index[axis], index[axis] + steps), *after), slice(start, end)
+        start = end
 
 
 def read_sweep(path: str | Path) -> Dataset:

@@ -16,6 +16,7 @@ from ..findings import Finding, Warned
 from ..result import Result
 from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
+from ..strip.validity import deflection_warnings, run_warnings
 from ..units import format_quantity, parse
 from .constraints import ActiveConstraint, WithoutRequirement, active_constraints, without_each_requirement
 from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, rewritten, scenario_template
@@ -29,7 +30,6 @@ from .sensitivity import sensitivity as sensitivity_of
 from .sobol import SobolIndices, sobol_indices
 from .space import Counter, Space, parse_ranges, resolve_engine
 from .threads import one_thread
-from .validity import deflection_findings, run_findings
 
 #: A whole number, which needs no .0.
 _WHOLE = re.compile(r"(\d)\.0(?=\D|$)")
@@ -61,17 +61,17 @@ class DesignReport(Result, Warned):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Assumptions of the model that fail at the design or on the front, and designs that failed."""
-        findings: list[Finding] = []
-        if self.design is not None:
-            scenario, design = self.design.scenario, self.design
-            peak = abs(design.simulated.get("displacement_peak", math.nan))
-            findings += run_findings(scenario, peak if math.isfinite(peak) else None)
+        design, texts, failed = self.design, [], []
+        if design:
+            scenario, peak = design.scenario, abs(design.simulated.get("displacement_peak", math.nan))
+            run = scenario.drive, scenario.duration, scenario.drive.largest()
+            texts += run_warnings(scenario.actuator, *run, peak if math.isfinite(peak) else None)
             if design.failures:
-                total = INITIAL_POINTS[design.problem.space.engine]
-                findings.append(Finding("designs-failed", values={"failures": design.failures, "total": total}))
-        if self.front is not None:
-            findings += deflection_findings(self.front.bent)
-        return tuple(findings)
+                numbers = {"failures": design.failures, "total": INITIAL_POINTS[design.problem.space.engine]}
+                failed = [Finding("designs-failed", values=numbers)]
+        if self.front:
+            texts += deflection_warnings(self.front.bent)
+        return (*(Finding("assumption-fails", values={"text": text}) for text in texts), *failed)
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON-ready values in SI units; what was not asked for is None."""
@@ -156,7 +156,18 @@ def design(
     """
     wishes = tuple(require)
     probability = parse(confidence, "", "--confidence") if isinstance(confidence, str) else confidence
-    _require_consistent(wishes, minimise, maximise, pareto, points, probability)
+    for wrong, advice in (
+        (minimise and maximise, "--minimise and --maximise: give one of them, or --pareto for several"),
+        (
+            not (wishes or minimise or maximise or pareto),
+            "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise, or "
+            "--pareto",
+        ),
+        (probability and not wishes, "--confidence is that of requirements; give --require"),
+        (points and not pareto, "--points goes with --pareto"),
+    ):
+        if wrong:
+            raise InputError(advice)
     template = scenario_template(actuator, drive, duration, tip=tip, beam=beam, load=load)
     template.parsed_drive()  # a text that is no drive fails at once
     ranges, fixed = parse_ranges(list(vary))
@@ -188,28 +199,6 @@ def design(
             asked = [q for q in distinct((*problem.quantities, *(o.quantity for o in front_of))) if q.outputs]
             report = replace(report, sobol=sobol_indices(space, asked, seed=seed))
     return report
-
-
-def _require_consistent(
-    require: Sequence[str],
-    minimise: str | None,
-    maximise: str | None,
-    pareto: str | None,
-    points: int | None,
-    confidence: float | None,
-) -> None:
-    """Raise InputError for arguments that contradict one another or have no effect."""
-    if minimise and maximise:
-        raise InputError("--minimise and --maximise: give one of them, or --pareto for several")
-    if not (require or minimise or maximise or pareto):
-        raise InputError(
-            "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise, or "
-            "--pareto"
-        )
-    if confidence and not require:
-        raise InputError("--confidence is that of requirements; give --require")
-    if points and not pareto:
-        raise InputError("--points goes with --pareto")
 
 
 def aim(design: Design) -> str:
@@ -286,11 +275,7 @@ def _design(design: Design, report: DesignReport) -> dict[str, Any]:
         },
         "ngspice": {"largest_difference": design.difference, "estimated_error": design.error},
         "uncertainty": {
-            "stderr": uncertainty.stderr,
-            "shares": uncertainty.shares,
-            "all_met": uncertainty.all_met,
-            "drawn": uncertainty.drawn,
-            "failed": uncertainty.failed,
+            **{name: getattr(uncertainty, name) for name in ("stderr", "shares", "all_met", "drawn", "failed")},
             "confidence": report.confidence,
         }
         if uncertainty

@@ -7,7 +7,7 @@ engine as one stack of matrices. A batch that fails is halved until the failing 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -69,19 +69,38 @@ def evaluate_designs(
     ``how`` are `evaluate`'s other arguments. An impossible design (a free part longer than the whole, NaN) is one
     failure among the results. Raises InputError for columns of different lengths, and as `evaluate`.
     """
-    columns = {name: np.atleast_1d(np.asarray(values)).tolist() for name, values in designs.items()}
-    counts = {len(column) for column in columns.values()}
-    if len(counts) != 1:
+    columns = {name: np.atleast_1d(np.asarray(values)) for name, values in designs.items()}
+    if len({len(column) for column in columns.values()}) != 1:
         raise InputError("designs need at least one parameter, and as many values of each")
-    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-    return evaluate([_scenario(template, row) for row in rows], outputs, **how)
+    return evaluate(scenarios_of(template, columns), outputs, **how)
 
 
-def _scenario(template: ScenarioTemplate, values: Mapping[str, Value]) -> Scenario | str:
+def scenarios_of(
+    template: ScenarioTemplate, columns: Mapping[str, NDArray[Any]], fixed: dict[str, Value] | None = None
+) -> list[Scenario | str]:
+    """Return the scenarios of designs, parameter -> values (n,), or the reasons why they are impossible.
+
+    ``fixed`` values are shared by all of them.
+    """
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [scenario_of(template, (fixed or {}) | dict(zip(columns, row, strict=True))) for row in rows]
+
+
+def scenario_of(template: ScenarioTemplate, values: Mapping[str, Value]) -> Scenario | str:
+    """Return the scenario of one design, or the reason why it is impossible."""
     try:
         return apply(template, values)
     except _FAILURES as error:
         return _reason(error)
+
+
+def require_known(engine: str, waveforms: Iterable[str]) -> None:
+    """Raise InputError for an engine or a waveform that a study does not have."""
+    if engine not in ENGINES:
+        raise InputError(f"engine is '{engine}'; choose one of {', '.join(ENGINES)}")
+    for name in waveforms:
+        if name not in WAVEFORMS:
+            raise InputError(f"unknown waveform '{name}'; choose from {', '.join(WAVEFORMS)}")
 
 
 def evaluate(
@@ -103,179 +122,154 @@ def evaluate(
     names, MissingLibraryError without ngspice.
     """
     chosen = choose_outputs(outputs)
-    if engine not in ENGINES:
-        raise InputError(f"engine is '{engine}'; choose one of {', '.join(ENGINES)}")
-    unknown = [name for name in waveforms if name not in WAVEFORMS]
-    if unknown:
-        raise InputError(f"unknown waveform '{unknown[0]}'; choose from {', '.join(WAVEFORMS)}")
+    require_known(engine, waveforms)
     longest = max((scenario.duration for scenario in scenarios if isinstance(scenario, Scenario)), default=1.0)
     samples = sample_times(longest) if times is None else np.asarray(times, dtype=np.float64)
-    work = _Work(chosen, engine, accuracy, tuple(waveforms), samples, len(scenarios))
+    count, done = len(scenarios), 0
+    result = Evaluation(
+        outputs=chosen,
+        values=np.full((count, len(chosen)), np.nan),
+        errors=np.zeros(count),
+        failures={k: scenario for k, scenario in enumerate(scenarios) if isinstance(scenario, str)},
+        times=samples,
+        waveforms={name: np.full((count, len(samples)), np.nan) for name in waveforms},
+    )
+    work = _Work(result, engine, accuracy)
     kinds = sorted({output.blocked for output in chosen} | ({False} if waveforms else set()))
     for blocked in kinds:
-        groups = work.prepare(scenarios, blocked)
-        for group in groups:
-            work.solve(group)
+        for batch in work.batches(scenarios, blocked):
+            work.solve(batch)
             if progress and blocked == kinds[-1]:
-                work.done += len(group.members)
-                progress(min(work.done, len(scenarios)), len(scenarios))
+                done += len(batch.members)
+                progress(min(done, count), count)
     if progress:
-        progress(len(scenarios), len(scenarios))
-    for k in work.failures:
-        work.values[k], work.errors[k] = np.nan, np.nan
-        for kept in work.waveforms.values():
-            kept[k] = np.nan
-    return Evaluation(chosen, work.values, work.errors, dict(sorted(work.failures.items())), samples, work.waveforms)
+        progress(count, count)
+    failed = sorted(result.failures)
+    for array in (result.values, result.errors, *result.waveforms.values()):
+        array[failed] = np.nan
+    return replace(result, failures={k: result.failures[k] for k in failed})
+
+
+@dataclass(frozen=True)
+class _Member:
+    """A scenario, number ``index`` of the evaluation, as it is solved; ``factor`` scales ``drive`` to its own."""
+
+    index: int
+    scenario: Scenario
+    netlist: Netlist
+    drive: Drive
+    factor: float
 
 
 @dataclass(frozen=True, eq=False)
 class _Batch:
-    """Scenarios ``members`` solved together: netlists, linearised state space, poles, and the common ``drive``.
+    """Scenarios solved together, with their linearised state space and poles; the drive is the first one's."""
 
-    ``factors`` (n,) scale ``drive`` to each scenario's own.
-    """
-
-    members: NDArray[np.intp]
-    netlists: list[Netlist]
+    members: Sequence[_Member]
     system: StateSpace
     poles: ComplexArray
-    drive: Drive
-    factors: Array
-    duration: float
-    load_distances: Array
-    tip: str
     blocked: bool
 
     def part(self, index: NDArray[np.intp]) -> _Batch:
         """Return the batch of some of the scenarios."""
         s = self.system
         system = StateSpace(s.a[index], s.b[index], s.c[index], s.d[index], s.output_names)
-        return replace(
-            self,
-            members=self.members[index],
-            netlists=[self.netlists[k] for k in index],
-            system=system,
-            poles=self.poles[index],
-            factors=self.factors[index],
-            load_distances=self.load_distances[index],
-        )
+        return _Batch([self.members[k] for k in index], system, self.poles[index], self.blocked)
 
 
+@dataclass(frozen=True, eq=False)
 class _Work:
-    """Results of an evaluation in progress."""
+    """An evaluation in progress; ``result`` is filled batch by batch."""
 
-    def __init__(
-        self,
-        outputs: tuple[Output, ...],
-        engine: str,
-        accuracy: float,
-        waveforms: tuple[str, ...],
-        times: Array,
-        count: int,
-    ) -> None:
-        self.outputs, self.engine, self.accuracy, self.times = outputs, engine, accuracy, times
-        self.values = np.full((count, len(outputs)), np.nan)
-        self.errors = np.zeros(count)
-        self.waveforms = {name: np.full((count, len(times)), np.nan) for name in waveforms}
-        self.failures: dict[int, str] = {}
-        self.done = 0
+    result: Evaluation
+    engine: str
+    accuracy: float
 
-    def prepare(self, scenarios: Sequence[Scenario | str], blocked: bool) -> list[_Batch]:
+    def batches(self, scenarios: Sequence[Scenario | str], blocked: bool) -> list[_Batch]:
         """Return batches of scenarios that can be solved together; scenarios without a circuit become failures."""
-        groups: dict[Any, list[tuple[int, Netlist, Drive, float, Scenario]]] = {}
-        band = transient_band(self.times)
+        groups: dict[Any, list[_Member]] = {}
+        band = transient_band(self.result.times)
         for k, scenario in enumerate(scenarios):
-            if isinstance(scenario, str):
-                self.failures[k] = scenario
-            if k in self.failures or isinstance(scenario, str):
+            if isinstance(scenario, str) or k in self.result.failures:
                 continue
             try:
                 fixed = replace(scenario, tip="clamped", load=NO_LOAD) if blocked else scenario
                 netlist = strip_netlist(fixed.actuator, tip=fixed.tip, beam=fixed.beam, load=fixed.load, band=band)
                 drive, factor = _normalised(fixed.drive) if netlist.linear else (fixed.drive, 1.0)
             except _FAILURES as error:
-                self.failures[k] = _reason(error)
+                self.result.failures[k] = _reason(error)
                 continue
             key = (netlist.topology, _identity(drive), fixed.duration, fixed.tip)
-            groups.setdefault(key, []).append((k, netlist, drive, factor, fixed))
+            groups.setdefault(key, []).append(_Member(k, fixed, netlist, drive, factor))
         return [batch for group in groups.values() for batch in self._batches(group, blocked)]
 
-    def _batches(self, group: list[tuple[int, Netlist, Drive, float, Scenario]], blocked: bool) -> list[_Batch]:
-        members, netlists, drives, factors, fixed = (list(column) for column in zip(*group, strict=True))
+    def _batches(self, group: Sequence[_Member], blocked: bool) -> list[_Batch]:
+        netlists = [member.netlist for member in group]
         try:
             system = state_space([n.linearised() for n in netlists])
             poles = system.poles()
             if not netlists[0].linear:
-                at_peak = state_space([n.linearised(drives[0].largest()) for n in netlists])
+                at_peak = state_space([n.linearised(group[0].drive.largest()) for n in netlists])
                 poles = np.concatenate([poles, at_peak.poles()], axis=1)
         except _FAILURES as error:
             if len(group) == 1:
-                self.failures[members[0]] = _reason(error)
+                self.result.failures[group[0].index] = _reason(error)
                 return []
             middle = len(group) // 2
             return [b for half in (group[:middle], group[middle:]) for b in self._batches(half, blocked)]
-        whole = _Batch(
-            members=np.array(members),
-            netlists=netlists,
-            system=system,
-            poles=poles,
-            drive=drives[0],
-            factors=np.array(factors),
-            duration=fixed[0].duration,
-            load_distances=np.array([scenario.actuator.geometry.load_distance for scenario in fixed]),
-            tip=fixed[0].tip,
-            blocked=blocked,
-        )
+        whole = _Batch(group, system, poles, blocked)
         return [whole.part(batch) for batch in similar(fastest_modes(system))]
 
     def solve(self, batch: _Batch) -> None:
         """Solve a batch; halve it until a failing scenario is alone."""
-        linear = batch.netlists[0].linear
-        if self.engine == "exact" and not linear:
+        result, first = self.result, batch.members[0]
+        index = np.array([member.index for member in batch.members])
+        if self.engine == "exact" and not first.netlist.linear:
             reason = "the exact engine solves linear circuits only, and this one is not; use ngspice or auto"
-            self.failures |= dict.fromkeys(batch.members.tolist(), reason)
+            result.failures.update(dict.fromkeys(index.tolist(), reason))
             return
         try:
             curves, errors = self._curves(batch)
         except MissingLibraryError:
             raise
         except _FAILURES as error:
-            if len(batch.members) == 1:
-                self.failures[int(batch.members[0])] = _reason(error)
+            if len(index) == 1:
+                result.failures[first.index] = _reason(error)
                 return
-            for half in np.array_split(np.arange(len(batch.members)), 2):
+            for half in np.array_split(np.arange(len(index)), 2):
                 self.solve(batch.part(half))
             return
         panels = next(iter(curves.values())).panels
-        factors = batch.factors[:, None, None]
+        factors = np.array([member.factor for member in batch.members])[:, None, None]
+        distances = np.array([member.scenario.actuator.geometry.load_distance for member in batch.members])
         curves = {name: PiecewiseLegendre(panels, curve.values * factors) for name, curve in curves.items()}
-        voltage = batch.drive.value(panels.points) * factors
-        runs = BatchWaveforms(panels, voltage, curves, batch.tip, batch.load_distances)
-        for j, output in enumerate(self.outputs):
+        runs = BatchWaveforms(panels, first.drive.value(panels.points) * factors, curves, first.scenario.tip, distances)
+        for j, output in enumerate(result.outputs):
             if output.blocked == batch.blocked:
-                self.values[batch.members, j] = output.compute(runs)
-        self.errors[batch.members] = np.maximum(self.errors[batch.members], errors)
+                result.values[index, j] = output.compute(runs)
+        result.errors[index] = np.maximum(result.errors[index], errors)
         if not batch.blocked:
-            inside = self.times <= batch.duration
-            times = drive_times(batch.drive, self.times[inside])
-            for name, kept in self.waveforms.items():
-                kept[np.ix_(batch.members, inside)] = runs.curve(name).sampled(times)
+            inside = result.times <= first.scenario.duration
+            times = drive_times(first.drive, result.times[inside])
+            for name, kept in result.waveforms.items():
+                kept[np.ix_(index, inside)] = runs.curve(name).sampled(times)
 
     def _curves(self, batch: _Batch) -> tuple[dict[str, PiecewiseLegendre], Array]:
         """Return a batch's waveforms under its common drive, and their errors (n,).
 
         The poles do not show the kinks of a nonlinear law, so panels whose series does not converge are subdivided.
         """
-        panels = design_panels(batch.poles, batch.drive, batch.duration)
-        linear = batch.netlists[0].linear
+        first, netlists = batch.members[0], [member.netlist for member in batch.members]
+        linear = first.netlist.linear
+        panels = design_panels(batch.poles, first.drive, first.scenario.duration)
         for cuts_left in reversed(range(1 if linear else _MOST_CUTS)):
             if linear and self.engine != "ngspice":
-                solved = exact_on_panels(batch.system, batch.drive, panels)
-                errors = np.zeros(len(batch.members))
+                solved = exact_on_panels(batch.system, first.drive, panels)
+                errors = np.zeros(len(netlists))
             else:
                 accuracy = self.accuracy if linear else max(self.accuracy / 3, 1e-11)
                 waveforms = transient(
-                    batch.netlists, batch.drive, panels.points.ravel(), accuracy=accuracy, interpolate=False
+                    netlists, first.drive, panels.points.ravel(), accuracy=accuracy, interpolate=False
                 )
                 solved = waveforms.values.reshape(*waveforms.values.shape[:2], *panels.points.shape)
                 errors = waveforms.errors.max(axis=1)

@@ -12,8 +12,9 @@ place in proportion to the free part.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -100,15 +101,10 @@ class ScenarioTemplate:
 
 
 @dataclass(frozen=True)
-class Scenario:
-    """One strip in one run of ``duration`` [s]: everything that a solve needs."""
+class Scenario(ScenarioTemplate):
+    """One strip in one run: everything that a solve needs."""
 
-    actuator: Actuator
     drive: Drive
-    duration: float
-    tip: str = "free"
-    beam: str = "dynamic"
-    load: Load = NO_LOAD
 
 
 def scenario_template(
@@ -152,14 +148,18 @@ def _registry() -> dict[str, VariedParameter]:
 PARAMETERS = _registry()
 
 
+def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
+    """Return the error for a name that is not ``known``: it lists the nearest names, or all."""
+    names = list(known)
+    near = get_close_matches(name, names, n=4)
+    hint = f"perhaps {', '.join(near)}" if near else f"known are {', '.join(names)}"
+    return InputError(f"unknown {kind} '{name[:40]}'; {hint}")
+
+
 def varied_parameter(name: str) -> VariedParameter:
     """Return the parameter of that name. Raises InputError that lists the nearest names, or all."""
     if name not in PARAMETERS:
-        from difflib import get_close_matches
-
-        near = get_close_matches(name, PARAMETERS, n=4) or PARAMETERS
-        raise InputError(f"unknown parameter '{name[:40]}'; {'perhaps' if near is not PARAMETERS else 'known are'} "
-                         f"{', '.join(near)}")  # fmt: skip
+        raise unknown_name("parameter", name, PARAMETERS)
     return PARAMETERS[name]
 
 

@@ -18,10 +18,10 @@ from ..arrays import Array
 from ..errors import InputError, SolveError
 from ..files import write_csv
 from ..strip.validity import LARGEST_DEFLECTION
-from .problem import DesignProblem, Objective, distinct, slacks
+from .plan import sobol_points
+from .problem import DesignProblem, Objective, Values, distinct, slacks
 from .quantities import quantity
-from .search import FEASIBLE, INITIAL_POINTS, Terms, distant, local_search, sobol_points
-from .space import Space, measure
+from .search import FEASIBLE, INITIAL_POINTS, Goal, Terms, distant, local_search
 
 Progress = Callable[[int, int], None]
 
@@ -127,24 +127,21 @@ class _FrontInProgress:
             raise InputError(f"a front of {wanted} points: give {len(objectives)} to 1000")
         self.wanted, self.objectives, self.problem = wanted, objectives, problem
         self.quantities = distinct([r.quantity for r in problem.requirements] + [o.quantity for o in objectives])
-        self.space: Space = problem.space
+        self.space = problem.space
         self.tried: set[tuple[float, ...]] = set()
         self.misses = 0
 
     def begin(self) -> None:
         """Find the best design of each objective, and improve a few distant nondominated initial points."""
         sampled = sobol_points(len(self.space.ranges), 2 * INITIAL_POINTS[self.space.engine], self.problem.seed)
-        values = self.space.evaluate(sampled, self.quantities)
-        self.objectives = tuple(o.scaled(values[:, self._column(o)]) for o in self.objectives)
+        values = self.space.at(sampled, self.quantities)
+        self.objectives = tuple(o.scaled(values[o.quantity.name]) for o in self.objectives)
         costs, constraints = self._judge(values)
         feasible = (constraints >= -FEASIBLE).all(axis=1) & np.isfinite(costs).all(axis=1)
         m = len(self.objectives)
-        none = np.zeros((len(costs), 0))
         ends = []
-        for j in range(m):
-            weights = np.full(m, _SUM)
-            weights[j] = 1.0
-            best = Terms(np.where(np.isfinite(costs[:, j]), costs[:, j], np.inf), none, constraints).order()[0]
+        for cost, weights in zip(costs.T, np.where(np.eye(m), 1.0, _SUM), strict=True):
+            best = _minimised(np.where(np.isfinite(cost), cost, np.inf), constraints).order()[0]
             ends.append(local_search(self.space, self._weighted(weights), sampled[int(best)]))
         extremes = np.array([end.point for end in ends if end.feasible])
         if not len(extremes):
@@ -204,20 +201,17 @@ class _FrontInProgress:
         order = kept[np.argsort(self.costs[kept, 0])]
         points, costs = self.points[order], self.costs[order]
         columns = self.space.columns(points)
-        scenarios = self.space.scenarios(columns)
         deflection = quantity("relative_deflection", self.space.names)
-        *values, deflections = measure(scenarios, columns, (*self.quantities, deflection), self.space.engine)[0].T
-        simulated = measure(scenarios, columns, self.quantities, "ngspice")[0]
-        names = [q.name for q in self.quantities]
+        measured = self.space.measure(columns, (*self.quantities, deflection))[0]
         units = {r.parameter.name: r.parameter.unit for r in self.space.ranges}
         return Front(
             self.objectives,
             columns,
-            dict(zip(names, values, strict=True)),
-            dict(zip(names, simulated.T, strict=True)),
-            units | {q.name: q.unit for q in self.quantities},
-            self._improvable(points, costs),
-            deflections,
+            values={q.name: measured[q.name] for q in self.quantities},
+            simulated=self.space.measure(columns, self.quantities, "ngspice")[0],
+            units=units | {q.name: q.unit for q in self.quantities},
+            improvable=self._improvable(points, costs),
+            deflections=measured[deflection.name],
         )
 
     def _improvable(self, points: Array, costs: Array) -> float:
@@ -228,24 +222,25 @@ class _FrontInProgress:
         feasible = (constraints >= 0).all(axis=1) & np.isfinite(better)
         return float(max(better[feasible].max(initial=0.0), 0.0))
 
-    def _column(self, objective: Objective) -> int:
-        return [q.name for q in self.quantities].index(objective.quantity.name)
-
     def _evaluate(self, points: Array) -> tuple[Array, Array]:
         """Return costs (k, m) and slacks (k, b) at ``points`` (k, n)."""
-        return self._judge(self.space.evaluate(points, self.quantities))
+        return self._judge(self.space.at(points, self.quantities))
 
-    def _judge(self, values: Array) -> tuple[Array, Array]:
-        """Return costs (k, m) and slacks (k, b) for values (k, q) of the quantities."""
-        costs = np.stack([o.cost(values[:, self._column(o)]) for o in self.objectives], axis=1)
-        return costs, slacks(self.problem.requirements, values, self.quantities)
+    def _judge(self, values: Values) -> tuple[Array, Array]:
+        """Return costs (k, m) and slacks (k, b) for the quantities' values."""
+        costs = np.stack([o.cost(values[o.quantity.name]) for o in self.objectives], axis=1)
+        return costs, slacks(self.problem.requirements, values)
 
-    def _weighted(self, weights: Array) -> Callable[[Array], Terms]:
+    def _weighted(self, weights: Array) -> Goal:
         def goal(points: Array) -> Terms:
             costs, constraints = self._evaluate(points)
-            return Terms(costs @ weights, np.zeros((len(costs), 0)), constraints)
+            return _minimised(costs @ weights, constraints)
 
         return goal
+
+
+def _minimised(objective: Array, constraints: Array) -> Terms:
+    return Terms(objective, np.zeros((len(objective), 0)), constraints)
 
 
 def nondominated(costs: Array, tolerance: float = 0.0) -> NDArray[np.intp]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -53,8 +53,7 @@ class Range:
         """Return the values at ``share`` (n,), numbers from 0 to 1 along the range or the list of values."""
         if self.values:
             pick = np.minimum((share * len(self.values)).astype(int), len(self.values) - 1)
-            picked: Column = np.asarray(self.values)[pick]
-            return picked
+            return np.asarray(self.values)[pick]
         if self.log:
             return self.low * (self.high / self.low) ** share
         return self.low + (self.high - self.low) * share
@@ -120,24 +119,30 @@ def parse_range(text: str) -> tuple[Range, int | None]:
     return Range(item, low=low, high=high, log=log), int(parts[2]) if len(parts) == 3 else None
 
 
+def parse_each(texts: Iterable[str]) -> list[tuple[str, Range, int | None]]:
+    """Return each text with what `parse_range` gives. Raises InputError as it does, and for a repeated parameter."""
+    parsed = [(text, *parse_range(text)) for text in texts]
+    names = [interval.parameter.name for _, interval, _ in parsed]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{name} is varied twice; give it once")
+    return parsed
+
+
 def grid_plan(texts: Sequence[str]) -> Plan:
     """Return the full grid of axes such as ``thickness=0.2mm:1mm:20`` and ``width=2mm,5mm``. Raises InputError."""
     columns: dict[str, Column] = {}
-    for text in texts:
-        interval, count = parse_range(text)
-        name = _new(interval, columns)
-        if not interval.values and count is None:
-            raise InputError(f"'{text}' does not say how many values; write {text}:20, or give --random")
+    for text, interval, count in parse_each(texts):
+        name = interval.parameter.name
         if interval.values:
             columns[name] = np.asarray(interval.values)
-        elif count == 1:
-            raise InputError(
-                f"'{text}': one value is no range; write {name}={text.partition('=')[2].partition(':')[0]}"
-            )
-        else:
-            columns[name] = interval.at(np.linspace(0.0, 1.0, count or 0))
-            if count:
-                columns[name][-1] = interval.high
+            continue
+        if count is None:
+            raise InputError(f"'{text}' does not say how many values; write {text}:20, or give --random")
+        if count == 1:
+            raise InputError(f"'{text}': one value is no range; write {text.partition(':')[0].strip()}")
+        columns[name] = interval.at(np.linspace(0.0, 1.0, count))
+        columns[name][-1:] = interval.high
     return Plan(columns, True, "grid of " + ", ".join(texts))
 
 
@@ -152,23 +157,30 @@ def random_plan(texts: Sequence[str], count: int, method: str = "lhs", seed: int
         raise InputError(f"method is '{method}'; choose one of {', '.join(METHODS)}")
     if not 1 <= count <= MOST_DESIGNS:
         raise InputError(f"{count} random designs: give 1 to {MOST_DESIGNS}")
-    ranges: dict[str, Range] = {}
-    for text in texts:
-        interval, values = parse_range(text)
+    ranges = []
+    for text, interval, values in parse_each(texts):
         if values is not None:
             raise InputError(f"'{text}': random designs have no number of values a parameter; leave out ':{values}'")
-        ranges[_new(interval, ranges)] = interval
+        ranges.append(interval)
     if not ranges:
         raise InputError(f"no designs: say what to vary, such as {VARY_FORMS}")
+    random = np.random.default_rng(seed)
     if method == "uniform":
-        shares = np.random.default_rng(seed).random((count, len(ranges)))
+        shares = random.random((count, len(ranges)))
     elif method == "lhs":
-        shares = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(count)
+        shares = qmc.LatinHypercube(len(ranges), rng=random).random(count)
     else:
-        sampler = qmc.Sobol(len(ranges), rng=np.random.default_rng(seed))
-        shares = sampler.random_base2(max(math.ceil(math.log2(count)), 0))[:count]
-    columns = {name: interval.at(shares[:, k]) for k, (name, interval) in enumerate(ranges.items())}
+        shares = sobol_points(len(ranges), count, seed)[:count]
+    columns = {r.parameter.name: r.at(share) for r, share in zip(ranges, shares.T, strict=True)}
     return Plan(columns, False, f"{count} random designs ({method}, seed {seed}) of {', '.join(texts)}")
+
+
+def sobol_points(dimension: int, count: int, seed: int) -> Array:
+    """Return points (count, n) of a scrambled Sobol sequence; count is rounded up to a power of two."""
+    from scipy.stats import qmc
+
+    points: Array = qmc.Sobol(dimension, rng=np.random.default_rng(seed)).random_base2(math.ceil(math.log2(count)))
+    return points
 
 
 def read_plan(path: Path) -> Plan:
@@ -185,28 +197,19 @@ def read_plan(path: Path) -> Plan:
         raise InputError(f"{path.name}: not a table of text; export it as CSV") from None
     if len(rows) < 2:
         raise InputError(f"{path.name}: give a header row such as thickness_mm,width_mm and at least one design")
-    header = rows[0][1]
-    items = [_heading(title.strip(), path.name) for title in header]
-    names = [item.name for item, _ in items]
-    twice = next((n for n in names if names.count(n) > 1), None)
-    if twice:
-        raise InputError(f"{path.name}: two columns give {twice}; leave one out")
-    columns: list[list[Value]] = [[] for _ in items]
-    for line, row in rows[1:]:
-        if len(row) > len(items):
-            raise InputError(f"{path.name}: line {line} has {len(row)} cells, the header {len(items)}")
-        for column, (item, factor), cell in zip(columns, items, row + [""] * (len(items) - len(row)), strict=True):
-            column.append(_cell(cell.strip(), item, factor, f"{path.name}: line {line}"))
-    arrays = {
-        n: np.asarray(c, dtype=None if PARAMETERS[n].words else float) for n, c in zip(names, columns, strict=True)
-    }
-    return Plan(arrays, False, f"designs of {path.name}")
-
-
-def _new(interval: Range, known: dict[str, Column] | dict[str, Range]) -> str:
-    if interval.parameter.name in known:
-        raise InputError(f"{interval.parameter.name} is varied twice; give it once")
-    return interval.parameter.name
+    (_, header), *body = rows
+    for line, row in body:
+        if len(row) > len(header):
+            raise InputError(f"{path.name}: line {line} has {len(row)} cells, the header {len(header)}")
+    columns: dict[str, Column] = {}
+    for k, title in enumerate(header):
+        item, factor = _heading(title.strip(), path.name)
+        if item.name in columns:
+            raise InputError(f"{path.name}: two columns give {item.name}; leave one out")
+        cells = [(row[k].strip() if k < len(row) else "", f"{path.name}: line {line}") for line, row in body]
+        values = [_cell(cell, item, factor, where) for cell, where in cells]
+        columns[item.name] = np.asarray(values, dtype=None if item.words else float)
+    return Plan(columns, False, f"designs of {path.name}")
 
 
 def _heading(title: str, source: str) -> tuple[VariedParameter, float]:

@@ -6,7 +6,7 @@ tighter. Where no design meets every requirement, the nearest one is found: its 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,10 +15,16 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError, SolveError
 from .parameters import Scenario
+from .plan import sobol_points
 from .quantities import Quantity
 from .requirements import Requirement
-from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Search, Terms, local_search, search, sobol_points
-from .space import Space, measure
+from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Search, Terms, local_search, search
+from .space import Space
+
+#: Values (k,) of k designs by name of the quantity.
+Values = Mapping[str, Array]
+#: Lowest and highest value.
+Reach = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -55,11 +61,14 @@ def distinct(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:
     return tuple({q.name: q for q in quantities}.values())
 
 
-def slacks(requirements: Iterable[Requirement], values: Array, quantities: Sequence[Quantity]) -> Array:
-    """Return the slacks (k, b) of the requirements' sides, for ``values`` (k, q) of ``quantities``."""
-    names = [q.name for q in quantities]
-    columns = [side.slack(values[:, names.index(r.quantity.name)]) for r in requirements for side in r.sides()]
-    return np.stack(columns, axis=1) if columns else np.zeros((len(values), 0))
+def slacks(requirements: Iterable[Requirement], values: Values) -> Array:
+    """Return the slacks (k, b) of the requirements' sides."""
+    columns = [side.slack(values[r.quantity.name]) for r in requirements for side in r.sides()]
+    return np.stack(columns, axis=1) if columns else np.zeros((_count(values), 0))
+
+
+def _count(values: Values) -> int:
+    return len(next(iter(values.values())))
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,34 +92,28 @@ class DesignProblem:
         wanted = [r.quantity for r in self.requirements] + ([self.objective.quantity] if self.objective else [])
         return distinct(wanted)
 
-    def column(self, quantity: Quantity) -> int:
-        return [q.name for q in self.quantities].index(quantity.name)
-
     def goal(self) -> Goal:
         """Return the goal of the best feasible design."""
-        return lambda points: self.terms(self.space.evaluate(points, self.quantities))
+        return lambda points: self.terms(self.space.at(points, self.quantities))
 
     def elastic(self) -> Goal:
         """Return the goal of the design nearest to meeting every requirement."""
-        return lambda points: self.elastic_terms(self.space.evaluate(points, self.quantities))
+        return lambda points: self.elastic_terms(self.space.at(points, self.quantities))
 
-    def terms(self, values: Array) -> Terms:
-        """Return the terms of `goal` for ``values`` (k, q) of the quantities."""
+    def terms(self, values: Values) -> Terms:
+        """Return the terms of `goal`."""
         if self.objective:
-            cost = self.objective.cost(values[:, self.column(self.objective.quantity)])
-            return Terms(cost, np.zeros((len(values), 0)), self._slacks(values, self.requirements))
+            cost = self.objective.cost(values[self.objective.quantity.name])
+            return Terms(cost, slacks((), values), slacks(self.requirements, values))
         maximised = [r for r in self.requirements if r.maximised]
         if not maximised:
             return self.elastic_terms(values)
         others = [r for r in self.requirements if not r.maximised]
-        return Terms(np.zeros(len(values)), self._slacks(values, maximised), self._slacks(values, others))
+        return Terms(np.zeros(_count(values)), slacks(maximised, values), slacks(others, values))
 
-    def elastic_terms(self, values: Array) -> Terms:
-        """Return the terms of `elastic` for ``values`` (k, q) of the quantities."""
-        return Terms(np.zeros(len(values)), self._slacks(values, self.requirements), np.zeros((len(values), 0)))
-
-    def _slacks(self, values: Array, requirements: Iterable[Requirement]) -> Array:
-        return slacks(requirements, values, self.quantities)
+    def elastic_terms(self, values: Values) -> Terms:
+        """Return the terms of `elastic`."""
+        return Terms(np.zeros(_count(values)), slacks(self.requirements, values), slacks((), values))
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,15 +126,19 @@ class Design:
     """
 
     problem: DesignProblem
-    optimum: LocalOptimum
+    search: Search
     values: dict[str, float]
     scenario: Scenario
-    search: Search
     exact: dict[str, float]
     simulated: dict[str, float]
     error: float
-    reach: dict[str, tuple[float, float]]
+    reach: dict[str, Reach]
     failures: int
+
+    @property
+    def optimum(self) -> LocalOptimum:
+        """The best end of the search, before its values were rounded."""
+        return self.search.best
 
     def score(self, requirement: Requirement) -> float:
         """Return a requirement's score by ngspice, as in `Requirement.score`."""
@@ -176,32 +183,27 @@ def best_design(problem: DesignProblem, extra: Sequence[Quantity] = ()) -> Desig
     """
     space = problem.space
     points = sobol_points(len(space.ranges), INITIAL_POINTS[space.engine], problem.seed)
-    values = space.evaluate(points, problem.quantities)
-    known = np.isfinite(values).all(axis=1)
+    values = space.at(points, problem.quantities)
+    known = np.isfinite(list(values.values())).all(axis=0)
     if not known.any():
         raise SolveError(_why_none(space, problem, points))
     if problem.objective:
-        column = values[:, problem.column(problem.objective.quantity)]
-        problem = replace(problem, objective=problem.objective.scaled(column))
+        problem = replace(problem, objective=problem.objective.scaled(values[problem.objective.quantity.name]))
     result = _search(problem, points, values)
-    reach = {
-        q.name: (float(np.nanmin(values[:, k])), float(np.nanmax(values[:, k])))
-        for k, q in enumerate(problem.quantities)
-    }
+    reach = {name: (float(np.nanmin(column)), float(np.nanmax(column))) for name, column in values.items()}
     return _verified(problem, result, reach, int((~known).sum()), extra)
 
 
 def _why_none(space: Space, problem: DesignProblem, points: Array) -> str:
-    columns = space.columns(points[:8])
-    evaluation = measure(space.scenarios(columns), columns, problem.quantities, space.engine)[1]
-    reason = next(iter(evaluation.failures.values()), None)
+    failures = space.measure(space.columns(points[:8]), problem.quantities)[1].failures
+    reason = next(iter(failures.values()), None)
     if reason is None:
         names = ", ".join(q.name for q in problem.quantities)
         reason = f"one of {names} is not known of this strip under this drive (no coupling, or a motion that ends at 0)"
     return f"not one design within the ranges can be judged: {reason}"
 
 
-def _search(problem: DesignProblem, points: Array, values: Array) -> Search:
+def _search(problem: DesignProblem, points: Array, values: Values) -> Search:
     """Search by the goal itself; where that ends infeasible, from the point nearest to meeting every requirement."""
     space, seed = problem.space, problem.seed
     result = search(space, problem.goal(), points, problem.terms(values), seed=seed)
@@ -215,43 +217,26 @@ def _search(problem: DesignProblem, points: Array, values: Array) -> Search:
 
 
 def _verified(
-    problem: DesignProblem,
-    result: Search,
-    reach: dict[str, tuple[float, float]],
-    failures: int,
-    extra: Sequence[Quantity],
+    problem: DesignProblem, result: Search, reach: dict[str, Reach], failures: int, extra: Sequence[Quantity]
 ) -> Design:
     """Return the design at the search's end, rounded where that violates no requirement, simulated by ngspice."""
     space = problem.space
-    unrounded = {name: float(column[0]) for name, column in space.columns(result.best.point[None]).items()}
     quantities = distinct((*problem.quantities, *extra))
-    names = [q.name for q in quantities]
     designs = []
-    for values in (space.rounded(result.best.point), unrounded):
+    for values in (space.rounded(result.best.point), space.values(result.best.point)):
         scenario = space.scenario(values)
         if isinstance(scenario, str):
             continue
         columns = {name: np.array([x]) for name, x in values.items()}
-        exact = measure([scenario], columns, quantities, space.engine)[0][0]
-        simulated, evaluation = measure([scenario], columns, quantities, "ngspice")
+        exact, _ = space.measure(columns, quantities)
+        simulated, evaluation = space.measure(columns, quantities, "ngspice")
         if evaluation.failures:
             raise SolveError(f"ngspice could not simulate the design that was found: {evaluation.failures[0]}")
-        designs.append(
-            Design(
-                problem=problem,
-                optimum=result.best,
-                values=values,
-                scenario=scenario,
-                search=result,
-                exact=dict(zip(names, exact.tolist(), strict=True)),
-                simulated=dict(zip(names, simulated[0].tolist(), strict=True)),
-                error=float(evaluation.errors[0]),
-                reach=reach,
-                failures=failures,
-            )
-        )
+        first, again = ({name: float(x[0]) for name, x in found.items()} for found in (exact, simulated))
+        error = float(evaluation.errors[0])
+        designs.append(Design(problem, result, values, scenario, first, again, error, reach, failures))
         if designs[-1].feasible:
-            break
+            return designs[-1]
     if not designs:
         raise SolveError("the design that was found cannot be simulated")
-    return designs[0] if designs[0].feasible or not designs[-1].feasible else designs[-1]
+    return designs[0]

@@ -13,7 +13,7 @@ from ..strip.elements import lumped_elements
 from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS, gravity
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, Output
-from .parameters import PARAMETERS, Scenario
+from .parameters import PARAMETERS, Scenario, unknown_name
 
 #: Units of outputs that are maximised by default (displacement, force); all others are minimised.
 _WANTED_MORE = ("m", "N")
@@ -57,31 +57,24 @@ def _gravity(scenario: Scenario) -> float:
     return gravity(scenario.actuator, lumped_elements(scenario.actuator).stiffness).number
 
 
-#: Assumptions of the model as in `ilg_circuit.strip.validity`: name -> quantity and its limit.
-ASSUMPTIONS = {
-    "relative_deflection": (_of_output(OUTPUTS["relative_deflection"]), LARGEST_DEFLECTION),
-    "slenderness": (
-        Quantity(
-            "slenderness",
-            "",
-            "thickness over free length",
-            _of_scenario(lambda c: c.actuator.geometry.thickness / c.actuator.geometry.free_length),
-        ),
+_ASSUMED: tuple[tuple[str, str, Callable[[Scenario], float], float], ...] = (
+    (
+        "slenderness",
+        "thickness over free length",
+        lambda c: c.actuator.geometry.thickness / c.actuator.geometry.free_length,
         LARGEST_SLENDERNESS,
     ),
-    "window": (
-        Quantity(
-            "window",
-            "",
-            f"largest voltage over the electrochemical window of {ELECTROCHEMICAL_WINDOW:g} V",
-            _of_scenario(lambda c: c.drive.largest() / ELECTROCHEMICAL_WINDOW),
-        ),
+    (
+        "window",
+        f"largest voltage over the electrochemical window of {ELECTROCHEMICAL_WINDOW:g} V",
+        lambda c: c.drive.largest() / ELECTROCHEMICAL_WINDOW,
         1.0,
     ),
-    "gravity": (
-        Quantity("gravity", "", "sag over L0 if horizontal, else gravity's stiffness over K", _of_scenario(_gravity)),
-        1.0,
-    ),
+    ("gravity", "sag over L0 if horizontal, else gravity's stiffness over K", _gravity, 1.0),
+)
+#: Assumptions of the model as in `ilg_circuit.strip.validity`: name -> quantity and its limit.
+ASSUMPTIONS = {"relative_deflection": (_of_output(OUTPUTS["relative_deflection"]), LARGEST_DEFLECTION)} | {
+    name: (Quantity(name, "", meaning, _of_scenario(compute)), limit) for name, meaning, compute, limit in _ASSUMED
 }
 
 
@@ -96,10 +89,4 @@ def quantity(name: str, varied: Sequence[str]) -> Quantity:
         return Quantity(name, item.unit, item.meaning, lambda d: d.columns[name])
     if name in PARAMETERS:
         raise InputError(f"{name} is not varied, so it stays what it is; add --vary {name}=from:to, or ask another")
-    from difflib import get_close_matches
-
-    choices = (*OUTPUTS, *ASSUMPTIONS, *varied)
-    near = get_close_matches(name, choices, n=4)
-    raise InputError(
-        f"unknown quantity '{name[:40]}'; {'perhaps ' + ', '.join(near) if near else 'known are ' + ', '.join(choices)}"
-    )
+    raise unknown_name("quantity", name, (*OUTPUTS, *ASSUMPTIONS, *varied))

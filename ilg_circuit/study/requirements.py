@@ -31,14 +31,12 @@ REQUIREMENT_FORMS = "displacement_final>=4mm, settling_time<=60s or displacement
 class Requirement:
     """``quantity`` related to ``limit`` [SI] by ``>=``, ``<=`` or ``=``.
 
-    ``reserve``: safety margin for parameter uncertainty. ``guard``: extra margin kept during the search. Both are
-    scores, see `score`.
+    ``reserve`` is a score, see `score`: the safety margin for parameter uncertainty.
     """
 
     quantity: Quantity
     relation: str
     limit: float
-    guard: float = 0.0
     reserve: float = 0.0
 
     def __post_init__(self) -> None:
@@ -69,12 +67,11 @@ class Requirement:
             return sign * values
         ratio = values / self.limit
         logarithm = np.log(np.maximum(ratio, _STRAIGHT)) + np.minimum(ratio / _STRAIGHT - 1, 0.0)
-        signed: Array = sign * np.sign(self.limit) * logarithm
-        return signed
+        return np.asarray(sign * np.sign(self.limit) * logarithm)
 
     def slack(self, values: Array) -> Array:
         """Return the scores of ``values`` (n,) less reserve and guard: at least zero where the search accepts them."""
-        return self.score(values) - self.reserve - self.guard
+        return self.score(values) - self.reserve - (GUARD if self.quantity.outputs else 0.0)
 
     def sides(self) -> tuple[Requirement, ...]:
         """Return an ``=`` as two inequalities, any other requirement as itself."""
@@ -99,7 +96,7 @@ def parse_requirement(text: str, varied: Sequence[str]) -> Requirement:
     name, relation, limit = match.groups()
     wanted = quantity(name, varied)
     value = parse(limit, wanted.unit, f"requirement '{text.strip()[:60]}'")
-    return Requirement(wanted, relation.replace("==", "="), value, GUARD if wanted.outputs else 0.0)
+    return Requirement(wanted, relation.replace("==", "="), value)
 
 
 def parse_requirements(texts: Iterable[str], varied: Sequence[str], actuator: Actuator) -> tuple[Requirement, ...]:
@@ -112,7 +109,7 @@ def parse_requirements(texts: Iterable[str], varied: Sequence[str], actuator: Ac
     for text in texts:
         if text.strip() == "valid":
             requirements += [
-                Requirement(q, "<=", limit, GUARD if q.outputs else 0.0)
+                Requirement(q, "<=", limit)
                 for name, (q, limit) in ASSUMPTIONS.items()
                 if not (name == "gravity" and actuator.mounting.orientation == "weightless")
                 and not (name == "relative_deflection" and actuator.coupling is None)

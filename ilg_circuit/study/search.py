@@ -6,7 +6,7 @@ are central differences, all solved in one batch with the value itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -83,10 +83,10 @@ class LocalOptimum:
     def feasible(self) -> bool:
         return self.violation <= FEASIBLE
 
-    def better_than(self, other: LocalOptimum) -> bool:
-        if self.feasible and other.feasible:
-            return self.score < other.score
-        return self.violation < other.violation
+    @property
+    def rank(self) -> tuple[float, float]:
+        """Key to sort by, best first: feasible ones by score, then the others by violation."""
+        return (0.0, self.score) if self.feasible else (self.violation, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,15 +113,6 @@ class Search:
         return spread
 
 
-def sobol_points(dimension: int, count: int, seed: int) -> Array:
-    """Return points (count, n) of a scrambled Sobol sequence; count is rounded up to a power of two."""
-    from scipy.stats import qmc
-
-    sampler = qmc.Sobol(dimension, rng=np.random.default_rng(seed))
-    points: Array = sampler.random_base2(int(np.ceil(np.log2(count))))
-    return points
-
-
 def search(
     space: Space, goal: Goal, points: Array, terms: Terms, *, starts: int | None = None, seed: int = 0
 ) -> Search:
@@ -136,11 +127,8 @@ def search(
     return Search(best, tuple(ends))
 
 
-def _best(ends: list[LocalOptimum]) -> LocalOptimum:
-    best = ends[0]
-    for end in ends[1:]:
-        best = end if end.better_than(best) else best
-    return best
+def _best(ends: Iterable[LocalOptimum]) -> LocalOptimum:
+    return min(ends, key=lambda end: end.rank)
 
 
 def distant(points: Array, order: NDArray[np.intp], count: int) -> list[int]:
@@ -166,36 +154,31 @@ def local_search(space: Space, goal: Goal, start: Array) -> LocalOptimum:
     n = len(start)
     local = _Evaluator(goal, _STEPS[space.engine])
     first = local.at(start)
-    maximin = first.maximin.shape[1] > 0
-    kept = first.constraints.shape[1]
-    count = kept + first.maximin.shape[1]
+    kept, bounded = first.constraints.shape[1], first.maximin.shape[1]
+    extra = int(bounded > 0)  # t is there
+    of_t = np.zeros((kept + bounded, extra))
+    of_t[kept:] = -1.0
 
     def objective(z: Array) -> float:
-        return float(local.at(z[:n]).objective[0] - (z[n] if maximin else 0.0))
+        return float(local.at(z[:n]).objective[0] - z[n:].sum())
 
     def gradient(z: Array) -> Array:
-        slope = local.slopes(z[:n])[0]
-        return np.append(slope, -1.0) if maximin else slope
+        return np.append(local.slopes(z[:n])[0], [-1.0] * extra)
 
     def constraints(z: Array) -> Array:
         terms = local.at(z[:n])
-        return np.concatenate([terms.constraints[0], terms.maximin[0] - (z[n] if maximin else 0.0)])
+        return np.concatenate([terms.constraints[0], terms.maximin[0] - z[n:].sum()])
 
     def jacobian(z: Array) -> Array:
-        slopes = local.slopes(z[:n])[1:]
-        if not maximin:
-            return slopes
-        of_t = np.zeros((count, 1))
-        of_t[kept:] = -1.0
-        return np.hstack([slopes, of_t])
+        return np.hstack([local.slopes(z[:n])[1:], of_t])
 
     with suppress(_StalledError):
         minimize(
             objective,
-            np.append(start, first.maximin[0].min()) if maximin else start,
+            np.append(start, first.maximin[0].min()) if extra else start,
             jac=gradient,
-            bounds=Bounds([0.0] * n + [-np.inf] * maximin, [1.0] * n + [np.inf] * maximin),
-            constraints=[{"type": "ineq", "fun": constraints, "jac": jacobian}] if count else [],
+            bounds=Bounds([0.0] * n + [-np.inf] * extra, [1.0] * n + [np.inf] * extra),
+            constraints=[{"type": "ineq", "fun": constraints, "jac": jacobian}] if len(of_t) else [],
             method="SLSQP",
             options={"maxiter": _MOST_ITERATIONS[space.engine], "ftol": 1e-9},
         )
@@ -232,21 +215,21 @@ class _Evaluator:
             a = around.constraints.shape[1]
             self._terms = Terms(table[:1, 0], table[:1, 1 + a :], table[:1, 1 : 1 + a])
             self._point = point
-            self._remember(point)
+            self._remember(self._terms.optimum(point[None]))
         return self._terms
 
     def slopes(self, point: Array) -> Array:
-        """Return (1 + b + a, n): slopes of objective, constraints, maximin; a copy, which the caller may change."""
+        """Return (1 + b + a, n): slopes of objective, constraints, maximin."""
         self.at(point)
-        return self._slopes.copy()
+        return self._slopes
 
-    def _remember(self, point: Array) -> None:
-        here, best = self._terms.optimum(point[None]), self.best
-        worth = best is None or here.score < best.score - _WORTH or here.violation < best.violation - _WORTH
-        if best is None or here.better_than(best):
-            self.best, self._idle = here, 0 if worth else self._idle + 1
-        else:
-            self._idle += 1
+    def _remember(self, here: LocalOptimum) -> None:
+        best = self.best
+        self._idle += 1
+        if best is None or here.rank < best.rank:
+            self.best = here
+            if best is None or here.score < best.score - _WORTH or here.violation < best.violation - _WORTH:
+                self._idle = 0
         if self._idle >= _PATIENCE:
             raise _StalledError
 
@@ -259,7 +242,5 @@ def _polished(space: Space, goal: Goal, best: LocalOptimum, seed: int) -> LocalO
         width = 0.1 * 0.3**k
         points = np.clip(best.point + width * random.uniform(-1, 1, (count, len(best.point))), 0, 1)
         terms = goal(points)
-        candidate = terms.optimum(points, int(terms.order()[0]))
-        if candidate.better_than(best):
-            best = candidate
+        best = _best([best, terms.optimum(points, int(terms.order()[0]))])
     return best

@@ -6,6 +6,7 @@ added to each requirement, so that it is met with a stated confidence.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -62,32 +63,26 @@ def require_uncertainty(scenario: Scenario, name: str) -> Uncertainty:
 
 def sensitivity(design: Design) -> Sensitivity:
     """Return standard errors and probabilities of a design. Raises InputError where its strip has no covariance."""
-    problem, scenario = design.problem, design.scenario
-    engine, quantities = problem.space.engine, problem.quantities
-    uncertainty = require_uncertainty(scenario, problem.space.template.actuator.name)
+    problem, uncertainty = design.problem, _uncertainty(design)
     covariance = np.array(uncertainty.covariance)
-    slopes = _slopes(scenario, quantities, engine)
-    errors = np.sqrt(np.clip(np.einsum("pq,pr,rq->q", slopes, covariance, slopes), 0.0, None))
-    alone = slopes**2 * np.diag(covariance)[:, None]
-    parts = alone / np.where(alone.sum(axis=0) > 0, alone.sum(axis=0), 1.0)
+    slopes = _slopes(design)
+    alone = {name: slope**2 * np.diag(covariance) for name, slope in slopes.items()}
+    shares = {name: variances / (variances.sum() or 1.0) for name, variances in alone.items()}
 
     random = np.random.default_rng(problem.seed)
     drawn = random.multivariate_normal(
-        np.zeros(len(covariance)), covariance, _DRAWN[engine], check_valid="ignore", method="eigh"
+        np.zeros(len(covariance)), covariance, _DRAWN[problem.space.engine], check_valid="ignore", method="eigh"
     )
-    values, failed = _measure(scenario, np.exp(drawn), quantities, engine)
-    for k, q in enumerate(quantities):
-        if not q.outputs:  # a size that was chosen, which no fit makes uncertain
-            values[:, k] = design.exact[q.name]
-    met = {r.text: r.score(values[:, problem.column(r.quantity)]) >= 0 for r in problem.requirements}
+    values, failed = _measure(design, np.exp(drawn))
+    met = {r.text: r.score(values[r.quantity.name]) >= 0 for r in problem.requirements}
     every = np.all(list(met.values()), axis=0) if met else np.ones(len(drawn), dtype=bool)
     return Sensitivity(
-        {q.name: float(x) for q, x in zip(quantities, errors, strict=True)},
-        {q.name: dict(zip(uncertainty.names, parts[:, k].tolist(), strict=True)) for k, q in enumerate(quantities)},
-        {text: float(each.mean()) for text, each in met.items()},
-        float(every.mean()),
-        len(drawn),
-        failed,
+        stderr={name: _error(slope, covariance) for name, slope in slopes.items()},
+        shares={n: dict(zip(uncertainty.names, share.tolist(), strict=True)) for n, share in shares.items()},
+        met={text: float(each.mean()) for text, each in met.items()},
+        all_met=float(every.mean()),
+        drawn=len(drawn),
+        failed=failed,
     )
 
 
@@ -120,48 +115,50 @@ def confident_design(problem: DesignProblem, confidence: float, extra: Sequence[
 
 def _score_errors(design: Design) -> Array:
     """Return the standard errors (r,) of the requirements' scores; 0 for an ``=``."""
-    problem, scenario = design.problem, design.scenario
-    slopes = _slopes(scenario, problem.quantities, problem.space.engine)
-    covariance = np.array(require_uncertainty(scenario, problem.space.template.actuator.name).covariance)
+    slopes, covariance = _slopes(design), np.array(_uncertainty(design).covariance)
     errors = []
-    for r in problem.requirements:
-        k = problem.column(r.quantity)
+    for r in design.problem.requirements:
         value = design.exact[r.quantity.name]
         small = 1e-6 * abs(value)
-        slope = (r.score(np.array([value + small])) - r.score(np.array([value - small])))[0] / (2 * small or 1.0)
-        error = abs(slope) * np.sqrt(max(float(slopes[:, k] @ covariance @ slopes[:, k]), 0.0))
+        low, high = r.score(np.array([value - small, value + small]))
+        error = abs(high - low) / (2 * small or 1.0) * _error(slopes[r.quantity.name], covariance)
         errors.append(0.0 if r.relation == "=" else float(error))
     return np.array(errors)
 
 
-def _slopes(scenario: Scenario, quantities: tuple[Quantity, ...], engine: str) -> Array:
-    """Return the slopes (p, q) of the quantities with respect to the logarithms of the p fitted parameters."""
-    uncertainty = scenario.actuator.uncertainty
-    assert uncertainty is not None
-    step, n = _STEPS[engine], len(uncertainty.names)
-    factors = np.exp(step * np.concatenate([np.eye(n), -np.eye(n)]))
-    values, _ = _measure(scenario, factors, quantities, engine)
-    return (values[:n] - values[n:]) / (2 * step)
+def _uncertainty(design: Design) -> Uncertainty:
+    return require_uncertainty(design.scenario, design.problem.space.template.actuator.name)
 
 
-def _measure(scenario: Scenario, factors: Array, quantities: tuple[Quantity, ...], engine: str) -> tuple[Array, int]:
-    """Return values (k, q) for strips whose fitted parameters are multiplied by ``factors`` (k, p), and the failures.
+def _error(slope: Array, covariance: Array) -> float:
+    """Return the first-order standard error of a quantity with ``slope`` (p,)."""
+    return math.sqrt(max(float(slope @ covariance @ slope), 0.0))
 
-    Quantities that take no simulation are zero.
+
+def _slopes(design: Design) -> dict[str, Array]:
+    """Return the slopes (p,) of each quantity with respect to the logarithms of the p fitted parameters."""
+    step = _STEPS[design.problem.space.engine]
+    steps = step * np.eye(len(_uncertainty(design).names))
+    values, _ = _measure(design, np.exp(np.concatenate([steps, -steps])))
+    return {name: (column[: len(steps)] - column[len(steps) :]) / (2 * step) for name, column in values.items()}
+
+
+def _measure(design: Design, factors: Array) -> tuple[dict[str, Array], int]:
+    """Return each quantity (k,) for strips with fitted parameters multiplied by ``factors`` (k, p), and the failures.
+
+    Quantities that take no simulation are sizes that were chosen, which no fit makes uncertain.
     """
-    uncertainty = scenario.actuator.uncertainty
-    assert uncertainty is not None
+    scenario, names = design.scenario, _uncertainty(design).names
     band = transient_band(sample_times(scenario.duration))
     scenarios: list[Scenario | str] = []
     for row in factors:
         try:
-            moved = scaled(scenario.actuator, dict(zip(uncertainty.names, row.tolist(), strict=True)), band)
+            moved = scaled(scenario.actuator, dict(zip(names, row.tolist(), strict=True)), band)
         except IlgError as error:
             scenarios.append(str(error))
         else:
             scenarios.append(replace(scenario, actuator=moved))
-    simulated = [q for q in quantities if q.outputs]
-    found, evaluation = measure(scenarios, {}, simulated, engine)
-    values = np.zeros((len(scenarios), len(quantities)))
-    values[:, [k for k, q in enumerate(quantities) if q.outputs]] = found
-    return values, len(evaluation.failures)
+    quantities = design.problem.quantities
+    found, evaluation = measure(scenarios, {}, [q for q in quantities if q.outputs], design.problem.space.engine)
+    chosen = {q.name: np.full(len(scenarios), design.exact[q.name]) for q in quantities}
+    return chosen | found, len(evaluation.failures)

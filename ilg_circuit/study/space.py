@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
-from ..errors import IlgError, InputError
-from .evaluate import STUDY_ACCURACY, Evaluation, evaluate
-from .parameters import Scenario, ScenarioTemplate, Value, apply
-from .plan import Range, parse_range
+from ..errors import InputError
+from .evaluate import Evaluation, evaluate, scenario_of, scenarios_of
+from .parameters import Scenario, ScenarioTemplate, Value
+from .plan import Range, parse_each
 from .quantities import Designs, Quantity
 
 #: Called with the number of designs simulated since the last call.
@@ -31,11 +31,8 @@ def parse_ranges(texts: Sequence[str]) -> tuple[tuple[Range, ...], dict[str, Val
     """
     ranges: list[Range] = []
     fixed: dict[str, Value] = {}
-    for text in texts:
-        interval, count = parse_range(text)
+    for text, interval, count in parse_each(texts):
         name = interval.parameter.name
-        if name in fixed or name in (s.parameter.name for s in ranges):
-            raise InputError(f"{name} is varied twice; give it once")
         if count is not None or len(interval.values) > 1:
             raise InputError(f"'{text[:60]}': a design is looked for in a whole range; write it like {name}=from:to")
         if interval.values:
@@ -79,44 +76,48 @@ class Space:
             shares.append(np.log(x / r.low) / np.log(r.high / r.low) if r.log else (x - r.low) / (r.high - r.low))
         return np.array(shares).clip(0.0, 1.0)
 
+    def values(self, point: Array) -> dict[str, float]:
+        """Return the values [SI] of each parameter at one ``point`` (n,)."""
+        return {name: float(column[0]) for name, column in self.columns(point[None]).items()}
+
     def rounded(self, point: Array) -> dict[str, float]:
         """Return the design at ``point`` (n,) with values rounded to six digits, within the ranges."""
-        values = {name: float(column[0]) for name, column in self.columns(point[None]).items()}
         return {
-            r.parameter.name: min(max(float(f"{values[r.parameter.name]:.{_DIGITS}g}"), r.low), r.high)
-            for r in self.ranges
+            name: min(max(float(f"{x:.{_DIGITS}g}"), r.low), r.high)
+            for (name, x), r in zip(self.values(point).items(), self.ranges, strict=True)
         }
 
     def scenario(self, values: dict[str, float]) -> Scenario | str:
         """Return the scenario of a design, or the reason why it is impossible."""
-        try:
-            return apply(self.template, {**self.fixed, **values})
-        except (IlgError, ArithmeticError) as error:
-            return " ".join(str(error).split()) or type(error).__name__
+        return scenario_of(self.template, {**self.fixed, **values})
 
-    def scenarios(self, columns: dict[str, Array]) -> list[Scenario | str]:
-        """Return the scenarios of ``columns``, parameter -> values (k,)."""
-        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        return [self.scenario(dict(zip(columns, row, strict=True))) for row in rows]
+    def measure(
+        self, columns: dict[str, Array], quantities: Iterable[Quantity], engine: str | None = None
+    ) -> tuple[dict[str, Array], Evaluation]:
+        """Return `measure` for the designs of ``columns``, parameter -> values (k,), by default with its own engine."""
+        scenarios = scenarios_of(self.template, columns, self.fixed)
+        return measure(scenarios, columns, quantities, engine or self.engine)
 
-    def evaluate(self, points: Array, quantities: Sequence[Quantity]) -> Array:
-        """Return the values (k, q) of ``quantities`` at ``points`` (k, n); NaN for designs that fail."""
-        columns = self.columns(np.atleast_2d(points))
-        scenarios = self.scenarios(columns)
-        self.count(len(scenarios))
-        return measure(scenarios, columns, quantities, self.engine)[0]
+    def at(self, points: Array, quantities: Iterable[Quantity]) -> dict[str, Array]:
+        """Return each quantity's values (k,) at ``points`` (k, n); NaN for designs that fail."""
+        self.count(len(points))
+        return self.measure(self.columns(points), quantities)[0]
+
+    def evaluate(self, points: Array, quantities: Iterable[Quantity]) -> Array:
+        """Return the values of `at` as a table (k, q)."""
+        return np.column_stack(list(self.at(points, quantities).values()))
 
 
 def measure(
-    scenarios: Sequence[Scenario | str], columns: dict[str, Array], quantities: Sequence[Quantity], engine: str
-) -> tuple[Array, Evaluation]:
-    """Return the values (k, q) of ``quantities`` of ``scenarios``, and the evaluation that they come from."""
-    outputs = tuple(dict.fromkeys(name for q in quantities for name in q.outputs)) or ("current_final",)
-    evaluation = evaluate(scenarios, outputs, engine=engine, accuracy=STUDY_ACCURACY)
+    scenarios: Sequence[Scenario | str], columns: dict[str, Array], quantities: Iterable[Quantity], engine: str
+) -> tuple[dict[str, Array], Evaluation]:
+    """Return each quantity's values (k,) for ``scenarios``, NaN for failures, and the evaluation they come from."""
+    wanted = list(quantities)
+    outputs = tuple(dict.fromkeys(name for q in wanted for name in q.outputs)) or ("current_final",)
+    evaluation = evaluate(scenarios, outputs, engine=engine)
     designs = Designs(scenarios, columns, evaluation)
-    values = np.column_stack([q.compute(designs) for q in quantities])
-    values[list(evaluation.failures)] = np.nan
-    return values, evaluation
+    failed = np.isin(np.arange(len(scenarios)), list(evaluation.failures))
+    return {q.name: np.where(failed, np.nan, q.compute(designs)) for q in wanted}, evaluation
 
 
 def resolve_engine(template: ScenarioTemplate, ranges: Sequence[Range], fixed: dict[str, Value], engine: str) -> str:
@@ -125,7 +126,7 @@ def resolve_engine(template: ScenarioTemplate, ranges: Sequence[Range], fixed: d
     Raises InputError where no design is possible, and for ``exact`` where the circuits are not linear.
     """
     space = Space(template, tuple(ranges), fixed, engine)
-    scenarios = space.scenarios(space.columns(np.linspace(0, 1, _TRIED)[:, None] * np.ones(len(ranges))))
+    scenarios = [space.scenario(space.values(np.full(len(ranges), share))) for share in np.linspace(0, 1, _TRIED)]
     scenario = next((c for c in scenarios if isinstance(c, Scenario)), None)
     if scenario is None:
         raise InputError(

@@ -12,14 +12,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..simulation.response import sample_times
-from ..strip.file import dumps
-from .evaluate import ENGINES, STUDY_ACCURACY, Evaluation, Progress, evaluate_designs
-from .outputs import DEFAULT_OUTPUTS, WAVEFORMS, choose_outputs
+from ..strip.file import FORMAT, dumps
+from .evaluate import STUDY_ACCURACY, Evaluation, Progress, evaluate_designs, require_known
+from .outputs import DEFAULT_OUTPUTS, choose_outputs
 from .parameters import ScenarioTemplate
 from .plan import Column, Plan, grid_plan, random_plan, read_plan
 from .threads import one_thread
@@ -35,15 +36,11 @@ _RESULTS_OF = "0.1.0"
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Some designs of a sweep, and everything that it takes to solve them."""
+    """Some designs of a sweep, and everything that it takes to solve them; ``how`` are arguments of `evaluate`."""
 
     template: ScenarioTemplate
     columns: dict[str, Column]
-    outputs: tuple[str, ...]
-    engine: str
-    accuracy: float
-    waveforms: tuple[str, ...]
-    times: Array
+    how: dict[str, Any]
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -57,16 +54,7 @@ class Task:
 def solve_task(task: Task, progress: Progress | None = None) -> Evaluation:
     """Return the outputs of a task's designs, the same wherever it runs."""
     with one_thread():
-        return evaluate_designs(
-            task.template,
-            task.columns,
-            task.outputs,
-            engine=task.engine,
-            accuracy=task.accuracy,
-            waveforms=task.waveforms,
-            times=task.times,
-            progress=progress,
-        )
+        return evaluate_designs(task.template, task.columns, progress=progress, **task.how)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,13 +74,9 @@ class SweepSpec:
 
     def __post_init__(self) -> None:
         choose_outputs(self.outputs)
-        if self.engine not in ENGINES:
-            raise InputError(f"engine is '{self.engine}'; choose one of {', '.join(ENGINES)}")
+        require_known(self.engine, self.waveforms)
         if not 1e-11 <= self.accuracy <= 1e-2:
             raise InputError(f"accuracy {self.accuracy:g} must lie between 1e-11 and 1e-2")
-        unknown = [name for name in self.waveforms if name not in WAVEFORMS]
-        if unknown:
-            raise InputError(f"unknown waveform '{unknown[0]}'; choose from {', '.join(WAVEFORMS)}")
         if isinstance(self.template.drive, str) and self.template.drive.startswith("file:"):
             # read once and here: where tasks are solved there may be no such file
             object.__setattr__(self, "template", replace(self.template, drive=self.template.parsed_drive()))
@@ -125,8 +109,8 @@ class SweepSpec:
         return start, min(start + self.task_size, self.plan.count)
 
     def task(self, number: int) -> Task:
-        columns = self.plan.designs(*self.bounds(number))
-        return Task(self.template, columns, self.outputs, self.engine, self.accuracy, self.waveforms, self.times)
+        how = {name: getattr(self, name) for name in ("outputs", "engine", "accuracy", "waveforms", "times")}
+        return Task(self.template, self.plan.designs(*self.bounds(number)), how)
 
     @cached_property
     def key(self) -> str:
@@ -134,26 +118,16 @@ class SweepSpec:
         template = self.template
         drive = template.parsed_drive()
         digest = hashlib.sha256()
-        settings = (
-            template.drive_text,
-            template.duration,
-            template.tip,
-            template.beam,
-            template.load,
-            self.engine,
-            self.accuracy,
-        )
-        for part in (
-            _RESULTS_OF,
-            dumps(template.actuator),
-            *map(repr, (settings, self.outputs, self.waveforms, self.samples, self.task_size, self.plan.grid)),
-            *((drive.times.tobytes(), drive.values.tobytes()) if isinstance(drive, PiecewiseLinear) else ()),
-            *(
-                item
-                for name, column in self.plan.columns.items()
-                for item in (name, str(column.dtype), column.tobytes())
-            ),
-        ):
+        run = (template.drive_text, template.duration, template.tip, template.beam, template.load)
+        settings = (*run, self.engine, self.accuracy)
+        actuator = dumps(template.actuator).replace(f"format = {FORMAT}\n", "", 1)  # the line came after 0.1.0
+        parts: list[str | bytes] = [_RESULTS_OF, actuator]
+        parts += map(repr, (settings, self.outputs, self.waveforms, self.samples, self.task_size, self.plan.grid))
+        if isinstance(drive, PiecewiseLinear):
+            parts += [drive.times.tobytes(), drive.values.tobytes()]
+        for name, column in self.plan.columns.items():
+            parts += [name, str(column.dtype), column.tobytes()]
+        for part in parts:
             data = part if isinstance(part, bytes) else part.encode()
             digest.update(len(data).to_bytes(8, "little") + data)
         return digest.hexdigest()
@@ -170,20 +144,19 @@ def sweep_spec(
     outputs: Sequence[str] | None = None,
     waveforms: Sequence[str] = (),
     samples: int | None = None,
-    engine: str = "ngspice",
-    accuracy: float = STUDY_ACCURACY,
+    **solver: Any,
 ) -> SweepSpec:
     """Return the specification of a grid of ``vary``, of ``random`` designs over its ranges, or of a CSV file.
 
     ``method`` (default lhs) and ``seed`` (default 0) are those of random designs, see `plan.random_plan`; ``samples``
-    (default 601) of the kept ``waveforms``. Raises InputError for arguments that contradict one another.
+    (default 601) of the kept ``waveforms``; ``solver``: ``engine`` and ``accuracy`` of `SweepSpec`. Raises InputError
+    for arguments that contradict one another.
     """
     if samples is not None and not waveforms:
         raise InputError("--samples are those of --waveforms; say which to keep, such as --waveforms displacement")
-    if random is None:
-        given = next((name for name, value in (("method", method), ("seed", seed)) if value is not None), None)
-        if given:
-            raise InputError(f"--{given} belongs to --random; say how many random designs")
+    for name, value in (("method", method), ("seed", seed)):
+        if random is None and value is not None:
+            raise InputError(f"--{name} belongs to --random; say how many random designs")
     if designs and (vary or random is not None):
         raise InputError("--designs lists every design; leave out --vary and --random")
     if designs:
@@ -192,5 +165,5 @@ def sweep_spec(
         plan = grid_plan(vary)
     else:
         plan = random_plan(vary, random, method or "lhs", seed or 0)
-    chosen = tuple(outputs) if outputs else DEFAULT_OUTPUTS
-    return SweepSpec(template, plan, chosen, engine, accuracy, tuple(waveforms), samples or 601)
+    solver |= {"waveforms": tuple(waveforms), "samples": samples or 601}
+    return SweepSpec(template, plan, tuple(outputs or DEFAULT_OUTPUTS), **solver)

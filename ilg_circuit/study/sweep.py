@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,13 +17,13 @@ from ..findings import Finding, Warned
 from ..provenance import Provenance
 from ..result import Result
 from ..strip.actuator import Actuator
+from ..strip.validity import deflection_warnings
 from .dataset import SweepTotals, read_sweep, write_dataset
-from .evaluate import STUDY_ACCURACY, Evaluation, Progress
+from .evaluate import Evaluation, Progress
 from .parameters import scenario_template
 from .spec import SweepSpec, solve_task, sweep_spec
 from .store import Store
-from .validity import deflection_findings
-from .workers import GivenPool, LokyPool, Pool, processes_possible, solve_on
+from .workers import GivenPool, LokyPool, processes_possible, solve_on
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -51,7 +49,8 @@ class SweepResult(Result, Warned):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """The finding that designs exceed the small-deflection limit, if any do."""
-        return tuple(deflection_findings(self.totals.bent))
+        texts = deflection_warnings(self.totals.bent)
+        return tuple(Finding("assumption-fails", values={"text": text}) for text in texts)
 
     def to_xarray(self) -> Dataset:
         """Return the designs and their outputs with units; from a file it is opened and not loaded yet."""
@@ -63,17 +62,18 @@ class SweepResult(Result, Warned):
     def to_dict(self) -> dict[str, Any]:
         """Return the totals as JSON-ready values, SI units; ``lowest`` and ``highest`` name the design's number."""
         totals = self.totals
-        ends = {"lowest": totals.lowest, "highest": totals.highest}
+        lowest, highest = (
+            {name: {"value": value, "design": number} for name, (value, number) in ends.items()}
+            for ends in (totals.lowest, totals.highest)
+        )
         return {
             "designs": self.spec.plan.text,
             "count": totals.count,
             "failed": totals.failed,
             "resumed": self.resumed,
             "estimated_error": totals.worst_error,
-            **{
-                which: {name: {"value": value, "design": number} for name, (value, number) in table.items()}
-                for which, table in ends.items()
-            },
+            "lowest": lowest,
+            "highest": highest,
             "warnings": list(self.warnings),
         }
 
@@ -83,45 +83,26 @@ def sweep(
     drive: str | Drive,
     duration: str | float,
     *,
-    vary: Sequence[str] = (),
-    random: int | None = None,
-    method: str | None = None,
-    seed: int | None = None,
-    designs: Path | None = None,
-    outputs: Sequence[str] | None = None,
-    waveforms: Sequence[str] = (),
-    samples: int | None = None,
     tip: str = "free",
     beam: str | None = None,
     load: str | Load | None = None,
-    engine: str = "ngspice",
-    accuracy: float = STUDY_ACCURACY,
     out: str | Path | None = None,
     jobs: int | None = None,
     cluster: str | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
     provenance: Provenance | None = None,
+    **designs: Any,
 ) -> SweepResult:
-    """Solve many designs of one strip: strip and run as in `parameters.scenario_template`, designs as in `sweep_spec`.
+    """Solve many designs of one strip: strip and run as in `parameters.scenario_template`.
 
-    ``out`` and the arguments after it are those of `solve_sweep`. Raises InputError and SolveError.
+    ``designs`` are the arguments of `sweep_spec`: ``vary``, ``random``, ``method``, ``seed``, ``designs``, ``outputs``,
+    ``waveforms``, ``samples``, ``engine``, ``accuracy``. ``out`` and the arguments after it are those of `solve_sweep`.
+    Raises InputError and SolveError.
     """
-    spec = sweep_spec(
-        scenario_template(actuator, drive, duration, tip=tip, beam=beam, load=load),
-        vary,
-        random=random,
-        method=method,
-        seed=seed,
-        designs=designs,
-        outputs=outputs,
-        waveforms=waveforms,
-        samples=samples,
-        engine=engine,
-        accuracy=accuracy,
-    )
-    where: dict[str, Any] = {"jobs": jobs, "cluster": cluster, "executor": executor}
-    return solve_sweep(spec, out, progress=progress, provenance=provenance or Provenance(seed=seed), **where)
+    spec = sweep_spec(scenario_template(actuator, drive, duration, tip=tip, beam=beam, load=load), **designs)
+    made_by = provenance or Provenance(seed=designs.get("seed"))
+    return solve_sweep(spec, out, jobs=jobs, cluster=cluster, executor=executor, progress=progress, provenance=made_by)
 
 
 def solve_sweep(
@@ -158,9 +139,12 @@ def solve_sweep(
     store = Store(path, spec)
     try:
         finished = store.finished()
-        resumed = sum(stop - start for start, stop in map(spec.bounds, finished))
         missing = [k for k in range(spec.task_count) if k not in finished]
-        _solve(spec, missing, store, jobs or _usual_jobs(len(missing)), cluster, executor, progress)
+        resumed = spec.plan.count - sum(stop - start for start, stop in map(spec.bounds, missing))
+        workers = jobs or _usual_jobs(len(missing))
+        alone = not missing or (workers == 1 and cluster is None and executor is None)
+        with nullcontext() if alone else _pool(workers, cluster, executor) as pool:
+            _solve(spec, missing, store, pool, progress or (lambda done, total: None))
         try:
             totals = write_dataset(path, spec, store, made_by)
         except SolveError:  # nothing is worth keeping where every design failed
@@ -173,66 +157,38 @@ def solve_sweep(
     return SweepResult(spec, totals, path, resumed, leftover, provenance=made_by)
 
 
-def _solve(
-    spec: SweepSpec,
-    missing: list[int],
-    store: Store,
-    workers: int,
-    cluster: str | None,
-    executor: Executor | None,
-    progress: Progress | None,
-) -> None:
-    """Solve the ``missing`` tasks into the store."""
+def _solve(spec: SweepSpec, missing: list[int], store: Store, pool: GivenPool | None, progress: Progress) -> None:
+    """Solve the ``missing`` tasks into the store, in this process where there is no ``pool``."""
     total = spec.plan.count
     done = total - sum(stop - start for start, stop in map(spec.bounds, missing))
-    if progress:
-        progress(done, total)
+    progress(done, total)
 
     def save(number: int, result: Evaluation) -> None:
         nonlocal done
         store.write(number, result)
         done += len(result.values)
-        if progress:
-            progress(done, total)
+        progress(done, total)
 
-    if missing and cluster is None and executor is None and workers == 1:
-        for number in missing:
-            save(number, solve_task(spec.task(number), _within(progress, done, total)))
-    elif missing:
-        with _pool(workers, cluster, executor) as pool:
-            solve_on(pool, missing, spec.task, save)
-
-
-def _within(progress: Progress | None, before: int, total: int) -> Progress | None:
-    """Return the progress of one task as progress of the whole sweep."""
-    return None if progress is None else lambda done, _: progress(before + done, total)
+    if pool:
+        solve_on(pool, missing, spec.task, save)
+        return
+    for number in missing:
+        save(number, solve_task(spec.task(number), lambda solved, _: progress(done + solved, total)))
 
 
 def _usual_jobs(tasks: int) -> int:
     """Return one process a core; one for a single task, or where more are impossible."""
-    return min(_cores(), tasks) if tasks > 1 and processes_possible() else 1
+    from loky import cpu_count
+
+    return min(cpu_count(), tasks) if tasks > 1 and processes_possible() else 1
 
 
-def _cores() -> int:
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on every system
-        return os.cpu_count() or 1
-
-
-@contextmanager
-def _pool(workers: int, cluster: str | None, executor: Executor | None) -> Iterator[Pool]:
+def _pool(workers: int, cluster: str | None, executor: Executor | None) -> AbstractContextManager[GivenPool]:
     if cluster is not None:
         from .cluster import cluster_pool
 
-        with cluster_pool(cluster) as pool:
-            yield pool
-    elif executor is not None:
+        return cluster_pool(cluster)
+    if executor is not None:
         width = int(getattr(executor, "_max_workers", 1))
-        yield GivenPool(executor, lambda: width, (BrokenExecutor,))
-    else:
-        own = LokyPool(workers)
-        try:
-            yield own
-        finally:
-            own.close()
+        return nullcontext(GivenPool(executor, lambda: width, (BrokenExecutor,)))
+    return closing(LokyPool(workers))

@@ -9,16 +9,13 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-#: The registry of electrical models: its `registered()` returns the outside models, its `register(model)` adds one.
-_REGISTRY = "ilg_circuit.strip.models.registry"
 #: Modules that a worker can import: everything else is pickled by value.
 _IMPORTABLE = ("ilg_circuit", "numpy", "scipy", "builtins")
 
 
 def packed_models() -> bytes:
     """Return the outside models, pickled by value with the modules that define them; empty where there are none."""
-    registry = _registry()
-    models = tuple(registry.registered()) if registry else ()
+    models = tuple(_registry().registered())
     if not models:
         return b""
     with _by_value(models) as cloudpickle:
@@ -28,9 +25,9 @@ def packed_models() -> bytes:
 
 def unpack_models(packed: bytes) -> None:
     """In a worker: register the models of `packed_models` that are not there yet."""
-    registry = _registry()
-    if not (packed and registry):
+    if not packed:
         return
+    registry = _registry()
     known = {model.name for model in registry.registered()}
     for model in pickle.loads(packed):
         if model.name not in known:
@@ -38,10 +35,7 @@ def unpack_models(packed: bytes) -> None:
 
 
 def _registry() -> Any:
-    try:
-        return import_module(_REGISTRY)
-    except ImportError:
-        return None
+    return import_module("ilg_circuit.strip.models.registry")
 
 
 @contextmanager

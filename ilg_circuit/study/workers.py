@@ -14,13 +14,13 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from typing import Any, Protocol
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ..errors import SolveError
-from .evaluate import Evaluation
-from .outputs import choose_outputs
+from .evaluate import Evaluation, evaluate
 from .spec import Task, solve_task
 from .travelling import packed_models, unpack_models
 
@@ -48,51 +48,50 @@ def require_processes() -> None:
         )
 
 
-class Pool(Protocol):
-    """Workers that solve tasks; ``deaths`` are the errors raised when a worker died with a task."""
+class GivenPool:
+    """Workers that solve tasks, here of an ``executor`` made elsewhere.
 
-    deaths: tuple[type[BaseException], ...]
+    ``width()`` is their present number; ``deaths`` are the errors raised when a worker died with a task.
+    """
 
-    def width(self) -> int:
-        """Return the present number of workers."""
+    def __init__(self, executor: Executor, width: Callable[[], int], deaths: tuple[type[BaseException], ...]) -> None:
+        self._executor: Any = executor
+        self.width, self.deaths = width, deaths
+        self._models = packed_models()
 
     def submit(self, task: Task) -> Future[Evaluation]:
         """Submit a task."""
-
-    def renew(self) -> None:
-        """Make the pool usable again after a death. Raises SolveError where that is impossible."""
-
-
-class LokyPool:
-    """Processes of this machine, started afresh (ngspice does not survive a fork)."""
-
-    deaths: tuple[type[BaseException], ...] = (BrokenExecutor,)
-
-    def __init__(self, workers: int) -> None:
-        require_processes()
-        self._workers = workers
-        self._models = packed_models()
-        self._executor = self._new()
-
-    def _new(self) -> Any:
-        from loky import ProcessPoolExecutor
-
-        return ProcessPoolExecutor(max_workers=self._workers, initializer=_end_with, initargs=(os.getpid(),))
-
-    def width(self) -> int:
-        return self._workers
-
-    def submit(self, task: Task) -> Future[Evaluation]:
         future: Future[Evaluation] = self._executor.submit(_solve, task, self._models)
         return future
 
     def renew(self) -> None:
+        """Make the pool usable again after a death. Raises SolveError where that is impossible."""
+        if BrokenExecutor in self.deaths:
+            raise SolveError(
+                "the executor lost a worker and takes no more work; start again with a new one to continue"
+            )
+
+
+class LokyPool(GivenPool):
+    """Processes of this machine, started afresh (ngspice does not survive a fork)."""
+
+    def __init__(self, workers: int) -> None:
+        require_processes()
+        super().__init__(_processes(workers), lambda: workers, (BrokenExecutor,))
+
+    def renew(self) -> None:
         self.close()
-        self._executor = self._new()
+        self._executor = _processes(self.width())
 
     def close(self) -> None:
         """End the workers, whatever they are doing."""
         self._executor.shutdown(wait=True, kill_workers=True)
+
+
+def _processes(workers: int) -> Any:
+    from loky import ProcessPoolExecutor
+
+    return ProcessPoolExecutor(max_workers=workers, initializer=_end_with, initargs=(os.getpid(),))
 
 
 def _solve(task: Task, models: bytes) -> Evaluation:
@@ -112,25 +111,8 @@ def _end_with(parent: int) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-class GivenPool:
-    """An executor that was made elsewhere."""
-
-    def __init__(self, executor: Executor, width: Callable[[], int], deaths: tuple[type[BaseException], ...]) -> None:
-        self._executor, self.width, self.deaths = executor, width, deaths
-        self._models = packed_models()
-
-    def submit(self, task: Task) -> Future[Evaluation]:
-        return self._executor.submit(_solve, task, self._models)
-
-    def renew(self) -> None:
-        if BrokenExecutor in self.deaths:
-            raise SolveError(
-                "the executor lost a worker and takes no more work; start again with a new one to continue"
-            )
-
-
 def solve_on(
-    pool: Pool, numbers: Iterable[int], make: Callable[[int], Task], save: Callable[[int, Evaluation], None]
+    pool: GivenPool, numbers: Iterable[int], make: Callable[[int], Task], save: Callable[[int, Evaluation], None]
 ) -> None:
     """Solve the tasks ``make(number)`` on ``pool``; ``save(number, result)`` is called as each result arrives.
 
@@ -138,42 +120,40 @@ def solve_on(
     """
     waiting = deque(numbers)
     running: dict[Future[Evaluation], tuple[int, Task]] = {}
+    suspects: list[tuple[int, Task]] = []
+
+    def collect(done: Iterable[Future[Evaluation]]) -> None:
+        for future in done:
+            number, task = running.pop(future)
+            try:
+                save(number, future.result())
+            except pool.deaths:
+                suspects.append((number, task))
+
     try:
         while waiting or running:
-            suspects = []
-            while waiting and len(running) < _AHEAD * max(pool.width(), 1):
+            while waiting and not suspects and len(running) < _AHEAD * max(pool.width(), 1):
                 number = waiting.popleft()
                 task = make(number)
                 try:
                     running[pool.submit(task)] = number, task
                 except pool.deaths:  # the pool broke while nobody was waiting for it
                     suspects.append((number, task))
-                    break
             if running and not suspects:
                 wait(running, return_when=FIRST_COMPLETED)
-            for future in [f for f in running if f.done()]:
-                number, task = running.pop(future)
-                try:
-                    save(number, future.result())
-                except pool.deaths:
-                    suspects.append((number, task))
-            if suspects:
-                # the culprit is unknown: all submitted tasks are tried again, one at a time
-                for future in wait(running).done:
-                    number, task = running.pop(future)
-                    try:
-                        save(number, future.result())
-                    except pool.deaths:
-                        suspects.append((number, task))
+            collect([f for f in running if f.done()])
+            if suspects:  # the culprit is unknown: all submitted tasks are tried again, one at a time
+                collect(wait(running).done)
                 pool.renew()
-                for number, task in suspects:
+                while suspects:
+                    number, task = suspects.pop(0)
                     save(number, _alone(pool, task))
     finally:
         for future in running:
             future.cancel()
 
 
-def _alone(pool: Pool, task: Task) -> Evaluation:
+def _alone(pool: GivenPool, task: Task) -> Evaluation:
     """Solve a task alone; divide it where it kills its worker repeatedly, until the culprit is a single design."""
     for _ in range(_DEATHS):
         try:
@@ -181,31 +161,14 @@ def _alone(pool: Pool, task: Task) -> Evaluation:
         except pool.deaths:
             pool.renew()
     if len(task) == 1:
-        return _lost(task)
+        reason = "its solve killed the worker process, twice: too little memory, or a crash of ngspice"
+        return evaluate([reason], **task.how)
     middle = len(task) // 2
-    return _joined(_alone(pool, task.part(0, middle)), _alone(pool, task.part(middle, len(task))))
-
-
-def _lost(task: Task) -> Evaluation:
-    outputs = choose_outputs(task.outputs)
-    reason = "its solve killed the worker process, twice: too little memory, or a crash of ngspice"
-    return Evaluation(
-        outputs,
-        np.full((1, len(outputs)), np.nan),
-        np.full(1, np.nan),
-        {0: reason},
-        task.times,
-        {name: np.full((1, len(task.times)), np.nan) for name in task.waveforms},
-    )
-
-
-def _joined(first: Evaluation, second: Evaluation) -> Evaluation:
-    after = len(first.values)
-    return Evaluation(
-        first.outputs,
-        np.concatenate([first.values, second.values]),
-        np.concatenate([first.errors, second.errors]),
-        first.failures | {after + k: reason for k, reason in second.failures.items()},
-        first.times,
-        {name: np.concatenate([waves, second.waveforms[name]]) for name, waves in first.waveforms.items()},
+    first, second = _alone(pool, task.part(0, middle)), _alone(pool, task.part(middle, len(task)))
+    return replace(
+        first,
+        values=np.concatenate([first.values, second.values]),
+        errors=np.concatenate([first.errors, second.errors]),
+        failures=first.failures | {middle + k: reason for k, reason in second.failures.items()},
+        waveforms={name: np.concatenate([waves, second.waveforms[name]]) for name, waves in first.waveforms.items()},
     )

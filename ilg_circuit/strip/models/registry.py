@@ -25,6 +25,7 @@ ENTRY_POINTS = "ilg_circuit.models"
 
 #: Ion paths by name, in the order in which ``--model auto`` tries those that it tries.
 MODELS: dict[str, IonPath] = {ions.name: ions for ions in (RC, RC2, RC3, WARBURG, CPE, RANDLES)}
+_OWN = frozenset(MODELS)
 ADDITIONS: dict[str, Addition] = {a.name: a for a in (SINH, GROWING, INDUCTANCE)}
 
 
@@ -47,6 +48,11 @@ def register(model: IonPath) -> IonPath:
             raise InputError(f"model '{model.name}': material key {name} is in {known[name].unit}, not {key.unit}")
     MODELS[model.name] = model
     return model
+
+
+def registered() -> list[IonPath]:
+    """Return the ion paths from outside the package that are registered."""
+    return [model for name, model in MODELS.items() if name not in _OWN]
 
 
 def electrical_model(name: str) -> ElectricalModel:
