@@ -179,7 +179,7 @@ def _solve_batch(
     """
     accuracy, acceptable = accuracies
     circuit, vectors = copies(nets)
-    source = next(e for e in nets[0].elements if e.name == nets[0].drive)
+    source = nets[0].source
     text = f"{circuit}\n{source.name} {' '.join(source.nodes)} external"
     names = list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
     theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
