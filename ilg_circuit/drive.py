@@ -212,7 +212,8 @@ def drive_times(drive: Drive, times: Array) -> Array:
     edges = drive.breakpoints(float(times[-1]) * (1 + _ROUNDING)) if len(times) else times
     if not len(edges):
         return times
-    nearest = np.clip(np.searchsorted(edges, times), 1, len(edges) - 1) if len(edges) > 1 else np.zeros(1, dtype=int)
-    for candidate in (edges[nearest - 1] if len(edges) > 1 else edges[nearest], edges[nearest]):
-        times = np.where(np.abs(times - candidate) <= _ROUNDING * candidate, candidate, times)
+    after = np.searchsorted(edges, times)
+    for nearest in (after - 1, after):
+        edge = edges[np.clip(nearest, 0, len(edges) - 1)]
+        times = np.where(np.abs(times - edge) <= _ROUNDING * edge, edge, times)
     return times

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from .files import write_csv
 from .provenance import Provenance
 
 if TYPE_CHECKING:
@@ -28,6 +31,14 @@ class Result:
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain data, ready for JSON."""
         raise TypeError(f"{type(self).__name__} has no plain form")
+
+    def columns(self) -> Mapping[str, Iterable[Any]]:
+        """Return the result as columns of one length, by header."""
+        raise TypeError(f"{type(self).__name__} has no columns")
+
+    def write_csv(self, path: str | Path) -> None:
+        """Write the columns with full precision."""
+        write_csv(path, self.columns())
 
     def summary(self) -> str:
         """Return the result as text for a terminal."""

@@ -6,6 +6,7 @@ netlist, so that they check it. They leave out the voltage that the motion refle
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -35,22 +36,15 @@ def port_response(port: Port, drive: Drive, times: Array) -> tuple[Array, Array]
     for left, right in pairwise(bounds):
         # within a piece the drive is smooth; at its ends the limit from within counts
         inside = (times >= left) & ((times < right) | (right == end))
-        rising = drive.value((left + right) / 2)
-
-        def voltage(t: float, left: float = left, right: float = right, middle: Array = rising) -> float:
-            if drive.angular_frequency():
-                return float(drive.value(t))
-            start = float(drive.value(left))
-            return start + (float(middle) - start) * (t - left) / ((right - left) / 2)
-
         found = solve_ivp(
-            lambda t, q, voltage=voltage: system.rates(voltage(t), q),
+            system.rates,
             (left, right),
             charges,
             method="Radau",
             rtol=_RTOL,
             atol=_ATOL,
             t_eval=np.union1d(times[inside], [right]),
+            args=(_within(drive, left, right),),
         )
         if not found.success:
             raise SolveError(f"the port's equations could not be integrated: {found.message}")
@@ -64,6 +58,14 @@ def port_response(port: Port, drive: Drive, times: Array) -> tuple[Array, Array]
     if end == 0:
         current[:] = system.current(float(drive.value(0.0)), charges)
     return current, charge
+
+
+def _within(drive: Drive, left: float, right: float) -> Callable[[float], float]:
+    """The drive's voltage in a piece in which it is smooth, at both ends the limit from within."""
+    if drive.angular_frequency():
+        return lambda t: float(drive.value(t))
+    start, middle = drive.value([left, (left + right) / 2])
+    return lambda t: float(start + (middle - start) * (t - left) / ((right - left) / 2))
 
 
 class _System:
@@ -84,8 +86,8 @@ class _System:
     def charge(self, q: Array) -> Array:
         return np.asarray(q[-1] if self._port.ladder is not None else q.sum(axis=0))
 
-    def rates(self, terminal: float, q: Array) -> Array:
-        inner = self._inner(terminal, q)
+    def rates(self, t: float, q: Array, terminal: Callable[[float], float]) -> Array:
+        inner = self._inner(terminal(t), q)
         if self._port.ladder is not None:
             voltages = q / self._c
             return np.asarray((inner - voltages.sum()) / self._series - voltages / self._r)
@@ -111,21 +113,18 @@ class _System:
             return terminal
         # all but the electron path is linear in the inner voltage
         at_zero = self._ion_current(0.0, q)
-        slope = self._ion_current(1.0, q) - at_zero
+        driven = terminal / port.electrode_resistance - at_zero
+        conductance = 1 / port.electrode_resistance + self._ion_current(1.0, q) - at_zero
         if port.emission_voltage is None:
-            return (terminal / port.electrode_resistance - at_zero) / (
-                1 / port.electrode_resistance + slope + 1 / port.dc_resistance
-            )
+            return driven / (conductance + 1 / port.dc_resistance)
         from scipy.optimize import brentq
 
-        linear = (terminal / port.electrode_resistance - at_zero) / (1 / port.electrode_resistance + slope)
-        size = abs(linear)
+        size = abs(driven / conductance)
         if not size:
             return 0.0
-        conductance = 1 / port.electrode_resistance + slope
         ratio = conductance * size / port.saturation_current
         most = min(size, port.emission_voltage * float(np.arcsinh(ratio)))
         root = brentq(
             lambda v: conductance * (v - size) + float(port.electron_current(v)), 0.0, most * (1 + 1e-12), xtol=1e-15
         )
-        return float(np.copysign(root, linear))
+        return float(np.copysign(root, driven))
