@@ -42,18 +42,15 @@ class Result:
 
     def summary(self) -> str:
         """Return the result as text for a terminal."""
-        text: str = self._presented("summary")
-        return text
+        return self._presented("summary")
 
     def figure(self) -> Figure:
         """Return the result as a picture; nothing is shown or saved."""
-        figure: Figure = self._presented("figure")
-        return figure
+        return self._presented("figure")
 
     def page(self) -> Page:
         """Return the result as a page of HTML sections; `report.page.write_page` writes it."""
-        page: Page = self._presented("page")
-        return page
+        return self._presented("page")
 
     def _presented(self, how: str) -> Any:
         module = import_module(f"{__package__}.report.{self.presenter}")
