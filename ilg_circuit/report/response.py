@@ -94,10 +94,7 @@ def page(response: Response, measured: Sequence[Compared] = ()) -> Page:
     facts = [("engine", response.engine), ("estimated error", f"{response.error:.1e} of each maximum")]
     shown = [picture(figure(response, measured), "waveforms over time, the drive beneath")]
     rows = [(*row, "") if len(row) < 4 else row for row in _rows(response)]
-    sections = [
-        Section("Waveforms", [*shown, Grid(_HEADER, rows)]),
-        energy_section(response.account),
-    ]
+    sections = [Section("Waveforms", [*shown, Grid(_HEADER, rows)]), energy_section(response.account)]
     return Page(f"Response of {response.actuator.name}", headline(response), facts, response.warnings, sections)
 
 

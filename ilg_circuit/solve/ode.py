@@ -73,34 +73,32 @@ class _System:
 
     def __init__(self, port: Port) -> None:
         self._port = port
+        pairs = port.branches
         if port.ladder is not None:
-            ladder = port.ladder
-            self._r = np.array([r for r, _ in ladder.sections] + [np.inf])
-            self._c = np.array([c for _, c in ladder.sections] + [ladder.capacitance])
-            self._series = port.series_resistance + ladder.resistance
-        else:
-            self._r = np.array([r for r, _ in port.branches])
-            self._c = np.array([c for _, c in port.branches])
-        self.states = len(self._c)
+            pairs = (*port.ladder.sections, (np.inf, port.ladder.capacitance))
+            self._series = port.series_resistance + port.ladder.resistance
+        self._r, self._c = np.array(pairs).T
+        self.states = len(pairs)
 
     def charge(self, q: Array) -> Array:
         return np.asarray(q[-1] if self._port.ladder is not None else q.sum(axis=0))
 
     def rates(self, t: float, q: Array, terminal: Callable[[float], float]) -> Array:
         inner = self._inner(terminal(t), q)
+        voltages = self._voltages(q)
         if self._port.ladder is not None:
-            voltages = q / self._c
             return np.asarray((inner - voltages.sum()) / self._series - voltages / self._r)
-        return np.asarray((inner - self._voltages(q)) / self._r)
+        return np.asarray((inner - voltages) / self._r)
 
     def current(self, terminal: float, q: Array) -> float:
         inner = self._inner(terminal, q)
         return float(self._port.electron_current(inner)) + self._ion_current(inner, q)
 
     def _ion_current(self, inner: float, q: Array) -> float:
+        voltages = self._voltages(q)
         if self._port.ladder is not None:
-            return float((inner - (q / self._c).sum()) / self._series)
-        return float(((inner - self._voltages(q)) / self._r).sum())
+            return float((inner - voltages.sum()) / self._series)
+        return float(((inner - voltages) / self._r).sum())
 
     def _voltages(self, q: Array) -> Array:
         growth = 2 * self._port.capacitance_slope * np.abs(q) / self._c

@@ -194,15 +194,15 @@ class Material:
     def model(self) -> ElectricalModel:
         """The electrical model. Raises InputError for constants of several models, or of a part of one."""
         given = self.electrical_constants()
-        names = sorted(a.name for a in ADDITIONS.values() if a.parameter.name in given)
-        keys = given.keys() - {a.parameter.name for a in ADDITIONS.values()}
+        added = [a for a in ADDITIONS.values() if a.parameter.name in given]
+        keys = given.keys() - {a.parameter.name for a in added}
         ions = ion_path_of_material(keys, len(self.branches))
-        for addition in (ADDITIONS[name] for name in names):
+        for addition in added:
             if not addition.goes_with(ions):
                 raise InputError(
                     f"material.{addition.parameter.name} goes with R-C branches, not with {min(keys)}; leave one out"
                 )
-        return composed(ions, tuple(names))
+        return composed(ions, tuple(sorted(a.name for a in added)))
 
     def electrical_constants(self) -> dict[str, float]:
         """The constants of the electrical model beyond resistivities and permittivities, by name."""
@@ -371,10 +371,7 @@ PAPER = Actuator(
     name="paper",
     geometry=Geometry(length=35e-3, free_length=30e-3, width=5e-3, thickness=0.5e-3),
     material=Material(
-        dc_resistivity=4 / 0.0060 * 0.35,
-        dynamic_resistivity=4 / 0.2058 * 0.35,
-        permittivity=1.0,
-        youngs_modulus=7600.0,
+        dc_resistivity=4 / 0.0060 * 0.35, dynamic_resistivity=4 / 0.2058 * 0.35, permittivity=1.0, youngs_modulus=7600.0
     ),
     coupling=Coupling(gain=2.4448e-9, zero=0.2075, damping_ratio=0.6212, natural_frequency=0.0742),
 )

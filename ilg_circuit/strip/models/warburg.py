@@ -37,10 +37,7 @@ class Warburg(LadderPath):
     title = "Warburg element"
     name_in_tables = "Warburg"
     equation = "Z = Re + Rdc || (Rs + Rw coth(sqrt(s tau))/sqrt(s tau))"
-    constants = (
-        Parameter("warburg_resistance", "Rw", "ohm", "diffusion, finite length, reflecting"),
-        DIFFUSION_TIME,
-    )
+    constants = (Parameter("warburg_resistance", "Rw", "ohm", "diffusion, finite length, reflecting"), DIFFUSION_TIME)
     material = (Parameter("diffusion_time", "tau", "s", "time constant of a finite Warburg element; Rw = tau/C"),)
     auto = ("record", "spectrum")
     below_band = True  # the slow modes are all in its ladder
