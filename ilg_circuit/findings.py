@@ -69,7 +69,7 @@ class _Formatter(Formatter):
         if format_spec.startswith("@"):
             return format_quantity(float(value), format_spec[1:-1], int(format_spec[-1]))
         if format_spec.startswith("#"):
-            return f"{value} {format_spec[1:]}{'s' * (value != 1)}"
+            return f"{value} {format_spec[1:]}{'' if value == 1 else 's'}"
         if not format_spec and isinstance(value, list | tuple):
             return ", ".join(map(str, value))
         return super().format_field(value, format_spec)

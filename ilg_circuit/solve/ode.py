@@ -105,24 +105,10 @@ class _System:
         return np.asarray(2 * q / self._c / (1 + np.sqrt(1 + growth)))
 
     def _inner(self, terminal: float, q: Array) -> float:
-        """The voltage behind Re, by Newton's method on a monotonic function."""
-        port = self._port
-        if not port.electrode_resistance:
+        """The voltage behind Re. All but the electron path is linear in it."""
+        if not self._port.electrode_resistance:
             return terminal
-        # all but the electron path is linear in the inner voltage
         at_zero = self._ion_current(0.0, q)
-        driven = terminal / port.electrode_resistance - at_zero
-        conductance = 1 / port.electrode_resistance + self._ion_current(1.0, q) - at_zero
-        if port.emission_voltage is None:
-            return driven / (conductance + 1 / port.dc_resistance)
-        from scipy.optimize import brentq
-
-        size = abs(driven / conductance)
-        if not size:
-            return 0.0
-        ratio = conductance * size / port.saturation_current
-        most = min(size, port.emission_voltage * float(np.arcsinh(ratio)))
-        root = brentq(
-            lambda v: conductance * (v - size) + float(port.electron_current(v)), 0.0, most * (1 + 1e-12), xtol=1e-15
-        )
-        return float(np.copysign(root, driven))
+        conductance = 1 / self._port.electrode_resistance + self._ion_current(1.0, q) - at_zero
+        driven = terminal / self._port.electrode_resistance - at_zero
+        return self._port.voltage_behind(conductance, driven / conductance)
