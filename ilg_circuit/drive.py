@@ -179,14 +179,12 @@ class PiecewiseLinear:
         inside = (self.times > 0) & (self.times < duration)
         times = np.concatenate([[0.0], self.times[inside], [2 * duration]])
         values = np.concatenate([self.value([0.0]), self.values[inside], [0.0]])
-        jump = np.flatnonzero(np.diff(times) == 0)
-        keep = np.ones(len(times), dtype=bool)
-        for k in jump:  # of several values at one time the first and the last count
-            keep[k] &= not (k and times[k - 1] == times[k])
-        times, values = times[keep], values[keep]
-        jump = np.flatnonzero(np.diff(times) == 0)
-        # a jump may not reach its neighbours, however near they are
+        same = np.diff(times) == 0
+        between = np.append(np.append(False, same[:-1] & same[1:]), False)
+        times, values = times[~between], values[~between]  # of several at one time the first and the last count
         gaps = np.diff(times)
+        jump = np.flatnonzero(gaps == 0)
+        # a jump may not reach its neighbours, however near they are
         room = np.minimum(gaps[jump - 1], gaps[np.minimum(jump + 1, len(gaps) - 1)])
         half = np.minimum(rise / 2, room / 4)
         shifted = times.copy()
@@ -212,7 +210,8 @@ def drive_times(drive: Drive, times: Array) -> Array:
     edges = drive.breakpoints(float(times[-1]) * (1 + _ROUNDING)) if len(times) else times
     if not len(edges):
         return times
-    nearest = np.clip(np.searchsorted(edges, times), 1, len(edges) - 1) if len(edges) > 1 else np.zeros(1, dtype=int)
-    for candidate in (edges[nearest - 1] if len(edges) > 1 else edges[nearest], edges[nearest]):
-        times = np.where(np.abs(times - candidate) <= _ROUNDING * candidate, candidate, times)
+    after = np.searchsorted(edges, times)
+    for nearest in (after - 1, after):
+        edge = edges[np.clip(nearest, 0, len(edges) - 1)]
+        times = np.where(np.abs(times - edge) <= _ROUNDING * edge, edge, times)
     return times

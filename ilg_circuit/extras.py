@@ -6,27 +6,22 @@ from importlib.util import find_spec
 
 from .errors import MissingLibraryError
 
-_ARM = ("numba", "xarray", "h5netcdf", "h5py", "PIL")
-_STUDY = ("loky", "xarray", "h5netcdf", "h5py")
-_CLUSTER = ("distributed",)
-_SENSITIVITY = ("SALib",)
-
 
 def require_arm() -> None:
     """Raise MissingLibraryError, which says what to install, where the extra ``arm`` is not installed."""
-    _require(_ARM, "the arm", "arm")
+    _require(("numba", "xarray", "h5netcdf", "h5py", "PIL"), "the arm", "arm")
 
 
 def require_study(*, cluster: bool = False) -> None:
     """The same for a sweep: the extra ``study``, or ``cluster`` where its workers are a cluster's."""
-    _require(_STUDY, "a sweep", "study")
+    _require(("loky", "xarray", "h5netcdf", "h5py"), "a sweep", "study")
     if cluster:
-        _require(_CLUSTER, "a cluster", "cluster")
+        _require(("distributed",), "a cluster", "cluster")
 
 
 def require_sensitivity() -> None:
     """The same for Sobol indices: the extra ``sensitivity``."""
-    _require(_SENSITIVITY, "Sobol indices", "sensitivity")
+    _require(("SALib",), "Sobol indices", "sensitivity")
 
 
 def _require(modules: tuple[str, ...], what: str, extra: str) -> None:

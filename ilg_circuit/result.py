@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from .files import write_csv
 from .provenance import Provenance
 
 if TYPE_CHECKING:
@@ -29,20 +32,25 @@ class Result:
         """Return the result as plain data, ready for JSON."""
         raise TypeError(f"{type(self).__name__} has no plain form")
 
+    def columns(self) -> Mapping[str, Iterable[Any]]:
+        """Return the result as columns of one length, by header."""
+        raise TypeError(f"{type(self).__name__} has no columns")
+
+    def write_csv(self, path: str | Path) -> None:
+        """Write the columns with full precision."""
+        write_csv(path, self.columns())
+
     def summary(self) -> str:
         """Return the result as text for a terminal."""
-        text: str = self._presented("summary")
-        return text
+        return self._presented("summary")
 
     def figure(self) -> Figure:
         """Return the result as a picture; nothing is shown or saved."""
-        figure: Figure = self._presented("figure")
-        return figure
+        return self._presented("figure")
 
     def page(self) -> Page:
         """Return the result as a page of HTML sections; `report.page.write_page` writes it."""
-        page: Page = self._presented("page")
-        return page
+        return self._presented("page")
 
     def _presented(self, how: str) -> Any:
         module = import_module(f"{__package__}.report.{self.presenter}")

@@ -1,4 +1,4 @@
-"""Write the netlists of this folder again; a test keeps them current.
+"""Write the netlists paper_* of this folder again; a test keeps them current. The others are written by hand.
 
 Run: python netlists/generate.py
 """
@@ -7,7 +7,6 @@ from pathlib import Path
 
 from ilg_circuit.circuit import strip_netlist
 from ilg_circuit.circuit.deck import deck
-from ilg_circuit.circuit.examples import EXAMPLES
 from ilg_circuit.circuit.library import library
 from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.files import write_text
@@ -15,7 +14,7 @@ from ilg_circuit.strip.actuator import PAPER
 
 
 def texts() -> dict[str, str]:
-    """File name -> text of every netlist handed out."""
+    """File name -> text of every netlist that the package writes."""
     free = strip_netlist(PAPER)
     clamped = strip_netlist(PAPER, tip="clamped")
     return {
@@ -24,7 +23,6 @@ def texts() -> dict[str, str]:
         "paper_step_clamped.cir": deck(clamped, PiecewiseLinear.step(4.0), 300.0, PAPER),
         "paper_square.cir": deck(free, PiecewiseLinear.square(0.0, 4.0, 30.0, 300.0), 300.0, PAPER),
         "paper_sine.cir": deck(free, Sine(2.0, 0.1), 60.0, PAPER),
-        **{f"{example.name}.cir": example.text("paper_strip.lib") for example in EXAMPLES},
     }
 
 

@@ -22,7 +22,6 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     if drive.angular_frequency():
         longest = min(longest, 0.01 / drive.angular_frequency())
     nodes = " ".join(f"v(out_{o.name})" for o in shown)
-    source = next(e for e in netlist.elements if e.name == netlist.drive)
     units = ", ".join(f"out_{o.name} [{o.unit}]" for o in shown)
     header = [*provenance(netlist.title, actuator), *netlist.comments, f"drive: {drive.text}"]
     header.append(f"outputs in SI units as voltages: {units}")
@@ -36,7 +35,7 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
         f"Vstart start 0 PWL(0 0 {duration * FIRST_STEP:.2g} 0 {2 * duration!r} 0)",
         f"{TIGHT_OPTIONS} numdgt=9",
         # gnucap does what it reads in turn: print comes before the run
-        f".print tran v({source.nodes[0]}) {nodes}",
+        f".print tran v({netlist.source.nodes[0]}) {nodes}",
         f".tran {step!r} {duration!r} 0 {longest:.3g} uic",
     ]
     return "\n".join([*lines, ".end", ""])

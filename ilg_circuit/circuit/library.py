@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 
 from ..errors import InputError
-from ..strip.actuator import CANTILEVER_EIGENVALUE, Actuator, Material
+from ..strip.actuator import CANTILEVER_EIGENVALUE, Actuator, Material, Quantity, quantities
 from ..strip.elements import GRAVITY, Elements, lumped_elements
 from ..strip.models.model import LibraryText
 from ..units import format_quantity
@@ -32,61 +32,30 @@ _BIAS = 4
 _UNSAFE = str.maketrans("", "", "'^")
 
 
-@dataclass(frozen=True)
-class LibraryParameter:
-    """One parameter of the subcircuit, with its default."""
-
-    name: str
-    value: float
-    unit: str
-    meaning: str
-
-
-def library_parameters(actuator: Actuator) -> tuple[LibraryParameter, ...]:
-    """What the subcircuit can be told: the names are those of an actuator's TOML file, and of a fit's report.
+def library_parameters(actuator: Actuator) -> list[Quantity]:
+    """What the subcircuit can be told, with the defaults: named as in an actuator's TOML file, and a fit's report.
 
     A field that the strip leaves out, or that has no influence on it, is no parameter.
     """
-    g, m = actuator.geometry, actuator.material
-    coupled = actuator.coupling is not None
-    model = m.model
-    used = {"length", "width", "thickness", "dc_resistivity", *model.ions.library_parameters}
-    used |= {addition.parameter.name for addition in model.additions}
+    m = actuator.material
+    used = {"length", "width", "thickness", "dc_resistivity", *m.model.ions.library_parameters}
+    used |= {addition.parameter.name for addition in m.model.additions}
     if _has_electrodes(m):
         used |= {f"electrode_{what}_{k}" for what in ("resistivity", "thickness") for k in (1, 2)}
-    if coupled:
+    if actuator.coupling is not None:
         used |= {"free_length", "load_position", "density", "beam_damping_ratio"}
         used.add("youngs_modulus" if m.bending_stiffness is None else "bending_stiffness")
-    found = [
-        LibraryParameter(f.name, getattr(record, f.name), f.metadata["unit"], f.metadata["meaning"])
-        for record in (g, m)
-        for f in fields(record)
-        if f.name in used and getattr(record, f.name) is not None
-    ]
-    keys = {p.name: p for p in (*model.ions.material, *(a.parameter for a in model.additions))}
-    found += [
-        LibraryParameter(name, value, keys[name].unit, keys[name].meaning)
-        for name, value in dict(m.constants).items()
-        if name in used
-    ]
+    found = [*quantities(actuator.geometry), *quantities(m)]
     for k, branch in enumerate(m.further_branches, 2):
-        found += [
-            LibraryParameter(f"{f.name}_{k}", getattr(branch, f.name), f.metadata["unit"], f"that of ionic branch {k}")
-            for f in fields(branch)
-            if f"{f.name}_{k}" in used
-        ]
+        meaning = f"that of ionic branch {k}"
+        found += [replace(q, name=f"{q.name}_{k}", meaning=meaning) for q in quantities(branch)]
+    found = [q for q in found if q.name in used]
     if actuator.coupling is not None:
-        found += [
-            LibraryParameter(
-                f"coupling_{f.name}", getattr(actuator.coupling, f.name), f.metadata["unit"], f.metadata["meaning"]
-            )
-            for f in fields(actuator.coupling)
-            if "unit" in f.metadata
-        ]
+        found += [replace(q, name=f"coupling_{q.name}") for q in quantities(actuator.coupling)]
     if m.emission_voltage is not None:
         meaning = "kT/q of your SPICE; the default is that of ngspice at 27 degrees Celsius"
-        found.append(LibraryParameter("thermal_voltage", THERMAL_VOLTAGE, "V", meaning))
-    return tuple(found)
+        found.append(Quantity("thermal_voltage", THERMAL_VOLTAGE, "V", meaning))
+    return found
 
 
 def _has_electrodes(m: Material) -> bool:
@@ -108,7 +77,8 @@ def library(actuator: Actuator, name: str = "ilg_strip") -> str:
     lumped = lumped_elements(actuator)
     pins = "plus minus tip" if actuator.coupling is not None else "plus minus"
     parameters = library_parameters(actuator)
-    text = _ion_text(actuator, lumped)
+    g = actuator.geometry
+    text = actuator.material.model.ions.library(lumped.port, g.length * g.width / g.thickness)
     values = element_values(actuator, lumped, text)
     pinned = _at_the_pins(netlist.elements, netlist.drive, coupled=actuator.coupling is not None)
     body = [line for element in pinned for line in _lines(element, values)]
@@ -116,11 +86,6 @@ def library(actuator: Actuator, name: str = "ilg_strip") -> str:
     lines += [f".subckt {name} {pins}", "+ params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
     lines += [f".param {key}={{{value}}}" for key, value in derived_values(actuator, text).items()]
     return "\n".join([*lines, *folded(body), f".ends {name}", ""])
-
-
-def _ion_text(actuator: Actuator, lumped: Elements) -> LibraryText:
-    g = actuator.geometry
-    return actuator.material.model.ions.library(lumped.port, g.length * g.width / g.thickness)
 
 
 def derived_values(actuator: Actuator, ions: LibraryText) -> dict[str, str]:
@@ -242,15 +207,12 @@ def _header(actuator: Actuator, lumped: Elements, name: str, pins: str, title: s
                 "d(s) was fitted to the tip's whole motion, beam included: for that motion set density to 1e-3 of this",
                 "     strip's, so that the beam's inertia does not count twice",
             ]
-    return [*lines, *_parameter_table(actuator), *_notes(m, lumped, coupled=coupled)]
-
-
-def _parameter_table(actuator: Actuator) -> list[str]:
-    rows = [
+    table = ["", "parameters, all in SI units, with the values of this strip as defaults"]
+    table += [
         f"  {p.name:<28} {format_quantity(p.value, '', 6):>12} {p.unit or '1':<9} {p.meaning}".translate(_UNSAFE)
         for p in library_parameters(actuator)
     ]
-    return ["", "parameters, all in SI units, with the values of this strip as defaults", *rows]
+    return [*lines, *table, *_notes(m, lumped, coupled=coupled)]
 
 
 def _notes(material: Material, lumped: Elements, *, coupled: bool) -> list[str]:

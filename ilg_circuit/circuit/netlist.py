@@ -53,19 +53,20 @@ class Role(Enum):
         return self in (Role.BEAM, Role.TIP, Role.LOAD)
 
 
-#: kind -> (number of nodes, has an initial state, needs the name of a controlling source, must be positive)
-_KINDS: dict[str, tuple[int | None, bool, bool, bool]] = {
-    "R": (2, False, False, True),
-    "L": (2, True, False, True),
-    "C": (2, True, False, True),
-    "V": (2, False, False, False),
-    "I": (2, False, False, False),
-    "E": (4, False, False, False),
-    "G": (4, False, False, False),
-    "F": (2, False, True, False),
-    "H": (2, False, True, False),
-    "B": (None, False, False, True),
+#: kind -> (number of nodes, method of a PySpice circuit that adds one)
+_KINDS = {
+    "R": (2, "R"),
+    "L": (2, "L"),
+    "C": (2, "C"),
+    "V": (2, "V"),
+    "I": (2, "I"),
+    "E": (4, "VCVS"),
+    "G": (4, "VCCS"),
+    "F": (2, "CCCS"),
+    "H": (2, "CCVS"),
+    "B": (None, "BehavioralSource"),
 }
+_WITH_STATE, _CONTROLLED, _POSITIVE = "LC", "FH", "RLCB"
 
 #: Laws of behavioural sources: number of nodes, quantity set across or through the first two.
 _LAWS = {"sinh": (2, "i"), "charge": (3, "v")}
@@ -110,7 +111,7 @@ class Element:
         if self.law:
             plus, minus = self.nodes[:2]
             return f"{self.name} {plus} {minus} {_LAWS[self.law][1]}={value or self.expression(self.nodes)}"
-        start = " ic=0.0" if _KINDS[self.kind][1] else ""
+        start = " ic=0.0" if self.kind in _WITH_STATE else ""
         words = [self.name, *self.nodes, self.control, value or repr(float(self.value))]
         return " ".join(filter(None, words)) + start
 
@@ -166,6 +167,11 @@ class Netlist:
         if self.drive.lower() not in sources:
             raise InputError(f"the netlist has no voltage source {self.drive} for the drive")
 
+    @property
+    def source(self) -> Element:
+        """The voltage source that the drive sets."""
+        return next(e for e in self.elements if e.name == self.drive)
+
     @cached_property
     def topology(self) -> tuple[Any, ...]:
         """What two netlists must share to be solved as copies of one another: everything but the values."""
@@ -194,11 +200,12 @@ class Netlist:
 
     def to_pyspice(self, drive: Drive | None = None, duration: float = 1.0) -> Circuit:
         """The PySpice `Circuit`; with a ``drive``, its source carries the PWL or SIN waveform over ``duration`` [s]."""
-        circuit = _empty_circuit(self.title)
+        from PySpice.Spice.Netlist import Circuit
+
+        circuit = Circuit(plain(self.title))
         waveform = "0.0" if drive is None else drive.spice(duration)
         add_elements(circuit, (e for e in self.elements if e.name != self.drive))
-        source = next(e for e in self.elements if e.name == self.drive)
-        circuit.V(source.name[1:], *source.nodes, waveform)
+        circuit.V(self.source.name[1:], *self.source.nodes, waveform)
         return circuit
 
 
@@ -213,7 +220,7 @@ def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:
     vectors = []
     for k, netlist in enumerate(netlists):
         suffix = f"_{k}"
-        source = next(e for e in netlist.elements if e.name == netlist.drive)
+        source = netlist.source
         plus, minus = source.nodes
         rename = {n: n if n in (minus, GROUND) else n + suffix for e in netlist.elements for n in e.nodes}
         # a source of 0 V between the copy and the common drive has the copy's current, with the sign of its own drive
@@ -229,29 +236,14 @@ def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:
 def add_elements(circuit: Circuit, elements: Iterable[Element]) -> None:
     """Add elements to a PySpice circuit. Values go in as ``repr`` text: PySpice would write 1 F, which is femto."""
     for element in elements:
-        value, name, nodes = repr(float(element.value)), element.name[1:], element.nodes
-        match element.kind:
-            case "R":
-                circuit.R(name, *nodes, value)
-            case "L":
-                circuit.L(name, *nodes, value, initial_condition=0.0)
-            case "C":
-                circuit.C(name, *nodes, value, initial_condition=0.0)
-            case "V":
-                circuit.V(name, *nodes, value)
-            case "I":
-                circuit.I(name, *nodes, value)
-            case "E":
-                circuit.VCVS(name, *nodes, voltage_gain=value)
-            case "G":
-                circuit.VCCS(name, *nodes, transconductance=value)
-            case "F":
-                circuit.CCCS(name, *nodes, element.control, current_gain=value)
-            case "H":
-                circuit.CCVS(name, *nodes, element.control, transresistance=value)
-            case "B":
-                law = {f"{_LAWS[element.law][1]}": element.expression(nodes)}
-                circuit.BehavioralSource(name, *nodes[:2], **law)
+        add = getattr(circuit, _KINDS[element.kind][1])
+        name, nodes = element.name[1:], element.nodes
+        if element.law:
+            add(name, *nodes[:2], **{_LAWS[element.law][1]: element.expression(nodes)})
+            continue
+        values = [element.control] if element.control else []
+        start = {"initial_condition": 0.0} if element.kind in _WITH_STATE else {}
+        add(name, *nodes, *values, repr(float(element.value)), **start)
 
 
 def floating_nodes(elements: Iterable[Element]) -> list[str]:
@@ -280,12 +272,6 @@ def plain(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9 _.,:;()+*/=\[\]-]", "_", text)
 
 
-def _empty_circuit(title: str) -> Circuit:
-    from PySpice.Spice.Netlist import Circuit
-
-    return Circuit(plain(title))
-
-
 def _vector(quantity: str, rename: dict[str, str], suffix: str) -> str:
     """ngspice's name of a quantity in a copy: ``v(node)`` -> ``node``, ``i(source)`` -> ``source#branch``."""
     kind, inner = quantity[0], quantity[2:-1]
@@ -297,7 +283,8 @@ def _vector(quantity: str, rename: dict[str, str], suffix: str) -> str:
 def _check_element(element: Element, sources: set[str]) -> None:
     if element.kind not in _KINDS:
         raise InputError(f"element {element.name}: kind {element.kind} is not one of {', '.join(_KINDS)}")
-    count, _, controlled, positive = _KINDS[element.kind]
+    count, _ = _KINDS[element.kind]
+    controlled, positive = element.kind in _CONTROLLED, element.kind in _POSITIVE
     if (element.kind == "B") != bool(element.law) or (element.law and element.law not in _LAWS):
         raise InputError(f"element {element.name}: law '{element.law}' is not one of {', '.join(_LAWS)}, of a source B")
     if element.law:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from textwrap import TextWrapper
+
 from .. import __version__
 from ..strip.actuator import Actuator
 from ..units import format_quantity
@@ -16,29 +18,12 @@ FIRST_STEP = 1e-9
 def provenance(title: str, actuator: Actuator) -> list[str]:
     """Header lines: what it is, what wrote it, and the strip's sizes."""
     g = actuator.geometry
-    sizes = ", ".join(
-        f"{label} {format_quantity(value, 'm', 6)}"
-        for label, value in (
-            ("L", g.length),
-            ("L0", g.free_length),
-            ("L_F", g.load_distance),
-            ("w", g.width),
-            ("b", g.thickness),
-        )
-    )
-    return [title, f"written by ilg_circuit {__version__}; strip {sizes}"]
+    sizes = {"L": g.length, "L0": g.free_length, "L_F": g.load_distance, "w": g.width, "b": g.thickness}
+    strip = ", ".join(f"{symbol} {format_quantity(size, 'm', 6)}" for symbol, size in sizes.items())
+    return [title, f"written by ilg_circuit {__version__}; strip {strip}"]
 
 
-def folded(lines: list[str], width: int = 100) -> list[str]:
+def folded(lines: list[str], width: int = 101) -> list[str]:
     """Long lines (a measured PWL) continued with ``+``, as SPICE wants them."""
-    result = []
-    for line in lines:
-        words, current = line.split(" "), ""
-        for word in words:
-            if current and len(current) + len(word) > width:
-                result.append(current)
-                current = "+ " + word
-            else:
-                current = f"{current} {word}" if current else word
-        result.append(current)
-    return result
+    fold = TextWrapper(width, subsequent_indent="+ ", break_long_words=False, break_on_hyphens=False)
+    return [part for line in lines for part in fold.wrap(line) or [""]]

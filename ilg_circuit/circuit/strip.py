@@ -241,12 +241,14 @@ def _static(lumped: Elements, coupling: Coupling, tip: Tip) -> tuple[list[Elemen
     elements += _filter(coupling, port, GROUND, "d")
     free = _free_displacement(coupling, lumped.bending_ratio, "d")
     still = dict.fromkeys(free, 0.0)
-    force = {q: c * lumped.stiffness for q, c in free.items()}
-    return elements, [
-        *outputs,
-        Output("displacement", "m", tuple((free if tip == "free" else still).items())),
-        Output("force", "N", tuple((force if tip == "clamped" else still).items())),
-    ]
+    if tip == "free":
+        return elements, [*outputs, *_motion(free, still)]
+    return elements, [*outputs, *_motion(still, {q: c * lumped.stiffness for q, c in free.items()})]
+
+
+def _motion(displacement: dict[str, float], force: dict[str, float]) -> list[Output]:
+    """The mechanical outputs, from their terms."""
+    return [Output("displacement", "m", tuple(displacement.items())), Output("force", "N", tuple(force.items()))]
 
 
 def _dynamic(
@@ -263,15 +265,9 @@ def _dynamic(
     # the tip moves by what the strip wants less what its compliance takes up: y = y1 - F1/K
     moved = _free_displacement(coupling, ratio, "d") | {"v(beam)": -FORCE_SCALE / lumped.stiffness}
     if tip == "clamped":
-        still = Output("displacement", "m", (("v(beam)", 0.0),))
-        return elements, [*outputs, still, Output("force", "N", (("v(beam)", FORCE_SCALE),))]
+        return elements, [*outputs, *_motion({"v(beam)": 0.0}, {"v(beam)": FORCE_SCALE})]
     tip_elements, force = _tip(actuator, lumped, load)
-    elements += tip_elements
-    return elements, [
-        *outputs,
-        Output("displacement", "m", tuple(moved.items())),
-        Output("force", "N", tuple(force.items())),
-    ]
+    return elements + tip_elements, [*outputs, *_motion(moved, force)]
 
 
 def _reflection(lumped: Elements, coupling: Coupling) -> list[Element]:
@@ -317,10 +313,7 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
     if terminals == "open":
         # without a source nothing ties the terminal down but the strip itself
         outputs.insert(0, Output("voltage", "V", ((f"v({node})", 1.0),)))
-    outputs += [
-        Output("displacement", "m", (("v(motion)", 1.0),)),
-        Output("force", "N", (("v(beam)", FORCE_SCALE),)),
-    ]
+    outputs += _motion({"v(motion)": 1.0}, {"v(beam)": FORCE_SCALE})
     title = f"ILG strip {actuator.name}, sensor, {terminals} terminals"
     return Netlist(title, tuple(_without_dangling(elements)), tuple(outputs), drive="Vmotion", comments=(SCALE_NOTE,))
 

@@ -147,7 +147,10 @@ def _understand(
 
 def named(word: str, quantities: Quantities) -> str | None:
     """Return the quantity that a column's name, without its unit, stands for; None for other names."""
-    return next((q for q, (_, words) in quantities.items() if _names(word, words)), None)
+    for quantity, (_, words) in quantities.items():
+        if any(word == w or (len(w) > 2 and word.endswith("_" + w)) for w in words):
+            return quantity
+    return None
 
 
 def _factor(unit: str, si_unit: str, title: str, name: str) -> float:
@@ -168,10 +171,6 @@ def split_header(title: str) -> tuple[str, str]:
         return word.strip().lower().replace(" ", "_"), next(u for u in units if u)
     word, _, unit = title.rpartition("_")
     return word.strip().lower().replace(" ", "_"), unit.strip()
-
-
-def _names(word: str, words: tuple[str, ...]) -> bool:
-    return any(word == w or (len(w) > 2 and word.endswith("_" + w)) for w in words)
 
 
 def _numbers(
@@ -265,16 +264,14 @@ def spectrum_of_cells(header: Sequence[str], titles: Sequence[str], rows: Rows, 
         raise InputError(f"{name}: its table of impedances has no rows")
     if kind.most_rows and len(rows) > kind.most_rows:
         raise InputError(f"{name}: {len(rows)} points; a {kind.name} has {kind.most_rows} at most")
-    values = np.full((3, len(rows)), np.nan)
     places = [header.index(title.lower()) for title in titles]
-    for k, (number, cells) in enumerate(rows):
-        for j, cell in enumerate(cells_at(cells, places)):
-            if cell:
-                values[j, k] = _number(cell, name, number)
-    return Table(dict(zip(("frequency", "re", "im"), values, strict=True)), name)
+    values = [[_number(cell, name, number) for cell in cells_at(cells, places)] for number, cells in rows]
+    return Table(dict(zip(("frequency", "re", "im"), np.array(values).T, strict=True)), name)
 
 
 def _number(cell: str, name: str, line: int) -> float:
+    if not cell:
+        return math.nan
     try:
         return float(cell.replace(",", ".").replace("_", "x"))
     except ValueError:

@@ -10,6 +10,7 @@ from ..arrays import Array
 from ..units import format_quantity
 from .axes import BLUE, ORANGE, engineering, plain
 from .page import Page, Prose, Section, picture
+from .panels import blank
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,9 +44,7 @@ def text(result: Impedance) -> str:
 
 def figure(result: Impedance) -> Figure:
     """Return a Bode (size and phase over frequency) and a Nyquist plot; the electrical port's closed form dashed."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.0, 4.8), dpi=150, layout="constrained")
+    figure = blank((10.0, 4.8))
     grid = figure.add_gridspec(2, 2, width_ratios=[1.15, 1.0])
     size, phase, plane = (figure.add_subplot(grid[place]) for place in ((0, 0), (1, 0), (slice(None), 1)))
     factor, label = engineering(np.abs(result.impedance), _OHM)

@@ -19,13 +19,15 @@ if TYPE_CHECKING:
 
     from ..identify.comparison import Compared
     from ..simulation.response import Response
+    from ..simulation.waveforms import Simulated, Waveform
 
 _NORMAL_95 = 1.96
+_HEADER = ("quantity", "at the end", "largest", "at")
 
 
 def summary(response: Response) -> str:
     """Return a table: each waveform's value at the end, its largest value, and when that is."""
-    return "\n".join(aligned([("quantity", "at the end", "largest", "at"), *_rows(response)], "<>>>"))
+    return "\n".join(aligned([_HEADER, *_rows(response)], "<>>>"))
 
 
 def headline(response: Response) -> str:
@@ -35,10 +37,21 @@ def headline(response: Response) -> str:
 
 def text(response: Response, measured: Sequence[Compared] = ()) -> str:
     """Return all that a user sees: what was simulated, the waveforms, the energies, the error, the comparison."""
-    lines = [headline(response), response.summary(), response.account.summary()]
-    if response.engine == "ngspice":
-        lines.append(f"solved by ngspice, estimated error {response.error:.1e} of each maximum")
+    lines = [headline(response), response.summary(), response.account.summary(), *solved_by(response)]
     return "\n".join([*lines, *(part.line() for part in measured)])
+
+
+def solved_by(result: Simulated) -> list[str]:
+    """Return the line that says what solved it and how well, none for the exact engine."""
+    exact = result.engine != "ngspice"
+    return [] if exact else [f"solved by ngspice, estimated error {result.error:.1e} of each maximum"]
+
+
+def largest(result: Simulated, waveform: Waveform) -> tuple[str, str]:
+    """Return the largest value of a waveform, and when that is."""
+    values = result.waveforms[waveform.name]
+    peak = int(np.argmax(np.abs(values)))
+    return format_quantity(float(values[peak]), waveform.unit, 5), format_quantity(float(result.time[peak]), "s", 4)
 
 
 def figure(response: Response, measured: Sequence[Compared] = ()) -> Figure:
@@ -81,10 +94,7 @@ def page(response: Response, measured: Sequence[Compared] = ()) -> Page:
     facts = [("engine", response.engine), ("estimated error", f"{response.error:.1e} of each maximum")]
     shown = [picture(figure(response, measured), "waveforms over time, the drive beneath")]
     rows = [(*row, "") if len(row) < 4 else row for row in _rows(response)]
-    sections = [
-        Section("Waveforms", [*shown, Grid(("quantity", "at the end", "largest", "at"), rows)]),
-        energy_section(response.account),
-    ]
+    sections = [Section("Waveforms", [*shown, Grid(_HEADER, rows)]), energy_section(response.account)]
     return Page(f"Response of {response.actuator.name}", headline(response), facts, response.warnings, sections)
 
 
@@ -96,7 +106,6 @@ def _rows(response: Response) -> list[tuple[str, ...]]:
         if np.isnan(values).all():
             rows.append((waveform.name, "not known", "the actuator has no [coupling]"))
             continue
-        peak = int(np.argmax(np.abs(values)))
-        end, largest = (format_quantity(float(values[k]), waveform.unit, 5) for k in (-1, peak))
-        rows.append((waveform.name, end, largest, format_quantity(float(response.time[peak]), "s", 4)))
+        end = format_quantity(float(values[-1]), waveform.unit, 5)
+        rows.append((waveform.name, end, *largest(response, waveform)))
     return rows

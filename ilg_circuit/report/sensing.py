@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..simulation.sensing import SENSED
 from ..simulation.waveforms import WAVEFORMS
-from ..units import format_quantity
 from .axes import BLUE, ORANGE, engineering, new_figure
 from .page import Block, Grid, Page, Section, picture
+from .response import largest, solved_by
 from .tables import aligned
 
 if TYPE_CHECKING:
@@ -36,10 +35,7 @@ def headline(sensed: Sensed) -> str:
 
 def text(sensed: Sensed) -> str:
     """Return all that a user sees: what was simulated, the waveforms, the error."""
-    lines = [headline(sensed), sensed.summary()]
-    if sensed.engine == "ngspice":
-        lines.append(f"solved by ngspice, estimated error {sensed.error:.1e} of each maximum")
-    return "\n".join(lines)
+    return "\n".join([headline(sensed), sensed.summary(), *solved_by(sensed)])
 
 
 def figure(sensed: Sensed) -> Figure:
@@ -47,7 +43,7 @@ def figure(sensed: Sensed) -> Figure:
     shown = ("voltage" if sensed.terminals == "open" else "current", "force", "displacement")
     figure, axes = new_figure(len(shown), [1.5, 1.5, 1.0])
     for panel, name in zip(axes, shown, strict=True):
-        values = getattr(sensed, name)
+        values = sensed.waveforms[name]
         factor, unit = engineering(values, WAVEFORMS[name].unit)
         panel.plot(sensed.time, factor * values, color=ORANGE if name == "displacement" else BLUE, linewidth=1.4)
         panel.set_ylabel(f"{name} [{unit}]")
@@ -70,10 +66,4 @@ def page(sensed: Sensed) -> Page:
 
 
 def _rows(sensed: Sensed) -> list[tuple[str, str, str]]:
-    rows = []
-    for name in SENSED:
-        values = getattr(sensed, name)
-        peak = int(np.argmax(np.abs(values)))
-        largest = format_quantity(float(values[peak]), WAVEFORMS[name].unit, 5)
-        rows.append((name, largest, format_quantity(float(sensed.time[peak]), "s", 4)))
-    return rows
+    return [(name, *largest(sensed, WAVEFORMS[name])) for name in sensed.waveforms]

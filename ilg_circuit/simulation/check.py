@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ from ..arrays import Array, ComplexArray
 from ..circuit.strip import Load
 from ..drive import Drive
 from ..errors import SolveError
-from ..strip.elements import Elements, hanging_stiffness, lumped_elements
+from ..strip.elements import Elements, hanging_stiffness, lumped_elements, lumped_port
 from . import closed_forms as formulas
 from .impedance import Impedance, impedance
 from .response import Response, simulate, transient_band
@@ -48,11 +49,11 @@ def check(response: Response, *, tip: str, beam: str, load: Load | None = None) 
     other = "exact" if response.engine == "ngspice" else "ngspice"
     again = simulate(response.actuator, response.drive, response.time, tip=tip, beam=beam, load=load, engine=other)
     floors = {"displacement": _ROUNDING * _static_displacement(response)}
-    names = [w.name for w in ANSWERS if not np.isnan(response.waveforms[w.name]).any()]
     found, expected = response.waveforms, again.waveforms
     rows = [
-        Difference(name, f"{other} engine", _difference(found[name], expected[name], floors.get(name, 0.0)))
-        for name in names
+        Difference(w.name, f"{other} engine", _difference(found[w.name], expected[w.name], floors.get(w.name, 0.0)))
+        for w in ANSWERS
+        if not np.isnan(found[w.name]).any()
     ]
     for name, values in closed_forms(response, tip=tip, beam=beam).items():
         rows.append(Difference(name, "closed form", _difference(found[name], values)))
@@ -62,7 +63,7 @@ def check(response: Response, *, tip: str, beam: str, load: Load | None = None) 
 def _check_port(response: Response) -> list[Difference]:
     from ..solve.ode import port_response
 
-    port = lumped_elements(response.actuator, transient_band(response.time)).port
+    port = lumped_port(response.actuator, transient_band(response.time))
     current, charge = port_response(port, response.drive, response.time)
     return [
         Difference("current", "port's equations", _difference(response.current, current)),
@@ -150,20 +151,22 @@ def _current(lumped: Elements, drive: Drive, t: Array) -> Array:
     ]
     # with several branches the electron path, in every part's a0, counts once
     parts = [(a0 if k == 0 else 0.0, a1, rate) for k, (a0, a1, rate) in enumerate(parts)]
-
-    def total(kind: str, time: Array, *more: float) -> Array:
-        return np.asarray(sum(getattr(formulas, f"current_{kind}")(time, *part, *more) for part in parts))
-
-    return superpose(drive, t, total)
+    return _superposed("current", drive, t, parts)
 
 
 def _displacement(lumped: Elements, drive: Drive, t: Array) -> Array:
     k = lumped.coupling
     assert k is not None
     constants = (k.gain, k.zero, k.damping_ratio, k.natural_frequency, lumped.bending_ratio)
+    return _superposed("displacement", drive, t, [constants])
+
+
+def _superposed(quantity: str, drive: Drive, t: Array, parts: Sequence[tuple[float, ...]]) -> Array:
+    """A quantity under ``drive``: the sum of its closed form over sets of constants."""
 
     def total(kind: str, time: Array, *more: float) -> Array:
-        return np.asarray(getattr(formulas, f"displacement_{kind}")(time, *constants, *more))
+        form = getattr(formulas, f"{quantity}_{kind}")
+        return np.asarray(sum(form(time, *part, *more) for part in parts))
 
     return superpose(drive, t, total)
 

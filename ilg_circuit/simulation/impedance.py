@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,7 +11,6 @@ from numpy.typing import ArrayLike
 from ..arrays import Array, ComplexArray, plain
 from ..circuit.strip import Load, strip_netlist
 from ..errors import InputError
-from ..files import write_csv
 from ..result import Result
 from ..solve.spectrum import spectrum
 from ..strip.actuator import Actuator
@@ -61,10 +59,6 @@ class Impedance(Result):
     def columns(self) -> dict[str, Array]:
         """Return frequency [Hz], real and imaginary part [ohm] (f,) by their headers."""
         return {"frequency_Hz": self.frequency, "re_ohm": self.impedance.real, "im_ohm": self.impedance.imag}
-
-    def write_csv(self, path: str | Path) -> None:
-        """Write the columns frequency_Hz, re_ohm, im_ohm with full precision."""
-        write_csv(path, self.columns())
 
     def to_dict(self) -> dict[str, Any]:
         """Return the spectrum as plain data, lists by header."""

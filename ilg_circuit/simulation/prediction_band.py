@@ -21,12 +21,7 @@ from ..strip.models import electrical_model
 from .response import transient_band
 
 #: Fields of `Coupling` by the names that fits use.
-COUPLING_FIELDS = {
-    "coupling_gain": "gain",
-    "coupling_zero": "zero",
-    "coupling_damping_ratio": "damping_ratio",
-    "coupling_natural_frequency": "natural_frequency",
-}
+COUPLING_FIELDS = {f"coupling_{name}": name for name in ("gain", "zero", "damping_ratio", "natural_frequency")}
 
 #: Step of the central differences, in parts of a parameter; far above the solve's error, far below any nonlinearity.
 _STEP = 1e-3
@@ -98,11 +93,8 @@ def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, flo
     made = model.port(changed, port.electrode_resistance * factors.get("electrode_resistance", 1.0))
     strip = Actuator.from_port(actuator.geometry, made, base=actuator.material)
     if ladder is not None:  # one topology for all: as many sections as the nominal strip's, over the same band
-        material = replace(
-            strip.material,
-            ladder_lowest=ladder.band[0],
-            ladder_highest=ladder.band[1],
-            ladder_sections=float(len(ladder.sections)),
-        )
+        low, high = ladder.band
+        sections = float(len(ladder.sections))
+        material = replace(strip.material, ladder_lowest=low, ladder_highest=high, ladder_sections=sections)
         strip = replace(strip, material=material)
     return replace(strip, coupling=coupling, mounting=actuator.mounting, name=actuator.name)

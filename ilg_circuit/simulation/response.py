@@ -13,18 +13,17 @@ from numpy.typing import ArrayLike, NDArray
 from ..arrays import Array, plain
 from ..circuit.netlist import Netlist
 from ..circuit.strip import Load, strip_netlist
-from ..drive import Drive, drive_times
+from ..drive import Drive
 from ..errors import InputError
 from ..files import write_csv
-from ..result import Result
 from ..solve.grid import smooth_intervals
 from ..solve.state_space import state_space
-from ..solve.transient import Progress, require_times, transient
+from ..solve.transient import Progress, sampled_times, transient
 from ..strip.actuator import Actuator
 from ..strip.ladder import LADDER_BAND
 from ..strip.validity import run_warnings
 from .energy import EnergyAccount, account, probes
-from .waveforms import WAVEFORMS, Solution
+from .waveforms import WAVEFORMS, Simulated, Solution
 
 #: Accuracy of a simulation, relative to each waveform's maximum; tight, so that small samples are good as well.
 SIMULATION_ACCURACY = 1e-9
@@ -39,30 +38,19 @@ _GAUSS_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18
 
 
 @dataclass(frozen=True)
-class Response(Result):
-    """Waveforms at ``time`` [s] (n,), each (n,), SI; `waveforms.WAVEFORMS` lists them, and each is an attribute.
+class Response(Simulated):
+    """What a strip does under a ``drive``; `waveforms.WAVEFORMS` lists its waveforms.
 
     ``voltage`` at the terminals, ``current`` into them, ``charge`` on the ionic capacitors, ``displacement`` and
     ``force`` at L_F, positive towards the anode (NaN without a coupling), ``energy`` delivered by the source since
-    t = 0, ``account`` where it went. ``error`` is the estimated error of the worst waveform relative to its maximum.
-    ``stderr`` (n,) are standard errors by waveform, where a band was asked for.
+    t = 0, ``account`` where it went. ``stderr`` (n,) are standard errors by waveform, where a band was asked for.
     """
 
     presenter: ClassVar[str] = "response"
-    actuator: Actuator
     drive: Drive
     netlist: Netlist
-    time: Array
-    waveforms: Mapping[str, Array]
     account: EnergyAccount
-    error: float
-    engine: str
     stderr: Mapping[str, Array] = field(default_factory=dict)
-
-    def __getattr__(self, name: str) -> Array:
-        if name not in WAVEFORMS:
-            raise AttributeError(f"a response has no '{name}'; its waveforms are {', '.join(WAVEFORMS)}")
-        return self.waveforms[name]
 
     def with_waveforms(self, **changed: Array) -> Response:
         """Return the response with some waveforms in place of its own."""
@@ -80,8 +68,8 @@ class Response(Result):
 
         Without ``energy`` only what a CSV file always has.
         """
-        shown = [waveform for waveform in WAVEFORMS.values() if energy or not waveform.on_request]
-        columns = {"time_s": self.time} | {waveform.column: self.waveforms[waveform.name] for waveform in shown}
+        left_out = {waveform.column for waveform in WAVEFORMS.values() if waveform.on_request and not energy}
+        columns = {header: values for header, values in super().columns().items() if header not in left_out}
         return columns | {WAVEFORMS[name].stderr_column: error for name, error in self.stderr.items()}
 
     def write_csv(self, path: str | Path, *, energy: bool = False) -> None:
@@ -143,9 +131,7 @@ def simulate(
     `ilg_circuit.solve.transient.transient` for ``engine``, ``accuracy`` (default 1e-9; 1e-6 with nonlinear elements)
     and the errors raised.
     """
-    samples = np.asarray(times, dtype=np.float64)
-    require_times(samples)
-    samples = drive_times(drive, samples)
+    samples = sampled_times(drive, times)
     netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=transient_band(samples))
     acceptable = ACCEPTABLE if accuracy is None else accuracy
     if accuracy is None:

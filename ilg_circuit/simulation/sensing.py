@@ -3,54 +3,35 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array, plain
+from ..arrays import plain
 from ..circuit.strip import sensor_netlist
-from ..drive import Drive, drive_times
-from ..files import write_csv
-from ..result import Result
-from ..solve.transient import Progress, require_times, transient
+from ..drive import Drive
+from ..solve.transient import Progress, sampled_times, transient
 from ..strip.actuator import Actuator
 from .response import ACCEPTABLE, SIMULATION_ACCURACY, transient_band
-from .waveforms import WAVEFORMS
+from .waveforms import Simulated
 
 #: Columns of a CSV file after the time, by their names in `waveforms.WAVEFORMS`.
 SENSED = ("displacement", "voltage", "current", "force", "charge")
 
 
 @dataclass(frozen=True)
-class Sensed(Result):
-    """Waveforms at ``time`` [s] (n,), each (n,), positive towards the anode where they are mechanical.
+class Sensed(Simulated):
+    """What the ``terminals`` of a strip show under a ``motion`` of its tip.
 
     ``displacement`` [m] imposed on L_F; ``voltage`` [V] at the terminals and ``current`` [A] into the plus pin, one of
-    the two zero; elastic ``force`` [N] of the strip; ``charge`` [C] on the ion path.
+    the two zero; elastic ``force`` [N] of the strip; ``charge`` [C] on the ion path. What is mechanical is positive
+    towards the anode.
     """
 
     presenter: ClassVar[str] = "sensing"
-    actuator: Actuator
     motion: Drive
     terminals: str
-    time: Array
-    displacement: Array
-    voltage: Array
-    current: Array
-    force: Array
-    charge: Array
-    error: float
-    engine: str
-
-    def columns(self) -> dict[str, Array]:
-        """Return time and waveforms (n,) by their headers, such as voltage_V."""
-        return {"time_s": self.time} | {WAVEFORMS[name].column: getattr(self, name) for name in SENSED}
-
-    def write_csv(self, path: str | Path) -> None:
-        """Write the columns with full precision."""
-        write_csv(path, self.columns())
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain data; waveforms are lists by header."""
@@ -78,9 +59,7 @@ def sense(
 
     Sampled at ``times`` [s] (ascending, >= 0). See `ilg_circuit.circuit.strip.sensor_netlist`; errors as there.
     """
-    samples = np.asarray(times, dtype=np.float64)
-    require_times(samples)
-    samples = drive_times(motion, samples)
+    samples = sampled_times(motion, times)
     netlist = sensor_netlist(actuator, terminals=terminals, band=transient_band(samples))
     waveforms = transient(
         netlist,
@@ -92,18 +71,15 @@ def sense(
         interpolate=False,
         progress=progress,
     )
-    zero = np.zeros(len(samples))
-    voltage, current = (waveforms.output(name) if name in waveforms.names else zero for name in ("voltage", "current"))
+    silent = dict.fromkeys(("voltage", "current"), np.zeros(len(samples)))
+    solved = silent | {name: waveforms.output(name) for name in waveforms.names}
+    solved["displacement"] = motion.value(samples)
     return Sensed(
         actuator=actuator,
         motion=motion,
         terminals=terminals,
         time=samples,
-        displacement=motion.value(samples),
-        voltage=voltage,
-        current=current,
-        force=waveforms.output("force"),
-        charge=waveforms.output("charge"),
+        waveforms={name: solved[name] for name in SENSED},
         error=float(waveforms.errors.max()),
         engine=waveforms.engine,
     )

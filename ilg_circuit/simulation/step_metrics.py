@@ -37,12 +37,7 @@ class StepMetrics:
 
 
 def step_metrics(
-    time: ArrayLike,
-    values: ArrayLike,
-    *,
-    tail: float = 0.0,
-    resolution: float = 0.0,
-    band: float = SETTLING_BAND,
+    time: ArrayLike, values: ArrayLike, *, tail: float = 0.0, resolution: float = 0.0, band: float = SETTLING_BAND
 ) -> StepMetrics:
     """Return the metrics of ``values`` (n,) or (m, n) at ``time`` [s] (n,), ascending.
 

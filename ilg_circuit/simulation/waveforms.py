@@ -6,7 +6,7 @@ what a study can keep go through `WAVEFORMS`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..drive import Drive
+from ..result import Result
 from ..solve.transient import Waveforms
+from ..strip.actuator import Actuator
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,30 @@ WAVEFORMS = {
         ),
     )
 }
+
+
+@dataclass(frozen=True)
+class Simulated(Result):
+    """Waveforms of an ``actuator`` at ``time`` [s] (n,): ``waveforms`` [SI], each (n,) and an attribute of its name.
+
+    ``error`` is the estimated error of the worst waveform relative to its maximum, ``engine`` what solved it.
+    """
+
+    actuator: Actuator
+    time: Array
+    waveforms: Mapping[str, Array]
+    error: float
+    engine: str
+
+    def __getattr__(self, name: str) -> Array:
+        if name not in WAVEFORMS:
+            raise AttributeError(f"a response has no '{name}'; its waveforms are {', '.join(WAVEFORMS)}")
+        return self.waveforms[name]
+
+    def columns(self) -> dict[str, Array]:
+        """Return time and waveforms (n,) by their headers, such as current_A."""
+        return {"time_s": self.time} | {WAVEFORMS[name].column: values for name, values in self.waveforms.items()}
+
 
 #: What a strip answers with: all but the drive, the electrical ones first, as pictures and checks show them.
 ANSWERS = tuple(

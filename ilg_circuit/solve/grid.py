@@ -61,13 +61,7 @@ class Grid:
 
 
 def design_grid(
-    poles: ComplexArray,
-    drive: Drive,
-    samples: Array,
-    theta: float,
-    *,
-    interpolate: bool = True,
-    linear: bool = True,
+    poles: ComplexArray, drive: Drive, samples: Array, theta: float, *, interpolate: bool = True, linear: bool = True
 ) -> Grid:
     """The grid for a circuit (or several, ``poles`` together) under ``drive`` with results wanted at ``samples``.
 

@@ -35,9 +35,10 @@ def find_library() -> Path:
 
     Raises MissingLibraryError with one line that says what to install.
     """
-    for path in candidates():
-        return path
-    raise MissingLibraryError(INSTALL_HINT)
+    path = next(candidates(), None)
+    if path is None:
+        raise MissingLibraryError(INSTALL_HINT)
+    return path
 
 
 def candidates() -> Iterator[Path]:
@@ -62,34 +63,30 @@ def candidates() -> Iterator[Path]:
 
 def loads(library: Path) -> bool:
     """Load a library; False where it cannot be: it is for another processor, or without what it needs."""
-    if private_folder() in library.parents:
-        _load_neighbours(private_folder())
-    try:
-        ctypes.CDLL(str(library))
-    except OSError:
-        return False
-    return True
+    _load_neighbours(library)
+    return _loaded(library)
 
 
 def prepare_library() -> Path:
     """Find the library, load what lies unpacked beside it, and name it to PySpice, before PySpice is imported."""
     path = find_library()
-    if private_folder() in path.parents:
-        _load_neighbours(private_folder())
+    _load_neighbours(path)
     os.environ[VARIABLE] = str(path)
     return path
 
 
-def _load_neighbours(folder: Path) -> None:
-    """Load what ngspice needs from a folder that the dynamic linker does not know."""
-    left = [path for path in sorted(folder.rglob("*.so*")) if not path.name.startswith("libngspice")]
+def _load_neighbours(library: Path) -> None:
+    """Load what a library in the private folder needs from there: the dynamic linker does not know that folder."""
+    if private_folder() not in library.parents:
+        return
+    left = [path for path in sorted(private_folder().rglob("*.so*")) if not path.name.startswith("libngspice")]
     for _ in list(left):  # they may need each other: as many rounds as could ever help
-        left = [path for path in left if not _loaded_for_all(path)]
+        left = [path for path in left if not _loaded(path, ctypes.RTLD_GLOBAL)]
 
 
-def _loaded_for_all(path: Path) -> bool:
+def _loaded(path: Path, mode: int = ctypes.DEFAULT_MODE) -> bool:
     try:
-        ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
+        ctypes.CDLL(str(path), mode=mode)
     except OSError:
         return False
     return True

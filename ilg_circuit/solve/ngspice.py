@@ -61,6 +61,7 @@ class Session:
             except Exception as error:  # whatever PySpice, cffi or the linker make of a file that is no such library
                 raise SolveError(f"cannot load {self.library}: {str(error).splitlines()[0]}") from None
         self._lib = self._shared._ngspice_shared
+        self._command = self._shared.exec_command
         self._process = os.getpid()
         self._grid: list[float] = [0.0]
         self._voltages: list[list[float]] = [[0.0]]
@@ -94,8 +95,6 @@ class Session:
         conditions are those of the elements. ``linear=False`` iterates every step until it stands. Raises SolveError
         when ngspice rejects the circuit, stops early, or leaves the grid.
         """
-        if os.getpid() != self._process:
-            raise SolveError("ngspice was loaded before this process was forked; start workers with spawn or loky")
         stop = 1.01 * end  # ngspice leaves out points all but at the end, so its end lies beyond ours
 
         def run(grid: Array, voltages: Array) -> Array:
@@ -108,17 +107,9 @@ class Session:
             self._command("run")
             return self._read(vectors, grid)
 
-        with _lock:
-            self._command("destroy all")
-            try:
-                options = "" if linear else _option_lines(_NONLINEAR)
-                analysis = f".save {' '.join(vectors)}\n.tran {stop!r} {stop!r} 0 {stop!r} uic\n"
-                self._load(f"{circuit}\n{options}{analysis}.end\n")
-                yield run
-            finally:
-                self._command("destroy all")
-                self._command("remcirc")
-                self._lib.ngSpice_Command(self._ffi.NULL)  # ngspice keeps every command until told to forget them
+        options = {} if linear else _NONLINEAR
+        with self._holding(circuit, options, f".save {' '.join(vectors)}\n.tran {stop!r} {stop!r} 0 {stop!r} uic"):
+            yield run
 
     def ac(self, circuit: str, frequencies: Array, vectors: list[str]) -> ComplexArray:
         """Small-signal ``vectors`` at ``frequencies`` [Hz] about the operating point; shape (vectors, frequencies).
@@ -126,27 +117,29 @@ class Session:
         The circuit's text holds its sources' DC and AC values. Raises SolveError when ngspice rejects it or finds no
         operating point.
         """
+        result = np.empty((len(vectors), len(frequencies)), dtype=np.complex128)
+        with self._holding(circuit, _NONLINEAR | _OPERATING_POINT, f".save {' '.join(vectors)}"):
+            for k, frequency in enumerate(frequencies.tolist()):
+                self._command(f"ac lin 1 {frequency!r} {frequency!r}")
+                plot = self._plot("ac", "small-signal analysis")
+                result[:, k] = [self._vector(f"{plot}.{name}", complex_=True)[-1] for name in vectors]
+                self._command("destroy all")
+        return result
+
+    @contextlib.contextmanager
+    def _holding(self, circuit: str, options: dict[str, str], analysis: str) -> Iterator[None]:
+        """Keep all others from ngspice while it holds a circuit, which it forgets at the end."""
         if os.getpid() != self._process:
             raise SolveError("ngspice was loaded before this process was forked; start workers with spawn or loky")
-        result = np.empty((len(vectors), len(frequencies)), dtype=np.complex128)
         with _lock:
             self._command("destroy all")
             try:
-                self._load(
-                    f"{circuit}\n{_option_lines(_NONLINEAR | _OPERATING_POINT)}.save {' '.join(vectors)}\n.end\n"
-                )
-                for k, frequency in enumerate(frequencies.tolist()):
-                    self._command(f"ac lin 1 {frequency!r} {frequency!r}")
-                    plot = self._ffi.string(self._lib.ngSpice_CurPlot()).decode()
-                    if not plot.startswith("ac"):
-                        raise SolveError(f"ngspice did not run the small-signal analysis: {self._complaint()}")
-                    result[:, k] = [self._vector(f"{plot}.{name}", complex_=True)[-1] for name in vectors]
-                    self._command("destroy all")
+                self._load(circuit, _OPTIONS | options, analysis)
+                yield
             finally:
                 self._command("destroy all")
                 self._command("remcirc")
-                self._lib.ngSpice_Command(self._ffi.NULL)
-        return result
+                self._lib.ngSpice_Command(self._ffi.NULL)  # ngspice keeps every command until told to forget them
 
     def _next_step(self, time: float, delta: Any, _old: float, redo: int, _id: int, where: int, _data: Any) -> int:
         """ngspice's question before (where = 0) and after each step. Returns 1 to have the step done again."""
@@ -176,17 +169,15 @@ class Session:
             voltage[0] += self._nudge
         return 0
 
-    def _load(self, text: str) -> None:
-        options = _option_lines(_OPTIONS)
-        title, _, body = text.partition("\n")
-        lines = [self._ffi.new("char[]", line.encode()) for line in f"{title}\n{options}{body}".splitlines() if line]
+    def _load(self, circuit: str, options: dict[str, str], analysis: str) -> None:
+        title, _, body = circuit.partition("\n")
+        head = [title, *(f".options {key}={value}" for key, value in options.items())]
+        text = [*head, *body.splitlines(), *analysis.splitlines(), ".end"]
+        lines = [self._ffi.new("char[]", line.encode()) for line in text if line]
         self._shared.clear_output()
         if self._lib.ngSpice_Circ(self._ffi.new("char *[]", [*lines, self._ffi.NULL])):
             raise SolveError(f"ngspice did not accept the circuit: {self._complaint()}")
         self._complaints = [*self._shared._stderr, *self._shared._stdout]
-
-    def _command(self, command: str) -> None:
-        self._shared.exec_command(command)
 
     def _complaint(self) -> str:
         """ngspice's own words about what went wrong, in one line."""
@@ -194,10 +185,15 @@ class Session:
         telling = [line.strip() for line in lines if "error" in line.lower() or "singular" in line.lower()]
         return "; ".join(telling[:3]) or "it gave no reason"
 
+    def _plot(self, kind: str, analysis: str) -> str:
+        """ngspice's name of the results of the run before."""
+        plot: str = self._ffi.string(self._lib.ngSpice_CurPlot()).decode()
+        if not plot.startswith(kind):
+            raise SolveError(f"ngspice did not run the {analysis}: {self._complaint()}")
+        return plot
+
     def _read(self, vectors: list[str], grid: Array) -> Array:
-        plot = self._ffi.string(self._lib.ngSpice_CurPlot()).decode()
-        if not plot.startswith("tran"):
-            raise SolveError(f"ngspice did not run the transient: {self._complaint()}")
+        plot = self._plot("tran", "transient")
         time = self._vector(f"{plot}.time")
         if not len(time) or time[-1] < grid[-1] * (1 - 1e-12):
             reached = time[-1] if len(time) else 0.0
@@ -215,10 +211,6 @@ class Session:
             raise SolveError(f"ngspice returned no vector {name.partition('.')[2]}: {self._complaint()}")
         kind, size = (np.complex128, 16) if complex_ else (np.float64, 8)
         return np.frombuffer(self._ffi.buffer(data, size * info.v_length), dtype=kind).copy()
-
-
-def _option_lines(options: dict[str, str]) -> str:
-    return "".join(f".options {key}={value}\n" for key, value in options.items())
 
 
 @lru_cache(maxsize=1)

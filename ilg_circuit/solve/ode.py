@@ -6,6 +6,7 @@ netlist, so that they check it. They leave out the voltage that the motion refle
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -35,22 +36,15 @@ def port_response(port: Port, drive: Drive, times: Array) -> tuple[Array, Array]
     for left, right in pairwise(bounds):
         # within a piece the drive is smooth; at its ends the limit from within counts
         inside = (times >= left) & ((times < right) | (right == end))
-        rising = drive.value((left + right) / 2)
-
-        def voltage(t: float, left: float = left, right: float = right, middle: Array = rising) -> float:
-            if drive.angular_frequency():
-                return float(drive.value(t))
-            start = float(drive.value(left))
-            return start + (float(middle) - start) * (t - left) / ((right - left) / 2)
-
         found = solve_ivp(
-            lambda t, q, voltage=voltage: system.rates(voltage(t), q),
+            system.rates,
             (left, right),
             charges,
             method="Radau",
             rtol=_RTOL,
             atol=_ATOL,
             t_eval=np.union1d(times[inside], [right]),
+            args=(_within(drive, left, right),),
         )
         if not found.success:
             raise SolveError(f"the port's equations could not be integrated: {found.message}")
@@ -66,66 +60,55 @@ def port_response(port: Port, drive: Drive, times: Array) -> tuple[Array, Array]
     return current, charge
 
 
+def _within(drive: Drive, left: float, right: float) -> Callable[[float], float]:
+    """The drive's voltage in a piece in which it is smooth, at both ends the limit from within."""
+    if drive.angular_frequency():
+        return lambda t: float(drive.value(t))
+    start, middle = drive.value([left, (left + right) / 2])
+    return lambda t: float(start + (middle - start) * (t - left) / ((right - left) / 2))
+
+
 class _System:
     """The port's right-hand side. A ladder's sections are states too; the charge of its capacitor is the port's."""
 
     def __init__(self, port: Port) -> None:
         self._port = port
+        pairs = port.branches
         if port.ladder is not None:
-            ladder = port.ladder
-            self._r = np.array([r for r, _ in ladder.sections] + [np.inf])
-            self._c = np.array([c for _, c in ladder.sections] + [ladder.capacitance])
-            self._series = port.series_resistance + ladder.resistance
-        else:
-            self._r = np.array([r for r, _ in port.branches])
-            self._c = np.array([c for _, c in port.branches])
-        self.states = len(self._c)
+            pairs = (*port.ladder.sections, (np.inf, port.ladder.capacitance))
+            self._series = port.series_resistance + port.ladder.resistance
+        self._r, self._c = np.array(pairs).T
+        self.states = len(pairs)
 
     def charge(self, q: Array) -> Array:
         return np.asarray(q[-1] if self._port.ladder is not None else q.sum(axis=0))
 
-    def rates(self, terminal: float, q: Array) -> Array:
-        inner = self._inner(terminal, q)
+    def rates(self, t: float, q: Array, terminal: Callable[[float], float]) -> Array:
+        inner = self._inner(terminal(t), q)
+        voltages = self._voltages(q)
         if self._port.ladder is not None:
-            voltages = q / self._c
             return np.asarray((inner - voltages.sum()) / self._series - voltages / self._r)
-        return np.asarray((inner - self._voltages(q)) / self._r)
+        return np.asarray((inner - voltages) / self._r)
 
     def current(self, terminal: float, q: Array) -> float:
         inner = self._inner(terminal, q)
         return float(self._port.electron_current(inner)) + self._ion_current(inner, q)
 
     def _ion_current(self, inner: float, q: Array) -> float:
+        voltages = self._voltages(q)
         if self._port.ladder is not None:
-            return float((inner - (q / self._c).sum()) / self._series)
-        return float(((inner - self._voltages(q)) / self._r).sum())
+            return float((inner - voltages.sum()) / self._series)
+        return float(((inner - voltages) / self._r).sum())
 
     def _voltages(self, q: Array) -> Array:
         growth = 2 * self._port.capacitance_slope * np.abs(q) / self._c
         return np.asarray(2 * q / self._c / (1 + np.sqrt(1 + growth)))
 
     def _inner(self, terminal: float, q: Array) -> float:
-        """The voltage behind Re, by Newton's method on a monotonic function."""
-        port = self._port
-        if not port.electrode_resistance:
+        """The voltage behind Re. All but the electron path is linear in it."""
+        if not self._port.electrode_resistance:
             return terminal
-        # all but the electron path is linear in the inner voltage
         at_zero = self._ion_current(0.0, q)
-        slope = self._ion_current(1.0, q) - at_zero
-        if port.emission_voltage is None:
-            return (terminal / port.electrode_resistance - at_zero) / (
-                1 / port.electrode_resistance + slope + 1 / port.dc_resistance
-            )
-        from scipy.optimize import brentq
-
-        linear = (terminal / port.electrode_resistance - at_zero) / (1 / port.electrode_resistance + slope)
-        size = abs(linear)
-        if not size:
-            return 0.0
-        conductance = 1 / port.electrode_resistance + slope
-        ratio = conductance * size / port.saturation_current
-        most = min(size, port.emission_voltage * float(np.arcsinh(ratio)))
-        root = brentq(
-            lambda v: conductance * (v - size) + float(port.electron_current(v)), 0.0, most * (1 + 1e-12), xtol=1e-15
-        )
-        return float(np.copysign(root, linear))
+        conductance = 1 / self._port.electrode_resistance + self._ion_current(1.0, q) - at_zero
+        driven = terminal / self._port.electrode_resistance - at_zero
+        return self._port.voltage_behind(conductance, driven / conductance)

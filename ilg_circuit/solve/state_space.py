@@ -60,6 +60,7 @@ def state_space(netlists: Sequence[Netlist]) -> StateSpace:
             f"the exact engine cannot solve '{first.title}': a loop of capacitors and sources, a cut of inductors, or "
             "an unconnected node; use the ngspice engine"
         )
+    solution = np.append(solution, np.zeros_like(solution[:, :1]), axis=1)  # ground
     rates = stamp.rates(solution, values)
     outputs = stamp.outputs(solution, netlists)
     s = stamp.states
@@ -83,21 +84,23 @@ class _Stamp:
         self.elements = netlist.elements
         self.drive = netlist.drive.lower()
         nodes = dict.fromkeys(n for e in netlist.elements for n in e.nodes if n != GROUND)
-        self.node = {name: k for k, name in enumerate(nodes)}
+        self.node = {name: k for k, name in enumerate(nodes)} | {
+            GROUND: -1
+        }  # the last row, which is left out in the end
         branches = [e for e in netlist.elements if e.kind in _BRANCH_KINDS]
-        self.branch = {e.name.lower(): len(self.node) + k for k, e in enumerate(branches)}
+        self.branch = {e.name.lower(): len(nodes) + k for k, e in enumerate(branches)}
         dynamic = [k for k, e in enumerate(netlist.elements) if e.kind in "CL"]
         self.state = {netlist.elements[k].name.lower(): i for i, k in enumerate(dynamic)}
         self.dynamic = dynamic
         self.states = len(dynamic)
-        self.size = len(self.node) + len(self.branch)
+        self.size = len(nodes) + len(self.branch)
 
     def fill(self, values: Array) -> tuple[Array, Array]:
         """MNA matrix (n, size, size) and right-hand sides (n, size, states + 2)."""
-        matrix = np.zeros((len(values), self.size, self.size))
-        right = np.zeros((len(values), self.size, self.states + 2))
+        matrix = np.zeros((len(values), self.size + 1, self.size + 1))
+        right = np.zeros((len(values), self.size + 1, self.states + 2))
         for k, element in enumerate(self.elements):
-            value, nodes = values[:, k], [self.node.get(n) for n in element.nodes]
+            value, nodes = values[:, k], [self.node[n] for n in element.nodes]
             plus, minus = nodes[:2]
             name = element.name.lower()
             match element.kind:
@@ -106,19 +109,19 @@ class _Stamp:
                 case "G":
                     _transconductance(matrix, nodes, value)
                 case "I":
-                    _add(right, plus, self.states + 1, -value)
-                    _add(right, minus, self.states + 1, value)
+                    right[:, plus, self.states + 1] -= value
+                    right[:, minus, self.states + 1] += value
                 case "L":
-                    _add(right, plus, self.state[name], -1.0)
-                    _add(right, minus, self.state[name], 1.0)
+                    right[:, plus, self.state[name]] -= 1.0
+                    right[:, minus, self.state[name]] += 1.0
                 case "F":
-                    _add(matrix, plus, self.branch[element.control.lower()], value)
-                    _add(matrix, minus, self.branch[element.control.lower()], -value)
+                    matrix[:, plus, self.branch[element.control.lower()]] += value
+                    matrix[:, minus, self.branch[element.control.lower()]] -= value
                 case _:
                     row = self.branch[name]
                     for node, sign in ((plus, 1.0), (minus, -1.0)):
-                        _add(matrix, node, row, sign)
-                        _add(matrix, row, node, sign)
+                        matrix[:, node, row] += sign
+                        matrix[:, row, node] += sign
                     if element.kind == "C":
                         right[:, row, self.state[name]] = 1.0
                     elif element.kind == "V" and name == self.drive:
@@ -126,11 +129,11 @@ class _Stamp:
                     elif element.kind == "V":
                         right[:, row, self.states + 1] = value
                     elif element.kind == "E":
-                        _add(matrix, row, nodes[2], -value)
-                        _add(matrix, row, nodes[3], value)
+                        matrix[:, row, nodes[2]] -= value
+                        matrix[:, row, nodes[3]] += value
                     else:  # H
-                        _add(matrix, row, self.branch[element.control.lower()], -value)
-        return matrix, right
+                        matrix[:, row, self.branch[element.control.lower()]] -= value
+        return matrix[:, :-1, :-1], right[:, :-1]
 
     def rates(self, solution: Array, values: Array) -> Array:
         """Rows of [A B]: i_C/C and v_L/L."""
@@ -140,7 +143,8 @@ class _Stamp:
             if element.kind == "C":
                 driving = solution[:, self.branch[element.name.lower()]]
             else:
-                driving = self._voltage(solution, element.nodes[0]) - self._voltage(solution, element.nodes[1])
+                plus, minus = (self.node[n] for n in element.nodes)
+                driving = solution[:, plus] - solution[:, minus]
             rows.append(driving / values[:, k, None])
         return np.stack(rows, axis=1) if rows else np.zeros((len(values), 0, solution.shape[2]))
 
@@ -153,13 +157,10 @@ class _Stamp:
             rows.append(sum(coefficients[:, j, None] * quantities[q] for j, (q, _) in enumerate(output.terms)))
         return np.stack(rows, axis=1)
 
-    def _voltage(self, solution: Array, node: str) -> Array:
-        return solution[:, self.node[node]] if node != GROUND else np.zeros_like(solution[:, 0])
-
     def _quantity(self, solution: Array, quantity: str) -> Array:
         kind, name = quantity[0], quantity[2:-1]
         if kind == "v":
-            return self._voltage(solution, name)
+            return solution[:, self.node[name]]
         if name.lower() in self.branch:
             return solution[:, self.branch[name.lower()]]
         current = np.zeros_like(solution[:, 0])  # an inductor's current is a state
@@ -167,14 +168,9 @@ class _Stamp:
         return current
 
 
-def _add(target: Array, row: int | None, column: int | None, value: Array | float) -> None:
-    if row is not None and column is not None:
-        target[:, row, column] += value
-
-
-def _transconductance(matrix: Array, nodes: list[int | None], value: Array) -> None:
+def _transconductance(matrix: Array, nodes: list[int], value: Array) -> None:
     """Current value (v_c+ - v_c-) from plus to minus; a resistor controls itself."""
     plus, minus, control_plus, control_minus = nodes
     for row, sign in ((plus, 1.0), (minus, -1.0)):
-        _add(matrix, row, control_plus, sign * value)
-        _add(matrix, row, control_minus, -sign * value)
+        matrix[:, row, control_plus] += sign * value
+        matrix[:, row, control_minus] -= sign * value

@@ -81,13 +81,11 @@ def transient(
     and >= 0, SolveError when the accuracy is not reached.
     """
     nets = [netlists] if isinstance(netlists, Netlist) else list(netlists)
-    samples: Array = np.asarray(times, dtype=np.float64)
     if not nets:
         raise InputError("a transient needs at least one netlist")
-    require_times(samples)
+    samples = sampled_times(drive, times)
     if not 1e-11 <= accuracy <= 1e-2:
         raise InputError(f"accuracy {accuracy:g} must lie between 1e-11 and 1e-2")
-    samples = drive_times(drive, samples)
     if engine == "ngspice" and samples[-1] in drive.jumps(np.inf):
         # a jump on the last sample: its right limit needs a run that goes beyond
         beyond = transient(
@@ -113,12 +111,17 @@ def transient(
     return _by_ngspice(nets, system, drive, samples, (accuracy, acceptable or accuracy), interpolate, progress)
 
 
-def require_times(times: Array) -> None:
-    """Raise InputError unless ``times`` are one row of finite, ascending numbers from zero on."""
-    if times.ndim != 1 or not len(times):
+def sampled_times(drive: Drive, times: ArrayLike) -> Array:
+    """Return ``times`` [s] (t,), on the edges of the drive where only rounding parts them.
+
+    Raises InputError unless they are one row of finite, ascending numbers from zero on.
+    """
+    samples: Array = np.asarray(times, dtype=np.float64)
+    if samples.ndim != 1 or not len(samples):
         raise InputError("a transient needs at least one time")
-    if not np.isfinite(times).all() or times[0] < 0 or (np.diff(times) <= 0).any():
+    if not np.isfinite(samples).all() or samples[0] < 0 or (np.diff(samples) <= 0).any():
         raise InputError("the times of a transient must be finite, ascending and not negative")
+    return drive_times(drive, samples)
 
 
 def _by_ngspice(
@@ -179,7 +182,7 @@ def _solve_batch(
     """
     accuracy, acceptable = accuracies
     circuit, vectors = copies(nets)
-    source = next(e for e in nets[0].elements if e.name == nets[0].drive)
+    source = nets[0].source
     text = f"{circuit}\n{source.name} {' '.join(source.nodes)} external"
     names = list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
     theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)

@@ -11,8 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
 
+import numpy as np
+
 from ..errors import InputError
 from .ladder import LADDER_BAND
+from .models.branches import branch_endings
 from .models.model import ElectricalModel
 from .models.registry import ADDITIONS, composed, ion_path, ion_path_of_material
 from .port import Port
@@ -28,6 +31,29 @@ def quantity(unit: str, meaning: str, *, zero: bool = False, default: Any = ...)
     """A dataclass field that holds an SI float, with its unit and meaning for files, tables and validation."""
     metadata = {"unit": unit, "meaning": meaning, "zero": zero}
     return field(metadata=metadata) if default is ... else field(default=default, metadata=metadata)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity that a part of an actuator gives: its SI ``value``, SI ``unit`` and ``meaning``."""
+
+    name: str
+    value: float
+    unit: str
+    meaning: str
+
+
+def quantities(record: Any) -> list[Quantity]:
+    """Return the quantities that a part of an actuator gives: its `quantity` fields, and a material's ``constants``."""
+    found = [
+        Quantity(f.name, getattr(record, f.name), f.metadata["unit"], f.metadata["meaning"])
+        for f in fields(record)
+        if "unit" in f.metadata and getattr(record, f.name) is not None
+    ]
+    if isinstance(record, Material) and record.constants:
+        keys = record.model.material_keys
+        found += [Quantity(name, x, keys[name].unit, keys[name].meaning) for name, x in dict(record.constants).items()]
+    return found
 
 
 def validate_quantities(record: Any) -> None:
@@ -168,15 +194,15 @@ class Material:
     def model(self) -> ElectricalModel:
         """The electrical model. Raises InputError for constants of several models, or of a part of one."""
         given = self.electrical_constants()
-        names = sorted(a.name for a in ADDITIONS.values() if a.parameter.name in given)
-        keys = given.keys() - {a.parameter.name for a in ADDITIONS.values()}
+        added = [a for a in ADDITIONS.values() if a.parameter.name in given]
+        keys = given.keys() - {a.parameter.name for a in added}
         ions = ion_path_of_material(keys, len(self.branches))
-        for addition in (ADDITIONS[name] for name in names):
+        for addition in added:
             if not addition.goes_with(ions):
                 raise InputError(
                     f"material.{addition.parameter.name} goes with R-C branches, not with {min(keys)}; leave one out"
                 )
-        return composed(ions, tuple(names))
+        return composed(ions, tuple(sorted(a.name for a in added)))
 
     def electrical_constants(self) -> dict[str, float]:
         """The constants of the electrical model beyond resistivities and permittivities, by name."""
@@ -191,14 +217,17 @@ class Material:
 
     def ladder_band(self, default: tuple[float, float] = LADDER_BAND) -> tuple[float, float]:
         """Band [Hz] over which a ladder holds; ``default`` where the strip says nothing."""
-        low, high = default
-        return (low if self.ladder_lowest is None else self.ladder_lowest,
-                high if self.ladder_highest is None else self.ladder_highest)  # fmt: skip
+        return self.ladder_lowest or default[0], self.ladder_highest or default[1]
 
     @property
     def branches(self) -> tuple[IonBranch, ...]:
         """All ionic branches, the first one included."""
         return (IonBranch(self.dynamic_resistivity, self.permittivity), *self.further_branches)
+
+    def branch_quantities(self) -> list[Quantity]:
+        """The quantities of all ionic branches; the names of those after the first end in ``_2``, ``_3``."""
+        named = zip(self.branches, branch_endings(len(self.branches)), strict=True)
+        return [replace(q, name=q.name + ending) for branch, ending in named for q in quantities(branch)]
 
 
 #: Fields of a `Material` that are constants of electrical models.
@@ -255,10 +284,9 @@ class Uncertainty:
         n = len(self.names)
         if not n or len(self.covariance) != n or any(len(row) != n for row in self.covariance):
             raise InputError(f"uncertainty.covariance must be a table of {n} by {n} numbers, one row a name")
-        for i, row in enumerate(self.covariance):
-            for j, x in enumerate(row):
-                if not math.isfinite(x) or x != self.covariance[j][i] or (i == j and x < 0):
-                    raise InputError("uncertainty.covariance must be finite and symmetric, with no negative diagonal")
+        table = np.array(self.covariance)
+        if not np.isfinite(table).all() or (table != table.T).any() or (table.diagonal() < 0).any():
+            raise InputError("uncertainty.covariance must be finite and symmetric, with no negative diagonal")
 
 
 @dataclass(frozen=True)
@@ -308,22 +336,22 @@ class Actuator:
         area = geometry.length * geometry.width
         scale = {"ohm m": area / geometry.thickness, "F/m": geometry.thickness / area}
         ions = ion_path(port)
-        units = {key.name: key.unit for key in ions.material}
-        constants = {
-            name: value * scale.get(units.get(name, "ohm m" if name.startswith("dynamic") else "F/m"), 1.0)
-            for name, value in ions.to_material(ions.values(port)).items()
-        }
-        pairs = [
-            (constants.pop(f"dynamic_resistivity{end}"), constants.pop(f"permittivity{end}"))
-            for end in ("", *(f"_{k}" for k in range(2, len(port.branches) + 1)))
-        ]
+        constants = ions.to_material(ions.values(port))
+        endings = branch_endings(len(port.branches))
+        units = {f.name + ending: f.metadata["unit"] for f in fields(IonBranch) for ending in endings}
+        units |= {key.name: key.unit for key in ions.material}
+        constants = {name: value * scale.get(units[name], 1.0) for name, value in constants.items()}
+        first, *others = (
+            IonBranch(constants.pop(f"dynamic_resistivity{end}"), constants.pop(f"permittivity{end}"))
+            for end in endings
+        )
         added = {a.parameter.name: getattr(port, a.parameter.name) for a in ADDITIONS.values()}
         band = port.ladder.band if port.ladder is not None else (None, None)
         thickness = 1e-6 if port.electrode_resistance else 0.0
         material = Material(
             dc_resistivity=port.dc_resistance * scale["ohm m"],
-            dynamic_resistivity=pairs[0][0],
-            permittivity=pairs[0][1],
+            dynamic_resistivity=first.dynamic_resistivity,
+            permittivity=first.permittivity,
             youngs_modulus=base.youngs_modulus,
             density=base.density,
             beam_damping_ratio=base.beam_damping_ratio,
@@ -332,7 +360,7 @@ class Actuator:
             electrode_thickness_1=thickness,
             ladder_lowest=band[0],
             ladder_highest=band[1],
-            further_branches=tuple(IonBranch(r, c) for r, c in pairs[1:]),
+            further_branches=tuple(others),
         )
         material = material.with_constants(constants | {name: value for name, value in added.items() if value})
         return cls(geometry, material, **rest)
@@ -343,10 +371,7 @@ PAPER = Actuator(
     name="paper",
     geometry=Geometry(length=35e-3, free_length=30e-3, width=5e-3, thickness=0.5e-3),
     material=Material(
-        dc_resistivity=4 / 0.0060 * 0.35,
-        dynamic_resistivity=4 / 0.2058 * 0.35,
-        permittivity=1.0,
-        youngs_modulus=7600.0,
+        dc_resistivity=4 / 0.0060 * 0.35, dynamic_resistivity=4 / 0.2058 * 0.35, permittivity=1.0, youngs_modulus=7600.0
     ),
     coupling=Coupling(gain=2.4448e-9, zero=0.2075, damping_ratio=0.6212, natural_frequency=0.0742),
 )

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import Any
 
 from ..units import format_quantity
-from .actuator import Actuator, Material
+from .actuator import Actuator, quantities
 from .elements import lumped_elements
 from .models.model import ElectricalModel, Shown
-from .models.registry import material_keys
 from .port import Port
 from .validity import assumptions
 
@@ -37,9 +35,9 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
     rows = assumptions(actuator, band=band, voltage=voltage, displacement=displacement)
     return {
         "name": actuator.name,
-        "geometry": _record(actuator.geometry) | {"load_distance": _value(actuator.geometry.load_distance, "m")},
-        "material": _record(actuator.material) | _constants(actuator.material),
-        "coupling": _record(actuator.coupling) if actuator.coupling else None,
+        "geometry": _shown(actuator.geometry) | {"load_distance": _value(actuator.geometry.load_distance, "m")},
+        "material": _shown(actuator.material),
+        "coupling": _shown(actuator.coupling) if actuator.coupling else None,
         "mounting": actuator.mounting.orientation,
         "elements": {name: _value(value, unit) | {"equation": note} for name, value, unit, note in elements},
         "band_Hz": list(band),
@@ -86,18 +84,8 @@ def tabulate(description: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _record(record: Any) -> dict[str, Any]:
-    return {
-        item.name: _value(getattr(record, item.name), item.metadata["unit"])
-        for item in fields(record)
-        if "unit" in item.metadata and getattr(record, item.name) is not None
-    }
-
-
-def _constants(material: Material) -> dict[str, Any]:
-    constants = dict(material.constants)
-    keys = material_keys() if constants else {}
-    return {name: _value(value, keys[name].unit) for name, value in constants.items()}
+def _shown(record: Any) -> dict[str, Any]:
+    return {q.name: _value(q.value, q.unit) for q in quantities(record)}
 
 
 def _value(value: float, unit: str) -> dict[str, Any]:

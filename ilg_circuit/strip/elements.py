@@ -124,15 +124,10 @@ def lumped_port(actuator: Actuator, band: tuple[float, float] = LADDER_BAND) -> 
     g, m = actuator.geometry, actuator.material
     size = (g.length, g.width, g.thickness)
     model, given = m.model, m.electrical_constants()
-    constants = {}
-    for k, branch in enumerate(m.branches, 1):
-        ending = f"_{k}" if k > 1 else ""
-        constants[f"dynamic_resistivity{ending}"] = resistance(branch.dynamic_resistivity, *size)
-        constants[f"permittivity{ending}"] = capacitance(branch.permittivity, *size)
+    units = {q.name: q.unit for q in m.branch_quantities()} | {key.name: key.unit for key in model.ions.material}
+    values = {q.name: q.value for q in m.branch_quantities()} | given
     scales = {"ohm m": resistance, "F/m": capacitance}
-    for key in model.ions.material:
-        value = given[key.name]
-        constants[key.name] = scales[key.unit](value, *size) if key.unit in scales else value
+    constants = {n: scales[u](values[n], *size) if u in scales else values[n] for n, u in units.items()}
     ladders = Ladders(m.ladder_band(band), int(m.ladder_sections) if m.ladder_sections else None)
     port = model.ions.port(resistance(m.dc_resistivity, *size), model.ions.from_material(constants), ladders)
     electrodes = (

@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..files import write_text
 from ..provenance import Provenance
 from ..units import format_quantity, parse
-from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting, Uncertainty
+from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting, Uncertainty, quantities
 from .models import electrical_model, material_keys
 
 #: Format of the files that are written; older ones are read as well.
@@ -131,19 +131,10 @@ def _uncertainty(table: Any) -> Uncertainty:
 
 
 def _entries(record: Any) -> list[str]:
-    units = {item.name: item.metadata["unit"] for item in fields(record) if "unit" in item.metadata}
-    values: dict[str, Any] = {item.name: getattr(record, item.name) for item in fields(record)}
-    constants = dict(values.pop("constants", ()))
-    if constants:
-        units |= {name: key.unit for name, key in material_keys().items()}
-    entries = []
-    for name, value in (values | constants).items():
-        if isinstance(value, str):
-            entries.append(f"{name} = {_toml_string(value)}")
-        elif isinstance(value, float):
-            unit = units[name]
-            entries.append(f"{name} = " + (f'"{format_quantity(value, unit)}"' if unit else repr(value)))
-    return entries
+    written = {q.name: f'"{format_quantity(q.value, q.unit)}"' if q.unit else repr(q.value) for q in quantities(record)}
+    texts = {f.name: getattr(record, f.name) for f in fields(record)}
+    written |= {name: _toml_string(text) for name, text in texts.items() if isinstance(text, str)}
+    return [f"{name} = {value}" for name, value in written.items()]
 
 
 def _toml_string(text: str) -> str:

@@ -89,20 +89,22 @@ class Port:
 
     def inner_voltage(self, terminal: float) -> float:
         """Voltage [V] behind Re once the ions are at rest under ``terminal`` [V]."""
-        if self.emission_voltage is None or not self.electrode_resistance:
-            return terminal * self.dc_resistance / (self.dc_resistance + self.electrode_resistance)
+        return self.voltage_behind(1 / self.electrode_resistance, terminal) if self.electrode_resistance else terminal
+
+    def voltage_behind(self, conductance: float, source: float) -> float:
+        """Voltage [V] across the electron path alone, behind a ``conductance`` [S] from a ``source`` [V]."""
+        if self.emission_voltage is None:
+            return source * conductance / (conductance + 1 / self.dc_resistance)
         from scipy.optimize import brentq
 
-        size = abs(terminal)
+        size = abs(source)
         if not size:
             return 0.0
         # sinh runs away: no more than the voltage at which it alone would take the whole current
-        most = min(size, self.emission_voltage * math.asinh(size / self.electrode_resistance / self.saturation_current))
+        most = min(size, self.emission_voltage * math.asinh(size * conductance / self.saturation_current))
         most *= 1 + 1e-9  # beyond the root whatever the last digits do
-        root = brentq(
-            lambda v: v + self.electrode_resistance * float(self.electron_current(v)) - size, 0.0, most, xtol=1e-15
-        )
-        return math.copysign(float(root), terminal)
+        root = brentq(lambda v: v - size + float(self.electron_current(v)) / conductance, 0.0, most, xtol=1e-15)
+        return math.copysign(float(root), source)
 
     def linearised(self, inner_voltage: float = 0.0) -> Port:
         """The port that a small signal meets, at rest under ``inner_voltage`` [V] behind Re."""

@@ -15,11 +15,7 @@ NAME = "EC-Lab"
 KINDS: tuple[Kind, ...] = (RECORD, SPECTRUM)
 
 #: EC-Lab's names; the first that is there is taken: the voltage between both electrodes before that of one.
-_NAMES = {
-    "time": ("time",),
-    "voltage": ("ewe-ece", "<ewe>", "ewe", "control"),
-    "current": ("<i>", "i"),
-}
+_NAMES = {"time": ("time",), "voltage": ("ewe-ece", "<ewe>", "ewe", "control"), "current": ("<i>", "i")}
 _NAME = re.compile(r"(^|\t)\s*(<?Ewe>?|<I>|control)/", re.IGNORECASE)
 _COUNT = re.compile(r"Nb header lines\s*:\s*(\d{1,6})\s*$", re.IGNORECASE)
 

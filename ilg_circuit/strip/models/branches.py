@@ -20,6 +20,11 @@ from .model import IonPath, LibraryText, Pair, Shown
 from .starts import SETS, amounts
 
 
+def branch_endings(count: int) -> list[str]:
+    """Return what the keys in [material] of each branch end in: nothing, ``_2``, ``_3``."""
+    return ["", *(f"_{k}" for k in range(2, count + 1))]
+
+
 @dataclass(frozen=True)
 class Branches(IonPath):
     """A number of R-C branches; their order is that of ascending time constants."""
@@ -78,15 +83,10 @@ class Branches(IonPath):
         return list(zip(values[0::2], values[1::2], strict=True))
 
     def to_material(self, values: Sequence[float]) -> dict[str, float]:
-        found: dict[str, float] = {}
-        for k, (r, c) in enumerate(self.pairs(values), 1):
-            ending = f"_{k}" if k > 1 else ""
-            found |= {f"dynamic_resistivity{ending}": r, f"permittivity{ending}": c}
-        return found
+        return dict(zip(self.library_parameters, values, strict=True))
 
     def from_material(self, constants: Mapping[str, float]) -> tuple[float, ...]:
-        endings = ["", *(f"_{k}" for k in range(2, self.count + 1))]
-        return tuple(constants[f"{key}{e}"] for e in endings for key in ("dynamic_resistivity", "permittivity"))
+        return tuple(constants[key] for key in self.library_parameters)
 
     def order(self, values: Array) -> np.ndarray:
         ranks = np.argsort(values[0::2] * values[1::2])
@@ -129,15 +129,15 @@ class Branches(IonPath):
 
     def library(self, port: Port, area_over_thickness: float) -> LibraryText:
         derived = {}
-        for k in range(1, self.count + 1):
-            ending = f"_{k}" if k > 1 else ""
+        for k, ending in enumerate(branch_endings(self.count), 1):
             derived[f"rion{k}"] = f"dynamic_resistivity{ending}*thickness/area"
             derived[f"cion{k}"] = f"permittivity{ending}*area/thickness"
         return LibraryText(derived, tuple((f"rion{k}", f"cion{k}") for k in range(1, self.count + 1)))
 
     @property
     def library_parameters(self) -> tuple[str, ...]:
-        return tuple(self.to_material((0.0,) * 2 * self.count))
+        endings = branch_endings(self.count)
+        return tuple(f"{key}{ending}" for ending in endings for key in ("dynamic_resistivity", "permittivity"))
 
 
 RC, RC2, RC3 = (Branches(count) for count in (1, 2, 3))

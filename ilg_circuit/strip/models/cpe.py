@@ -38,7 +38,7 @@ class ConstantPhase(LadderPath):
         Parameter("cpe_coefficient", "Q", "F s^(a-1)", "constant phase element"),
         Parameter("cpe_exponent", "a", "", "constant phase element: 1 a capacitor, 1/2 diffusion", upper=1.0),
     )
-    material = (Parameter("cpe_exponent", "a", "", "exponent of a constant phase element", upper=1.0),)
+    material = constants[1:]
     auto = ("spectrum",)
     library_parameters = ("dynamic_resistivity", "permittivity")
     library_note = "its exponent is fixed"

@@ -243,6 +243,11 @@ class ElectricalModel:
         """Return the names of the parameters."""
         return tuple(p.name for p in self.parameters)
 
+    @cached_property
+    def material_keys(self) -> dict[str, Parameter]:
+        """Return the keys in [material] that the model has beyond resistivities and permittivities, by name."""
+        return {p.name: p for p in (*self.ions.material, *(a.parameter for a in self.additions))}
+
     @property
     def linear(self) -> bool:
         """Return whether small signals show everything."""

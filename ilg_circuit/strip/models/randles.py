@@ -20,13 +20,20 @@ from ..ladder import Relaxations
 from .ladder_path import LadderPath
 from .model import Pair, Shown
 from .starts import amounts, electron_path, places
-from .warburg import DIFFUSION_TIME, coth_over
+from .warburg import DIFFUSION_TIME, WARBURG_RESISTANCE, coth_over
 
 #: Exponents of the density of relaxations stay so far below those at which its peaks are lines.
 _ARC_MOST, _DIFFUSION_MOST = 0.9995, 0.4998
 _ARC_EXPONENT, _DIFFUSION_EXPONENT = 0.8, 0.46
 
-_KEYS = ("interface_resistivity", "interface_time", "interface_exponent", "diffusion_time", "diffusion_exponent")
+_INTERFACE = (
+    Parameter("interface_time", "T", "s", "time constant of the interface; Q = T^alpha/R"),
+    Parameter("interface_exponent", "alpha", "", "interface: 1 a capacitor, less a flattened arc", upper=1.0),
+)
+_DIFFUSION = (
+    DIFFUSION_TIME,
+    Parameter("diffusion_exponent", "a", "", "diffusion: 1/2 is Warburg's, 0.3 to 0.5 found", upper=0.5),
+)
 
 
 @dataclass(frozen=True)
@@ -39,19 +46,11 @@ class Randles(LadderPath):
     equation = "Z = Re + Rdc || (Rs + R/(1 + (s T)^alpha) + Rw coth((s tau)^a)/(s tau)^a)"
     constants = (
         Parameter("interface_resistance", "R", "ohm", "interface, parallel to a constant phase element"),
-        Parameter("interface_time", "T", "s", "time constant of the interface; Q = T^alpha/R"),
-        Parameter("interface_exponent", "alpha", "", "interface: 1 a capacitor, less a flattened arc", upper=1.0),
-        Parameter("warburg_resistance", "Rw", "ohm", "diffusion, finite length, reflecting"),
-        DIFFUSION_TIME,
-        Parameter("diffusion_exponent", "a", "", "diffusion: 1/2 is Warburg's, 0.3 to 0.5 found", upper=0.5),
+        *_INTERFACE,
+        WARBURG_RESISTANCE,
+        *_DIFFUSION,
     )
-    material = (
-        Parameter("interface_resistivity", "rho_i", "ohm m", "resistivity of the interface"),
-        Parameter("interface_time", "T", "s", "time constant of the interface"),
-        Parameter("interface_exponent", "alpha", "", "exponent of the interface", upper=1.0),
-        Parameter("diffusion_time", "tau", "s", "time constant of diffusion; Rw = tau/C"),
-        Parameter("diffusion_exponent", "a", "", "exponent of diffusion", upper=0.5),
-    )
+    material = (Parameter("interface_resistivity", "rho_i", "ohm m", "of the interface"), *_INTERFACE, *_DIFFUSION)
 
     def element(self, values: Array, s: ComplexArray) -> ComplexArray:
         r, t, alpha, rw, tau, a = values.T[:, :, None]
@@ -65,11 +64,11 @@ class Randles(LadderPath):
 
     def to_material(self, values: Sequence[float]) -> dict[str, float]:
         series, r, t, alpha, rw, tau, a = values
-        keyed = dict(zip(_KEYS, (r, t, alpha, tau, a), strict=True))
+        keyed = dict(zip((key.name for key in self.material), (r, t, alpha, tau, a), strict=True))
         return {"dynamic_resistivity": series, "permittivity": tau / rw} | keyed
 
     def from_material(self, constants: Mapping[str, float]) -> tuple[float, ...]:
-        r, t, alpha, tau, a = (constants[key] for key in _KEYS)
+        r, t, alpha, tau, a = (constants[key.name] for key in self.material)
         return constants["dynamic_resistivity"], r, t, alpha, tau / constants["permittivity"], tau, a
 
     def starts_from_branches(self, pairs: Sequence[Pair]) -> list[float]:

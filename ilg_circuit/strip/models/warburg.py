@@ -22,6 +22,7 @@ from .ladder_path import LadderPath
 from .model import LibraryText, Pair, Shown
 from .starts import amounts, electron_path, places
 
+WARBURG_RESISTANCE = Parameter("warburg_resistance", "Rw", "ohm", "diffusion, finite length, reflecting")
 DIFFUSION_TIME = Parameter("diffusion_time", "tau", "s", "length^2/diffusion coefficient; capacitance tau/Rw")
 #: Modes up to this one are taken as they are, those above as a continuum.
 _DISCRETE_MODES = 1000
@@ -37,11 +38,8 @@ class Warburg(LadderPath):
     title = "Warburg element"
     name_in_tables = "Warburg"
     equation = "Z = Re + Rdc || (Rs + Rw coth(sqrt(s tau))/sqrt(s tau))"
-    constants = (
-        Parameter("warburg_resistance", "Rw", "ohm", "diffusion, finite length, reflecting"),
-        DIFFUSION_TIME,
-    )
-    material = (Parameter("diffusion_time", "tau", "s", "time constant of a finite Warburg element; Rw = tau/C"),)
+    constants = (WARBURG_RESISTANCE, DIFFUSION_TIME)
+    material = (DIFFUSION_TIME,)
     auto = ("record", "spectrum")
     below_band = True  # the slow modes are all in its ladder
     library_parameters = ("dynamic_resistivity", "permittivity", "diffusion_time")
