@@ -39,7 +39,7 @@ from .estimates import (
 from .identification import Identification
 from .impedance import ImpedanceData, Weighting
 from .joint import joined
-from .motion import NAMES
+from .motion import NAMES, port_matters
 from .observation_fit import (
     LeftOut,
     ObservationFit,
@@ -123,11 +123,12 @@ def identify(
     except SolveError as error:
         about_coupling.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
         coupling, fit = None, port.quick
-    port = replace(port, fit=fit)
+    together = coupling is not None and port_matters(actuator, port.model)
+    port = replace(port, fit=fit if together else port.quick)
     actuator = _actuator(port, strip, base, ports)
     if coupling is not None:
         motion = replace(coupling.motion, actuator=actuator)
-        coupling = replace(coupling, motion=motion, fit=coupling.fit if fit.components else fit)
+        coupling = replace(coupling, motion=motion, fit=fit if together else coupling.fit)
         actuator = replace(actuator, coupling=coupling.coupling)
     uncertainty = uncertainty_of(port.kind.name, fit)
     actuator = replace(actuator, uncertainty=uncertainty)

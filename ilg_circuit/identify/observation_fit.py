@@ -110,31 +110,36 @@ class ObservationFit:
         }
 
 
-#: The fit without each file in turn, or why there is none.
+#: For each observation of a fit the fit without its file, or why there is none.
 LeftOut = Sequence[FitResult | str]
 
 
-def leave_one_out(found: FitResult, progress: Progress, against: Sequence[str] = ()) -> LeftOut:
-    """Return the fit of all others for each observation; none where something speaks ``against`` it beforehand."""
-    count = len(found.problem.observations)
-    if count < 2:
-        return [ONLY_ONE] * count
-    fits: list[FitResult | str] = []
-    for k, why in enumerate(against or [""] * count):
+def leave_one_out(found: FitResult, progress: Progress, against: Mapping[str, str] | None = None) -> LeftOut:
+    """Return for each observation the fit of all other files.
+
+    None of a file that something speaks ``against`` beforehand, by its source.
+    """
+    sources = [o.source for o in found.problem.observations]
+    fits: dict[str, FitResult | str] = {}
+    for source in dict.fromkeys(sources):
+        why = (against or {}).get(source, "")
+        left_out = [k for k, other in enumerate(sources) if other == source]
+        if len(left_out) == len(sources):
+            why = ONLY_ONE
         try:
-            fits.append(why or fit_without(found, [k], progress))
+            fits[source] = why or fit_without(found, left_out, progress)
         except IlgError as error:
-            fits.append(f"the others by themselves: {error}")
-    return fits
+            fits[source] = f"the others by themselves: {error}"
+    return [fits[source] for source in sources]
 
 
 def leave_one_port_out(found: PortFit, progress: Progress) -> LeftOut:
     """Return the same for a port, whose model may need several voltages."""
-    against = []
+    against = {}
     for k, left_out in enumerate(found.data):
         others = [d for j, d in enumerate(found.data) if j != k]
-        enough = found.kind.linear or (others and levels_differ(others))
-        against.append("" if enough else f"without {left_out.source} the others are all at one voltage")
+        if others and not found.kind.linear and not levels_differ(others):
+            against[left_out.source] = f"without {left_out.source} the others are all at one voltage"
     return leave_one_out(found.fit, progress, against)
 
 
@@ -143,9 +148,10 @@ def predicted_by(found: FitResult, k: int, others: FitResult | str) -> tuple[Arr
     if isinstance(others, str):
         return None, others
     observation = found.problem.observations[k]
-    means = {**found.means, **others.means}
+    if not others.means.keys() >= set(observation.names):
+        return None, ONLY_ONE
     try:
-        return observation.fitted(np.array([means[name] for name in observation.names])), ""
+        return observation.fitted(np.array([others.means[name] for name in observation.names])), ""
     except IlgError as error:
         return None, f"the prediction from the others cannot be solved: {error}"
 
@@ -161,11 +167,12 @@ def observation_fits(
     """Return the rows of ``data``, which are the observations of ``fit`` from ``first`` on.
 
     ``individual`` gives the model, data and result of each individual fit; ``staged`` is the fit of these data that
-    ``without`` leaves one out of.
+    ``without`` leaves one file out of; it may be ``fit`` itself.
     """
     rows = []
+    before = first if len(staged.problem.observations) == len(fit.problem.observations) else 0
     for k, (d, (model, alone, own)) in enumerate(zip(data, individual, strict=True)):
-        predicted, why = predicted_by(staged, k, without[k])
+        predicted, why = predicted_by(staged, before + k, without[before + k])
         rows.append(
             ObservationFit(
                 source=d.source,
@@ -181,7 +188,7 @@ def observation_fits(
                 individual_model=model,
                 rms_individual=own.rms_of(0),
                 rms_joint=fit.rms_of(first + k),
-                rms_predicted=None if predicted is None else staged.problem.observations[k].rms(predicted),
+                rms_predicted=None if predicted is None else staged.problem.observations[before + k].rms(predicted),
                 size=d.size,
                 statistics=fit.statistics_of(first + k),
                 not_predicted_because=why,
