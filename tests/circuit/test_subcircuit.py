@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 DURATION = 60.0
 STEP = PiecewiseLinear.step(4.0)
 ALL = MODELS | MOUNTED
+#: What transients are compared on: an inductance, which only spectra show, is a pole far beyond their steps.
+TIMED = [name for name in ALL if "inductance" not in name]
 
 
 def expected(strip: Actuator, times: Array, names: tuple[str, ...]) -> list[Array]:
@@ -160,7 +162,7 @@ def user_deck(instance: str, options: str, tran: str, *more: str) -> str:
 
 
 @with_ngspice
-@pytest.mark.parametrize("which", ALL)
+@pytest.mark.parametrize("which", TIMED)
 def test_a_users_deck_follows_simulate(which: str, tmp_path: Path) -> None:
     text = library(ALL[which])
     (tmp_path / "strip.lib").write_text(text)
@@ -243,7 +245,7 @@ def test_without_a_coupling_there_are_two_pins(which: str, tmp_path: Path) -> No
 
 
 @with_ngspice
-@pytest.mark.parametrize("which", MODELS)
+@pytest.mark.parametrize("which", [n for n in TIMED if n in MODELS])
 def test_the_deck_of_every_model(which: str, tmp_path: Path) -> None:
     text = deck(strip_netlist(MODELS[which]), STEP, DURATION, MODELS[which])
     recorder = [".control", "run", "set numdgt=15 wr_singlescale wr_vecnames",
@@ -280,7 +282,9 @@ def test_the_electron_path_is_a_sinh_from_millivolts_to_ten_vt(tmp_path: Path) -
 
 
 @with_gnucap
-@pytest.mark.parametrize("which", [n for n in MODELS if "growing" not in n])  # gnucap has no behavioural sources
+@pytest.mark.parametrize(
+    "which", [n for n in TIMED if n in MODELS and "growing" not in n]
+)  # gnucap has no behavioural sources
 def test_gnucap_agrees_on_the_library(which: str, tmp_path: Path) -> None:
     (tmp_path / "strip.lib").write_text(library(MODELS[which]))
     # its sources hide 10 uohm unless told otherwise; less than 1e-7 would cost digits of the current; trapezoids would
