@@ -17,7 +17,8 @@ from ..errors import InputError
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def show(actuator: str, low: str, high: str, voltage: str | None, as_json: bool) -> None:
     """Geometry, lumped elements, and where the model holds."""
-    from ..strip.describe import describe, tabulate
+    from ..report.strip import summary
+    from ..strip.describe import describe
     from ..strip.file import load_actuator
     from ..units import parse
 
@@ -26,4 +27,4 @@ def show(actuator: str, low: str, high: str, voltage: str | None, as_json: bool)
         raise InputError(f"band from {low} to {high}: give two frequencies above zero, the lower one first")
     volts = abs(parse(voltage, "V", "--voltage")) if voltage else None
     description = describe(load_actuator(actuator), band=band, voltage=volts)
-    click.echo(json.dumps(description, indent=2) if as_json else tabulate(description))
+    click.echo(json.dumps(description, indent=2) if as_json else summary(description))

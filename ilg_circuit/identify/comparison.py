@@ -5,19 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..circuit.strip import Load
 from ..errors import InputError
 from ..measurements.record import Channel, Record
 from ..measurements.smoothing import noise_level
 from ..simulation.prediction_band import prediction_band
 from ..simulation.response import simulate
-from ..simulation.waveforms import WAVEFORMS
 from ..strip.actuator import Actuator
-from ..units import format_quantity
-
-Array = NDArray[np.float64]
 
 _NORMAL_95 = 1.96
 
@@ -55,17 +51,6 @@ class Compared:
             return None
         limit = _NORMAL_95 * np.hypot(self.stderr, self.noise)
         return float(np.mean(np.abs(self.measured - self.predicted) <= limit))
-
-    def line(self) -> str:
-        """The comparison in a line."""
-        unit = WAVEFORMS[self.quantity].unit
-        told = f"{self.source}: {self.quantity} differs by {format_quantity(self.rms, unit, 3)} rms"
-        told += f" ({self.rms / self.largest:.2%} of its largest, {len(self.time)} samples)"
-        if self.covered is not None:
-            told += f", {self.covered:.0%} of them within the 95% band and the data's noise"
-        if self.reversed_axis:
-            told += "; its axis was taken to point away from the anode"
-        return told + ("; no rest was measured: the mean difference was taken off" if self.offset else "")
 
 
 def compare(

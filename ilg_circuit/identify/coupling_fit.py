@@ -72,8 +72,8 @@ def fit_coupling(
     # the dynamic beam where any record by itself shows its inertia
     beam = "dynamic" if any(i.motion.beam == "dynamic" for i in fits) else "static"
     found = CouplingFit(tuple(fits), fits[0].fit, Motion(actuator, beam, records[0].engine))
-    pairs = zip(found.data, fits, found.sigmas(), strict=True)
-    observations = tuple(d.observation(found.motion, sigma, i.span) for d, i, sigma in pairs)
+    pairs = zip(found.data, found.sigmas(), strict=True)
+    observations = tuple(d.observation(found.motion, sigma) for d, sigma in pairs)
     problem = Problem(observations, COUPLING, per_record)
     start = combined(COUPLING, [i.fit for i in fits], [i.fit.independent_samples(0) for i in fits])
     at = dict(zip(NAMES, start.tolist(), strict=True))

@@ -24,7 +24,7 @@ from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
 from .modal import Ports, modal_currents
-from .port_model import IndividualFit, PortModel, port_problem, quickened
+from .port_model import IndividualFit, PortModel, observed, port_problem, quickened
 from .start import model_start
 
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
@@ -103,18 +103,7 @@ class CurrentData:
             return currents(ports(values), self.record.drive, t, self.engine)
 
         nuisance = np.ones((len(t), int(self.has_offset)))
-        return Observation(
-            source=self.source,
-            quantity=self.quantity,
-            unit=self.unit,
-            x=t,
-            data=self.data,
-            names=model.names,
-            predict=predict,
-            nuisance=nuisance,
-            sigma=sigma,
-            size=self.size,
-        )
+        return observed(self, model.names, predict, nuisance, sigma)
 
     def quick(self, model: PortModel) -> Predict | None:
         return self.modal(model, self.abscissa) if model.kind.linear else None

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from ..findings import Finding, sentences
+from ..findings import Finding, Warned
 from ..fit.criteria import ResidualWindow
 from ..fit.estimate import Estimate
 from ..fit.result import FitResult
@@ -24,7 +24,7 @@ SCHEMA_VERSION = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Identification(Result):
+class Identification(Warned, Result):
     """What one file or several say of a strip; ``actuator`` has the fitted circuit and, if there is one, the coupling.
 
     ``fit`` is that of all observations in one parameter space; ``port`` and ``coupling`` are views of it, with the
@@ -64,11 +64,6 @@ class Identification(Result):
     def single(self) -> bool:
         """True if one file was given."""
         return len(self.port.data) == 1
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The findings as sentences."""
-        return sentences(self.findings)
 
     @property
     def metrics(self) -> DisplacementMetrics | None:

@@ -24,7 +24,7 @@ from ..measurements.spectrum import Spectrum
 from ..strip.models import ElectricalModel
 from ..units import format_quantity
 from .kramers_kronig import KramersKronig, kramers_kronig
-from .port_model import ANY_LADDER, IndividualFit, PortModel, port_problem
+from .port_model import ANY_LADDER, IndividualFit, PortModel, observed, port_problem
 
 Weighting = Literal["modulus", "unit", "proportional"]
 
@@ -143,19 +143,7 @@ class ImpedanceData:
             return self._numbers(np.array([port.impedance(s, self.bias, ideal=True) for port in ports]))
 
         predict = linear if kind.linear and model.held is not None else about_bias
-        return Observation(
-            source=self.source,
-            quantity=self.quantity,
-            unit=self.unit,
-            x=self.abscissa,
-            data=self.data,
-            names=model.names,
-            predict=predict,
-            nuisance=np.zeros((len(self.data), 0)),
-            sigma=sigma,
-            size=self.size,
-            channels=2,
-        )
+        return observed(self, model.names, predict, np.zeros((len(self.data), 0)), sigma, channels=2)
 
     def quick(self, model: PortModel) -> Predict | None:
         return None

@@ -44,8 +44,8 @@ def joined(
     motion = Motion(actuator, coupling.motion.beam, coupling.motion.engine, replace(port.model, typical=typical))
     sigmas = tuple(sigma_of(i.fit, d.size) for d, i in zip(port.data, port.individual, strict=True))
     electrical = port_problem(port.data, port.model, sigmas).observations
-    pairs = zip(coupling.data, coupling.sigmas(), coupling.individual, strict=True)
-    mechanical = tuple(d.observation(motion, sigma, i.span) for d, sigma, i in pairs)
+    pairs = zip(coupling.data, coupling.sigmas(), strict=True)
+    mechanical = tuple(d.observation(motion, sigma) for d, sigma in pairs)
     problem = Problem((*electrical, *mechanical), motion.parameters, per_record, dict(port.fit.problem.fixed))
     known = {**port.fit.by_label(), **coupling.fit.by_label()}
     found = fit(problem, np.array([known[label] for label in problem.labels]), progress)

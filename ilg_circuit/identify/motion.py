@@ -22,7 +22,7 @@ from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_elements
 from ..strip.port import Port
-from .port_model import PortModel
+from .port_model import PortModel, observed
 
 #: The parameters of d(s) as a fit names them, in the order of the fields of `Coupling`.
 COUPLING = tuple(
@@ -134,27 +134,14 @@ class DisplacementData:
         t = self.abscissa
         return np.column_stack([np.ones(len(t)), t])[:, : 1 + self.drift]
 
-    def observation(
-        self, motion: Motion, sigma: float = 1.0, size: float = 1.0, accuracy: float = DEFAULT_ACCURACY
-    ) -> Observation:
+    def observation(self, motion: Motion, sigma: float = 1.0, accuracy: float = DEFAULT_ACCURACY) -> Observation:
         """Return the observation that ``motion`` predicts."""
         t = self.abscissa
 
         def predict(values: Array) -> Array:
             return self.sign * motion.displacements(self.drive, t, values, accuracy)
 
-        return Observation(
-            source=self.source,
-            quantity=self.quantity,
-            unit=self.unit,
-            x=t,
-            data=self.data,
-            names=motion.names,
-            predict=predict,
-            nuisance=self.nuisance,
-            sigma=sigma,
-            size=size,
-        )
+        return observed(self, motion.names, predict, self.nuisance, sigma)
 
 
 def strip_of(actuator: Actuator, port: Port) -> Actuator:

@@ -149,6 +149,25 @@ class PortData(Measured, Protocol):
         """Raise InputError for an Re [ohm] that these data exclude."""
 
 
+def observed(
+    data: Measured, names: tuple[str, ...], predict: Predict, nuisance: Array, sigma: float, channels: int = 1
+) -> Observation:
+    """Return the observation of ``data`` that ``predict`` makes of the parameters ``names``."""
+    return Observation(
+        source=data.source,
+        quantity=data.quantity,
+        unit=data.unit,
+        x=data.abscissa,
+        data=data.data,
+        names=names,
+        predict=predict,
+        nuisance=nuisance,
+        sigma=sigma,
+        size=data.size,
+        channels=channels,
+    )
+
+
 def port_problem(
     data: tuple[PortData, ...],
     model: PortModel,

@@ -38,7 +38,7 @@ def headline(response: Response) -> str:
 def text(response: Response, measured: Sequence[Compared] = ()) -> str:
     """Return all that a user sees: what was simulated, the waveforms, the energies, the error, the comparison."""
     lines = [headline(response), response.summary(), response.account.summary(), *solved_by(response)]
-    return "\n".join([*lines, *(part.line() for part in measured)])
+    return "\n".join([*lines, *(compared_line(part) for part in measured)])
 
 
 def solved_by(result: Simulated) -> list[str]:
@@ -109,3 +109,15 @@ def _rows(response: Response) -> list[tuple[str, ...]]:
         end = format_quantity(float(values[-1]), waveform.unit, 5)
         rows.append((waveform.name, end, *largest(response, waveform)))
     return rows
+
+
+def compared_line(part: Compared) -> str:
+    """Return a prediction beside a measurement in a line."""
+    unit = WAVEFORMS[part.quantity].unit
+    line = f"{part.source}: {part.quantity} differs by {format_quantity(part.rms, unit, 3)} rms"
+    line += f" ({part.rms / part.largest:.2%} of its largest, {len(part.time)} samples)"
+    if part.covered is not None:
+        line += f", {part.covered:.0%} of them within the 95% band and the data's noise"
+    if part.reversed_axis:
+        line += "; its axis was taken to point away from the anode"
+    return line + ("; no rest was measured: the mean difference was taken off" if part.offset else "")

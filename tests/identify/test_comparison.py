@@ -12,6 +12,7 @@ from synthetic import drives, record, step
 from ilg_circuit.errors import InputError
 from ilg_circuit.identify import Identification
 from ilg_circuit.identify.comparison import compare
+from ilg_circuit.report.response import compared_line
 from ilg_circuit.strip.actuator import PAPER
 
 NOISE = 0.003
@@ -37,7 +38,7 @@ def test_without_a_rest_the_mean_difference_goes(step_fit: Identification) -> No
     r = record(step(), 300.0, 301, displacement=True, noise=NOISE, rest_position=5e-3, seed=3)
     displacement = compare(PAPER, r.measurement(), beam="static", engine="exact")[1]
     assert displacement.offset
-    assert "no rest was measured" in displacement.line()
+    assert "no rest was measured" in compared_line(displacement)
     assert displacement.rms == pytest.approx(NOISE * 4.339e-3, rel=0.25)
 
 
@@ -47,7 +48,7 @@ def test_the_band_and_the_noise_hold_most_samples(step_fit: Identification) -> N
         assert part.stderr is not None
         assert part.covered is not None
         assert part.covered > 0.9
-        assert "within the 95% band" in part.line()
+        assert "within the 95% band" in compared_line(part)
 
 
 def test_a_clamped_tip_has_no_displacement_to_compare() -> None:
@@ -81,5 +82,5 @@ def test_lines_name_the_size_of_the_difference() -> None:
     r = record(step(), 300.0, 301, rest=20, noise=0.0)
     (current,) = compare(PAPER, r.measurement(), engine="exact")
     assert current.rms < 1e-6 * current.largest
-    assert current.line().startswith("record.csv: current differs by ")
+    assert compared_line(current).startswith("record.csv: current differs by ")
     assert np.isfinite(current.predicted).all()

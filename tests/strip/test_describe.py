@@ -6,8 +6,9 @@ import json
 
 import pytest
 
+from ilg_circuit.report.strip import summary
 from ilg_circuit.strip.actuator import PAPER, Actuator
-from ilg_circuit.strip.describe import describe, tabulate
+from ilg_circuit.strip.describe import describe
 from ilg_circuit.strip.elements import lumped_elements
 
 BAND = (1e-4, 10.0)
@@ -62,7 +63,7 @@ def test_voltage_brings_window_and_deflection() -> None:
 @pytest.mark.parametrize("which", ["paper", "rc2", "no coupling"])
 def test_text_has_every_entry(strips: dict[str, Actuator], which: str) -> None:
     told = describe(strips[which], band=BAND, voltage=5.0)
-    text = tabulate(told)
+    text = summary(told)
     for section in ("geometry", "material"):
         for name in told[section]:
             assert f"  {name} " in text
