@@ -84,7 +84,7 @@ class PortEquations:
     def __init__(self, strip: Actuator, port: Port, s: Complex) -> None:
         g, m, k = strip.geometry, strip.material, strip.coupling
         assert k is not None
-        self.s, self.rdc, self.re = s, port.dc_resistance, port.electrode_resistance
+        self.s, self.rdc, self.re = s, port.dc_resistance, port.electrode_resistance + port.inductance * s
         lf = g.load_distance
         bending = m.youngs_modulus * g.width * g.thickness**3 / 12
         stiffness = 3 * (bending if m.bending_stiffness is None else m.bending_stiffness) / lf**3
