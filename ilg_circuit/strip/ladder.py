@@ -140,7 +140,8 @@ def gathered(
     blocks = -(-sections // ORDER)
     # below the band by decades, as far as there is anything: huge capacitors would drown the rest in rounding
     first = low / _BEYOND * 10.0 ** np.arange(4)
-    there = -relaxations.impedance(-first + 0j).imag > _NEGLIGIBLE * np.abs(relaxations.impedance(1j * first))
+    size = np.abs(relaxations.impedance(np.asarray(1j * first, dtype=complex)))
+    there = -relaxations.impedance(-first + 0j).imag > _NEGLIGIBLE * size
     start = float(first[int(np.argmax(there))]) if there.any() else low
     length = math.log(high * _BEYOND / start)
     coarse = math.ceil(length / _STEP / blocks)
