@@ -141,7 +141,7 @@ def gathered(
     # below the band by decades, as far as there is anything: huge capacitors would drown the rest in rounding
     first = low / _BEYOND * 10.0 ** np.arange(4)
     size = np.abs(relaxations.impedance(np.asarray(1j * first, dtype=complex)))
-    there = -relaxations.impedance(-first + 0j).imag > _NEGLIGIBLE * size
+    there = -relaxations.impedance(np.asarray(-first + 0j)).imag > _NEGLIGIBLE * size
     start = float(first[int(np.argmax(there))]) if there.any() else low
     length = math.log(high * _BEYOND / start)
     coarse = math.ceil(length / _STEP / blocks)
