@@ -59,7 +59,7 @@ MODELS: dict[str, Actuator] = {
         _strip("warburg", diffusion_time=20.0, **_BAND),
         _strip("cpe", cpe_exponent=0.8, **_BAND),
         _strip("randles", constants=_RANDLES, **_BAND),
-        _strip("rc inductance", constants={"inductance": 2e-3}),
+        _strip("rc inductance", constants={"inductance": 50.0}),
         _strip("rc sinh", emission_voltage=0.8),
         _strip("rc growing", capacitance_slope=0.3),
         _strip(
