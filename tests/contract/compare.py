@@ -1,6 +1,7 @@
 """What of an answer is compared with the reference, and how closely.
 
-Everything in the reference must be in the answer; the answer may hold more keys, candidates and records. Then:
+Everything in the reference must be in the answer; the answer may hold more keys, candidates and records. Versions and
+calls, `IGNORED`, are not compared. Then:
 
 - Numbers agree to the tolerance of the run's class, relative to their size: that of the number itself, the largest of
   an array or a table's column, 1 for correlations, the two standard errors for a covariance. A fitted value of a run
@@ -43,6 +44,8 @@ WORDED = {
     *("convention", "other_convention", "rest_states_found_by"),
 }
 COUNTED = {"warnings", "open", "undetermined", "omissions"}
+#: What says by which program and call an answer was made, not what it is.
+IGNORED = {"provenance"}
 #: What tells the items of a list from one another.
 LABELS = ("model", "terms", "source", "quantity", "test", "stretch")
 
@@ -75,7 +78,7 @@ def differences(reference: dict[str, Any], got: dict[str, Any], klass: str) -> l
 
 def _values(path: str, reference: Any, got: Any, rule: Rule) -> Iterator[str]:
     key = path.rsplit("/", 1)[-1]
-    if key in ANY_VALUE:
+    if key in IGNORED or key in ANY_VALUE:
         return
     if key in WORDED and isinstance(reference, str):
         if not (isinstance(got, str) and bool(got) == bool(reference)):

@@ -62,8 +62,11 @@ def test_one_pole_is_enough_for_one_pole(kind: str) -> None:
     assert rows["rc"].verdict == "chosen"
     assert rows["rc2"].status != "not tried", "the check that one pole is enough"
     for model in ("rc3", "warburg"):
-        assert (rows[model].status, rows[model].bic) == ("not tried", None)
-        assert rows[model].verdict == "not tried: the residuals of rc are only noise"
+        if kind == "spectrum":  # whose models are all tried: a fit takes no integration
+            assert rows[model].status != "not tried"
+        else:
+            assert (rows[model].status, rows[model].bic) == ("not tried", None)
+            assert rows[model].verdict == "not tried: the residuals of rc are only noise"
     assert all(c.against for m, c in rows.items() if m != "rc")
 
 
@@ -207,5 +210,5 @@ def test_the_table_marks_the_chosen_model_and_says_what_is_against_others() -> N
     found = identify(spectrum_of_model("rc2", 0.005), electrode_resistance=2.0)
     rows = [row for row in found.summary().splitlines() if row.startswith(("rc", "warburg", "cpe"))]
     assert [row.split()[0] for row in rows if row.endswith("chosen")] == ["rc2"]
-    assert any(row.startswith("rc3") and "not tried: the residuals of rc2" in row for row in rows)
+    assert any(row.startswith("rc3") and "not determined" in row for row in rows)
     assert any(row.startswith("rc ") and row.endswith("worse") for row in rows)
