@@ -32,7 +32,9 @@ def test_it_writes_what_it_is_asked_for(run: Run, tmp_path: Path, kind: str) -> 
     files = write(kind, tmp_path)
     save_actuator(replace(PAPER, name="mine"), tmp_path / "mine.toml")
     outputs = {"--out": "fitted.toml", "--json": "fit.json", "--plot": "fit.png", "--report": "fit.html"}
+    engine = {"step": "ngspice", "spectrum": "closed form"}.get(kind, "exact")
     given = ("--actuator", "mine.toml", "--electrode-resistance", "1ohm", "--model", "rc")
+    given += ("--engine", "exact") if engine == "exact" else ()
     result = run("identify", *files, *given, *(word for pair in outputs.items() for word in pair))
     assert result.code == 0, result.err
     content = json.loads(Path("fit.json").read_text())
@@ -43,7 +45,7 @@ def test_it_writes_what_it_is_asked_for(run: Run, tmp_path: Path, kind: str) -> 
     assert ", ".join(names) in Path("fitted.toml").read_text()
     assert lumped_elements(strip).dc_resistance == pytest.approx(content["parameters"]["dc_resistance"]["value"])
     assert content["parameters"]["electrode_resistance"]["value"] == 1.0
-    assert content["engine"] == ("closed form" if kind == "spectrum" else "ngspice")
+    assert content["engine"] == engine
     assert list(dict.fromkeys(r["source"] for r in content["records"])) == names
     assert "dc_resistance" in result.out
     assert Path("fit.png").read_bytes().startswith(b"\x89PNG")

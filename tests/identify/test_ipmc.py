@@ -69,7 +69,7 @@ def measurement() -> Record:
 
 @pytest.fixture(scope="module")
 def result(measurement: Record) -> Identification:
-    return identify(measurement, base=STRIP, model="rc2")
+    return identify(measurement, base=STRIP, model="rc2", engine="exact")
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +117,7 @@ def test_the_record(measurement: Record) -> None:
 
 
 def test_auto_leaves_one_pole_and_says_why(measurement: Record) -> None:
-    found = identify(replace(measurement, displacement=None), base=STRIP)
+    found = identify(replace(measurement, displacement=None), base=STRIP, engine="exact")
     assert found.model == "rc3"
     assert share_of_peak(found) <= 0.008
     by_model = {c.model: c for c in found.candidates}
@@ -181,7 +181,7 @@ def test_blanks_in_the_displacement(read: Write, columns: Columns, result: Ident
 
 
 def test_without_displacement_the_current_is_the_same(read: Write, result: Identification) -> None:
-    found = identify(read(laser_displacement_mm=None), base=STRIP, model="rc2")
+    found = identify(read(laser_displacement_mm=None), base=STRIP, model="rc2", engine="exact")
     assert found.coupling is None
     assert found.actuator.coupling is None
     assert fast_part(found) == pytest.approx(fast_part(result), rel=1e-6)
@@ -190,7 +190,7 @@ def test_without_displacement_the_current_is_the_same(read: Write, result: Ident
 def test_a_clipped_current_is_left_out_and_said(read: Write, columns: Columns, result: Identification) -> None:
     current = np.array(columns["current_A"])
     clipped = np.clip(current, -0.012, 0.012)
-    found = identify(read(current_A=clipped, laser_displacement_mm=None), base=STRIP, model="rc2")
+    found = identify(read(current_A=clipped, laser_displacement_mm=None), base=STRIP, model="rc2", engine="exact")
     assert any("clipped at 12 mA" in w for w in found.warnings)
     assert len(found.observations[0].data) == (clipped < 0.012).sum()
     assert capacity(found) == pytest.approx(capacity(result), rel=0.03)
@@ -202,7 +202,7 @@ def test_reversed_polarity_is_the_same_strip(read: Write, columns: Columns, resu
     m = read(**flipped)
     assert m.onset == pytest.approx(2.66)
     assert m.step == pytest.approx(-1.4891, abs=1e-3)
-    found = identify(replace(m, displacement=None), base=STRIP, model="rc2")
+    found = identify(replace(m, displacement=None), base=STRIP, model="rc2", engine="exact")
     assert fast_part(found) == pytest.approx(fast_part(result), rel=1e-4)
     displacement = moved(m, result)
     assert displacement.fit.values == pytest.approx(whole(result).fit.values, rel=1e-3)
@@ -226,7 +226,7 @@ def test_other_units(read: Write, columns: Columns, measurement: Record) -> None
 def test_every_third_row(read: Write, result: Identification) -> None:
     m = read(rows=slice(0, None, 3))
     assert m.onset == pytest.approx(2.66, abs=0.03)
-    found = identify(replace(m, displacement=None), base=STRIP, model="rc2")
+    found = identify(replace(m, displacement=None), base=STRIP, model="rc2", engine="exact")
     assert capacity(found) == pytest.approx(capacity(result), rel=0.1)
     displacement = moved(m, result)
     assert displacement.per_volt == pytest.approx(whole(result).per_volt, rel=0.05)
@@ -236,7 +236,7 @@ def test_every_third_row(read: Write, result: Identification) -> None:
 def test_the_first_thirty_seconds(read: Write, columns: Columns, result: Identification) -> None:
     count = int(np.searchsorted(columns["t_nominal_s"], 30.0))
     m = read(rows=slice(0, count))
-    found = identify(replace(m, displacement=None), base=STRIP, model="rc2")
+    found = identify(replace(m, displacement=None), base=STRIP, model="rc2", engine="exact")
     assert fast_part(found) == pytest.approx(fast_part(result), rel=0.15)
     assert share_of_peak(found) <= 0.012
     displacement = moved(m, result)
@@ -249,7 +249,7 @@ def test_without_the_zero_stretch(read: Write, columns: Columns, result: Identif
     m = read(rows=slice(first, None))
     assert m.onset == pytest.approx(2.66)
     assert not m.current.rest.any()
-    found = identify(replace(m, displacement=None), base=STRIP, model="rc2")
+    found = identify(replace(m, displacement=None), base=STRIP, model="rc2", engine="exact")
     assert fast_part(found) == pytest.approx(fast_part(result), rel=0.05)
 
 
@@ -269,7 +269,7 @@ def test_another_load_position_scales_the_gain_alone(
 def test_another_geometry_leaves_the_circuit_alone(measurement: Record, by_rc: Identification) -> None:
     geometry = Geometry(50e-3, 40e-3, 10e-3, 0.2e-3)
     m = replace(measurement, displacement=None)
-    found = identify(m, base=replace(STRIP, geometry=geometry), model="rc")
+    found = identify(m, base=replace(STRIP, geometry=geometry), model="rc", engine="exact")
     for name in ("dc_resistance", "dynamic_resistance", "capacitance"):
         assert found.parameters[name].value == pytest.approx(by_rc.parameters[name].value, rel=1e-9)
     assert lumped_elements(found.actuator).branches[0] == pytest.approx(lumped_elements(by_rc.actuator).branches[0])

@@ -93,11 +93,11 @@ def test_displacements_that_no_coupling_holds_for_leave_the_port(
         raise SolveError("the fit did not converge in 200 evaluations")
 
     files = write("several", tmp_path)
+    expected = identified("several").parameters["capacitance"].value
     monkeypatch.setattr(coupling_fit, "fit", fails)
     done = run("identify", *files, *RC, "--out", "f.toml", "--json", "fit.json")
     assert done.code == 0, done.err
     content = json.loads(Path("fit.json").read_text())
-    expected = identified("several").parameters["capacitance"].value
     assert content["parameters"]["capacitance"]["value"] == pytest.approx(expected, rel=1e-6)
     assert "coupling_gain" not in content["parameters"]
     (finding,) = (f for f in content["findings"] if f["code"] == "displacements-inconsistent")
