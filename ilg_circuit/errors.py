@@ -21,3 +21,14 @@ class MissingLibraryError(SolveError):
     """The ngspice shared library was not found; the input of the user cannot be used without it."""
 
     exit_code = 2
+
+
+def first_line(error: Exception) -> str:
+    """Return the first line of what any exception says, or its type where it says nothing.
+
+    >>> first_line(OSError("no such file\\nlooked in /usr/lib"))
+    'no such file'
+    >>> first_line(KeyError())
+    'KeyError'
+    """
+    return next(iter(str(error).strip().splitlines()), type(error).__name__)

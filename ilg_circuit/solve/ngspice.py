@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array, ComplexArray
-from ..errors import SolveError
+from ..errors import SolveError, first_line
 from .library import prepare_library
 
 Run = Callable[[Array, Array], Array]
@@ -59,7 +59,7 @@ class Session:
             try:
                 self._shared = _quiet_class(Shared.NgSpiceShared)()
             except Exception as error:  # whatever PySpice, cffi or the linker make of a file that is no such library
-                raise SolveError(f"cannot load {self.library}: {str(error).splitlines()[0]}") from None
+                raise SolveError(f"cannot load {self.library}: {first_line(error)}") from None
         self._lib = self._shared._ngspice_shared
         self._command = self._shared.exec_command
         self._process = os.getpid()

@@ -1,4 +1,4 @@
-"""Sweeps as files: closed forms over grids, interruption, workers that die, clusters, and failures."""
+"""Sweeps as files: closed forms over grids, what a file says, interruption, and failures."""
 
 import os
 import signal
@@ -6,8 +6,6 @@ import subprocess
 import sys
 import time
 import tracemalloc
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,42 +13,21 @@ from typing import Any
 import numpy as np
 import pytest
 from command import Run
+from sweeps import STATIC, STEP, equal, spec_of
 
 from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.strip.actuator import PAPER
-from ilg_circuit.study import ScenarioTemplate, workers
 from ilg_circuit.study import spec as questions
-from ilg_circuit.study import sweep as sweeps
 from ilg_circuit.study.evaluate import Evaluation
 from ilg_circuit.study.plan import Plan, grid_plan, random_plan
 from ilg_circuit.study.spec import SweepSpec, Task, solve_task
 from ilg_circuit.study.store import Store
 from ilg_circuit.study.sweep import solve_sweep, sweep
-from ilg_circuit.study.workers import GivenPool, LokyPool, processes_possible, solve_on
 
 pytest.importorskip("h5netcdf", reason="netCDF files are an extra")
 from ilg_circuit.provenance import Provenance
 from ilg_circuit.study.dataset import read_sweep
-
-STEP = ScenarioTemplate(PAPER, "step:4V", 300.0)
-STATIC = replace(STEP, beam="static")
-
-
-@pytest.fixture
-def small_tasks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tasks of four designs, so that few designs make several."""
-    monkeypatch.setattr(questions, "_DESIGNS", 4)
-
-
-def _spec(count: int = 22, engine: str = "exact", **more: Any) -> SweepSpec:
-    texts = ["thickness=0.3mm:1mm", "free_length=15mm:40mm"]
-    return SweepSpec(STATIC, random_plan(texts, count), ("displacement_final", "settling_time"), engine, **more)
-
-
-def _equal(first: Path, second: Path) -> bool:
-    with read_sweep(first) as a, read_sweep(second) as b:
-        return bool(a.load().equals(b.load()))
 
 
 @pytest.mark.parametrize("engine", ["exact", "ngspice"])
@@ -140,7 +117,7 @@ class _Interrupted(Exception):
 def test_an_interrupted_sweep_goes_on_and_another_question_does_not(
     tmp_path: Path, small_tasks: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    spec, path = _spec(), tmp_path / "s.nc"
+    spec, path = spec_of(), tmp_path / "s.nc"
     solve_sweep(spec, tmp_path / "whole.nc", jobs=1)
 
     def interrupt(done: int, total: int) -> None:
@@ -159,7 +136,7 @@ def test_an_interrupted_sweep_goes_on_and_another_question_does_not(
         return solve_task(task, progress)
 
     monkeypatch.setattr("ilg_circuit.study.sweep.solve_task", counting)
-    other = solve_sweep(_spec(count=21), path, jobs=1)
+    other = solve_sweep(spec_of(count=21), path, jobs=1)
     assert other.resumed == 0
     assert other.leftover == tmp_path / "s.nc.part"
     assert len(solved) == 6
@@ -168,7 +145,7 @@ def test_an_interrupted_sweep_goes_on_and_another_question_does_not(
     done = solve_sweep(spec, path, jobs=1)
     assert (done.resumed, done.leftover) == (8, None)
     assert len(solved) == 4
-    assert _equal(path, tmp_path / "whole.nc")
+    assert equal(path, tmp_path / "whole.nc")
     assert not path.with_name("s.nc.part").exists()
 
 
@@ -186,7 +163,7 @@ def test_an_interrupted_sweep_goes_on_and_another_question_does_not(
     ],
 )
 def test_every_part_of_a_question_is_in_its_key(change: dict[str, Any]) -> None:
-    spec = _spec()
+    spec = spec_of()
     parts = {n: getattr(spec, n) for n in ("template", "plan", "outputs", "engine", "accuracy", "waveforms", "samples")}
     assert SweepSpec(**parts).key == spec.key
     assert SweepSpec(**(parts | change)).key != spec.key
@@ -194,8 +171,8 @@ def test_every_part_of_a_question_is_in_its_key(change: dict[str, Any]) -> None:
 
 def test_a_file_may_be_larger_than_the_memory_that_makes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(questions, "_MOST_BYTES", 1e6)
-    spec = _spec(count=128, waveforms=("displacement",), samples=30_001)
-    solve_sweep(_spec(count=1), tmp_path / "first.nc", jobs=1)  # what is imported on the way is not of the sweep
+    spec = spec_of(count=128, waveforms=("displacement",), samples=30_001)
+    solve_sweep(spec_of(count=1), tmp_path / "first.nc", jobs=1)  # what is imported on the way is not of the sweep
     tracemalloc.start()
     try:
         solve_sweep(spec, tmp_path / "s.nc", jobs=1)
@@ -224,7 +201,7 @@ def test_a_measured_drive_is_read_once(tmp_path: Path) -> None:
 
 
 def test_a_damaged_part_is_named_and_removed(tmp_path: Path, small_tasks: None) -> None:
-    spec, path = _spec(), tmp_path / "s.nc"
+    spec, path = spec_of(), tmp_path / "s.nc"
     store = Store(path, spec)
     (store.folder / "000001.npz").write_bytes(b"not a result")
     with pytest.raises(InputError, match=r"000001\.npz' was damaged"):
@@ -252,55 +229,7 @@ def test_killed_and_started_again(tmp_path: Path, run: Run) -> None:
     again = run(*command, "--out", str(tmp_path / "s.nc"))
     assert f"{16 * len(finished)} of them by an earlier run" in again.out
     assert run(*command, "--out", str(tmp_path / "t.nc")).code == 0
-    assert _equal(tmp_path / "s.nc", tmp_path / "t.nc")
-
-
-class _Dying(Executor):
-    """An executor whose worker dies of certain designs, and once for no reason; as loky does, it then is of no use."""
-
-    def __init__(self, poison: float) -> None:
-        self.poison, self.accidents, self.broken = poison, 1, False
-
-    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        future: Future[Any] = Future()
-        if self.broken:
-            raise BrokenProcessPool("of no use any more")
-        if self.poison in args[0].columns["thickness"] or self.accidents:
-            self.accidents, self.broken = 0, True
-            future.set_exception(BrokenProcessPool("a worker died"))
-        else:
-            future.set_result(fn(*args))
-        return future
-
-
-class _Renewable(GivenPool):
-    def __init__(self, executor: _Dying) -> None:
-        super().__init__(executor, lambda: 2, (BrokenProcessPool,))
-        self.executor = executor
-
-    def renew(self) -> None:
-        self.executor.broken = False
-
-
-@pytest.mark.parametrize("poisoned", [None, 5, 21])
-def test_workers_that_die_cost_time_and_at_most_the_design_that_kills_them(
-    poisoned: int | None, small_tasks: None
-) -> None:
-    spec = _spec()
-    b = spec.plan.columns["thickness"]
-    poison = -1.0 if poisoned is None else float(b[poisoned])
-    found: dict[int, Evaluation] = {}
-    pool = _Renewable(_Dying(poison))
-    solve_on(pool, range(spec.task_count), spec.task, found.__setitem__)
-    assert sorted(found) == list(range(6))
-    values = np.concatenate([found[k].values[:, 0] for k in range(6)])
-    expected = formulas.steady_displacement(4.0, PAPER.coupling.static, spec.plan.columns["free_length"], b)
-    lost = [] if poisoned is None else [poisoned]
-    assert np.flatnonzero(np.isnan(values)).tolist() == lost
-    assert np.delete(values, lost) == pytest.approx(np.delete(expected, lost), rel=1e-6)
-    reasons = {4 * k + j: r for k, result in found.items() for j, r in result.failures.items()}
-    assert list(reasons) == lost
-    assert all("killed the worker process" in reason for reason in reasons.values())
+    assert equal(tmp_path / "s.nc", tmp_path / "t.nc")
 
 
 def test_without_a_file_the_sweep_is_in_memory(tmp_path: Path) -> None:
@@ -313,95 +242,3 @@ def test_without_a_file_the_sweep_is_in_memory(tmp_path: Path) -> None:
     assert done.to_dict()["highest"]["displacement_final"]["design"] == 0
     assert done.summary().startswith("grid of thickness=0.4mm,0.8mm: 2 of 2 designs solved\n")
     assert "relative_deflection" in done.warnings[0]
-
-
-def test_any_executor_will_do(tmp_path: Path, small_tasks: None) -> None:
-    spec = _spec()
-    solve_sweep(spec, tmp_path / "serial.nc", jobs=1)
-    with ThreadPoolExecutor(2) as executor:
-        solve_sweep(spec, tmp_path / "threads.nc", executor=executor)
-    assert _equal(tmp_path / "serial.nc", tmp_path / "threads.nc")
-    with pytest.raises(SolveError, match="lost a worker"):
-        solve_sweep(spec, tmp_path / "dead.nc", executor=_Dying(-1.0))
-    with pytest.raises(InputError, match="give one of"):
-        solve_sweep(spec, tmp_path / "x.nc", jobs=2, cluster="local:2")
-    with pytest.raises(InputError, match="give 1 to"):
-        solve_sweep(spec, tmp_path / "x.nc", jobs=0)
-
-
-with_processes = pytest.mark.skipif(
-    not processes_possible(), reason="this machine lets processes share no locks, so there are no workers"
-)
-
-
-@with_processes
-def test_processes_of_which_one_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(questions, "_DESIGNS", 20)
-    spec = _spec(count=200)
-    solve_sweep(spec, tmp_path / "serial.nc", jobs=1)
-    pools: list[LokyPool] = []
-    killed: list[int] = []
-
-    class Watched(LokyPool):
-        def __init__(self, workers: int) -> None:
-            super().__init__(workers)
-            pools.append(self)
-
-    def kill_one(done: int, _: int) -> None:
-        if done and not killed:
-            killed.append(next(iter(pools[0]._executor._processes)))
-            os.kill(killed[0], signal.SIGKILL)
-
-    monkeypatch.setattr(sweeps, "LokyPool", Watched)
-    done = solve_sweep(spec, tmp_path / "two.nc", jobs=2, progress=kill_one)
-    assert len(killed) == 1
-    assert done.totals.failed == 0
-    assert _equal(tmp_path / "serial.nc", tmp_path / "two.nc")
-
-
-def test_a_machine_without_shared_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small_tasks: None) -> None:
-    """One process is what there is without being asked; more are refused in one line."""
-
-    class Closed:
-        def Lock(self) -> None:
-            raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(workers.multiprocessing, "get_context", lambda _: Closed())
-    done = solve_sweep(_spec(), tmp_path / "s.nc")
-    assert done.totals.failed == 0
-    for how in ({"jobs": 2}, {"cluster": "local:2"}):
-        with pytest.raises(SolveError, match=r"share no locks.*--jobs 1"):
-            solve_sweep(_spec(), tmp_path / "t.nc", **how)
-
-
-@with_processes
-@pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
-def test_a_cluster_that_loses_a_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three workers on loopback, one of them killed while it works: the file is complete and equal."""
-    distributed = pytest.importorskip("distributed", reason="dask.distributed is an extra")
-    monkeypatch.setattr(questions, "_DESIGNS", 20)
-    spec = _spec(count=200, engine="ngspice")
-    solve_sweep(spec, tmp_path / "serial.nc", jobs=1)
-    with (
-        distributed.LocalCluster(n_workers=3, threads_per_worker=1, dashboard_address=None) as cluster,
-        distributed.Client(cluster) as client,
-    ):
-        victims = [w["pid"] for w in client.run(lambda: {"pid": os.getpid()}).values()]
-
-        def kill_one(done: int, _: int) -> None:
-            if done and victims:
-                os.kill(victims[0], signal.SIGKILL)
-                victims.clear()
-
-        done = solve_sweep(spec, tmp_path / "cluster.nc", cluster=cluster.scheduler_address, progress=kill_one)
-    assert not victims
-    assert done.totals.failed == 0
-    assert _equal(tmp_path / "serial.nc", tmp_path / "cluster.nc")
-
-
-def test_clusters_that_are_none(tmp_path: Path) -> None:
-    pytest.importorskip("distributed", reason="dask.distributed is an extra")
-    for address in ("local:", "local:0", "localhost", "udp://x:1"):
-        with pytest.raises(InputError, match="local:4 for four workers"):
-            solve_sweep(_spec(), tmp_path / "x.nc", cluster=address)
-    assert not list(tmp_path.iterdir())

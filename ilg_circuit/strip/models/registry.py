@@ -10,7 +10,7 @@ from collections.abc import Set
 from functools import lru_cache
 from importlib.metadata import entry_points
 
-from ...errors import InputError
+from ...errors import InputError, first_line
 from ...fit.parameter import Parameter
 from ..port import Port
 from .branches import RC, RC2, RC3, Branches
@@ -140,7 +140,8 @@ def load_entry_points() -> None:
         try:
             model = entry.load()
         except Exception as error:  # whatever another package does wrong
-            raise InputError(f"electrical model '{entry.name}' ({entry.value}) cannot be loaded: {error}") from error
+            why = first_line(error)
+            raise InputError(f"electrical model '{entry.name}' ({entry.value}) cannot be loaded: {why}") from error
         if not isinstance(model, IonPath):
             raise InputError(f"electrical model '{entry.name}' ({entry.value}) is no IonPath; see strip.models")
         if MODELS.get(model.name) != model:
