@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -258,10 +259,10 @@ def test_warnings() -> None:
         ({"actuator": replace(PAPER, coupling=None)}, r"has no \[coupling\]"),
     ],
 )
-def test_refusals(options: dict[str, object], hint: str) -> None:
-    given = {"network": unit(), "segments": 2, "duration": 1.0} | options
+def test_refusals(options: dict[str, Any], hint: str) -> None:
+    given: dict[str, Any] = {"network": unit(), "segments": 2, "duration": 1.0} | options
     with pytest.raises(InputError, match=hint) as caught:
-        couple(**given)  # type: ignore[arg-type]
+        couple(**given)
     assert len(str(caught.value).splitlines()) == 1
 
 

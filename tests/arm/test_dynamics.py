@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -239,9 +240,9 @@ def test_failures_in_one_line(light: Arm) -> None:
         ([1.0], {"start": (np.zeros(3), np.zeros(3))}, "give finite positions and velocities"),
     ],
 )
-def test_wrong_input_is_refused(light: Arm, times: list[float], options: dict[str, object], hint: str) -> None:
+def test_wrong_input_is_refused(light: Arm, times: list[float], options: dict[str, Any], hint: str) -> None:
     with pytest.raises(InputError, match=hint):
-        simulate(light, passive(light), times, **options)  # type: ignore[arg-type]
+        simulate(light, passive(light), times, **options)
 
 
 @pytest.mark.parametrize(
@@ -254,9 +255,9 @@ def test_wrong_input_is_refused(light: Arm, times: list[float], options: dict[st
         ([0.0], "text", "arrays of numbers"),
     ],
 )
-def test_wrong_activations_are_refused(light: Arm, time: list[float], values: object, hint: str) -> None:
+def test_wrong_activations_are_refused(light: Arm, time: list[float], values: Any, hint: str) -> None:
     with pytest.raises(InputError, match=hint):
-        activation(light, time, values)  # type: ignore[arg-type]
+        activation(light, time, values)
 
 
 def test_activation_of_muscles() -> None:

@@ -39,10 +39,10 @@ def test_masses_add_up_and_taper_is_linear() -> None:
 def test_bending_and_axial_stiffness(strip: Arm) -> None:
     """Two edges make E I; with constant area, edges and rods make E A: k_edge 2 l^2 + k_rod h^2 = E A l."""
     m = model(strip)
-    e, b, h, l = 7600.0, 5e-3, 0.5e-3, 2e-3  # noqa: E741
+    e, b, h, length = 7600.0, 5e-3, 0.5e-3, 2e-3
     edge, rods = m.spring_stiffness[6], m.spring_stiffness[30:]
-    assert 2 * edge * (h / 2) ** 2 == pytest.approx(e * b * h**3 / 12 / l)
-    assert 2 * edge * l**2 + rods[3] * h**2 == pytest.approx(e * b * h * l)
+    assert 2 * edge * (h / 2) ** 2 == pytest.approx(e * b * h**3 / 12 / length)
+    assert 2 * edge * length**2 + rods[3] * h**2 == pytest.approx(e * b * h * length)
     assert rods[-1] == pytest.approx(rods[3] / 2)
 
 

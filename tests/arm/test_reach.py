@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -154,11 +155,11 @@ def test_the_share_of_places(beyond: Reached) -> None:
 def test_motions_that_fail_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     original, calls = reaching.simulate, []
 
-    def failing(*arguments: object, **options: object) -> object:
+    def failing(*arguments: Any, **options: Any) -> Any:
         calls.append(1)
         if len(calls) % 2:
             raise SolveError("no step is small enough")
-        return original(*arguments, **options)  # type: ignore[arg-type]
+        return original(*arguments, **options)
 
     monkeypatch.setattr(reaching, "simulate", failing)
     monkeypatch.setattr(reaching, "_STARTS", 0)
