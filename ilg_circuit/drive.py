@@ -26,6 +26,10 @@ class Drive(Protocol):
     """A voltage [V] (of a motion: metres) over time from t = 0 on; on a jump its value is the right limit."""
 
     @property
+    def rest(self) -> float:
+        """Level [V] before t = 0, under which the circuit has come to rest."""
+
+    @property
     def text(self) -> str:
         """Name the drive in a few words, with units."""
 
@@ -55,6 +59,8 @@ class Sine:
     amplitude: float
     frequency: float
     unit: str = "V"
+
+    rest = 0.0
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.amplitude) and np.isfinite(self.frequency) and self.frequency > 0):
@@ -89,18 +95,20 @@ class Sine:
 class PiecewiseLinear:
     """Straight lines through (times, values); a time that stands twice is a jump; held before and after.
 
-    ``times`` [s] do not decrease; ``values`` [V], same length. Raises InputError otherwise.
+    ``times`` [s] do not decrease; ``values`` [V], same length; before t = 0 the circuit has come to rest under the
+    level ``rest`` [V]. Raises InputError otherwise.
     """
 
     times: Array
     values: Array
     text: str = "waveform"
+    rest: float = 0.0
 
     def __post_init__(self) -> None:
         times, values = np.asarray(self.times, dtype=float), np.asarray(self.values, dtype=float)
         if times.ndim != 1 or times.shape != values.shape or not len(times):
             raise InputError("a waveform needs as many times as values, at least one")
-        if not (np.isfinite(times).all() and np.isfinite(values).all()):
+        if not (np.isfinite(times).all() and np.isfinite(values).all() and np.isfinite(self.rest)):
             raise InputError("a waveform must be finite numbers")
         if (np.diff(times) < 0).any():
             raise InputError("the times of a waveform must not decrease")
@@ -147,6 +155,14 @@ class PiecewiseLinear:
         values = np.repeat(levels, 2)[:-1]
         text = f"square {low:g} {unit}..{high:g} {unit}, {format_quantity(period, 's', 6)}, duty {duty:g}"
         return cls(times, values, text)
+
+    def resting(self, rest: float) -> PiecewiseLinear:
+        """Return the drive with the level ``rest`` [V] before it."""
+        return PiecewiseLinear(self.times, self.values, self.text, rest)
+
+    def from_rest(self) -> PiecewiseLinear:
+        """Return the same changes of the level, from a rest at zero."""
+        return PiecewiseLinear(self.times, self.values - self.rest, self.text)
 
     def value(self, t: ArrayLike) -> Array:
         time = np.asarray(t, dtype=float)

@@ -78,7 +78,7 @@ class Element:
 
     ``nodes`` are plus and minus, for E and G followed by the controlling pair; ``control`` names the voltage source
     whose current controls F and H; ``value`` is in ohm, henry, farad, volt, ampere or the source's gain. Capacitors
-    and inductors start from zero. ``role`` says what it is there for; no engine asks.
+    and inductors start from ``start`` [V, A]. ``role`` says what it is there for; no engine asks.
 
     A behavioural source B follows a ``law`` with a second constant ``scale`` (v is the voltage across it):
 
@@ -94,6 +94,7 @@ class Element:
     law: str = ""
     scale: float = 0.0
     role: Role = Role.OTHER
+    start: float = 0.0
 
     @property
     def kind(self) -> str:
@@ -111,7 +112,7 @@ class Element:
         if self.law:
             plus, minus = self.nodes[:2]
             return f"{self.name} {plus} {minus} {_LAWS[self.law][1]}={value or self.expression(self.nodes)}"
-        start = " ic=0.0" if self.kind in _WITH_STATE else ""
+        start = f" ic={float(self.start)!r}" if self.kind in _WITH_STATE else ""
         words = [self.name, *self.nodes, self.control, value or repr(float(self.value))]
         return " ".join(filter(None, words)) + start
 
@@ -143,7 +144,8 @@ class Output:
 class Netlist:
     """Elements, the voltage source that the drive sets, and the outputs to report.
 
-    Raises InputError for duplicate names (SPICE is case-blind), wrong node counts, and values that ngspice would
+    A nonlinear circuit starts at rest under ``rest`` [V], by its elements' ``start``; of a linear one a solver adds the
+    steady state itself. Raises InputError for duplicate names (SPICE is case-blind), wrong node counts, and values that ngspice would
     take without a word: NaN, negative or zero R, L, C.
     """
 
@@ -152,6 +154,7 @@ class Netlist:
     outputs: tuple[Output, ...]
     drive: str = "Vdrive"
     comments: tuple[str, ...] = ()
+    rest: float = 0.0
 
     def __post_init__(self) -> None:
         seen: set[str] = set()
@@ -242,7 +245,7 @@ def add_elements(circuit: Circuit, elements: Iterable[Element]) -> None:
             add(name, *nodes[:2], **{_LAWS[element.law][1]: element.expression(nodes)})
             continue
         values = [element.control] if element.control else []
-        start = {"initial_condition": 0.0} if element.kind in _WITH_STATE else {}
+        start = {"initial_condition": float(element.start)} if element.kind in _WITH_STATE else {}
         add(name, *nodes, *values, repr(float(element.value)), **start)
 
 

@@ -85,10 +85,14 @@ def electrical_netlist(
     return port_netlist(Port(dc_resistance, tuple(branches), electrode_resistance), title)
 
 
-def port_netlist(port: Port, title: str = "ILG strip, electrical port") -> Netlist:
-    """The electrical port alone, of any model; outputs current [A] and charge [C] on the ion path."""
-    elements, outputs = _port(port, GROUND)
-    return Netlist(title, tuple(elements), tuple(outputs))
+def port_netlist(port: Port, title: str = "ILG strip, electrical port", rest: float = 0.0) -> Netlist:
+    """The electrical port alone, of any model; outputs current [A] and charge [C] on the ion path.
+
+    A nonlinear one starts at rest under ``rest`` [V].
+    """
+    rest = 0.0 if port.linear else rest
+    elements, outputs = _port(port, GROUND, inner=port.inner_voltage(rest))
+    return Netlist(title, tuple(elements), tuple(outputs), rest=rest)
 
 
 def strip_netlist(
@@ -98,12 +102,13 @@ def strip_netlist(
     beam: str = "dynamic",
     load: Load | None = None,
     band: tuple[float, float] = LADDER_BAND,
+    rest: float = 0.0,
 ) -> Netlist:
     """The whole strip, with outputs current [A], charge [C], displacement [m] and force [N] (at L_F, on the load).
 
     ``beam`` "dynamic" is the port EC (17) without simplification: beam compliance and mass, voltage reflected onto the
     electrical side. "static" is EC (26), (29): no mass, nothing reflected. ``tip`` "clamped" holds the point L_F.
-    ``band`` [Hz] is that of a ladder where the strip gives none.
+    ``band`` [Hz] is that of a ladder where the strip gives none. A nonlinear strip starts at rest under ``rest`` [V].
     Raises InputError for an unknown word, a load where there can be none, or a hanging strip too soft to hold itself.
     """
     load = load or Load()
@@ -118,19 +123,28 @@ def strip_netlist(
     if lumped.coupling is None:
         if load:
             raise InputError(f"actuator '{actuator.name}' has no [coupling]; a load needs one")
-        return port_netlist(lumped.port, title)
+        return port_netlist(lumped.port, title, rest)
+    rest = 0.0 if lumped.port.linear else rest
+    if rest and load:
+        raise InputError(f"a strip that starts at rest under {rest:g} V has no load; leave one of them out")
+    inner = lumped.port.inner_voltage(rest)
     if beam == "static":
-        elements, outputs = _static(lumped, lumped.coupling, cast(Tip, tip))
+        elements, outputs = _static(lumped, lumped.coupling, cast(Tip, tip), inner)
     else:
-        elements, outputs = _dynamic(actuator, lumped, lumped.coupling, cast(Tip, tip), load)
-    return Netlist(title, tuple(elements), tuple(outputs), comments=(SCALE_NOTE,))
+        elements, outputs = _dynamic(actuator, lumped, lumped.coupling, cast(Tip, tip), load, inner)
+    return Netlist(title, tuple(elements), tuple(outputs), comments=(SCALE_NOTE,), rest=rest)
 
 
 _DRIVE = Element("Vdrive", ("drive", GROUND), 0.0, role=Role.SOURCE)
 
 
-def _port(port: Port, end: str, source: Element | None = _DRIVE) -> tuple[list[Element], list[Output]]:
-    """A voltage source (or none), the leads, the electron path and the ion path from the port's node to ``end``."""
+def _port(
+    port: Port, end: str, source: Element | None = _DRIVE, inner: float = 0.0
+) -> tuple[list[Element], list[Output]]:
+    """A voltage source (or none), the leads, the electron path and the ion path from the port's node to ``end``.
+
+    The ion path starts at rest under ``inner`` [V].
+    """
     node = _port_node(port)
     leads = [("Lseries", port.inductance), ("Re", port.electrode_resistance)]
     leads = [(name, value) for name, value in leads if value]
@@ -142,7 +156,7 @@ def _port(port: Port, end: str, source: Element | None = _DRIVE) -> tuple[list[E
     else:
         current, scale = port.saturation_current, port.emission_voltage
         elements.append(Element("Bdc", (node, GROUND), current, law="sinh", scale=scale, role=Role.ELECTRON_PATH))
-    ions, charge = _ion_path(port, node, end, "")
+    ions, charge = _ion_path(port, node, end, "", inner=inner)
     outputs = [
         *([Output("current", "A", ((f"i({source.name})", -1.0),))] if source else []),
         Output("charge", "C", tuple(charge.items())),
@@ -155,14 +169,14 @@ def _port_node(port: Port) -> str:
 
 
 def _ion_path(
-    port: Port, top: str, end: str, suffix: str, role: Role = Role.ION_PATH
+    port: Port, top: str, end: str, suffix: str, role: Role = Role.ION_PATH, inner: float = 0.0
 ) -> tuple[list[Element], dict[str, float]]:
     """The ion path from ``top`` to ``end``, and its charge [C] as coefficients of node voltages."""
     elements: list[Element] = []
     charge: dict[str, float] = {}
 
-    def add(name: str, plus: str, minus: str, value: float) -> None:
-        elements.append(Element(name, (plus, minus), value, role=role))
+    def add(name: str, plus: str, minus: str, value: float, start: float = 0.0) -> None:
+        elements.append(Element(name, (plus, minus), value, role=role, start=start))
 
     if port.ladder is not None:
         # Rs, then R parallel C sections in series, then the capacitor that alone has the whole charge
@@ -172,28 +186,31 @@ def _ion_path(
         for k, (r, c) in enumerate(ladder.sections, 1):
             add(f"Rd{suffix}{k}", nodes[k - 1], nodes[k], r)
             add(f"C{suffix}{k}", nodes[k - 1], nodes[k], c)
-        add(f"Cion{suffix}", nodes[-1], end, ladder.capacitance)
+        add(f"Cion{suffix}", nodes[-1], end, ladder.capacitance, inner)
         _add_charge(charge, ladder.capacitance, nodes[-1], end)
     for k, (r, c) in enumerate(port.branches, 1):
         node = f"ion{suffix}{k}"
         add(f"Rd{suffix}{k}", top, node, r)
         if port.capacitance_slope:
-            elements += _growing_capacitor(c, port.capacitance_slope, node, end, f"{suffix}{k}", role)
+            elements += _growing_capacitor(c, port.capacitance_slope, node, end, f"{suffix}{k}", role, inner)
             charge[f"v(q{suffix}{k})"] = 1.0
         else:
-            add(f"C{suffix}{k}", node, end, c)
+            add(f"C{suffix}{k}", node, end, c, inner)
             _add_charge(charge, c, node, end)
     return elements, charge
 
 
-def _growing_capacitor(capacitance: float, slope: float, node: str, end: str, name: str, role: Role) -> list[Element]:
+def _growing_capacitor(
+    capacitance: float, slope: float, node: str, end: str, name: str, role: Role, inner: float
+) -> list[Element]:
     """A capacitance that grows with voltage: its charge is the voltage on 1 F that its own current feeds."""
     charge, sense = f"q{name}", f"sense{name}"
+    start = capacitance * (inner + slope * inner * abs(inner) / 2)
     return [
         Element(f"Bq{name}", (node, sense, charge), capacitance, law="charge", scale=slope, role=role),
         Element(f"Vq{name}", (sense, end), 0.0, role=Role.SOURCE),
         Element(f"Fq{name}", (GROUND, charge), 1.0, control=f"Vq{name}", role=Role.CHARGE_METER),
-        Element(f"Cq{name}", (charge, GROUND), 1.0, role=Role.CHARGE_METER),
+        Element(f"Cq{name}", (charge, GROUND), 1.0, role=Role.CHARGE_METER, start=start),
     ]
 
 
@@ -203,7 +220,7 @@ def _add_charge(charge: dict[str, float], capacitance: float, node: str, end: st
         charge[f"v({end})"] = charge.get(f"v({end})", 0.0) - capacitance
 
 
-def _filter(coupling: Coupling, plus: str, minus: str, name: str) -> list[Element]:
+def _filter(coupling: Coupling, plus: str, minus: str, name: str, inner: float = 0.0) -> list[Element]:
     """The series R-L-C of d(s) behind a source that does not load (plus, minus); nodes name1, name2, name3."""
     wn = coupling.natural_frequency
     role = Role.COUPLING_FILTER
@@ -211,7 +228,7 @@ def _filter(coupling: Coupling, plus: str, minus: str, name: str) -> list[Elemen
         Element(f"E{name}", (f"{name}1", GROUND, plus, minus), 1.0, role=role),
         Element(f"R{name}", (f"{name}1", f"{name}2"), 2 * coupling.damping_ratio / wn, role=role),
         Element(f"L{name}", (f"{name}2", f"{name}3"), 1 / wn**2, role=role),
-        Element(f"C{name}", (f"{name}3", GROUND), 1.0, role=role),
+        Element(f"C{name}", (f"{name}3", GROUND), 1.0, role=role, start=inner),
     ]
 
 
@@ -235,10 +252,10 @@ def _free_displacement(coupling: Coupling, ratio: float, name: str) -> dict[str,
     return {f"v({name}3)": static, f"v({name}1)": through, f"v({name}2)": -through}
 
 
-def _static(lumped: Elements, coupling: Coupling, tip: Tip) -> tuple[list[Element], list[Output]]:
-    elements, outputs = _port(lumped.port, GROUND)
+def _static(lumped: Elements, coupling: Coupling, tip: Tip, inner: float) -> tuple[list[Element], list[Output]]:
+    elements, outputs = _port(lumped.port, GROUND, inner=inner)
     port = _port_node(lumped.port)
-    elements += _filter(coupling, port, GROUND, "d")
+    elements += _filter(coupling, port, GROUND, "d", inner)
     free = _free_displacement(coupling, lumped.bending_ratio, "d")
     still = dict.fromkeys(free, 0.0)
     if tip == "free":
@@ -252,13 +269,13 @@ def _motion(displacement: dict[str, float], force: dict[str, float]) -> list[Out
 
 
 def _dynamic(
-    actuator: Actuator, lumped: Elements, coupling: Coupling, tip: Tip, load: Load
+    actuator: Actuator, lumped: Elements, coupling: Coupling, tip: Tip, load: Load, inner: float
 ) -> tuple[list[Element], list[Output]]:
-    elements, outputs = _port(lumped.port, "back")
+    elements, outputs = _port(lumped.port, "back", inner=inner)
     port = _port_node(lumped.port)
     ratio = lumped.bending_ratio
     # electrical -> mechanical: v1 = k s d(s) v_p flows into the beam's compliance
-    elements += _filter(coupling, port, "back", "d")
+    elements += _filter(coupling, port, "back", "d", inner)
     elements += _filter_rate(coupling, "v1", "d", (GROUND, "beam"), ratio / VELOCITY_SCALE, Role.FREE_VELOCITY)
     elements.append(Element("Cbeam", ("beam", GROUND), 1 / (lumped.stiffness * IMPEDANCE_SCALE), role=Role.BEAM))
     elements += _reflection(lumped, coupling)

@@ -18,6 +18,8 @@ from ..arrays import Array, ComplexArray
 from ..circuit.netlist import GROUND, Netlist
 from ..errors import InputError, SolveError
 
+#: Poles below this part of the fastest are integrators; steady states are taken at this part of the slowest other one.
+_STANDS_STILL, _SLOW = 1e-14, 1e-6
 _BRANCH_KINDS = frozenset("VEHC")  # kinds that carry a current unknown; a capacitor is a source of its own state
 
 
@@ -37,6 +39,21 @@ class StateSpace:
     def poles(self) -> ComplexArray:
         """Eigenvalues of A [1/s], shape (n, s)."""
         return np.asarray(np.linalg.eigvals(self.a), dtype=complex)
+
+    def steady(self) -> Array:
+        """Return the outputs (n, o) at rest under a drive of 1 V, which an integrator without input does not change.
+
+        Raises SolveError for a circuit that never comes to rest.
+        """
+        speeds = np.abs(self.poles())
+        speeds[speeds <= _STANDS_STILL * speeds.max(axis=1, keepdims=True, initial=1e-300)] = np.inf
+        slow = _SLOW * speeds.min(axis=1)[:, None, None]
+        identity = np.eye(self.a.shape[1])
+        at = [refined_solve(k * slow * identity - self.a, self.b[:, :, :1]) for k in (1.0, 2.0)]
+        x = 2 * at[0] - at[1]  # the answer at s = 0, from two small s
+        if not np.isfinite(x).all():
+            raise SolveError("the circuit does not come to rest under a constant voltage")
+        return np.asarray((self.c @ x + self.d[:, :, :1])[..., 0])
 
 
 def state_space(netlists: Sequence[Netlist]) -> StateSpace:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Array, ComplexArray
 from ..circuit.netlist import Netlist, copies
-from ..drive import Drive, drive_times
+from ..drive import Drive, PiecewiseLinear, drive_times
 from ..errors import InputError, SolveError
 from .grid import Grid, design_grid
 from .state_space import StateSpace, state_space
@@ -72,7 +72,7 @@ def transient(
     interpolate: bool = True,
     progress: Progress | None = None,
 ) -> Waveforms:
-    """Solve netlists of one topology under ``drive`` from rest, and sample their outputs at ``times`` [s].
+    """Solve netlists of one topology under ``drive`` from its rest, and sample their outputs at ``times`` [s].
 
     ``accuracy`` is the error allowed, relative to each waveform's largest value (1e-11 to 1e-2). A sample at t = 0 or
     on an edge of the drive is the right limit. ``acceptable`` is an error that is a result too where the accuracy is
@@ -93,7 +93,16 @@ def transient(
             acceptable=acceptable, interpolate=interpolate, progress=progress,
         )  # fmt: skip
         return replace(beyond, times=samples, values=beyond.values[:, :, :-1])
+    if drive.rest != nets[0].rest and not nets[0].linear:
+        raise InputError(f"the circuit starts at rest under {nets[0].rest:g} V, the drive from {drive.rest:g} V")
     system = state_space([netlist.linearised() for netlist in nets])
+    if drive.rest and nets[0].linear:
+        assert isinstance(drive, PiecewiseLinear)
+        moved = transient(
+            nets, drive.from_rest(), samples, engine=engine, accuracy=accuracy,
+            acceptable=acceptable, interpolate=interpolate, progress=progress,
+        )  # fmt: skip
+        return replace(moved, values=moved.values + drive.rest * system.steady()[..., None])
     if engine == "exact":
         from .exact import exact_outputs
 
