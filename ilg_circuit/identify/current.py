@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..arrays import Array, Mask
+from ..arrays import Array
 from ..circuit.strip import port_netlist
 from ..drive import PiecewiseLinear
 from ..errors import InputError
@@ -16,7 +18,7 @@ from ..findings import Finding
 from ..fit.fitting import fit, with_starts
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
-from ..measurements.record import Record
+from ..measurements.record import Channel, Record
 from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.models import ElectricalModel
@@ -24,26 +26,28 @@ from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
 from .modal import Ports, modal_currents
-from .port_model import IndividualFit, PortModel, observed, port_problem, quickened
+from .port_model import IndividualFit, PortModel, observed, port_problem
 from .start import model_start
 
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
 _NONLINEAR_ACCURACY = 1e-6
 #: So many samples before the onset tell the instrument's offset.
 _REST = 5
-#: ngspice needs a fine grid after every jump; the exact engine an exponential for every width of an interval.
-_MANY_JUMPS, _FEW_WIDTHS = 12, 40
-#: Models of two relaxations or fewer are small circuits.
-_SMALL = 2
 
 
 @dataclass(frozen=True)
 class CurrentData:
-    """The current of a record over time since the onset [s]; samples at rest only where they tell the offset."""
+    """The current of a record over time since the onset [s]; samples at rest only where they tell the offset.
+
+    ``onset`` [s] is where in the record's bracket the excitation is taken to begin, 0 in the middle; ``left_out`` are
+    the rows of the record's current that are no measurement of this strip.
+    """
 
     record: Record
     engine: str
     source: str
+    onset: float = 0.0
+    left_out: tuple[int, ...] = ()
 
     quantity = "current"
     unit = "A"
@@ -52,10 +56,15 @@ class CurrentData:
     def notes(self) -> tuple[Finding, ...]:
         return self.record.notes
 
+    @cached_property
+    def drive(self) -> PiecewiseLinear:
+        """The voltage since the onset."""
+        return self.record.voltage.moved(self.onset)
+
     @property
     def voltage(self) -> float:
         """Largest voltage applied [V], with its sign."""
-        values = self.record.drive.values
+        values = self.drive.values
         return float(values[np.argmax(np.abs(values))])
 
     @property
@@ -67,18 +76,28 @@ class CurrentData:
         """True if there are enough samples before the onset to fit the current offset."""
         return int(self.record.current.rest.sum()) >= _REST
 
-    @property
-    def _kept(self) -> Mask:
+    @cached_property
+    def rows(self) -> NDArray[np.intp]:
+        """The rows of the record's current that are fitted."""
         rest = self.record.current.rest
-        return np.ones(len(rest), dtype=bool) if self.has_offset else ~rest
+        kept = np.ones(len(rest), dtype=bool) if self.has_offset else ~rest
+        kept[list(self.left_out)] = False
+        return np.flatnonzero(kept)
+
+    @cached_property
+    def _channel(self) -> Channel:
+        channel = self.record.current
+        dropped = np.ones(len(channel.time), dtype=bool)
+        dropped[self.rows] = False
+        return channel.without(dropped)
 
     @property
     def abscissa(self) -> Array:
-        return self.record.current.time[self._kept]
+        return self._channel.time
 
     @property
     def data(self) -> Array:
-        return self.record.current.values[self._kept]
+        return self._channel.values
 
     @property
     def size(self) -> float:
@@ -96,25 +115,26 @@ class CurrentData:
         ladders = model.kind.ladders(np.array(model.typical), self.band)
         return lambda values: [model.port(v, ladders) for v in values]
 
-    def observation(self, model: PortModel, sigma: float = 1.0) -> Observation:
-        t, ports = self.abscissa, self.ports(model)
-
-        def predict(values: Array) -> Array:
-            return currents(ports(values), self.record.drive, t, self.engine)
-
-        nuisance = np.ones((len(t), int(self.has_offset)))
+    def observation(self, model: PortModel, sigma: float = 1.0, *, of_record: bool = False) -> Observation:
+        if model.kind.linear and not of_record:
+            predict = self.modal(model, self._channel.since(self.onset))
+        else:
+            predict = self._by_engine(model)
+        nuisance = np.ones((len(self.data), int(self.has_offset)))
         return observed(self, model.names, predict, nuisance, sigma)
 
-    def quick(self, model: PortModel) -> Predict | None:
-        return self.modal(model, self.abscissa) if model.kind.linear else None
+    def _by_engine(self, model: PortModel) -> Predict:
+        t, ports = self._channel.since(self.onset), self.ports(model)
+        return lambda values: currents(ports(values), self.drive, t, self.engine)
 
     def modal(self, model: PortModel, t: Array) -> Predict:
-        """Return the prediction of a linear model at ``t`` [s] as a sum of modes, zero before the onset at 0."""
+        """Return the prediction of a linear model at ``t`` [s] since the onset as a sum of modes."""
         after, ports = t >= 0, self.ports(model)
 
         def predict(values: Array) -> Array:
-            waveforms = np.zeros((len(values), len(t)))
-            waveforms[:, after] = modal_currents(ports(values), self.record.drive, t[after])
+            made = ports(values)
+            waveforms = np.repeat(_at_rest(made, self.drive.rest)[:, None], len(t), axis=1)
+            waveforms[:, after] = modal_currents(made, self.drive, t[after])
             return waveforms
 
         return predict
@@ -123,7 +143,9 @@ class CurrentData:
         if not (math.isfinite(held) and held >= 0):
             raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
         after = self.record.current.time >= 0
-        i, u = self.record.current.values[after], self.record.drive.value(self.record.current.time[after])
+        rest = self.record.current.values[~after]
+        i = self.record.current.values[after] - (float(np.median(rest)) if len(rest) else 0.0)
+        u = self.record.drive.value(self.record.current.time[after]) - self.record.drive.rest
         k = int(np.argmax(np.abs(i)))
         if held and held * abs(i[k]) >= abs(u[k]):
             peak = format_quantity(abs(i[k]), "A", 4)
@@ -136,46 +158,40 @@ class CurrentData:
         # one step does not tell a sinh electron path from a resistor
         return not (kind.spectra_only or (kind.constant_voltage_hides and self.level is not None))
 
-    def trial_engine(self, kind: ElectricalModel) -> str:
-        """Return the engine that tries a model: the exact one for large circuits where many jumps make ngspice slow.
-
-        Its answer is ngspice's to eight digits; the model that is chosen is fitted by the engine of record.
-        """
-        if not kind.linear or kind.branch_count <= _SMALL or len(self.record.drive.times) < _MANY_JUMPS:
-            return self.engine
-        t = self.record.current.time
-        widths = np.diff(np.union1d(t[t >= 0], self.record.drive.times))
-        return "exact" if len(np.unique(np.round(widths / widths.max(), 9))) <= _FEW_WIDTHS else self.engine
-
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
-        t, data, drive = self.abscissa, self.data, self.record.drive
+        t, data = self._channel.since(self.onset), self.data
         offset = float(data[t < 0].mean()) if self.has_offset else 0.0
-        start = model_start(kind, t[t >= 0], data[t >= 0] - offset, drive, held)
+        start = model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held)
         model = PortModel(kind, held, tuple(start.tolist()))
+        problem = port_problem((self,), model, (1.0,))
         if not kind.linear:
-            return IndividualFit(model, fit_from_several(port_problem((self,), model, (1.0,)), start, progress))
-        # multi-start by the closed form of few samples, then of all, which leaves little to do for the engine
-        problem = quickened(port_problem((self,), model, (1.0,)), (self,), model)
-        values, starts, check = search_starts(problem, lambda t: self.modal(model, t), start)
+            return IndividualFit(model, fit_from_several(problem, start, progress))
+        # multi-start by few samples, then the fit of all
+        values, starts, check = search_starts(problem, lambda at: self.modal(model, at), t, start)
         model = PortModel(kind, held, tuple(values.tolist()))
-        tried = replace(self, engine=self.trial_engine(kind))
-        whole = port_problem((tried,), model, (1.0,))
-        quick = quickened(whole, (self,), model)
-        near = fit(quick, values).values
-        found = fit(whole, near[kind.order(near)], progress)
+        problem = port_problem((self,), model, (1.0,))
+        found = fit(problem, values, progress)
+        ordered = found.values[kind.order(found.values)]
+        if not np.array_equal(ordered, found.values):
+            found = fit(problem, ordered, progress)
         check(found.values)
-        return IndividualFit(model, with_starts(found.predicting(quick), starts))
+        return IndividualFit(model, with_starts(found, starts))
+
+
+def _at_rest(ports: Sequence[Port], voltage: float) -> Array:
+    """Return the steady currents [A] (ports,) under ``voltage`` [V]."""
+    return np.array([float(port.electron_current(port.inner_voltage(voltage))) if voltage else 0.0 for port in ports])
 
 
 def currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: str) -> Array:
-    """Return currents [A] (ports, samples) into ``ports`` of one model at ``t`` [s]; zero before the onset at 0."""
+    """Return currents [A] (ports, samples) into ``ports`` of one model at ``t`` [s], steady before the onset at 0."""
     after = t >= 0
-    result = np.zeros((len(ports), len(t)))
+    result = np.repeat(_at_rest(ports, drive.rest)[:, None], len(t), axis=1)
     linear = ports[0].linear
     accuracy = DEFAULT_ACCURACY if linear else _NONLINEAR_ACCURACY
     acceptable = accuracy if linear else 10 * accuracy
-    netlists = [port_netlist(port) for port in ports]
+    netlists = [port_netlist(port, rest=drive.rest) for port in ports]
     found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=acceptable)
     result[:, after] = found.values[:, 0]
     return result

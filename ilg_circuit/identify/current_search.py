@@ -35,14 +35,14 @@ _FEW, _NEAR, _SAME_MISFIT = 2, 0.5, 1e-5
 
 
 def search_starts(
-    problem: Problem, at_times: Callable[[Array], Predict], start: Array, seed: int = 0
+    problem: Problem, at_times: Callable[[Array], Predict], t: Array, start: Array, seed: int = 0
 ) -> tuple[Array, StartSummary, Callable[[Array], None]]:
     """Return the best start (n,) of ``problem``, one observation of a current, from ``start`` (n,) and around it.
 
-    ``at_times`` makes the prediction at other times [s]. The third answer is a check that the final fit's values must
+    ``at_times`` makes the prediction at other times [s] than ``t`` (samples,), those of the data. The third answer is a check that the final fit's values must
     pass: it raises SolveError where they are not at the best minimum that was found.
     """
-    cheap = _thinned_problem(problem, at_times)
+    cheap = _thinned_problem(problem, at_times, t)
     size = float(np.abs(cheap.data).max()) or 1.0
     rounding = len(cheap.data) * (_ROUNDING * size) ** 2
     random = np.random.default_rng(seed)
@@ -90,14 +90,14 @@ def fit_from_several(problem: Problem, start: Array, progress: Progress, seed: i
     return with_starts(best, StartSummary(len(starts), agreeing))
 
 
-def _thinned_problem(problem: Problem, at_times: Callable[[Array], Predict]) -> Problem:
+def _thinned_problem(problem: Problem, at_times: Callable[[Array], Predict], t: Array) -> Problem:
     """Return the problem with few samples, each weighted by how many it stands for: its minimum is near that of all."""
     (o,) = problem.observations
-    keep = thinned(o.x, _SAMPLES)
+    keep = thinned(t, _SAMPLES)
     edges = np.concatenate([[0.0], (keep[1:] + keep[:-1] + 1) / 2, [float(len(o.x))]])
     x, data, nuisance = o.x[keep], o.data[keep], o.nuisance[keep]
     sigma = o.sigma / np.sqrt(np.diff(edges))
-    few = replace(o, x=x, data=data, nuisance=nuisance, predict=at_times(x), sigma=sigma)
+    few = replace(o, x=x, data=data, nuisance=nuisance, predict=at_times(t[keep]), sigma=sigma)
     return replace(problem, observations=(few,))
 
 

@@ -122,9 +122,10 @@ def identify(
         fit = joined(port, coupling, actuator, names, progress)
     except SolveError as error:
         about_coupling.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
-        coupling, fit = None, port.quick
+        coupling, fit = None, port.fit
     together = coupling is not None and port_matters(actuator, port.model)
-    port = replace(port, fit=fit if together else port.quick)
+    if together:
+        port = replace(port, fit=fit)
     actuator = _actuator(port, strip, base, ports)
     if coupling is not None:
         motion = replace(coupling.motion, actuator=actuator)

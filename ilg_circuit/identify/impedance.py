@@ -131,7 +131,7 @@ class ImpedanceData:
         """Return the rms of the real and imaginary parts of ``residuals`` (2 f,), over abs(Z)."""
         return float(np.sqrt(np.mean((np.abs(self.shown(residuals)) / self.spectrum.modulus) ** 2) / 2))
 
-    def observation(self, model: PortModel, sigma: float = 1.0) -> Observation:
+    def observation(self, model: PortModel, sigma: float = 1.0, *, of_record: bool = False) -> Observation:
         s, kind = self.s, model.kind
 
         def linear(values: Array) -> Array:
@@ -145,14 +145,8 @@ class ImpedanceData:
         predict = linear if kind.linear and model.held is not None else about_bias
         return observed(self, model.names, predict, np.zeros((len(self.data), 0)), sigma, channels=2)
 
-    def quick(self, model: PortModel) -> Predict | None:
-        return None
-
     def holds(self, kind: ElectricalModel) -> bool:
         return kind.linear
-
-    def trial_engine(self, kind: ElectricalModel) -> str:
-        return self.engine
 
     def require_electrode_resistance(self, held: float) -> None:
         if not (np.isfinite(held) and held >= 0):

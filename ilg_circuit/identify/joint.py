@@ -13,7 +13,7 @@ from ..strip.actuator import Actuator
 from .coupling_fit import CouplingFit
 from .motion import COUPLING, Motion, port_matters
 from .port_fit import PortFit
-from .port_model import port_problem, quickened, sigma_of
+from .port_model import port_problem, sigma_of
 
 
 def joined(
@@ -26,14 +26,13 @@ def joined(
     """Return the fit of all observations: currents and impedances in their order, then displacements.
 
     Without an electrode resistance port and coupling share no parameter, and their fits are those of the components;
-    with one they are fitted together, from where they ended by themselves. Currents are predicted by their closed form
-    where there is one. Raises SolveError where the common fit fails.
+    with one they are fitted together, from where they ended by themselves. Raises SolveError where the common fit fails.
     """
     if coupling is None:
-        return port.quick
+        return port.fit
     if not port_matters(actuator, port.model):
-        parts = (*port.quick.parts, *coupling.fit.parts)
-        observations = (*port.quick.problem.observations, *coupling.fit.problem.observations)
+        parts = (*port.fit.parts, *coupling.fit.parts)
+        observations = (*port.fit.problem.observations, *coupling.fit.problem.observations)
         parameters = (*port.model.parameters, *COUPLING)
         problem = Problem(observations, parameters, per_record, dict(port.fit.problem.fixed))
         groups = problem.components()
@@ -49,6 +48,4 @@ def joined(
     problem = Problem((*electrical, *mechanical), motion.parameters, per_record, dict(port.fit.problem.fixed))
     known = {**port.fit.by_label(), **coupling.fit.by_label()}
     found = fit(problem, np.array([known[label] for label in problem.labels]), progress)
-    quick = quickened(Problem(electrical, port.model.parameters), port.data, port.model).observations
-    found = replace(found, starts=port.fit.starts)
-    return found.predicting(replace(problem, observations=(*quick, *mechanical)))
+    return replace(found, starts=port.fit.starts)

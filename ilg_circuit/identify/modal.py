@@ -21,4 +21,8 @@ Ports = Callable[[Array], list[Port]]
 
 def modal_currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
     """Return the currents [A] (ports, samples) into linear ``ports`` of one model at ``t`` >= 0 [s]."""
-    return modal_output(state_space([port_netlist(port) for port in ports]), "current", drive, t)
+    system = state_space([port_netlist(port) for port in ports])
+    moved = modal_output(system, "current", drive.from_rest(), t)
+    if not drive.rest:
+        return moved
+    return moved + drive.rest * system.steady()[:, [system.output_names.index("current")]]

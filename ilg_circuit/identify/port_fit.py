@@ -19,7 +19,7 @@ from ..fit.selection import EVIDENCE
 from ..strip.models import ElectricalModel, Ladders, electrical_model
 from ..strip.port import Port
 from .impedance import DC, ImpedanceData
-from .port_model import IndividualFit, PortData, PortModel, port_problem, quickened, sigma_of
+from .port_model import IndividualFit, PortData, PortModel, port_problem, sigma_of
 from .port_start import suggestions
 
 #: An individual fit falls back to this model where the file alone does not hold the one asked for.
@@ -42,8 +42,7 @@ NEGLIGIBLE = 1e-9
 class PortFit:
     """One port for all files: the fit, each file's individual fit, and the port (parameters per record: their mean).
 
-    ``fixed`` says of parameters that were not fitted, why; ``fit`` predicts by the engine of record, ``quick`` is the
-    same with cheaper predictions where there are any.
+    ``fixed`` says of parameters that were not fitted, why.
     """
 
     model: PortModel
@@ -56,10 +55,6 @@ class PortFit:
     @property
     def kind(self) -> ElectricalModel:
         return self.model.kind
-
-    @property
-    def quick(self) -> FitResult:
-        return self.fit.predicting(quickened(self.fit.problem, self.data, self.model))
 
     @property
     def values(self) -> dict[str, float]:
@@ -82,7 +77,7 @@ class PortFit:
 
     def identifiability(self) -> Identifiability:
         """Return what the data determine of the port."""
-        return diagnose(self.quick, self.port.branches, self.unfelt)
+        return diagnose(self.fit, self.port.branches, self.unfelt)
 
     @property
     def rms(self) -> Array:
@@ -155,14 +150,8 @@ def fit_port(
 
 
 def by_engine_of_record(found: PortFit, progress: Progress = None) -> PortFit:
-    """Return the fit by the engine that was asked for, where a cheaper one tried the model."""
-    if len(found.data) > 1 or found.fixed:
-        return found
-    problem = port_problem(found.data, found.model, (1.0,), frozenset())
-    if found.data[0].trial_engine(found.kind) == found.data[0].engine:
-        return found
-    again = with_starts(fit(problem, found.fit.values, progress), found.fit.starts)
-    return replace(found, fit=again)
+    """Return the fit judged by the engine that was asked for, where a closed form made it."""
+    return found
 
 
 def require_suitable(kind: ElectricalModel, data: Sequence[PortData]) -> None:

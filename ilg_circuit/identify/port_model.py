@@ -127,11 +127,9 @@ class PortData(Measured, Protocol):
     @property
     def notes(self) -> tuple[Finding, ...]: ...
 
-    def observation(self, model: PortModel, sigma: float = 1.0) -> Observation:
-        """Return the observation that ``model`` predicts by the engine of record."""
-
-    def quick(self, model: PortModel) -> Predict | None:
-        """Return a cheaper prediction, as exact as the engine's; None where there is none."""
+    def observation(self, model: PortModel, sigma: float = 1.0, *, of_record: bool = False) -> Observation:
+        """Return the observation that ``model`` predicts: by a closed form, or where there is none, or for the
+        prediction ``of_record``, by the engine that was asked for."""
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         """Return the fit of these data alone.
@@ -141,9 +139,6 @@ class PortData(Measured, Protocol):
 
     def holds(self, kind: ElectricalModel) -> bool:
         """Return True if these data alone could determine the model's parameters."""
-
-    def trial_engine(self, kind: ElectricalModel) -> str:
-        """Return the engine that tries a model before one is chosen."""
 
     def require_electrode_resistance(self, held: float) -> None:
         """Raise InputError for an Re [ohm] that these data exclude."""
@@ -174,15 +169,13 @@ def port_problem(
     sigmas: tuple[float, ...],
     per_record: frozenset[str] = frozenset(),
     fixed: Mapping[str, float] | None = None,
+    *,
+    of_record: bool = False,
 ) -> Problem:
-    """Return the problem of all ``data``, each counting in units of its sigma."""
-    observations = tuple(d.observation(model, sigma) for d, sigma in zip(data, sigmas, strict=True))
+    """Return the problem of all ``data``, each counting in units of its sigma; see `PortData.observation`."""
+    pairs = zip(data, sigmas, strict=True)
+    observations = tuple(d.observation(model, sigma, of_record=of_record) for d, sigma in pairs)
     return Problem(observations, model.parameters, per_record, dict(fixed or {}))
-
-
-def quickened(problem: Problem, data: tuple[PortData, ...], model: PortModel) -> Problem:
-    """Return the problem with the cheaper predictions where there are any."""
-    return problem.predicting([d.quick(model) for d in data])
 
 
 def sigma_of(fit: FitResult, size: float, rms: float | None = None) -> float:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
-from ..measurements.prepare import simplified
+from ..measurements.voltage import simplified
 from ..simulation import closed_forms as formulas
 from ..simulation.superposition import superpose
 from ..strip.models import ElectricalModel

@@ -12,6 +12,7 @@ from ..errors import InputError
 from .formats import FORMATS, Format
 from .kind import LOAD_TEST, RECORD, SPECTRUM, Kind
 from .load_test import LOAD_MODES, LoadTest, load_test_of
+from .onset import Stated
 from .prepare import prepare
 from .record import Record
 from .spectrum import Spectrum, spectrum_of
@@ -20,10 +21,10 @@ from .text import TextFile, read_lines
 
 
 @overload
-def read(path: str | Path) -> Record | Spectrum: ...
+def read(path: str | Path, *, onset: Stated = None) -> Record | Spectrum: ...
 @overload
 def read(path: str | Path, mode: str) -> Record | Spectrum | LoadTest: ...
-def read(path: str | Path, mode: str | None = None) -> Record | Spectrum | LoadTest:
+def read(path: str | Path, mode: str | None = None, onset: Stated = None) -> Record | Spectrum | LoadTest:
     """Read a file of any kind and format, ready for a fit.
 
     Parameters
@@ -32,6 +33,8 @@ def read(path: str | Path, mode: str | None = None) -> Record | Spectrum | LoadT
         CSV with a name and a unit in every header, EC-Lab's text, Gamry's .DTA, ZPlot's .z, or bare numbers.
     mode
         Of a load test, which its file does not say: uniaxial, equibiaxial or planar.
+    onset
+        Of a record: when its excitation began, see `prepare`.
 
     Raises
     ------
@@ -48,18 +51,20 @@ def read(path: str | Path, mode: str | None = None) -> Record | Spectrum | LoadT
             )
         return load_test_of(_table(file, format_, kind), mode)
     table = _table(file, format_, kind)
-    return spectrum_of(table) if kind == SPECTRUM else prepare(table)
+    return spectrum_of(table) if kind == SPECTRUM else prepare(table, onset)
 
 
-def read_record(path: str | Path) -> Record:
+def read_record(path: str | Path, onset: Stated = None) -> Record:
     """Read a record over time: columns of time, voltage, current and, if there is one, displacement.
+
+    ``onset`` says when its excitation began, see `prepare`.
 
     Raises
     ------
     InputError
         The file cannot be read, holds no record, or nothing was excited in it; see `prepare`.
     """
-    return prepare(read_columns(path, RECORD))
+    return prepare(read_columns(path, RECORD), onset)
 
 
 def read_spectrum(path: str | Path) -> Spectrum:

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
 from ..findings import Finding
+from .onset import Beginning, Bracket
+from .voltage import MeasuredDrive
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One measured quantity: ``time`` [s] since the onset (negative: at rest), ``values`` [SI], blanks left out."""
+    """One measured quantity: ``time`` [s] since the onset (negative: at rest), ``values`` [SI], blanks left out.
+
+    The onset lies in ``bracket`` [s] about 0, between the last reading at rest and the first one that answers.
+    """
 
     time: Array
     values: Array
+    bracket: Bracket = (0.0, 0.0)
 
     @property
     def rest(self) -> Mask:
@@ -23,7 +31,11 @@ class Channel:
 
     def without(self, samples: Mask) -> Channel:
         """Return the channel without some ``samples`` (n,)."""
-        return Channel(self.time[~samples], self.values[~samples])
+        return replace(self, time=self.time[~samples], values=self.values[~samples])
+
+    def since(self, onset: float) -> Array:
+        """Return the times [s] since an ``onset`` [s] elsewhere in the bracket; readings at rest stay before it."""
+        return self.time if not onset else np.where(self.rest, np.minimum(self.time, self.time - onset), np.maximum(self.time - onset, 0.0))
 
     def until(self, end: float) -> Channel:
         """Return the samples up to ``end`` [s]."""
@@ -32,19 +44,25 @@ class Channel:
 
 @dataclass(frozen=True)
 class Record:
-    """A record made ready: ``onset`` [s] in the file's time, the ``drive`` from the onset on, and the channels.
+    """A record made ready: ``onset`` [s] in the file's time, the voltage from the onset on, and the channels.
 
-    ``step`` [V] is the height of a step that begins the record, None for another waveform. ``notes`` say what was
-    left out of the file and what is doubtful about it.
+    ``step`` [V] is the level of a step that begins the record, None for another waveform. ``notes`` say what was
+    left out of the file and what is doubtful about it; ``beginning`` what is known of the time before.
     """
 
     source: str
     onset: float
-    drive: PiecewiseLinear
+    voltage: MeasuredDrive
     step: float | None
     current: Channel
     displacement: Channel | None
     notes: tuple[Finding, ...] = ()
+    beginning: Beginning = "rest"
+
+    @property
+    def drive(self) -> PiecewiseLinear:
+        """The voltage over time since the onset at 0."""
+        return self.voltage.drive
 
     @property
     def duration(self) -> float:

@@ -1,0 +1,192 @@
+"""When a record's excitation began: the jumps of its voltage, the rest before them, and what each channel says of it.
+
+Between the last reading at rest and the first one that answers, the time of a jump is not known. That bracket goes with
+the record, so that a fit can let the onset lie anywhere in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Array
+from ..errors import InputError
+from ..units import format_quantity
+from .smoothing import noise_level, resolution
+
+#: A change between two samples by this part of the voltage's range is a jump, if its neighbours change much less.
+_JUMP = 0.2
+_JUMP_OVER_NEIGHBOURS = 4.0
+_JUMP_OVER_NOISE = 12.0
+#: No jump is smaller than this part of the largest voltage, or than so many steps of the instrument.
+_LEAST_JUMP, _JUMP_OVER_RESOLUTION = 0.01, 3.0
+#: From so many samples at rest, or fewer, their noise cannot be found.
+_FEW = 10
+#: Below this part of the voltage's range a deviation counts as rest.
+_REST = 0.05
+#: So many noise levels are more than noise.
+_SEEN = 6.0
+#: An answer has begun where a reading passes this part of its first peak, which lies within so many rows.
+_ANSWER, _ANSWER_ROWS = 0.5, 4
+#: A first peak that is less than this part of what comes later is none: the current had not begun.
+_FIRST_PEAK = 0.2
+
+Bracket = tuple[float, float]
+#: What is known of the time before the record: it rested, a step began it, or it is cut out of a longer run.
+Beginning = Literal["rest", "step", "run"]
+#: What a user may say of the onset: a time [s] in the file, its last reading at rest, or its first one at the level.
+Stated = float | Literal["last-rest", "first-level"] | None
+
+
+@dataclass(frozen=True)
+class Onset:
+    """The onset of a record's voltage.
+
+    ``first`` is the index of the first reading after it, ``bracket`` [s] holds its time in the file, ``rest`` [V] is
+    the level before it and ``jumps`` says whether the voltage jumps there.
+    """
+
+    first: int
+    bracket: Bracket
+    rest: float
+    beginning: Beginning
+    jumps: bool
+
+    @property
+    def time(self) -> float:
+        """The middle of the bracket [s]."""
+        return sum(self.bracket) / 2
+
+
+def find_onset(t: Array, u: Array, current: Array, name: str, stated: Stated = None) -> Onset:
+    """Return the onset of a voltage ``u`` [V] at ``t`` [s], both (n,); ``current`` [A] (n,) may hold blanks.
+
+    Raises InputError where nothing was excited, or the onset ``stated`` lies where the readings exclude it.
+    """
+    largest = float(np.abs(u).max())
+    if not largest and not np.ptp(u):
+        raise InputError(f"{name}: the voltage is zero throughout; a record needs a step or another waveform")
+    first, jump = _first_moved(u)
+    beginning: Beginning = "rest" if first else "step"
+    if first and jump and not _rests(current[:first]):
+        first, jump, beginning = 0, False, "run"
+    elif not first and float(np.ptp(u)) > _REST * largest:
+        beginning = "run" if _runs(u, current) else "rest"
+    rest = float(np.mean(u[:first])) if first else 0.0
+    if first and not jump:
+        first, bracket = first - 1, (float(t[first - 1]),) * 2
+    elif first:
+        bracket = (float(t[first - 1]), float(t[first]))
+    else:
+        # a clock that starts at the step reads its first interval later
+        early = float(t[0]) if len(t) > 1 and 0 < t[0] <= 1.5 * (t[1] - t[0]) and beginning == "step" else 0.0
+        bracket = (float(t[0]) - early, float(t[0]))
+    found = Onset(first, bracket, rest, beginning, jump or (not first and beginning == "step"))
+    return found if stated is None else _stated(found, stated, t, name)
+
+
+def _stated(found: Onset, stated: float | str, t: Array, name: str) -> Onset:
+    low, high = found.bracket
+    if stated == "last-rest":
+        at = low
+    elif stated == "first-level":
+        at = high
+    else:
+        at = float(stated)
+        before = float(t[found.first - 1]) if found.first else -np.inf
+        if not min(low, before) <= at <= high:
+            raise InputError(
+                f"{name}: --onset {format_quantity(at, 's', 6)} is excluded by the voltage, which is at rest until "
+                f"{format_quantity(low, 's', 6)} and has answered at {format_quantity(high, 's', 6)}"
+            )
+    return Onset(found.first, (at, at), found.rest, found.beginning, found.jumps)
+
+
+def _first_moved(u: Array) -> tuple[int, bool]:
+    """Return the index of the first reading of the excitation, 0 without rest, and whether a jump leads to it."""
+    spread = float(np.ptp(u))
+    if spread <= _REST * float(np.abs(u).max()) and not len(voltage_jumps(u)):
+        return 0, False
+    for k in voltage_jumps(u).tolist():
+        before = u[: k + 1]
+        if float(np.abs(before - np.median(before)).max()) <= max(_SEEN * noise_level(before), _REST * spread):
+            return k + 1, True
+        break
+    moved = np.abs(u - u[0]) > _REST * spread
+    first = int(np.argmax(moved))
+    rest = u[:first]
+    if len(rest) <= _FEW:
+        return 0, False  # a slow waveform: an onset too early costs nothing, one too late cuts off its beginning
+    # it left its rest before it reached 5 %: go back to where it left the noise
+    level, noise = float(np.median(rest[:5])), noise_level(rest)
+    quiet = np.abs(rest - level) <= max(4 * noise, 1e-6 * spread)
+    if quiet[: len(rest) // 3].mean() < 0.8:
+        return 0, False  # it moves from its first sample on: there is no rest in the record
+    return int(np.flatnonzero(quiet)[-1]) + 1, False
+
+
+def voltage_jumps(u: Array) -> NDArray[np.intp]:
+    """Return the intervals k -> k + 1 in which the voltage ``u`` (n,) jumps, though it is smooth before and after."""
+    change = np.abs(np.diff(u))
+    least = max(
+        _JUMP * float(np.ptp(u)),
+        _LEAST_JUMP * float(np.abs(u).max()),
+        _JUMP_OVER_RESOLUTION * resolution(u) if len(np.unique(u)) > 2 else 0.0,
+        _JUMP_OVER_NOISE * float(np.median(change)) if len(change) else 0.0,
+    )
+    jumps = []
+    for k in np.flatnonzero(change >= least).tolist():
+        around = np.r_[change[max(k - 4, 0) : k], change[k + 1 : k + 5]]
+        if len(around) >= 2 and change[k] > _JUMP_OVER_NEIGHBOURS * np.median(around):
+            jumps.append(k)
+    return np.array(jumps, dtype=np.intp)
+
+
+def _rests(current: Array) -> bool:
+    """Tell whether a current before the onset is that of a strip at rest: it does not decay."""
+    known = current[np.isfinite(current)]
+    edge = max(len(known) // 4, 1)
+    if len(known) < _FEW:
+        return True
+    noise = max(noise_level(known), resolution(known) / 2)
+    change = abs(float(known[:edge].mean() - known[-edge:].mean()))
+    return bool(change <= _SEEN * noise / np.sqrt(edge / 2) + 0.02 * float(np.abs(known).max()))
+
+
+def _runs(u: Array, current: Array) -> bool:
+    """Tell whether a waveform that begins with the record was running before it: voltage or current are not zero."""
+    known = current[np.isfinite(current)]
+    noise = _SEEN * noise_level(known) if len(known) else 0.0
+    limits = (_REST * float(np.ptp(u)), max(_REST * float(np.abs(known).max(initial=0.0)), noise))
+    return bool(abs(u[0]) > limits[0] or (len(known) and abs(known[0]) > limits[1]))
+
+
+def answer_bracket(t: Array, values: Array, onset: Onset, until: float) -> tuple[Bracket, int] | None:
+    """Return the bracket [s] of a current's answer to the voltage's jump, and how many rows it lags behind.
+
+    ``t`` [s] and ``values`` [A] (n,) are the current's readings; ``until`` [s] is the voltage's next change. None where
+    no answer can be told from the noise, or the voltage does not jump.
+    """
+    rows = np.flatnonzero(t >= onset.bracket[0])
+    if not onset.jumps or len(rows) < 3:
+        return None
+    rest = values[t <= onset.bracket[0]] if onset.first else np.empty(0)
+    size = np.abs(values - (float(np.median(rest)) if len(rest) else 0.0))
+    here = rows[t[rows] < until]
+    later = size[here].max(initial=0.0)
+    at = int(np.searchsorted(t, onset.bracket[1]))  # the current's reading that goes with the first one at the level
+    near = np.arange(max(at - 1, 0), min(at + _ANSWER_ROWS, len(t)))
+    peak = float(size[near].max(initial=0.0))
+    if later <= _SEEN * max(noise_level(values), resolution(values) / 2):
+        return None
+    if peak < _FIRST_PEAK * later:
+        near, peak = here, later
+    first = int(near[np.argmax(size[near] > _ANSWER * peak)])
+    if first == at:
+        return onset.bracket, 0
+    if not first:
+        return None
+    return (float(t[first - 1]), float(t[first])), first - at

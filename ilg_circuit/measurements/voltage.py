@@ -1,0 +1,198 @@
+"""The drive that a measured voltage is: levels, straight lines through what varies, and jumps between readings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Array
+from ..drive import PiecewiseLinear
+from .onset import Onset, voltage_jumps
+from .smoothing import noise_level, resolution, smoothed
+
+#: What is left out of a measured voltage: this part of its largest value.
+_NEGLIGIBLE = 1e-6
+#: Leaving out readings of the voltage may move the current by this part of its noise.
+_OF_CURRENT_NOISE = 0.1
+#: On a smooth curve neighbouring second differences differ by less than this part.
+_SMOOTH = 0.5
+#: Parts into which the time between two samples of a smooth curve is divided.
+_PARTS = 8
+#: A level's readings wobble by no more than so many steps of the instrument.
+_WOBBLE = 2.5
+#: A strip answers a voltage's noise where its current's noise follows by this part of the conductance, this surely.
+_ANSWERS, _SURE = 0.3, 6.0
+#: A jump moved to its last reading before stands behind that reading by this part of the interval.
+_BEHIND = 1e-6
+
+
+@dataclass(frozen=True)
+class MeasuredDrive:
+    """The voltage since the onset at 0, jumps in the middle of the intervals [s] in which they were read.
+
+    ``widths`` (j,) are those of the intervals of all jumps, the onset's first; ``noise`` [V] is that of the levels.
+    """
+
+    drive: PiecewiseLinear
+    widths: Array
+    noise: float = 0.0
+
+    def moved(self, onset: float) -> PiecewiseLinear:
+        """Return the drive since an ``onset`` [s] that lies elsewhere in its interval, the other jumps likewise."""
+        drive, width = self.drive, float(self.widths[0])
+        if not onset:
+            return drive
+        share = onset / width if width else 0.0
+        later = self.widths[1:] * max(share, _BEHIND - 0.5)
+        at = 1 + np.flatnonzero(np.diff(drive.times) == 0)
+        times = drive.times.copy()
+        times[at] += later
+        times[at - 1] += later
+        times[1:] -= onset
+        times[0] = 0.0
+        return PiecewiseLinear(times, drive.values, drive.text, drive.rest)
+
+
+def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: float, answered: bool) -> MeasuredDrive:
+    """Return the drive that readings ``u`` [V] at ``t`` [s] (n,) in the file make.
+
+    A level that only noise or its last digit moves is one value. Elsewhere readings are left out where that moves a
+    current through ``conductance`` [S] by a small part of its ``noise`` [A]; where the strip ``answered`` the voltage's
+    noise, that is a part of the drive, else it is smoothed away.
+    """
+    first, zero = onset.first, onset.time
+    time, v = t[first:] - zero, u[first:]
+    largest = float(np.abs(u).max())
+    allowed = _OF_CURRENT_NOISE * noise / conductance if conductance else 0.0
+    allowed = max(allowed, _NEGLIGIBLE * largest)
+    jumps = voltage_jumps(u)
+    inner = jumps[jumps >= first] + 1 - first
+    edges = [0, *inner.tolist(), len(v)]
+    begins = [0.0, *((time[inner - 1] + time[inner]) / 2).tolist()]
+    widths = np.array([onset.bracket[1] - onset.bracket[0], *(time[inner] - time[inner - 1])])
+    times: list[Array] = []
+    values: list[Array] = []
+    level_noise = 0.0
+    for (start, stop), begin in zip(pairwise(edges), begins, strict=True):
+        part, at = v[start:stop], time[start:stop]
+        if not answered and is_level(part):
+            level_noise = max(level_noise, float(part.std()))
+            knots, kept = np.array([begin]), np.array([part.mean()])
+        else:
+            curve = part if answered else smoothed(at, part).values
+            knots, kept = between_samples(at, curve, allowed)
+            chosen = simplified(knots, kept, allowed)
+            knots, kept = knots[chosen], kept[chosen]
+            if knots[0] > begin:
+                knots, kept = np.append(begin, knots), np.append(kept[0], kept)
+            else:
+                knots[0] = begin
+        if times:  # hold until the jump
+            times.append(np.array([begin]))
+            values.append(values[-1][-1:])
+        times.append(knots)
+        values.append(kept)
+    drive = PiecewiseLinear(np.concatenate(times), np.concatenate(values), "measured voltage", onset.rest)
+    return MeasuredDrive(drive, widths, level_noise)
+
+
+def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> bool:
+    """Tell whether a strip of ``conductance`` [S] answered what looks like noise of the voltage ``u`` [V].
+
+    Noise that was applied passes on to the ``current`` [A]; noise of a reading does not. All are (n,), blanks left out.
+    """
+    if len(u) < 2 * _SURE**2 or not conductance:
+        return False
+    fast_u, fast_i = np.diff(u, 2), np.diff(current, 2)
+    # a few jumps do not count
+    quiet = np.abs(fast_u) <= 12 * max(float(np.median(np.abs(fast_u))), resolution(u))
+    fast_u, fast_i = fast_u[quiet], fast_i[quiet]
+    power = float(fast_u @ fast_u)
+    if not power:
+        return False
+    slope = float(fast_u @ fast_i) / power
+    rest = fast_i - slope * fast_u
+    error = float(np.sqrt(rest @ rest / max(len(rest) - 1, 1) / power * 3))  # differences of noise are correlated
+    return slope > _ANSWERS * conductance and slope > _SURE * error
+
+
+def is_level(u: Array) -> bool:
+    """Tell whether a voltage (n,) is constant but for white noise or its last digit: not autocorrelated, without drift.
+
+    A reading that wobbles between neighbouring digits is a level, whatever the pattern.
+    """
+    spread = float(np.ptp(u))
+    if len(u) < 2 or not spread:
+        return True
+    half = len(u) // 2
+    if len(u) < 20:
+        return bool(spread < 1e-3 * abs(u.mean()))
+    digits = resolution(u)
+    levels = len(np.unique(u))
+    if spread <= _WOBBLE * digits and levels < len(u) / 4:
+        return bool(abs(u[:half].mean() - u[half:].mean()) <= digits)
+    deviation = u - u.mean()
+    variance = float(deviation @ deviation)
+    correlation = float(deviation[1:] @ deviation[:-1]) / variance
+    shift = abs(u[:half].mean() - u[half:].mean()) / np.sqrt(variance / len(u) * 4 / len(u))
+    return bool(correlation < 3 / np.sqrt(len(u)) and shift < 4)
+
+
+def between_samples(t: Array, u: Array, tolerance: float) -> tuple[Array, Array]:
+    """Add points between the samples where the voltage is a smooth curve more than ``tolerance`` from its chords.
+
+    Straight lines through the samples of a sine make a smaller sine, which a fit would take for a smaller conductance.
+    A curve is smooth where the two second differences of four samples are similar; the points lie on the cubic through
+    them.
+
+    Parameters
+    ----------
+    t, u
+        Times [s], ascending, and voltages [V] (n,).
+    tolerance
+        Distance [V] that needs no points.
+
+    Returns
+    -------
+    tuple
+        Times and voltages (m,), the samples among them.
+    """
+    if len(u) < 4:
+        return t, u
+    bend = np.diff(np.diff(u) / np.diff(t)) / (t[2:] - t[:-2])  # half the second derivative
+    left, right = bend[:-1], bend[1:]
+    smooth = np.abs(left - right) <= _SMOOTH * np.maximum(np.abs(left), np.abs(right))
+    width = np.diff(t)[1:-1]
+    curved = 1 + np.flatnonzero(smooth & (np.abs(left + right) * width**2 / 8 > tolerance))
+    share = np.arange(1, _PARTS) / _PARTS
+    a, b = t[curved, None], t[curved + 1, None]
+    at = a + (b - a) * share
+    # Newton's form of the cubic through four samples, left to right
+    third = ((bend[curved] - bend[curved - 1]) / (t[curved + 2] - t[curved - 1]))[:, None]
+    slope = (u[curved, None] - u[curved - 1, None]) / (a - t[curved - 1, None])
+    first = at - t[curved - 1, None]
+    cubic = u[curved - 1, None] + first * (slope + (at - a) * (bend[curved - 1, None] + (at - b) * third))
+    times = np.concatenate([t, at.ravel()])
+    order = np.argsort(times, kind="stable")
+    return times[order], np.concatenate([u, cubic.ravel()])[order]
+
+
+def simplified(t: Array, u: Array, tolerance: float) -> NDArray[np.intp]:
+    """Return the indices of samples whose connecting lines stay within ``tolerance`` of all (Ramer-Douglas-Peucker)."""
+    keep = np.zeros(len(t), dtype=bool)
+    keep[[0, -1]] = True
+    open_ends = [(0, len(t) - 1)]
+    while open_ends:
+        a, b = open_ends.pop()
+        if b - a < 2:
+            continue
+        line = u[a] + (u[b] - u[a]) * (t[a + 1 : b] - t[a]) / (t[b] - t[a])
+        distance = np.abs(u[a + 1 : b] - line)
+        k = int(np.argmax(distance))
+        if distance[k] > tolerance:
+            keep[a + 1 + k] = True
+            open_ends += [(a, a + 1 + k), (a + 1 + k, b)]
+    return np.flatnonzero(keep)
