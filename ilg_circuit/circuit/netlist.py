@@ -145,8 +145,8 @@ class Netlist:
     """Elements, the voltage source that the drive sets, and the outputs to report.
 
     A nonlinear circuit starts at rest under ``rest`` [V], by its elements' ``start``; of a linear one a solver adds the
-    steady state itself. Raises InputError for duplicate names (SPICE is case-blind), wrong node counts, and values that ngspice would
-    take without a word: NaN, negative or zero R, L, C.
+    steady state itself. Raises InputError for duplicate names (SPICE is case-blind), wrong node counts, and values that
+    ngspice would take without a word: NaN, negative or zero R, L, C.
     """
 
     title: str

@@ -214,6 +214,14 @@ def assembled(problem: Problem, groups: Sequence[Sequence[int]], parts: Sequence
     )
 
 
+def composed(problem: Problem, parts: Sequence[FitResult]) -> FitResult:
+    """Return the result of ``problem``, each of whose components is the problem of one of ``parts``."""
+    groups = problem.components()
+    by_labels = {frozenset(part.labels): part for part in parts}
+    chosen = [by_labels[frozenset(problem.of(group).labels)] for group in groups]
+    return chosen[0] if len(groups) == 1 else assembled(problem, groups, chosen)
+
+
 def with_starts(found: FitResult, starts: StartSummary) -> FitResult:
     """Return the fit with word of how many starts led to it."""
     return replace(found, starts=starts)

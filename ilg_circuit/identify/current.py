@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -26,6 +26,7 @@ from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
 from .modal import Ports, modal_currents
+from .onset import likeliest_share
 from .port_model import IndividualFit, PortModel, observed, port_problem
 from .start import model_start
 
@@ -39,14 +40,14 @@ _REST = 5
 class CurrentData:
     """The current of a record over time since the onset [s]; samples at rest only where they tell the offset.
 
-    ``onset`` [s] is where in the record's bracket the excitation is taken to begin, 0 in the middle; ``left_out`` are
-    the rows of the record's current that are no measurement of this strip.
+    ``share`` (-0.5 to 0.5) is where in the record's bracket the excitation is taken to begin, 0 in the middle;
+    ``left_out`` are the rows of the record's current that are no measurement of this strip.
     """
 
     record: Record
     engine: str
     source: str
-    onset: float = 0.0
+    share: float = 0.0
     left_out: tuple[int, ...] = ()
 
     quantity = "current"
@@ -59,7 +60,15 @@ class CurrentData:
     @cached_property
     def drive(self) -> PiecewiseLinear:
         """The voltage since the onset."""
-        return self.record.voltage.moved(self.onset)
+        return self.record.voltage.moved(self.share, self.record.current.width)
+
+    @property
+    def channel(self) -> Channel:
+        """The record's current, with its bracket of the onset."""
+        return self.record.current
+
+    def at_share(self, share: float) -> CurrentData:
+        return replace(self, share=share)
 
     @property
     def voltage(self) -> float:
@@ -85,7 +94,7 @@ class CurrentData:
         return np.flatnonzero(kept)
 
     @cached_property
-    def _channel(self) -> Channel:
+    def _kept(self) -> Channel:
         channel = self.record.current
         dropped = np.ones(len(channel.time), dtype=bool)
         dropped[self.rows] = False
@@ -93,11 +102,11 @@ class CurrentData:
 
     @property
     def abscissa(self) -> Array:
-        return self._channel.time
+        return self._kept.time
 
     @property
     def data(self) -> Array:
-        return self._channel.values
+        return self._kept.values
 
     @property
     def size(self) -> float:
@@ -117,14 +126,14 @@ class CurrentData:
 
     def observation(self, model: PortModel, sigma: float = 1.0, *, of_record: bool = False) -> Observation:
         if model.kind.linear and not of_record:
-            predict = self.modal(model, self._channel.since(self.onset))
+            predict = self.modal(model, self._kept.since(self.share))
         else:
             predict = self._by_engine(model)
         nuisance = np.ones((len(self.data), int(self.has_offset)))
         return observed(self, model.names, predict, nuisance, sigma)
 
     def _by_engine(self, model: PortModel) -> Predict:
-        t, ports = self._channel.since(self.onset), self.ports(model)
+        t, ports = self._kept.since(self.share), self.ports(model)
         return lambda values: currents(ports(values), self.drive, t, self.engine)
 
     def modal(self, model: PortModel, t: Array) -> Predict:
@@ -160,13 +169,20 @@ class CurrentData:
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
-        t, data = self._channel.since(self.onset), self.data
+        found = self._individual(kind, held, progress)
+        if not self.channel.width or not kind.linear:
+            return found
+        share = likeliest_share(found.fit, lambda share: port_problem((self.at_share(share),), found.model, (1.0,)))
+        return self.at_share(share)._individual(kind, held, progress) if share else found
+
+    def _individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
+        t, data = self._kept.since(self.share), self.data
         offset = float(data[t < 0].mean()) if self.has_offset else 0.0
         start = model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held)
         model = PortModel(kind, held, tuple(start.tolist()))
         problem = port_problem((self,), model, (1.0,))
         if not kind.linear:
-            return IndividualFit(model, fit_from_several(problem, start, progress))
+            return IndividualFit(self, model, fit_from_several(problem, start, progress))
         # multi-start by few samples, then the fit of all
         values, starts, check = search_starts(problem, lambda at: self.modal(model, at), t, start)
         model = PortModel(kind, held, tuple(values.tolist()))
@@ -176,7 +192,7 @@ class CurrentData:
         if not np.array_equal(ordered, found.values):
             found = fit(problem, ordered, progress)
         check(found.values)
-        return IndividualFit(model, with_starts(found, starts))
+        return IndividualFit(self, model, with_starts(found, starts))
 
 
 def _at_rest(ports: Sequence[Port], voltage: float) -> Array:

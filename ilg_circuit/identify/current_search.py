@@ -39,8 +39,8 @@ def search_starts(
 ) -> tuple[Array, StartSummary, Callable[[Array], None]]:
     """Return the best start (n,) of ``problem``, one observation of a current, from ``start`` (n,) and around it.
 
-    ``at_times`` makes the prediction at other times [s] than ``t`` (samples,), those of the data. The third answer is a check that the final fit's values must
-    pass: it raises SolveError where they are not at the best minimum that was found.
+    ``at_times`` makes the prediction at other times [s] than ``t`` (samples,), those of the data. The third answer is
+    a check that the final fit's values must pass: it raises SolveError where they are not at the best minimum found.
     """
     cheap = _thinned_problem(problem, at_times, t)
     size = float(np.abs(cheap.data).max()) or 1.0

@@ -22,10 +22,13 @@ _STEP = 1e-4
 Estimates = dict[str, Estimate]
 
 
-def uncertainty_of(model: str, fit: FitResult) -> Uncertainty:
-    """Return the covariance of the logarithms of the parameters of ``fit``; those per record are averaged."""
+def uncertainty_of(model: str, fit: FitResult, more: Array) -> Uncertainty:
+    """Return the covariance of the logarithms of the parameters of ``fit``; those per record are averaged.
+
+    ``more`` (n, n) is a covariance of the values beside the fit's, by what the fit takes for known.
+    """
     names, averaging = fit.averaging
-    relative = reported_covariance(fit) / np.outer(fit.values, fit.values)
+    relative = (reported_covariance(fit) + more) / np.outer(fit.values, fit.values)
     covariance = averaging @ relative @ averaging.T
     covariance = (covariance + covariance.T) / 2  # symmetric to the last digit
     return Uncertainty(model, names, tuple(map(tuple, covariance.tolist())))

@@ -9,11 +9,14 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..arrays import Array
 from ..errors import IlgError, InputError, SolveError
 from ..findings import Finding
 from ..fit.bootstrap import SEED
+from ..fit.fitting import composed
 from ..fit.identifiability import DETERMINED
 from ..fit.intervals import require_method, uncertainties
+from ..fit.observation import Observation
 from ..fit.problem import Progress
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
@@ -39,7 +42,7 @@ from .estimates import (
 from .identification import Identification
 from .impedance import ImpedanceData, Weighting
 from .joint import joined
-from .motion import NAMES, port_matters
+from .motion import NAMES, DisplacementData, port_matters
 from .observation_fit import (
     LeftOut,
     ObservationFit,
@@ -48,6 +51,7 @@ from .observation_fit import (
     leave_one_port_out,
     observation_fits,
 )
+from .onset import Onsets, settled
 from .port_findings import base_findings, port_findings
 from .port_fit import PortFit
 from .port_model import Measured, PortData
@@ -131,9 +135,11 @@ def identify(
         motion = replace(coupling.motion, actuator=actuator)
         coupling = replace(coupling, motion=motion, fit=fit if together else coupling.fit)
         actuator = replace(actuator, coupling=coupling.coupling)
-    uncertainty = uncertainty_of(port.kind.name, fit)
+    fit, port, coupling, onsets = _with_onsets(fit, port, coupling, together, progress)
+    actuator = _actuator(port, strip, base, ports)
+    uncertainty = uncertainty_of(port.kind.name, fit, onsets.covariance(fit))
     actuator = replace(actuator, uncertainty=uncertainty)
-    estimated = uncertainties(fit, method, progress)
+    estimated = onsets.widened(fit, uncertainties(fit, method, progress))
     parameters, each = parameter_estimates(fit, port, estimated, uncertainty)
     derived = port_quantities(port, fit, uncertainty)
     rows, without = _observations(port, coupling, fit, progress)
@@ -256,6 +262,26 @@ def _actuator(port: PortFit, strip: Actuator, base: Actuator | None, data: Seque
     coupling = base.coupling if base is not None else None
     how = {"coupling": coupling, "mounting": strip.mounting, "name": name}
     return Actuator.from_port(strip.geometry, port.port, base=strip.material, **how)
+
+
+def _with_onsets(
+    fit: FitResult, port: PortFit, coupling: CouplingFit | None, together: bool, progress: Progress
+) -> tuple[FitResult, PortFit, CouplingFit | None, Onsets]:
+    """Return fit, port and coupling with the onsets where the data put them, and what they leave open of the onsets."""
+    data = [*port.data, *(coupling.data if coupling is not None else ())]
+
+    def observe(d: Measured, sigma: float | Array) -> Observation:
+        if isinstance(d, DisplacementData):
+            assert coupling is not None
+            return d.observation(coupling.motion, sigma)
+        return d.observation(port.model, sigma)
+
+    count = len(port.data)
+    found, moved, onsets = settled(fit, data, observe, costly=not port.kind.linear, progress=progress)
+    if found is fit:
+        return fit, port, coupling, onsets
+    electrical = found if together else composed(found.problem.of(range(count)), found.parts)
+    return found, replace(port, data=moved[:count], fit=electrical), coupling, onsets
 
 
 def _observations(

@@ -18,7 +18,7 @@ from ..findings import Finding
 from ..fit.fitting import fit, with_starts
 from ..fit.identifiability import DETERMINED
 from ..fit.multistart import Search, StartSummary, gather, search
-from ..fit.observation import Observation, Predict
+from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
 from ..measurements.spectrum import Spectrum
 from ..strip.models import ElectricalModel
@@ -145,6 +145,12 @@ class ImpedanceData:
         predict = linear if kind.linear and model.held is not None else about_bias
         return observed(self, model.names, predict, np.zeros((len(self.data), 0)), sigma, channels=2)
 
+    channel = None
+    share = 0.0
+
+    def at_share(self, share: float) -> ImpedanceData:
+        return self
+
     def holds(self, kind: ElectricalModel) -> bool:
         return kind.linear
 
@@ -192,7 +198,7 @@ class ImpedanceData:
                 f"the fit of model {kind.name} did not come back to the best of its {len(found.runs)} starts"
             )
         starts = StartSummary(len(found.runs), found.near(_SAME))
-        return IndividualFit(model, with_starts(result, starts), fixed, unfelt)
+        return IndividualFit(self, model, with_starts(result, starts), fixed, unfelt)
 
     def open_path(self) -> float:
         """Return the Rdc [ohm] that stands for an open electron path in the strip that is handed on."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..fit.fitting import assembled, fit
+from ..fit.fitting import composed, fit
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..strip.actuator import Actuator
@@ -26,7 +26,8 @@ def joined(
     """Return the fit of all observations: currents and impedances in their order, then displacements.
 
     Without an electrode resistance port and coupling share no parameter, and their fits are those of the components;
-    with one they are fitted together, from where they ended by themselves. Raises SolveError where the common fit fails.
+    with one they are fitted together, from where they ended by themselves. Raises SolveError where the common fit
+    fails.
     """
     if coupling is None:
         return port.fit
@@ -34,11 +35,7 @@ def joined(
         parts = (*port.fit.parts, *coupling.fit.parts)
         observations = (*port.fit.problem.observations, *coupling.fit.problem.observations)
         parameters = (*port.model.parameters, *COUPLING)
-        problem = Problem(observations, parameters, per_record, dict(port.fit.problem.fixed))
-        groups = problem.components()
-        by_labels = {frozenset(part.labels): part for part in parts}
-        labels = [frozenset(problem.of(group).labels) for group in groups]
-        return assembled(problem, groups, [by_labels[each] for each in labels])
+        return composed(Problem(observations, parameters, per_record, dict(port.fit.problem.fixed)), parts)
     typical = tuple(port.values[name] for name in port.kind.names)
     motion = Motion(actuator, coupling.motion.beam, coupling.motion.engine, replace(port.model, typical=typical))
     sigmas = tuple(sigma_of(i.fit, d.size) for d, i in zip(port.data, port.individual, strict=True))

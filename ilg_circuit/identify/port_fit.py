@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -136,8 +136,9 @@ def fit_port(
     start_re = _LITTLE_RE * _least_resistance(data) if held is None else held
     if len(data) == 1 and held is not None:
         only = data[0].individual(kind, held, progress)
-        return PortFit(only.model, tuple(data), (only,), only.fit, only.fixed, only.unfelt)
+        return PortFit(only.model, (only.data,), (only,), only.fit, only.fixed, only.unfelt)
     individual = tuple(_individual(d, kind, start_re, progress) for d in data)
+    data = tuple(i.data for i in individual)
     started = suggestions(kind, data, individual)
     if not started:
         raise SolveError(f"these data do not determine every parameter of model {model}, so that its fit has no start")
@@ -145,8 +146,8 @@ def fit_port(
     description = PortModel(kind, held, tuple(at.tolist()))
     if held is None:
         started = [np.append(v, start_re) for v in started]
-    found = _weighted(tuple(data), individual, description, per_record, started, progress)
-    return PortFit(description, tuple(data), individual, found)
+    found = _weighted(data, individual, description, per_record, started, progress)
+    return PortFit(description, data, individual, found)
 
 
 def by_engine_of_record(found: PortFit, progress: Progress = None) -> PortFit:

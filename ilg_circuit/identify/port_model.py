@@ -15,6 +15,7 @@ from ..fit.observation import Observation, Predict
 from ..fit.parameter import Parameter
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
+from ..measurements.record import Channel
 from ..strip.models import ElectricalModel, Ladders
 from ..strip.port import Port
 
@@ -52,12 +53,13 @@ class PortModel:
 
 @dataclass(frozen=True, eq=False)
 class IndividualFit:
-    """The fit of one file's port data by itself, by ``model``, the one asked for or a simpler one.
+    """The fit of one file's port ``data`` by itself, by ``model``, the one asked for or a simpler one.
 
     ``fixed`` says of parameters that the data do not tell why they were not fitted, ``unfelt`` names those among them
     that have no effect; ``findings`` are what else is to be said.
     """
 
+    data: PortData
     model: PortModel
     fit: FitResult
     fixed: Mapping[str, str] = field(default_factory=dict)
@@ -89,7 +91,8 @@ class Measured(Protocol):
     """One measured quantity of one file.
 
     ``data`` (samples,) are real numbers in ``unit``; ``size`` [unit] is what misfits are compared with; ``voltage`` [V]
-    the largest applied, or the bias; ``engine`` names what predicts the data.
+    the largest applied, or the bias; ``engine`` names what predicts the data. ``channel`` is the record's, whose onset
+    is taken by ``share`` (-0.5 to 0.5) of its bracket from the middle; None for data that are not over time.
     """
 
     @property
@@ -108,6 +111,13 @@ class Measured(Protocol):
     def data(self) -> Array: ...
     @property
     def size(self) -> float: ...
+    @property
+    def channel(self) -> Channel | None: ...
+    @property
+    def share(self) -> float: ...
+
+    def at_share(self, share: float) -> Measured:
+        """Return the data with the onset elsewhere in its bracket."""
 
     def shown(self, numbers: Array) -> NDArray[Any]:
         """Return ``numbers`` as they were measured [A], [ohm] or [m], one a point of ``abscissa``."""
@@ -130,6 +140,9 @@ class PortData(Measured, Protocol):
     def observation(self, model: PortModel, sigma: float = 1.0, *, of_record: bool = False) -> Observation:
         """Return the observation that ``model`` predicts: by a closed form, or where there is none, or for the
         prediction ``of_record``, by the engine that was asked for."""
+
+    def at_share(self, share: float) -> PortData:
+        """Return the data with the onset elsewhere in its bracket."""
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         """Return the fit of these data alone.

@@ -111,7 +111,7 @@ def _channel(t: Array, values: Array, bracket: Bracket, rest: bool) -> Channel:
     if rest:  # the last reading at rest may stand at the onset itself
         before = t <= bracket[0]
         time[before] = np.minimum(time[before], -_BEFORE * max(float(t[-1] - t[0]), 1e-300))
-    return Channel(time, values, (bracket[0] - middle, bracket[1] - middle))
+    return Channel(time, values, (bracket[0] - middle, bracket[1] - middle), middle)
 
 
 def _step_level(drive: PiecewiseLinear) -> float | None:

@@ -17,12 +17,14 @@ from .voltage import MeasuredDrive
 class Channel:
     """One measured quantity: ``time`` [s] since the onset (negative: at rest), ``values`` [SI], blanks left out.
 
-    The onset lies in ``bracket`` [s] about 0, between the last reading at rest and the first one that answers.
+    The onset lies in ``bracket`` [s] about 0, between the last reading at rest and the first one that answers;
+    ``zero`` [s] is that middle in the file's time.
     """
 
     time: Array
     values: Array
     bracket: Bracket = (0.0, 0.0)
+    zero: float = 0.0
 
     @property
     def rest(self) -> Mask:
@@ -33,9 +35,20 @@ class Channel:
         """Return the channel without some ``samples`` (n,)."""
         return replace(self, time=self.time[~samples], values=self.values[~samples])
 
-    def since(self, onset: float) -> Array:
-        """Return the times [s] since an ``onset`` [s] elsewhere in the bracket; readings at rest stay before it."""
-        return self.time if not onset else np.where(self.rest, np.minimum(self.time, self.time - onset), np.maximum(self.time - onset, 0.0))
+    @property
+    def width(self) -> float:
+        """Width of the bracket [s]."""
+        return self.bracket[1] - self.bracket[0]
+
+    def since(self, share: float) -> Array:
+        """Return the times [s] since an onset by ``share`` (-0.5 to 0.5) of the bracket from its middle.
+
+        Readings at rest stay before it.
+        """
+        onset = share * self.width
+        if not onset:
+            return self.time
+        return np.where(self.rest, np.minimum(self.time, self.time - onset), np.maximum(self.time - onset, 0.0))
 
     def until(self, end: float) -> Channel:
         """Return the samples up to ``end`` [s]."""

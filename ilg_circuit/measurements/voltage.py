@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..drive import PiecewiseLinear
 from .onset import Onset, voltage_jumps
-from .smoothing import noise_level, resolution, smoothed
+from .smoothing import resolution, smoothed
 
 #: What is left out of a measured voltage: this part of its largest value.
 _NEGLIGIBLE = 1e-6
@@ -40,20 +40,21 @@ class MeasuredDrive:
     widths: Array
     noise: float = 0.0
 
-    def moved(self, onset: float) -> PiecewiseLinear:
-        """Return the drive since an ``onset`` [s] that lies elsewhere in its interval, the other jumps likewise."""
-        drive, width = self.drive, float(self.widths[0])
-        if not onset:
+    def moved(self, share: float, width: float) -> PiecewiseLinear:
+        """Return the drive since an onset that lies by ``share`` (-0.5 to 0.5) of a ``width`` [s] from the middle.
+
+        The other jumps lie at the same share of their own intervals.
+        """
+        drive, onset = self.drive, share * width
+        if not share or not width:
             return drive
-        share = onset / width if width else 0.0
-        later = self.widths[1:] * max(share, _BEHIND - 0.5)
         at = 1 + np.flatnonzero(np.diff(drive.times) == 0)
-        times = drive.times.copy()
+        later = self.widths[1:] * max(share, _BEHIND - 0.5)
+        times = drive.times - onset
         times[at] += later
         times[at - 1] += later
-        times[1:] -= onset
         times[0] = 0.0
-        return PiecewiseLinear(times, drive.values, drive.text, drive.rest)
+        return replace(drive, times=times)
 
 
 def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: float, answered: bool) -> MeasuredDrive:

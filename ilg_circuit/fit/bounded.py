@@ -1,0 +1,155 @@
+"""A quantity that the data hardly tell but that is known to lie between bounds, such as the onset of a step.
+
+Its profile likelihood over the closed interval says how far each fitted parameter moves with it. Nothing is assumed of
+where in the interval it lies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..arrays import Array, Mask
+from ..errors import IlgError
+from .fitting import fit
+from .problem import Problem
+from .result import FitResult
+
+#: Places that are tried at first, and where the likelihood tells them apart, in each of so many closer looks.
+_FIRST, _CLOSER, _LOOKS = 5, 9, 6
+#: Places whose deviances differ by less are equally likely.
+_FLAT = 0.3
+#: Square of the normal quantile of 95 %.
+_LEVEL = 3.84
+#: Of this part of an interval it does not matter where in it the quantity lies.
+_CLOSE = 1e-3
+#: Tolerance of the fits on the way.
+_TOLERANCE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class BoundedProfile:
+    """The profile over ``places`` (g,), ascending, of a quantity between the first and the last of them.
+
+    ``deviance`` (g,) is -2 log(likelihood) above its least value, on independent samples; ``coordinates`` (g, n) are
+    those of the fit's parameters.
+    """
+
+    places: Array
+    deviance: Array
+    coordinates: Array
+
+    @cached_property
+    def admitted(self) -> tuple[float, float]:
+        """The 95 % interval of the quantity: where the deviance stays below the quantile."""
+        inside = np.flatnonzero(self.deviance <= _LEVEL)
+        low, high = float(self.places[inside[0]]), float(self.places[inside[-1]])
+        return self._end(inside[0], -1, low), self._end(inside[-1], 1, high)
+
+    def _end(self, k: int, side: int, place: float) -> float:
+        """Return where the deviance reaches the quantile beyond place ``k``, by a straight line."""
+        if not 0 <= k + side < len(self.places):
+            return place
+        share = (_LEVEL - self.deviance[k]) / (self.deviance[k + side] - self.deviance[k])
+        return place + float(share) * (float(self.places[k + side]) - place)
+
+    @property
+    def middle(self) -> float:
+        """The middle of what is admitted: where the quantity is taken to lie."""
+        return sum(self.admitted) / 2
+
+    def reach(self, errors: Array, quantile: Array) -> tuple[Array, Array]:
+        """Return how far intervals reach below and above the coordinates at the `middle` (n,), of standard ``errors``.
+
+        ``quantile`` (n,) is Student's. The interval is that of the profile likelihood of both, each error being taken
+        to be the same everywhere.
+        """
+        spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / _LEVEL, 0.0)) * quantile * errors
+        inside = self.deviance <= _LEVEL
+        middle = np.array([np.interp(self.middle, self.places, column) for column in self.coordinates.T])
+        ends = np.array([[np.interp(x, self.places, c) for c in self.coordinates.T] for x in self.admitted])
+        low = np.minimum((self.coordinates - spare)[inside].min(axis=0), ends.min(axis=0))
+        high = np.maximum((self.coordinates + spare)[inside].max(axis=0), ends.max(axis=0))
+        return middle - low, high - middle
+
+    @property
+    def range(self) -> Array:
+        """Changes (n,) of the coordinates from one end of what is admitted to the other."""
+        low, high = (np.array([np.interp(x, self.places, c) for c in self.coordinates.T]) for x in self.admitted)
+        return high - low
+
+
+def profile_bounded(
+    found: FitResult,
+    at: Callable[[float], Problem],
+    bounds: tuple[float, float],
+    moved: Sequence[int],
+    *,
+    start: float = 0.0,
+    costly: bool = False,
+) -> BoundedProfile:
+    """Return the profile over a quantity within ``bounds``.
+
+    ``found`` is the fit with it at ``start``, ``at`` makes the problem with it elsewhere; ``moved`` are the
+    observations whose residuals tell where it is. A ``costly`` problem is tried at the ends only.
+    """
+    trial = _Trial(found, at, moved)
+    trial.at(start)
+    low, high = bounds
+    for x in (low, high) if costly else np.linspace(low, high, _FIRST).tolist():
+        trial.at(x)
+    for _ in range(0 if costly else _LOOKS):
+        places, deviance, _ = trial.table
+        if float(deviance.max()) < _FLAT:
+            break
+        inside = np.flatnonzero(deviance <= _LEVEL)
+        first, last = max(inside[0] - 1, 0), min(inside[-1] + 1, len(places) - 1)
+        if last - first > _CLOSER:
+            break
+        for x in np.linspace(places[first], places[last], _CLOSER).tolist():
+            trial.at(x)
+    return BoundedProfile(*trial.table)
+
+
+def matters(profile: BoundedProfile, errors: Array, share: float = 0.2) -> Mask:
+    """Return the parameters (n,) that what is admitted moves by more than a ``share`` of their ``errors``."""
+    return np.asarray(np.abs(profile.range) > share * errors)
+
+
+class _Trial:
+    """Fits of one problem with a quantity at one place after another, each begun at the nearest one before."""
+
+    def __init__(self, found: FitResult, at: Callable[[float], Problem], moved: Sequence[int]) -> None:
+        self._found, self._at = found, at
+        self._places: dict[float, tuple[float, Array]] = {}
+        self._parts = [found.problem.slices[k] for k in moved]
+        residuals = [found.residuals[part] for part in self._parts]
+        self._variances = [float(np.mean(r**2)) or 1.0 for r in residuals]
+        self._shares = [found.independent_samples(k) / len(r) for k, r in zip(moved, residuals, strict=True)]
+
+    def at(self, place: float) -> None:
+        if any(abs(place - other) < 1e-12 * max(abs(place), 1e-300) for other in self._places):
+            return
+        near = min(self._places, key=lambda other: abs(other - place), default=None)
+        start = self._found.coordinates if near is None else self._places[near][1]
+        try:
+            problem = self._at(place)
+            made = self._found if near is None else fit(problem, problem.scales.values(start), None, _TOLERANCE)
+        except IlgError:
+            return  # no place at which this model can be fitted
+        squares = [float(made.residuals[part] @ made.residuals[part]) for part in self._parts]
+        pairs = zip(squares, self._variances, self._shares, strict=True)
+        self._places[place] = (sum(s / v * share for s, v, share in pairs), made.coordinates)
+
+    @property
+    def table(self) -> tuple[Array, Array, Array]:
+        places = sorted(self._places)
+        deviance = np.array([self._places[x][0] for x in places])
+        least = float(deviance.min())
+        # in units of the variance at the best place
+        count = sum((part.stop - part.start) * share for part, share in zip(self._parts, self._shares, strict=True))
+        scale = count / least if least else 1.0
+        return np.array(places), (deviance - least) * scale, np.array([self._places[x][1] for x in places])

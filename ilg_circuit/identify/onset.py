@@ -1,0 +1,156 @@
+"""The onset as an unknown: it lies somewhere between two readings, and what depends on it has that in its interval.
+
+A shift d of a step's onset is a factor exp(d/tau) on each branch of a linear port, so that a current alone never tells
+it; diffusion and the displacement do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from ..arrays import Array
+from ..findings import Finding
+from ..fit.bounded import BoundedProfile, matters, profile_bounded
+from ..fit.criteria import structured
+from ..fit.estimate import Estimate
+from ..fit.fitting import fit, with_starts
+from ..fit.intervals import Uncertainties
+from ..fit.observation import Observation
+from ..fit.problem import Problem, Progress
+from ..fit.result import FitResult
+from ..measurements.record import Channel
+from .port_model import Measured
+
+#: Data and the unit of their residuals -> the observation that a model predicts.
+Observe = Callable[[Measured, float | Array], Observation]
+#: Shares of the bracket from its middle to its ends.
+BOUNDS = (-0.5, 0.5)
+#: An onset nearer to the middle than this share is in the middle.
+_MIDDLE = 1e-3
+
+
+def likeliest_share(found: FitResult, at: Callable[[float], Problem]) -> float:
+    """Return the share of the bracket at which the onset is to be taken: 0, the middle, where nothing tells it.
+
+    ``at`` makes the problem of one observation with the onset elsewhere.
+    """
+    middle = profile_bounded(found, at, BOUNDS, (0,)).middle
+    return middle if abs(middle) > _MIDDLE else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class OnsetProfile:
+    """The profile of the onset of one file, whose current is ``channel``; its places are shares of the bracket."""
+
+    source: str
+    channel: Channel
+    profile: BoundedProfile
+
+    @property
+    def estimate(self) -> Estimate:
+        """The onset [s] in the file's time; its interval is what the readings, and the fit, leave open."""
+        low, middle, high = (
+            self.channel.zero + share * self.channel.width
+            for share in (self.profile.admitted[0], self.profile.middle, self.profile.admitted[1])
+        )
+        return Estimate(middle, "s", (high - low) / np.sqrt(12), (low, high))
+
+    def finding(self, fit: FitResult, errors: Array) -> Finding | None:
+        """Return what the onset leaves open of the parameters, if anything, beside their standard ``errors`` (n,)."""
+        felt = matters(self.profile, errors / fit.units)
+        if not felt.any():
+            return None
+        ends = self.estimate.ci95
+        assert ends is not None
+        names = [label for label, yes in zip(fit.labels, felt, strict=True) if yes]
+        return Finding("onset-bracketed", self.source, {"from": ends[0], "to": ends[1], "parameters": names})
+
+
+@dataclass(frozen=True)
+class Onsets:
+    """The profiles of all files whose readings leave the onset open."""
+
+    profiles: tuple[OnsetProfile, ...] = ()
+
+    def widened(self, fit: FitResult, found: Uncertainties) -> Uncertainties:
+        """Return the estimates with what the onsets leave open in every standard error and interval."""
+        if not self.profiles:
+            return found
+        reported = np.array([found.estimates[label].reported[0] for label in fit.labels])
+        from scipy.stats import t as student
+
+        quantile = student.ppf(0.975, fit.freedom)
+        reaches = np.array([p.profile.reach(reported / fit.units, quantile) for p in self.profiles])
+        # several onsets may all lie at their ends
+        more = np.maximum(reaches - quantile * reported / fit.units, 0.0).sum(axis=0)
+        spread = np.sqrt(np.diag(self.covariance(fit)))
+        scales, estimates = fit.problem.scales, dict(found.estimates)
+        for name in ("ci95", "ci95_bootstrap", "ci95_profile", "ci95_mcmc"):
+            ends = [getattr(found.estimates[label], name) for label in fit.labels]
+            for side in (0, 1):
+                at = np.array([v if e is None else e[side] for e, v in zip(ends, fit.values.tolist(), strict=True)])
+                with np.errstate(divide="ignore"):
+                    moved = scales.values(scales.coordinates(at) + (2 * side - 1) * more[side])
+                moved = np.where(np.isfinite(at) & (at != 0), moved, at)
+                ends = [
+                    e if e is None else (x, e[1]) if not side else (e[0], x)
+                    for e, x in zip(ends, moved.tolist(), strict=True)
+                ]
+            for label, interval in zip(fit.labels, ends, strict=True):
+                estimates[label] = replace(estimates[label], **{name: interval})
+        for label, extra in zip(fit.labels, spread.tolist(), strict=True):
+            e = estimates[label]
+            errors = {"stderr": e.stderr, "bootstrap": e.bootstrap}
+            wider = {name: float(np.hypot(error, extra)) for name, error in errors.items() if error is not None}
+            estimates[label] = replace(e, **wider)
+        findings = [p.finding(fit, reported) for p in self.profiles]
+        return replace(found, estimates=estimates, findings=(*found.findings, *(f for f in findings if f)))
+
+    def covariance(self, fit: FitResult) -> Array:
+        """Return the covariance (n, n) of the values by onsets anywhere in what is admitted."""
+        moves = [p.profile.range * fit.units for p in self.profiles]
+        return sum((np.outer(m, m) / 12 for m in moves), np.zeros((len(fit.values),) * 2))
+
+
+def _with_share(
+    problem: Problem, data: Sequence[Measured], members: Sequence[int], observe: Observe, share: float
+) -> Problem:
+    """Return the problem with the onset of some ``members`` of its data elsewhere."""
+    parts = [d.at_share(share) if k in members else d for k, d in enumerate(data)]
+    pairs = zip(parts, problem.observations, strict=True)
+    return replace(problem, observations=tuple(observe(d, o.sigma) for d, o in pairs))
+
+
+def settled(
+    found: FitResult,
+    data: Sequence[Measured],
+    observe: Observe,
+    *,
+    costly: bool = False,
+    progress: Progress = None,
+) -> tuple[FitResult, tuple[Measured, ...], Onsets]:
+    """Return the fit with every onset in the middle of what the data admit, the data so moved, and the profiles.
+
+    ``data`` are those of the observations of ``found``, which ``observe`` makes of them and their sigmas. The current
+    tells an onset; the displacement does where its residuals are noise. Raises SolveError where a fit fails.
+    """
+    profiles: list[OnsetProfile] = []
+    moved = list(data)
+    for source in dict.fromkeys(d.source for d in data):
+        members = [k for k, d in enumerate(data) if d.source == source]
+        current = moved[members[0]]
+        if not current.channel or not current.channel.width:
+            continue
+
+        at = partial(_with_share, found.problem, tuple(moved), members, observe)
+        telling = [k for k in members if k == members[0] or not structured(found.residuals_of(k))]
+        profile = profile_bounded(found, at, BOUNDS, telling, start=current.share, costly=costly)
+        profiles.append(OnsetProfile(source, current.channel, profile))
+        if abs(profile.middle - current.share) > _MIDDLE:
+            moved = [d.at_share(profile.middle) if k in members else d for k, d in enumerate(moved)]
+            found = with_starts(fit(at(profile.middle), found.values, progress), found.starts)
+    return found, tuple(moved), Onsets(tuple(profiles))
