@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -21,6 +21,7 @@ from .progress import ProgressBar
 @click.option("--electrode-resistance", help="Held, such as 2ohm; fit: nonlinear models.  [default: the actuator's]")
 @click.option("--own", multiple=True, help="A parameter that each of several files has for itself; may be repeated.")
 @click.option("--bias", multiple=True, help="Of spectra: 1V, or FILE=1V for one of them.")
+@click.option("--onset", multiple=True, help="When the voltage began: 4s, last-rest or first-level; or FILE=4s.")
 @engine_option
 @click.option(
     "--intervals",
@@ -47,7 +48,8 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     require_outputs(outputs(options), {"DATA": data})
     base = load_actuator(actuator) if actuator else None
     given = options["electrode_resistance"]
-    files = [read(path) for path in data]
+    begun = onsets(data, options["onset"])
+    files = [read(path, onset=begun[k]) for k, path in enumerate(data)]
     spectra = [isinstance(file, Spectrum) for file in files]
     bias = biases(data, spectra, options["bias"])
     if all(spectra) and context.get_parameter_source("engine") is click.core.ParameterSource.COMMANDLINE:
@@ -81,12 +83,34 @@ def biases(paths: Sequence[Path], spectra: Sequence[bool], given: Sequence[str])
     from ..units import parse
 
     found = [0.0] * len(paths)
-    for text in sorted(given, key=lambda t: "=" in t):
-        name, _, voltage = text.rpartition("=")
-        chosen = [k for k, path in enumerate(paths) if spectra[k] and (not name or name in (str(path), path.name))]
-        if not chosen:
-            what = f"'{name}' is not one of them" if name else "there is none"
-            raise InputError(f"--bias {text}: it is for the spectra among the files, and {what}")
-        for k in chosen:
-            found[k] = parse(voltage, "V", "--bias")
+    chosen = [k for k, yes in enumerate(spectra) if yes]
+    for k, voltage in each_file(paths, chosen, given, "--bias", "the spectra among the files"):
+        found[k] = parse(voltage, "V", "--bias")
     return found
+
+
+def onsets(paths: Sequence[Path], given: Sequence[str]) -> list[Any]:
+    """Return what ``--onset`` says of every file: a time [s], the name of a reading, or None."""
+    from ..units import parse
+
+    found: list[Any] = [None] * len(paths)
+    for k, text in each_file(paths, range(len(paths)), given, "--onset", "the files"):
+        found[k] = text if text in ("last-rest", "first-level") else parse(text, "s", "--onset")
+    return found
+
+
+def each_file(
+    paths: Sequence[Path], among: Sequence[int], given: Sequence[str], option: str, what: str
+) -> Iterator[tuple[int, str]]:
+    """Yield the index of a file and the value for it, for every VALUE and FILE=VALUE that an option was given.
+
+    Values for one file come last. Raises InputError for a file that is not ``among`` those the option is for.
+    """
+    for text in sorted(given, key=lambda t: "=" in t):
+        name, _, value = text.rpartition("=")
+        chosen = [k for k in among if not name or name in (str(paths[k]), paths[k].name)]
+        if not chosen:
+            reason = f"'{name}' is not one of them" if name else "there is none"
+            raise InputError(f"{option} {text}: it is for {what}, and {reason}")
+        for k in chosen:
+            yield k, value

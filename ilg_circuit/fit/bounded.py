@@ -24,7 +24,7 @@ _FIRST, _CLOSER, _LOOKS = 5, 9, 6
 _FLAT = 0.3
 #: Square of the normal quantile of 95 %.
 _LEVEL = 3.84
-#: Of this part of an interval it does not matter where in it the quantity lies.
+#: A place nearer than this part of the bounds is the same.
 _CLOSE = 1e-3
 #: Tolerance of the fits on the way.
 _TOLERANCE = 1e-12
@@ -112,6 +112,15 @@ def profile_bounded(
         for x in np.linspace(places[first], places[last], _CLOSER).tolist():
             trial.at(x)
     return BoundedProfile(*trial.table)
+
+
+def likeliest(found: FitResult, at: Callable[[float], Problem], bounds: tuple[float, float]) -> float:
+    """Return where a quantity of one observation is to be taken, ``found`` being the fit with it at 0.
+
+    That is the middle of what is admitted, 0 itself where it is near; arguments are those of `profile_bounded`.
+    """
+    middle = profile_bounded(found, at, bounds, (0,)).middle
+    return middle if abs(middle) > _CLOSE * (bounds[1] - bounds[0]) else 0.0
 
 
 def matters(profile: BoundedProfile, errors: Array, share: float = 0.2) -> Mask:

@@ -15,6 +15,7 @@ from ..circuit.strip import port_netlist
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..findings import Finding
+from ..fit.bounded import likeliest
 from ..fit.fitting import fit, with_starts
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
@@ -26,8 +27,7 @@ from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
 from .modal import Ports, modal_currents
-from .onset import likeliest_share
-from .port_model import IndividualFit, PortModel, observed, port_problem
+from .port_model import BRACKET, IndividualFit, PortModel, observed, port_problem
 from .start import model_start
 
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
@@ -66,6 +66,11 @@ class CurrentData:
     def channel(self) -> Channel:
         """The record's current, with its bracket of the onset."""
         return self.record.current
+
+    @property
+    def bracketed(self) -> bool:
+        """True if the readings leave open when the voltage jumped."""
+        return bool(self.channel.width or self.record.voltage.widths.any())
 
     def at_share(self, share: float) -> CurrentData:
         return replace(self, share=share)
@@ -170,9 +175,10 @@ class CurrentData:
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
         found = self._individual(kind, held, progress)
-        if not self.channel.width or not kind.linear:
+        if not self.bracketed or not kind.linear:
             return found
-        share = likeliest_share(found.fit, lambda share: port_problem((self.at_share(share),), found.model, (1.0,)))
+        # a ladder's current tells the onset; a sum of exponentials does not, and stays in the middle
+        share = likeliest(found.fit, lambda x: port_problem((self.at_share(x),), found.model, (1.0,)), BRACKET)
         return self.at_share(share)._individual(kind, held, progress) if share else found
 
     def _individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:

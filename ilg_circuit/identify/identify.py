@@ -143,6 +143,7 @@ def identify(
     parameters, each = parameter_estimates(fit, port, estimated, uncertainty)
     derived = port_quantities(port, fit, uncertainty)
     rows, without = _observations(port, coupling, fit, progress)
+    rows = [onsets.told(row) for row in rows]
     if len(ports) == 1:
         derived = {**{n: e for o in rows for n, e in o.derived.items()}, **derived}
     findings += port_findings(port, candidates)

@@ -147,6 +147,7 @@ class ImpedanceData:
 
     channel = None
     share = 0.0
+    bracketed = False
 
     def at_share(self, share: float) -> ImpedanceData:
         return self

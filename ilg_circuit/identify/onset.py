@@ -23,23 +23,13 @@ from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..measurements.record import Channel
-from .port_model import Measured
+from .observation_fit import ObservationFit
+from .port_model import BRACKET, Measured
 
 #: Data and the unit of their residuals -> the observation that a model predicts.
 Observe = Callable[[Measured, float | Array], Observation]
-#: Shares of the bracket from its middle to its ends.
-BOUNDS = (-0.5, 0.5)
 #: An onset nearer to the middle than this share is in the middle.
 _MIDDLE = 1e-3
-
-
-def likeliest_share(found: FitResult, at: Callable[[float], Problem]) -> float:
-    """Return the share of the bracket at which the onset is to be taken: 0, the middle, where nothing tells it.
-
-    ``at`` makes the problem of one observation with the onset elsewhere.
-    """
-    middle = profile_bounded(found, at, BOUNDS, (0,)).middle
-    return middle if abs(middle) > _MIDDLE else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +57,8 @@ class OnsetProfile:
         ends = self.estimate.ci95
         assert ends is not None
         names = [label for label, yes in zip(fit.labels, felt, strict=True) if yes]
-        return Finding("onset-bracketed", self.source, {"from": ends[0], "to": ends[1], "parameters": names})
+        code = "onset-bracketed" if self.channel.width else "jumps-bracketed"
+        return Finding(code, self.source, {"from": ends[0], "to": ends[1], "parameters": names})
 
 
 @dataclass(frozen=True)
@@ -110,6 +101,13 @@ class Onsets:
         findings = [p.finding(fit, reported) for p in self.profiles]
         return replace(found, estimates=estimates, findings=(*found.findings, *(f for f in findings if f)))
 
+    def told(self, row: ObservationFit) -> ObservationFit:
+        """Return a row with the interval of its onset among its derived quantities."""
+        estimates = {p.source: p.estimate for p in self.profiles}
+        if row.quantity != "current" or row.source not in estimates:
+            return row
+        return replace(row, derived={**row.derived, "onset": estimates[row.source]})
+
     def covariance(self, fit: FitResult) -> Array:
         """Return the covariance (n, n) of the values by onsets anywhere in what is admitted."""
         moves = [p.profile.range * fit.units for p in self.profiles]
@@ -143,12 +141,12 @@ def settled(
     for source in dict.fromkeys(d.source for d in data):
         members = [k for k, d in enumerate(data) if d.source == source]
         current = moved[members[0]]
-        if not current.channel or not current.channel.width:
+        if current.channel is None or not current.bracketed:
             continue
 
         at = partial(_with_share, found.problem, tuple(moved), members, observe)
         telling = [k for k in members if k == members[0] or not structured(found.residuals_of(k))]
-        profile = profile_bounded(found, at, BOUNDS, telling, start=current.share, costly=costly)
+        profile = profile_bounded(found, at, BRACKET, telling, start=current.share, costly=costly)
         profiles.append(OnsetProfile(source, current.channel, profile))
         if abs(profile.middle - current.share) > _MIDDLE:
             moved = [d.at_share(profile.middle) if k in members else d for k, d in enumerate(moved)]

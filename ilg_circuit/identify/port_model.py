@@ -22,6 +22,8 @@ from ..strip.port import Port
 ELECTRODE_RESISTANCE = Parameter("electrode_resistance", "Re", "ohm", "both electrodes, EC (15), (16)")
 #: A closed form takes a ladder's constants from the port, however many sections it has.
 ANY_LADDER = Ladders(sections=1)
+#: Shares of an onset's bracket, from its middle to its ends.
+BRACKET = (-0.5, 0.5)
 #: An observation counts as if it had noise of this part of its size at least: simulated ones may have none.
 _LEAST_SIGMA = 1e-9
 
@@ -93,6 +95,7 @@ class Measured(Protocol):
     ``data`` (samples,) are real numbers in ``unit``; ``size`` [unit] is what misfits are compared with; ``voltage`` [V]
     the largest applied, or the bias; ``engine`` names what predicts the data. ``channel`` is the record's, whose onset
     is taken by ``share`` (-0.5 to 0.5) of its bracket from the middle; None for data that are not over time.
+    ``bracketed`` says whether the readings leave open when the voltage jumped.
     """
 
     @property
@@ -115,6 +118,8 @@ class Measured(Protocol):
     def channel(self) -> Channel | None: ...
     @property
     def share(self) -> float: ...
+    @property
+    def bracketed(self) -> bool: ...
 
     def at_share(self, share: float) -> Measured:
         """Return the data with the onset elsewhere in its bracket."""

@@ -6,7 +6,7 @@ the record, so that a fit can let the onset lie anywhere in it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..errors import InputError
-from ..units import format_quantity
 from .smoothing import noise_level, resolution
 
 #: A change between two samples by this part of the voltage's range is a jump, if its neighbours change much less.
@@ -45,26 +44,40 @@ Stated = float | Literal["last-rest", "first-level"] | None
 class Onset:
     """The onset of a record's voltage.
 
-    ``first`` is the index of the first reading after it, ``bracket`` [s] holds its time in the file, ``rest`` [V] is
-    the level before it and ``jumps`` says whether the voltage jumps there.
+    ``first`` is the index of the first reading after it, ``between`` [s] are the times in the file of the readings
+    between which it lies and ``stated`` [s] is its time where that is known. ``rest`` [V] is the level before it and
+    ``jumps`` says whether the voltage jumps there.
     """
 
     first: int
-    bracket: Bracket
+    between: Bracket
     rest: float
     beginning: Beginning
     jumps: bool
+    stated: float | None = None
+
+    def bracket(self, between: Bracket) -> Bracket:
+        """Return where it lies for a channel that begins to answer ``between`` two of its readings [s]."""
+        if self.stated is not None and between[0] <= self.stated <= between[1]:
+            return (self.stated, self.stated)
+        return between
 
     @property
     def time(self) -> float:
-        """The middle of the bracket [s]."""
-        return sum(self.bracket) / 2
+        """The middle of where it lies [s]."""
+        return sum(self.bracket(self.between)) / 2
+
+    @property
+    def share(self) -> float:
+        """By what share of its interval (-0.5 to 0.5) it lies from the middle."""
+        low, high = self.between
+        return (self.time - (low + high) / 2) / (high - low) if high > low else 0.0
 
 
 def find_onset(t: Array, u: Array, current: Array, name: str, stated: Stated = None) -> Onset:
     """Return the onset of a voltage ``u`` [V] at ``t`` [s], both (n,); ``current`` [A] (n,) may hold blanks.
 
-    Raises InputError where nothing was excited, or the onset ``stated`` lies where the readings exclude it.
+    Raises InputError where nothing was excited.
     """
     largest = float(np.abs(u).max())
     if not largest and not np.ptp(u):
@@ -85,24 +98,13 @@ def find_onset(t: Array, u: Array, current: Array, name: str, stated: Stated = N
         early = float(t[0]) if len(t) > 1 and 0 < t[0] <= 1.5 * (t[1] - t[0]) and beginning == "step" else 0.0
         bracket = (float(t[0]) - early, float(t[0]))
     found = Onset(first, bracket, rest, beginning, jump or (not first and beginning == "step"))
-    return found if stated is None else _stated(found, stated, t, name)
+    return found if stated is None else _stated(found, stated)
 
 
-def _stated(found: Onset, stated: float | str, t: Array, name: str) -> Onset:
-    low, high = found.bracket
-    if stated == "last-rest":
-        at = low
-    elif stated == "first-level":
-        at = high
-    else:
-        at = float(stated)
-        before = float(t[found.first - 1]) if found.first else -np.inf
-        if not min(low, before) <= at <= high:
-            raise InputError(
-                f"{name}: --onset {format_quantity(at, 's', 6)} is excluded by the voltage, which is at rest until "
-                f"{format_quantity(low, 's', 6)} and has answered at {format_quantity(high, 's', 6)}"
-            )
-    return Onset(found.first, (at, at), found.rest, found.beginning, found.jumps)
+def _stated(found: Onset, stated: float | str) -> Onset:
+    low, high = found.between
+    at = {"last-rest": low, "first-level": high}.get(str(stated))
+    return replace(found, stated=float(stated) if at is None else at)
 
 
 def _first_moved(u: Array) -> tuple[int, bool]:
@@ -170,14 +172,14 @@ def answer_bracket(t: Array, values: Array, onset: Onset, until: float) -> tuple
     ``t`` [s] and ``values`` [A] (n,) are the current's readings; ``until`` [s] is the voltage's next change. None where
     no answer can be told from the noise, or the voltage does not jump.
     """
-    rows = np.flatnonzero(t >= onset.bracket[0])
+    rows = np.flatnonzero(t >= onset.between[0])
     if not onset.jumps or len(rows) < 3:
         return None
-    rest = values[t <= onset.bracket[0]] if onset.first else np.empty(0)
+    rest = values[t <= onset.between[0]] if onset.first else np.empty(0)
     size = np.abs(values - (float(np.median(rest)) if len(rest) else 0.0))
     here = rows[t[rows] < until]
     later = size[here].max(initial=0.0)
-    at = int(np.searchsorted(t, onset.bracket[1]))  # the current's reading that goes with the first one at the level
+    at = int(np.searchsorted(t, onset.between[1]))  # the current's reading that goes with the first one at the level
     near = np.arange(max(at - 1, 0), min(at + _ANSWER_ROWS, len(t)))
     peak = float(size[near].max(initial=0.0))
     if later <= _SEEN * max(noise_level(values), resolution(values) / 2):
@@ -186,7 +188,7 @@ def answer_bracket(t: Array, values: Array, onset: Onset, until: float) -> tuple
         near, peak = here, later
     first = int(near[np.argmax(size[near] > _ANSWER * peak)])
     if first == at:
-        return onset.bracket, 0
+        return onset.between, 0
     if not first:
         return None
     return (float(t[first - 1]), float(t[first])), first - at

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..findings import Finding
+from ..units import format_quantity
 from .onset import Bracket, Onset, Stated, answer_bracket, find_onset
 from .quality import clipped_tops, current_drift, dropouts, rest_drift
 from .record import Channel, Record
@@ -93,23 +96,30 @@ def _current(table: Table, onset: Onset, drive: PiecewiseLinear) -> tuple[Channe
     jumps = drive.jumps(np.inf)
     until = onset.time + float(jumps[0]) if len(jumps) else np.inf
     found = answer_bracket(t, v, onset, until)
-    if found is None or not found[1]:
-        return _channel(t, v, onset.bracket if found is None else found[0], onset.first > 0), []
-    bracket, rows = found
-    late = bracket[1] - onset.bracket[1]
+    between, rows = found or (onset.between, 0)
+    if onset.stated is not None and onset.bracket(between) == between and onset.bracket(onset.between) == onset.between:
+        between_rows = f"{format_quantity(between[0], 's', 6)} and {format_quantity(between[1], 's', 6)}"
+        raise InputError(
+            f"{table.source}: --onset {format_quantity(onset.stated, 's', 6)} is excluded by the readings: the current "
+            f"begins to answer between {between_rows}"
+        )
+    if not rows:
+        return _channel(t, v, onset, between), []
+    late = between[1] - onset.between[1]
     code = {1: "current-one-row-late", -1: "current-one-row-early"}.get(rows, "current-late")
-    values_ = {"late": late, "rows": rows, "from": bracket[0], "to": bracket[1]}
-    if onset.bracket[0] == onset.bracket[1] and onset.first and bracket[0] <= onset.bracket[0] <= bracket[1]:
-        bracket = onset.bracket  # the onset that was stated is one that the current allows
-    return _channel(t, v, bracket, True), [Finding(code, values=values_)]
+    about = {"late": late, "rows": rows, "from": between[0], "to": between[1]}
+    return _channel(t, v, replace(onset, first=max(onset.first, 1)), between), [Finding(code, values=about)]
 
 
-def _channel(t: Array, values: Array, bracket: Bracket, rest: bool) -> Channel:
-    """Return readings at ``t`` [s] in the file as a channel whose onset, in the middle of ``bracket`` [s], is at 0."""
+def _channel(t: Array, values: Array, onset: Onset, between: Bracket) -> Channel:
+    """Return readings at ``t`` [s] in the file as a channel that begins to answer ``between`` two of them, its onset at
+    0: where it is known, or in the middle.
+    """
+    bracket = onset.bracket(between)
     middle = sum(bracket) / 2
     time = t - middle
-    if rest:  # the last reading at rest may stand at the onset itself
-        before = t <= bracket[0]
+    if onset.first:  # the last reading at rest may stand at the onset itself
+        before = t <= between[0]
         time[before] = np.minimum(time[before], -_BEFORE * max(float(t[-1] - t[0]), 1e-300))
     return Channel(time, values, (bracket[0] - middle, bracket[1] - middle), middle)
 
@@ -127,7 +137,7 @@ def _displacement(table: Table, onset: Onset) -> tuple[Channel | None, list[Find
     if values is None:
         return None, []
     missing, notes = dropouts(values, "displacement", "m")
-    channel = _channel(table.time[~missing], values[~missing], onset.bracket, onset.first > 0)
+    channel = _channel(table.time[~missing], values[~missing], onset, onset.between)
     return channel, [*notes, *rest_drift(channel.time, channel.values, "displacement", "m")]
 
 

@@ -33,7 +33,8 @@ _BEHIND = 1e-6
 class MeasuredDrive:
     """The voltage since the onset at 0, jumps in the middle of the intervals [s] in which they were read.
 
-    ``widths`` (j,) are those of the intervals of all jumps, the onset's first; ``noise`` [V] is that of the levels.
+    ``widths`` (j,) are those of the intervals of all jumps, the onset's first, zero where it is known when they were;
+    ``noise`` [V] is that of the levels.
     """
 
     drive: PiecewiseLinear
@@ -46,7 +47,7 @@ class MeasuredDrive:
         The other jumps lie at the same share of their own intervals.
         """
         drive, onset = self.drive, share * width
-        if not share or not width:
+        if not share or not (width or self.widths.any()):
             return drive
         at = 1 + np.flatnonzero(np.diff(drive.times) == 0)
         later = self.widths[1:] * max(share, _BEHIND - 0.5)
@@ -72,8 +73,11 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
     jumps = voltage_jumps(u)
     inner = jumps[jumps >= first] + 1 - first
     edges = [0, *inner.tolist(), len(v)]
-    begins = [0.0, *((time[inner - 1] + time[inner]) / 2).tolist()]
-    widths = np.array([onset.bracket[1] - onset.bracket[0], *(time[inner] - time[inner - 1])])
+    widths = np.array([onset.between[1] - onset.between[0], *(time[inner] - time[inner - 1])])
+    share = max(onset.share, _BEHIND - 0.5)
+    begins = [0.0, *((time[inner - 1] + time[inner]) / 2 + share * widths[1:]).tolist()]
+    if onset.stated is not None:
+        widths = np.zeros_like(widths)
     times: list[Array] = []
     values: list[Array] = []
     level_noise = 0.0
