@@ -67,6 +67,8 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
             progress=bar.count,
         )
     emit(result, outputs(options), inputs=(*data, actuator), seed=result.seed, writers={"--out": write_actuator})
+    if not result.success:
+        context.exit(1)
 
 
 def resistance(text: str | None) -> float | Literal["fit"] | None:

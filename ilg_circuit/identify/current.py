@@ -62,6 +62,15 @@ class CurrentData:
         """The voltage since the onset."""
         return self.record.voltage.moved(self.share, self.record.current.width)
 
+    def leaving_out(self, rows: Array) -> CurrentData:
+        """Return the data without more ``rows`` of the record's current."""
+        return replace(self, left_out=tuple(sorted({*self.left_out, *rows.tolist()})))
+
+    @property
+    def since(self) -> Array:
+        """Time since the onset [s] (samples,), wherever it is taken to lie."""
+        return self._kept.since(self.share)
+
     @property
     def channel(self) -> Channel:
         """The record's current, with its bracket of the onset."""
@@ -131,14 +140,14 @@ class CurrentData:
 
     def observation(self, model: PortModel, sigma: float = 1.0, *, of_record: bool = False) -> Observation:
         if model.kind.linear and not of_record:
-            predict = self.modal(model, self._kept.since(self.share))
+            predict = self.modal(model, self.since)
         else:
             predict = self._by_engine(model)
         nuisance = np.ones((len(self.data), int(self.has_offset)))
         return observed(self, model.names, predict, nuisance, sigma)
 
     def _by_engine(self, model: PortModel) -> Predict:
-        t, ports = self._kept.since(self.share), self.ports(model)
+        t, ports = self.since, self.ports(model)
         return lambda values: currents(ports(values), self.drive, t, self.engine)
 
     def modal(self, model: PortModel, t: Array) -> Predict:
@@ -182,7 +191,7 @@ class CurrentData:
         return self.at_share(share)._individual(kind, held, progress) if share else found
 
     def _individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
-        t, data = self._kept.since(self.share), self.data
+        t, data = self.since, self.data
         offset = float(data[t < 0].mean()) if self.has_offset else 0.0
         start = model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held)
         model = PortModel(kind, held, tuple(start.tolist()))

@@ -66,6 +66,11 @@ class Identification(Warned, Result):
         return len(self.port.data) == 1
 
     @property
+    def success(self) -> bool:
+        """False where the model leaves so much of a file undescribed that its numbers mean nothing."""
+        return not any(o.misfit is not None and o.misfit.fail for o in self.observations)
+
+    @property
     def metrics(self) -> DisplacementMetrics | None:
         """Peak, overshoot, settling, back-relaxation of a single file; None where they are not defined."""
         return next((o.metrics for o in self.observations if o.metrics is not None), None) if self.single else None
@@ -88,6 +93,7 @@ class Identification(Warned, Result):
         metrics = self.metrics
         return {
             "schema_version": SCHEMA_VERSION,
+            "success": self.success,
             "model": self.model,
             "source": ", ".join(self.sources),
             "engine": self.engine,

@@ -49,9 +49,11 @@ from .observation_fit import (
     consistency_findings,
     leave_one_out,
     leave_one_port_out,
+    misfit_findings,
     observation_fits,
 )
 from .onset import Onsets, settled
+from .outliers import without_outliers
 from .port_findings import base_findings, port_findings
 from .port_fit import PortFit
 from .port_model import Measured, PortData
@@ -117,6 +119,7 @@ def identify(
     if held is not None:
         for d in ports:
             d.require_electrode_resistance(held)
+    ports, about_readings = _without_outliers(ports, held, progress)
     names = frozenset(own)
     port, candidates, findings = _fit_port(ports, model, held, names - set(NAMES), progress)
     actuator = _actuator(port, strip, base, ports)
@@ -146,7 +149,8 @@ def identify(
     rows = [onsets.told(row) for row in rows]
     if len(ports) == 1:
         derived = {**{n: e for o in rows for n, e in o.derived.items()}, **derived}
-    findings += port_findings(port, candidates)
+    findings += [*about_readings, *port_findings(port, candidates)]
+    findings += misfit_findings(rows)
     if len(ports) > 1:
         findings += consistency_findings([r for r in rows if r.quantity != "displacement"], without)
     findings += [*about_coupling, *base_findings(base, coupling)]
@@ -230,6 +234,19 @@ def _port_data(
             if np.array_equal(d.data, earlier.data) and np.array_equal(d.abscissa, earlier.abscissa):
                 raise InputError(f"'{d.source}' repeats the readings of '{earlier.source}': give each record once")
     return tuple(found)
+
+
+def _without_outliers(
+    data: tuple[PortData, ...], held: float | None, progress: Progress
+) -> tuple[tuple[PortData, ...], list[Finding]]:
+    """Return the data without the readings of currents that are outliers, and findings on them."""
+    kept, findings = [], []
+    for d in data:
+        if isinstance(d, CurrentData):
+            d, said = without_outliers(d, held or 0.0, progress)
+            findings += said
+        kept.append(d)
+    return tuple(kept), findings
 
 
 def _fit_port(

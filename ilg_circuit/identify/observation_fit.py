@@ -16,8 +16,10 @@ from ..findings import Finding
 from ..fit.criteria import ResidualWindow, residual_windows
 from ..fit.estimate import Estimate
 from ..fit.fitting import fit_without
+from ..fit.misfit import Misfit, misfit_of_spectrum, misfit_over_time
 from ..fit.problem import Progress
 from ..fit.result import FitResult
+from ..measurements.smoothing import noise_level
 from .displacement_metrics import DisplacementMetrics
 from .kramers_kronig import KramersKronig
 from .port_fit import PortFit, levels_differ
@@ -67,6 +69,7 @@ class ObservationFit:
     derived: Mapping[str, Estimate] = field(default_factory=dict)
     check: KramersKronig | None = None
     metrics: DisplacementMetrics | None = None
+    misfit: Misfit | None = None
 
     @property
     def residuals(self) -> Numbers:
@@ -103,6 +106,7 @@ class ObservationFit:
             "rms_unit": self.unit,
             "peak": self.size,
             "n": len(self.data),
+            "misfit": self.misfit and self.misfit.to_dict(),
             "derived": {name: e.to_dict() for name, e in self.derived.items()},
             "not_predicted": self.not_predicted_because or None,
             "kramers_kronig": self.check.to_dict() if self.check else None,
@@ -192,9 +196,30 @@ def observation_fits(
                 size=d.size,
                 statistics=fit.statistics_of(first + k),
                 not_predicted_because=why,
+                misfit=_misfit(d, fit.residuals_of(first + k)),
             )
         )
     return rows
+
+
+def _misfit(d: Measured, residuals: Array) -> Misfit | None:
+    if d.channel is None:
+        measured, left = d.shown(d.data), d.shown(residuals)
+        return misfit_of_spectrum(d.abscissa, np.abs(left) / np.abs(measured))
+    return misfit_over_time(d.abscissa, residuals, noise_level(d.data), d.size)
+
+
+def misfit_findings(rows: Sequence[ObservationFit]) -> list[Finding]:
+    """Return a finding on every observation of which the model leaves too much."""
+    found = []
+    for r in rows:
+        if r.misfit is None or not (r.misfit.warn or r.misfit.fail):
+            continue
+        m = r.misfit
+        code = "not-a-success" if m.fail else "misfit-spectrum" if r.quantity == "impedance" else "misfit"
+        values = {"quantity": r.quantity, "size": SIZE[r.quantity], "share": m.share, "worst": m.worst}
+        found.append(Finding(code, r.source, {**values, "from": m.start, "to": m.end}))
+    return found
 
 
 def consistency_findings(rows: Sequence[ObservationFit], without: LeftOut) -> list[Finding]:

@@ -1,0 +1,76 @@
+"""Readings in a record over time that no model error explains: single rows far off both their neighbours and the model.
+
+A model that is too simple leaves residuals as smooth as the transient; a reading is named only where it stands apart
+from its neighbours' residuals, by far more than they scatter.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Array, Mask
+
+#: A reading must stand off by so many deviations of the residuals, and so many times the range of its neighbours.
+_FAR, _OVER_NEIGHBOURS = 6.0, 1.5
+#: Neighbours, and the half-width in rows of the window in which the residuals' deviation is taken.
+_NEIGHBOURS, _HALF = 4, 25
+#: Median absolute deviation of a normal variable of unit deviation.
+_MAD = 0.6745
+#: Rows behind an edge of the drive that are named only where they answer less than the row after them.
+_BEHIND_EDGE = 2
+
+
+def outlying(data: Array, residuals: Array, pieces: NDArray[np.intp], grain: float) -> Mask:
+    """Return the readings (n,) that are named as outliers.
+
+    Parameters
+    ----------
+    data, residuals
+        Readings and data - model (n,), in one unit.
+    pieces
+        Number (n,) of the smooth piece of the drive to which each row belongs, ascending; neighbours never lie across
+        an edge.
+    grain
+        The instrument's resolution, in the same unit.
+    """
+    named = np.zeros(len(data), dtype=bool)
+    everywhere = _deviation(residuals)
+    for piece in np.unique(pieces):
+        rows = np.flatnonzero(pieces == piece)
+        if len(rows) <= _NEIGHBOURS:
+            continue
+        r = residuals[rows]
+        scale = np.maximum(np.maximum(everywhere, _local_deviation(r)), grain)
+        around = r[_neighbours(len(rows))]
+        far = np.abs(r - np.median(around, axis=1)) > _FAR * scale
+        apart = np.abs(r - np.median(around, axis=1)) > _OVER_NEIGHBOURS * np.ptp(around, axis=1)
+        found = far & apart & (np.abs(r) > _FAR * scale)
+        if rows[0]:
+            before = float(data[rows[0] - 1])
+            answer = np.abs(data[rows] - before)
+            for k in range(_BEHIND_EDGE):
+                found[k] &= answer[k] < answer[k + 1]
+        named[rows[found]] = True
+    return named
+
+
+def _deviation(values: Array) -> float:
+    return float(np.median(np.abs(values - np.median(values)))) / _MAD
+
+
+def _local_deviation(r: Array) -> Array:
+    """Return the deviation of ``r`` (n,) in a window about each row, by its median absolute deviation."""
+    from scipy.ndimage import median_filter
+
+    width = min(2 * _HALF + 1, len(r) - 1 + len(r) % 2)
+    middle = median_filter(r, width, mode="nearest")
+    return np.asarray(median_filter(np.abs(r - middle), width, mode="nearest")) / _MAD
+
+
+def _neighbours(count: int) -> NDArray[np.intp]:
+    """Return for each of ``count`` rows its nearest rows (count, 4), those at the ends inwards."""
+    first = np.clip(np.arange(count) - _NEIGHBOURS // 2, 0, count - _NEIGHBOURS - 1)
+    window = first[:, None] + np.arange(_NEIGHBOURS + 1)
+    others = window != np.arange(count)[:, None]
+    return window[others].reshape(count, _NEIGHBOURS)

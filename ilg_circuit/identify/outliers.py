@@ -1,0 +1,64 @@
+"""Readings of a current that no model error explains: named and left out, before models are compared."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import IlgError
+from ..findings import Finding
+from ..fit.outliers import outlying
+from ..fit.problem import Progress
+from ..measurements.smoothing import resolution
+from ..strip.models import electrical_model
+from .current import CurrentData
+
+#: Models by which readings are judged, the first that can be fitted; a model error of theirs is no outlier.
+_MODELS = ("rc2", "rc")
+#: More outliers than this part of the rows are no outliers: something else is wrong.
+_MOST = 0.02
+_ROUNDS = 6
+
+
+def without_outliers(data: CurrentData, held: float, progress: Progress = None) -> tuple[CurrentData, list[Finding]]:
+    """Return the data without the readings that are named as outliers, and a finding on them.
+
+    Fits are repeated until no further reading is named. Where no model can be fitted nothing is left out.
+    """
+    for _ in range(_ROUNDS):
+        residuals = _residuals(data, held, progress)
+        if residuals is None:
+            break
+        more = named_by(data, residuals)
+        if not len(more):
+            break
+        data = data.leaving_out(more)
+    return data, findings_on(data)
+
+
+def named_by(data: CurrentData, residuals: Array) -> Array:
+    """Return the rows of the record's current that ``residuals`` (samples,) of the data name as outliers."""
+    pieces = np.searchsorted(data.drive.jumps(np.inf), data.since, side="right") + (data.since >= 0)
+    found = outlying(data.data, residuals, pieces, resolution(data.data))
+    return data.rows[found]
+
+
+def findings_on(data: CurrentData) -> list[Finding]:
+    """Return what is to be said of the readings that were left out."""
+    rows = list(data.left_out)
+    if not rows:
+        return []
+    channel = data.record.current
+    shown = [f"{channel.time[k] + channel.zero:.6g} s ({channel.values[k]:.3g} A)" for k in rows[:8]]
+    values = {"count": len(rows), "of": len(channel.time), "readings": shown + ["..."] * (len(rows) > 8)}
+    code = "outliers-many" if len(rows) > _MOST * len(channel.time) else "outliers"
+    return [Finding(code, data.source, {"quantity": data.quantity, **values})]
+
+
+def _residuals(data: CurrentData, held: float, progress: Progress) -> Array | None:
+    for model in _MODELS:
+        try:
+            return data.individual(electrical_model(model), held, progress).fit.residuals_of(0)
+        except IlgError:
+            continue
+    return None
