@@ -162,18 +162,8 @@ def couple(
             found = through_circuits(strip, times, voltages)
         charges, error = found.charges, found.error
         strains = transferred(found, mode, strip, voltage, largest)
-    return Coupled(
-        mode=mode,
-        run=rhythm,
-        time=times,
-        outputs=outputs,
-        voltages=voltages,
-        charges=charges,
-        strains=strains,
-        largest_strain=largest,
-        scales=_scales(strip, mode, rhythm.period),
-        error=error,
-    )
+    scales = _scales(strip, mode, rhythm.period)
+    return Coupled(mode, rhythm, times, outputs, voltages, charges, strains, largest, scales, error)
 
 
 def transferred(found: Transient, mode: str, strip: Actuator, voltage: float, largest: float) -> Array:
@@ -184,8 +174,7 @@ def transferred(found: Transient, mode: str, strip: Actuator, voltage: float, la
 def lumped_strain(actuator: Actuator, voltage: float) -> float:
     """eps_max = 3 d0 V/b: the free strain of a face that ``voltage`` [V] at the port gives in the end."""
     assert actuator.coupling is not None
-    lumped = lumped_elements(actuator)
-    inner = lumped.port.inner_voltage(voltage)
+    inner = lumped_elements(actuator).port.inner_voltage(voltage)
     return float(3 * actuator.coupling.static * inner / actuator.geometry.thickness)
 
 

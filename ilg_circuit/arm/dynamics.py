@@ -176,12 +176,10 @@ def _prepare(
         times=drive.time,
         values=drive.values,
         sample=sample,
-        q=np.ascontiguousarray(q.reshape(n + 1, 4)),
-        v=np.ascontiguousarray(v.reshape(n + 1, 4)),
+        states=np.repeat(np.stack([q, v]).reshape(1, 2, n + 1, 4), 3, axis=0),
         clock=np.array([0.0, first, 0.0, 0.0, 0.0, 0.0, np.inf, 0.0]),
         counts=np.zeros(4, dtype=np.int64),
-        positions=np.empty((count, n + 1, 4)),
-        velocities=np.empty((count, n + 1, 4)),
+        samples=np.empty((count, 2, n + 1, 4)),
         pressures=np.empty((count, n)),
         works=np.empty((count, 4)),
         tolerance_q=scale,
@@ -198,14 +196,14 @@ def _failure(run: Integration, status: int) -> SolveError:
 def _watch(arm: Arm, samples: Array, run: Integration) -> list[Event]:
     """Return the events visible in the samples: the outline crosses itself, the plane is touched."""
     events = []
-    for time, q in zip(samples, run.positions, strict=True):
+    for time, q in zip(samples, run.samples[:, 0], strict=True):
         segment = int(crosses_itself(q))
         if segment:
             events.append(Event(float(time), Finding("arm-crosses-itself", values={"segment": segment}), warning=True))
             break
     if arm.plane is not None:
         normal = np.array(arm.plane.normal)
-        depth = (np.array(arm.plane.point) - run.positions.reshape(len(samples), -1, 2, 2)) @ normal
+        depth = (np.array(arm.plane.point) - run.samples[:, 0].reshape(len(samples), -1, 2, 2)) @ normal
         touched = np.argwhere(depth > 0)
         if len(touched):
             at, rod, _ = touched[0].tolist()

@@ -44,21 +44,19 @@ class Integration(NamedTuple):
     """Inputs and outputs of a kernel; K stops, T samples.
 
     A step ends at each of ``stops`` [s] (K,); ``sample`` (K,) is the sample's number there or -1. The activation is
-    linear between ``times`` [s] (J,), ``values`` (J, n, 3). ``q``, ``v`` are the state between calls. ``clock``: time,
-    step, the four integrals of `powers`, smallest and largest step. ``counts``: stops passed, steps taken, steps
-    refused, rod of the largest error.
+    linear between ``times`` [s] (J,), ``values`` (J, n, 3). ``states``: positions and velocities at a step's start,
+    middle and end; those of the start stand between calls. ``clock``: time, step, the four integrals of `powers`,
+    smallest and largest step. ``counts``: stops passed, steps taken, steps refused, rod of the largest error.
     """
 
     stops: Array
     sample: Indices
     times: Array
     values: Array
-    q: Array
-    v: Array
+    states: Array  # (3, 2, n + 1, 4)
     clock: Array
     counts: Indices
-    positions: Array  # (T, n + 1, 4)
-    velocities: Array
+    samples: Array  # (T, 2, n + 1, 4) positions, velocities
     pressures: Array  # (T, n)
     works: Array  # (T, 4)
     tolerance_q: float
@@ -82,40 +80,13 @@ def interpolate(run: Integration, t: float, a: Array) -> None:
 
 
 @compiled
-def add_works(m: Model, run: Integration, h: float, states: Array, activations: Array, rate: Array) -> None:
-    """Add the integrals of `powers` over a step by Simpson's rule.
-
-    ``states`` (3, 2, n + 1, 4): positions and velocities at the step's start, middle and end, ``activations``
-    (3, n, 3) there; their slopes are those of the parabola through the three. ``rate`` (n, 3) is scratch.
-    """
-    a, b, c = activations[0], activations[1], activations[2]
-    power = np.zeros(4)
-    for k in range(3):
-        rate[:] = (c - a + (a - 2 * b + c) * (2 * k - 2)) / h
-        powers(m, states[k, 0], states[k, 1], activations[k], rate, power)
-        run.clock[2:6] += h * (4.0 if k == 1 else 1.0) / 6 * power
-
-
-@compiled
-def record(run: Integration, q: Array, v: Array, p: Array) -> None:
+def record(run: Integration, p: Array) -> None:
     """Write the state at the present stop, if it is a sample."""
     s = run.sample[run.counts[0]]
     if s >= 0:
-        run.positions[s] = q
-        run.velocities[s] = v
+        run.samples[s] = run.states[0]
         run.pressures[s] = p
         run.works[s] = run.clock[2:6]
-
-
-@compiled
-def begin(run: Integration) -> tuple[Array, Array]:
-    """States and activations, as `add_works` takes them, with the first of each set."""
-    n = run.values.shape[1]
-    states, activations = np.zeros((3, 2, n + 1, 4)), np.zeros((3, n, 3))
-    states[0, 0], states[0, 1] = run.q, run.v
-    states[2, 0, 0] = states[1, 0, 0] = run.q[0]
-    interpolate(run, run.clock[0], activations[0])
-    return states, activations
 
 
 @compiled
@@ -128,10 +99,20 @@ def fit_step(run: Integration) -> tuple[float, bool]:
 
 
 @compiled
-def accept(run: Integration, h: float, last: bool, q: Array, v: Array, p: Array) -> int:
-    """Move on by ``h`` to the state ``q``, ``v`` with pressures ``p``; returns `DONE` at the last stop, or `PAUSE`."""
-    run.q[:] = q
-    run.v[:] = v
+def accept(m: Model, run: Integration, h: float, last: bool, activations: Array, p: Array) -> int:
+    """Move on by ``h`` to the step's end, with pressures ``p``; returns `DONE` at the last stop, or `PAUSE`.
+
+    The integrals of `powers` grow by Simpson's rule. ``activations`` (3, n, 3) are those at the step's start, middle
+    and end; their slopes are those of the parabola through the three.
+    """
+    a, b, c = activations[0], activations[1], activations[2]
+    power = np.zeros(4)
+    for k in range(3):
+        rate = (c - a + (a - 2 * b + c) * (2 * k - 2)) / h
+        powers(m, run.states[k, 0], run.states[k, 1], activations[k], rate, power)
+        run.clock[2:6] += h * (4.0 if k == 1 else 1.0) / 6 * power
+    run.states[0] = run.states[2]
+    activations[0] = activations[2]
     run.clock[0] += h
     run.counts[1] += 1
     run.clock[6] = min(run.clock[6], h)
@@ -139,7 +120,7 @@ def accept(run: Integration, h: float, last: bool, q: Array, v: Array, p: Array)
     if last:
         run.counts[0] += 1
         run.clock[0] = run.stops[run.counts[0]]
-        record(run, q, v, p)
+        record(run, p)
     return DONE if run.counts[0] == run.stops.shape[0] - 1 else PAUSE
 
 
@@ -195,13 +176,14 @@ def explicit(m: Model, run: Integration) -> int:
     clock = run.clock
     n = m.area.shape[0]
     K, L = np.zeros((7, n + 1, 4)), np.zeros((7, n + 1, 4))  # stages' velocities and accelerations
-    states, activations = begin(run)
+    states, activations = run.states, np.zeros((3, n, 3))
     q, v, x, w = states[0, 0], states[0, 1], states[2, 0], states[2, 1]
-    a, rate, zero = activations[2], np.zeros((n, 3)), np.zeros((n + 1, 4))
+    a, zero = activations[2], np.zeros((n + 1, 4))
+    interpolate(run, clock[0], activations[0])
     p, work, error_q, error_v = np.zeros(n), np.zeros((n, 6)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
     acceleration(m, q, v, activations[0], p, L[0], work)
     if run.counts[1] == 0:
-        record(run, q, v, p)
+        record(run, p)
     for _ in range(STEPS_A_CALL):
         h, last = fit_step(run)
         K[0] = v
@@ -222,10 +204,7 @@ def explicit(m: Model, run: Integration) -> int:
         states[1, 0] = (q + x) / 2 + 5 * h / 32 * (v - w) + h * h / 64 * (L[0] + L[6])
         states[1, 1] = 15 / 8 * (x - q) / h - 7 / 16 * (v + w) + h / 32 * (L[6] - L[0])
         interpolate(run, clock[0] + 0.5 * h, activations[1])
-        add_works(m, run, h, states, activations, rate)
-        states[0] = states[2]
-        activations[0] = activations[2]
         L[0] = L[6]
-        if accept(run, h, last, q, v, p) == DONE:
+        if accept(m, run, h, last, activations, p) == DONE:
             return DONE
     return PAUSE

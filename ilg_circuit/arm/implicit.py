@@ -25,8 +25,6 @@ from .explicit import (
     TOO_SMALL,
     Integration,
     accept,
-    add_works,
-    begin,
     change_step,
     fit_step,
     interpolate,
@@ -111,7 +109,8 @@ def implicit(m: Model, run: Integration) -> int:
     clock = run.clock
     n = m.area.shape[0]
     K, L = np.zeros((6, n + 1, 4)), np.zeros((6, n + 1, 4))
-    states, activations = begin(run)
+    states, activations = run.states, np.zeros((3, n, 3))
+    interpolate(run, clock[0], activations[0])
     q, v, x, w = states[0, 0], states[0, 1], states[2, 0], states[2, 1]
     acc, first, rq, rv = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
     turned, drift = np.zeros((n + 1, 4)), np.zeros((1, n + 1, 4))
@@ -122,7 +121,7 @@ def implicit(m: Model, run: Integration) -> int:
     acceleration(m, q, v, activations[0], p, first, work)
     derivatives(m, q, v, activations[0], p, S, D)
     if run.counts[1] == 0:
-        record(run, q, v, p)
+        record(run, p)
     for _ in range(STEPS_A_CALL):
         h, last = fit_step(run)
         H = _GAMMA * h
@@ -166,11 +165,8 @@ def implicit(m: Model, run: Integration) -> int:
         project(m, x, w, p, work, turned)
         weighted_sum(_INSIDE, K, 5, 1.0, 0.5 * (q + x), states[1, 0])
         weighted_sum(_INSIDE, L, 5, 1.0, 0.5 * (v + w), states[1, 1])
-        add_works(m, run, h, states, activations, rate)
-        states[0] = states[2]
-        activations[0] = activations[2]
-        acceleration(m, q, v, activations[0], p, first, work)
-        derivatives(m, q, v, activations[0], p, S, D)
-        if accept(run, h, last, q, v, p) == DONE:
+        acceleration(m, x, w, a, p, first, work)
+        derivatives(m, x, w, a, p, S, D)
+        if accept(m, run, h, last, activations, p) == DONE:
             return DONE
     return PAUSE

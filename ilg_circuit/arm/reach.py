@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -223,7 +223,7 @@ class _Search:
     def __init__(
         self, arm: Arm, rhythm_of: str, mode: str, actuator: Actuator, voltage: float, duration: float, start: Any
     ) -> None:
-        self.arm, self.rhythm_of, self.mode, self.actuator = arm, rhythm_of, mode, actuator
+        self.arm, self.rhythm_of, self.mode = arm, rhythm_of, mode
         self.voltage, self.duration, self.start = voltage, duration, start
         self.length = arm.segment_length if arm.formulation == "beam" else None
         self.failed = 0
@@ -234,8 +234,8 @@ class _Search:
             self.bounds["inhibition"] = _ONE_WAY_INHIBITION
         low, high = BOUNDS["slower"]
         self.bounds["slower"] = (low, float(np.clip(duration / self.period, 2 * low, high)))
-        # errors in voltage, mode and strip are raised before the search
-        couple(self.network({}), 1, 1e-3 * self.period, mode=mode, actuator=actuator, voltage=voltage)
+        self.couple = partial(couple, mode=mode, actuator=actuator, voltage=voltage)
+        self.couple(self.network({}), 1, 1e-3 * self.period)  # so that errors in these are raised before the search
         self.strip = segment_strip(actuator, arm.segments, self.length)
         self.largest = lumped_strain(actuator, voltage)
 
@@ -277,16 +277,9 @@ class _Search:
 
     def in_full(self, values: dict[str, float], times: ArrayLike) -> tuple[Coupled, Motion]:
         """The motion with the parameters, to full accuracy."""
-        coupled = couple(
-            self.network(values),
-            self.arm.segments,
-            self.duration,
-            mode=self.mode,
-            actuator=self.actuator,
-            segment_length=self.length,
-            voltage=self.voltage,
-            slower=values["slower"],
-            reference=self.reference,
+        network, segments, slower = self.network(values), self.arm.segments, values["slower"]
+        coupled = self.couple(
+            network, segments, self.duration, segment_length=self.length, slower=slower, reference=self.reference
         )
         if self.mode == "ideal":
             coupled = replace(coupled, strains=coupled.largest_strain * coupled.voltages / self.voltage)

@@ -70,7 +70,7 @@ def natural_frequencies(arm: Arm, count: int = 1, drive: Activation | None = Non
         q, p, a = positions.reshape(-1, 4).copy(), pressures * arm.tapered(at_cells=True)[1], drive.at([0.0])[0]
     elif arm.formulation == "yekutieli":  # pressures balance the pre-tension
         still = np.zeros_like(q)
-        acceleration(m._replace(weight_x=0.0, weight_y=0.0), q, still, a, p, np.zeros_like(q), np.zeros((n, 6)))
+        acceleration(m._replace(weight=(0.0, 0.0)), q, still, a, p, np.zeros_like(q), np.zeros((n, 6)))
     S, D = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4))
     derivatives(m, q, np.zeros_like(q), a, p, S, D)
     stiffness, gradient = np.zeros((4 * n, 4 * n)), np.zeros((n, n + 1, 4))
@@ -84,8 +84,7 @@ def natural_frequencies(arm: Arm, count: int = 1, drive: Activation | None = Non
     mass = np.repeat(m.mass[1:], 4)
     stiffness = 0.5 * (stiffness + stiffness.T)
     squares = eigh(free.T @ stiffness @ free, free.T @ (mass[:, None] * free), eigvals_only=True)
-    frequencies: Array = np.sqrt(np.maximum(squares[:count], 0.0))
-    return frequencies
+    return np.asarray(np.sqrt(np.maximum(squares[:count], 0.0)))
 
 
 def _turn(arm: Arm, change: Array) -> float:
