@@ -6,6 +6,7 @@ behavioural source u = Vmax max(-1, min(1, out/A_ref)), for each segment a copy 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -55,20 +56,12 @@ def through_circuits(strip: Actuator, times: Array, voltages: Array) -> Transien
     ngspice's trapezoidal rule on these times, then with every step halved; Richardson's extrapolation of the two is
     the result, a third of their difference its error. Raises SolveError when ngspice fails or is uncertain by 1e-3.
     """
-    from ..solve.ngspice import session
-
     netlist = _netlist(strip, times)
-    text, vectors = _bank(netlist, [f"{_plus(netlist)} external"] * voltages.shape[1])
-    names = _names(vectors)
-    found = []
-    with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
-        for parts in (1, 2):
-            waves = dict(zip(names, _solved(run, times, voltages, parts), strict=True))
-            found.append(_read(strip, netlist, vectors, waves))
-    (charge_1, strain_1), (charge_2, strain_2) = found
-    error = _certain(_change(strain_1, strain_2))
+    text, vectors = _bank(netlist, [f"{netlist.source.nodes[1]} external"] * voltages.shape[1])
+    coarse, fine, _, error = _refined(strip, netlist, text, vectors, times, voltages, halvings=1)
+    charges, strains = fine + (fine - coarse) / 3
     empty = np.empty((0, 0))
-    return Transient(charge_2 + (charge_2 - charge_1) / 3, strain_2 + (strain_2 - strain_1) / 3, error, empty, empty)
+    return Transient(charges, strains, error, empty, empty)
 
 
 def with_neurons(
@@ -86,63 +79,74 @@ def with_neurons(
     a neuron switches is chance, so nothing is extrapolated: steps are halved until the strains stand, and a third of
     the last change is the error.
     """
-    from ..solve.ngspice import session
-
     netlist = _netlist(strip, times)
-    units = np.unique(of_segment)
-    drive = f"u{{unit}} 0 V = {voltage!r}*max(-1, min(1, (v(y{{one}})-v(y{{two}}))/{reference!r}))"
-    sources = []
-    for unit in units.tolist():
-        one, two = (k + 1 for k in network.units[unit])
-        sources.append(f"Bu{unit} " + drive.format(unit=unit, one=one, two=two))
+    pairs = {unit: network.units[unit] for unit in np.unique(of_segment).tolist()}
+    sources = [
+        f"Bu{unit} u{unit} 0 V = {voltage!r}*max(-1, min(1, (v(y{one + 1})-v(y{two + 1}))/{reference!r}))"
+        for unit, (one, two) in pairs.items()
+    ]
     bank, vectors = _bank(netlist, [f"u{unit} 0.0" for unit in of_segment.tolist()])
     _, _, strips = bank.partition("\n")
     text = "\n".join([netlist_text(network, start).rstrip(), *sources, strips, TOLERANCES])
-    rows = sorted({k + 1 for unit in units.tolist() for k in network.units[unit]})
-    names = [*(f"y{k}" for k in rows), *(f"u{unit}" for unit in units.tolist()), *_names(vectors)]
-    begun = np.maximum(start[: network.size], 0.0)
-    before, error = np.empty(0), np.inf
-    with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
-        for halving in range(_MOST_HALVINGS + 1):
-            undriven = np.zeros((len(times), 1))
-            waves = dict(zip(names, _solved(run, times, undriven, 2**halving), strict=True))
-            charges, strains = _read(strip, netlist, vectors, waves)
-            if halving:
-                error = _change(before, strains)
-                if error <= _NEURONS_ACCURACY:
-                    break
-            before = strains
+    driving = sorted({k for pair in pairs.values() for k in pair})
+    more = [*(f"y{k + 1}" for k in driving), *(f"u{unit}" for unit in pairs)]
+    undriven = np.zeros((len(times), 1))
+    _, (charges, strains), waves, error = _refined(
+        strip, netlist, text, vectors, times, undriven, halvings=_MOST_HALVINGS, more=more
+    )
     y = np.zeros((network.size, len(times)))
-    for k in rows:
-        y[k - 1] = np.append(begun[k - 1], waves[f"y{k}"])
+    for k in driving:
+        y[k] = np.append(max(start[k], 0.0), waves[f"y{k + 1}"])
     outputs = (network.readout @ y).T
     driven = voltage * np.clip(outputs[0] / reference, -1.0, 1.0)  # the sources at 0, which ngspice does not return
     voltages = np.stack([np.append(driven[unit], waves[f"u{unit}"]) for unit in of_segment.tolist()], axis=1)
-    return Transient(charges, strains, _certain(error), outputs[:, of_segment], voltages)
+    return Transient(charges, strains, error, outputs[:, of_segment], voltages)
 
 
 def _netlist(strip: Actuator, times: Array) -> Netlist:
     return strip_netlist(strip, beam="static", band=transient_band(times))
 
 
-def _plus(netlist: Netlist) -> str:
-    """The drive's second node."""
-    return next(e for e in netlist.elements if e.name == netlist.drive).nodes[1]
-
-
 def _bank(netlist: Netlist, drives: list[str]) -> tuple[str, list[dict[str, str]]]:
     """Copies of a netlist, one for each of ``drives``: second node and value of the copy's own source."""
     text, vectors = copies([netlist] * len(drives))
-    own = {f"{netlist.drive}_{k}": drive for k, drive in enumerate(drives)}
-    lines = []
-    for line in text.splitlines():
-        name, _, rest = line.partition(" ")
-        lines.append(f"{name} {rest.split()[0]} {own[name]}" if name in own else line)
-    return "\n".join(lines), vectors
+    plus = netlist.source.nodes[0]
+    for k, drive in enumerate(drives):
+        source = f"{netlist.drive}_{k} {plus}_{k} "
+        text = text.replace(f"{source}{plus} 0.0", f"{source}{drive}")
+    return text, vectors
 
 
-def _names(vectors: list[dict[str, str]]) -> list[str]:
-    return list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
+def _refined(
+    strip: Actuator,
+    netlist: Netlist,
+    text: str,
+    vectors: list[dict[str, str]],
+    times: Array,
+    voltages: Array,
+    *,
+    halvings: int,
+    more: Iterable[str] = (),
+) -> tuple[Array, Array, dict[str, Array], float]:
+    """Charges and strains (2, t, n) by the last two step widths, the last's vectors, also ``more``, and its error.
+
+    Steps are halved at least once, and so many times at most, until the strains stand. Raises SolveError where they do
+    not.
+    """
+    from ..solve.ngspice import session
+
+    names = list(dict.fromkeys([*more, *(v for of_copy in vectors for v in of_copy.values())]))
+    found: list[Array] = []
+    with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
+        for halving in range(halvings + 1):
+            waves = dict(zip(names, _solved(run, times, voltages, 2**halving), strict=True))
+            found.append(_read(strip, netlist, vectors, waves))
+            if halving and _change(found[-2][1], found[-1][1]) <= _NEURONS_ACCURACY:
+                break
+    error = _change(found[-2][1], found[-1][1])
+    if error > _LARGEST_ERROR:
+        raise SolveError(f"ngspice's strains are uncertain by {error:.1e} of the largest; shorten the run")
+    return found[-2], found[-1], waves, error
 
 
 def _solved(run: Run, times: Array, voltages: Array, parts: int) -> Array:
@@ -158,26 +162,18 @@ def _solved(run: Run, times: Array, voltages: Array, parts: int) -> Array:
     return run(grid, waves)[:, parts - 1 :: parts][:, len(launch) :]
 
 
-def _read(
-    strip: Actuator, netlist: Netlist, vectors: list[dict[str, str]], waves: dict[str, Array]
-) -> tuple[Array, Array]:
-    """Charges [C] and free strains (t, n), the start included."""
-    found = []
-    for name in ("charge", "displacement"):
+def _read(strip: Actuator, netlist: Netlist, vectors: list[dict[str, str]], waves: dict[str, Array]) -> Array:
+    """Charges [C] and free strains (2, t, n), the start included."""
+    found = np.zeros((2, len(next(iter(waves.values()))) + 1, len(vectors)))
+    for k, name in enumerate(("charge", "displacement")):
         terms = next(o for o in netlist.outputs if o.name == name).terms
-        values = np.array([sum(c * waves[of_copy[q]] for q, c in terms) for of_copy in vectors])
-        found.append(np.vstack([np.zeros(len(vectors)), values.T]))
-    g = strip.geometry
-    return found[0], found[1] * g.thickness / g.length**2
+        found[k, 1:] = np.transpose([sum(c * waves[of_copy[q]] for q, c in terms) for of_copy in vectors])
+    found[1] *= strip.geometry.thickness
+    found[1] /= strip.geometry.length**2
+    return found
 
 
 def _change(before: Array, after: Array) -> float:
     """A third of the largest change, relative to the largest value: the error of a rule of second order."""
     largest = float(np.abs(after).max())
     return float(np.abs(after - before).max() / 3 / largest) if largest else 0.0
-
-
-def _certain(error: float) -> float:
-    if error > _LARGEST_ERROR:
-        raise SolveError(f"ngspice's strains are uncertain by {error:.1e} of the largest; shorten the run")
-    return error
