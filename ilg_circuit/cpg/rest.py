@@ -173,7 +173,7 @@ def _enumerated(network: Network, components: list[list[int]]) -> tuple[list[Arr
     for component in components:
         inner = network.matrix[np.ix_(component, component)]
         outer = network.matrix[component]
-        sets = _subsets(len(component))
+        sets = (np.arange(2 ** len(component))[:, None] >> np.arange(len(component)) & 1).astype(bool)
         extended: list[Array] = []
         for x in partial:
             y = np.maximum(x, 0)  # zero for components still to come
@@ -191,10 +191,6 @@ def _enumerated(network: Network, components: list[list[int]]) -> tuple[list[Arr
         if len(partial) > _MOST_STATES:
             return None, tried, continuum
     return partial, tried, continuum
-
-
-def _subsets(count: int) -> Mask:
-    return (np.arange(2**count)[:, None] >> np.arange(count)[None, :] & 1).astype(bool)
 
 
 def _searched(network: Network) -> list[Array]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Mask, plain
 from ..errors import InputError
-from ..files import write_csv
 from ..result import Result
 from ..units import parse
 from .network import Network, wired
@@ -56,14 +54,12 @@ class RhythmSweep(Result):
         rows = [dict(zip(keys, row, strict=True)) for row in columns]
         return {"parameter": self.parameter, "unit": PARAMETERS[self.parameter][1], "rows": rows}
 
-    def write_csv(self, path: str | Path) -> None:
-        """Write parameter, oscillates (1 or 0), period_s and amplitude; blank where there is none, or undecided."""
-        flags = [
-            None if outcome == "undecided" else int(moving)
-            for outcome, moving in zip(self.outcomes, self.oscillates, strict=True)
-        ]
-        columns: dict[str, Any] = {"oscillates": flags, "period_s": self.period, "amplitude": self.amplitude}
-        write_csv(path, {PARAMETERS[self.parameter][0]: self.values} | columns)
+    def columns(self) -> dict[str, Any]:
+        """Return parameter, oscillates (1 or 0), period_s, amplitude; None, NaN where there is none, or undecided."""
+        pairs = zip(self.outcomes, self.oscillates, strict=True)
+        flags = [None if outcome == "undecided" else int(moving) for outcome, moving in pairs]
+        found = {"oscillates": flags, "period_s": self.period, "amplitude": self.amplitude}
+        return {PARAMETERS[self.parameter][0]: self.values} | found
 
 
 def sweep(
