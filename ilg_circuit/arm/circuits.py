@@ -7,7 +7,6 @@ behavioural source u = Vmax max(-1, min(1, out/A_ref)), for each segment a copy 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,34 +33,19 @@ _NEURONS_ACCURACY = 2e-5
 _MOST_HALVINGS = 4
 
 
-@dataclass(frozen=True)
-class Transient:
-    """Waveforms by ngspice at the requested times, each (t, n) for n segments.
+def through_circuits(strip: Actuator, times: Array, voltages: Array) -> tuple[Array, Array, float]:
+    """Charges [C] on the ion path and free strains (t, n) of the strips of all segments, and the strains' error.
 
-    ``charges`` [C] on each segment's ion path, ``strains`` of the face towards the cathode, free; ``error`` is that of
-    the strains, relative to their largest. ``outputs`` of the network and ``voltages`` [V], where the neurons are in
-    the netlist (else empty).
+    The strips are under ``voltages`` [V] (t, n), straight between even ``times`` [s] (t,) from 0; strains are those of
+    the face towards the cathode, their error is relative to the largest. ngspice's trapezoidal rule on these times,
+    then with every step halved; Richardson's extrapolation of the two is the result, a third of their difference its
+    error. Raises SolveError when ngspice fails or is uncertain by 1e-3.
     """
-
-    charges: Array
-    strains: Array
-    error: float
-    outputs: Array
-    voltages: Array
-
-
-def through_circuits(strip: Actuator, times: Array, voltages: Array) -> Transient:
-    """Strips of all segments under ``voltages`` [V] (t, n), straight between even ``times`` [s] (t,) from 0.
-
-    ngspice's trapezoidal rule on these times, then with every step halved; Richardson's extrapolation of the two is
-    the result, a third of their difference its error. Raises SolveError when ngspice fails or is uncertain by 1e-3.
-    """
-    netlist = _netlist(strip, times)
-    text, vectors = _bank(netlist, [f"{netlist.source.nodes[1]} external"] * voltages.shape[1])
-    coarse, fine, _, error = _refined(strip, netlist, text, vectors, times, voltages, halvings=1)
+    netlist = strip_netlist(strip, beam="static", band=transient_band(times))
+    drives = [f"{netlist.source.nodes[1]} external"] * voltages.shape[1]
+    coarse, fine, _, error = _refined(strip, netlist, drives, times, voltages, halvings=1)
     charges, strains = fine + (fine - coarse) / 3
-    empty = np.empty((0, 0))
-    return Transient(charges, strains, error, empty, empty)
+    return charges, strains, error
 
 
 def with_neurons(
@@ -72,27 +56,27 @@ def with_neurons(
     of_segment: NDArray[np.intp],
     voltage: float,
     reference: float,
-) -> Transient:
-    """The network from ``start`` (2 n,) and its strips as one netlist, at even ``times`` [s] (t,) from 0.
+) -> tuple[Array, Array, float, Array, Array]:
+    """Charges, strains and error as by `through_circuits`, then outputs and voltages [V], all (t, n) but the error.
 
+    The network from ``start`` (2 n,) and the strips are one netlist, solved at even ``times`` [s] (t,) from 0.
     ``of_segment`` (segments,) is the unit of each segment; ``voltage`` Vmax [V], ``reference`` A_ref. Where in a step
     a neuron switches is chance, so nothing is extrapolated: steps are halved until the strains stand, and a third of
     the last change is the error.
     """
-    netlist = _netlist(strip, times)
+    netlist = strip_netlist(strip, beam="static", band=transient_band(times))
     pairs = {unit: network.units[unit] for unit in np.unique(of_segment).tolist()}
     sources = [
         f"Bu{unit} u{unit} 0 V = {voltage!r}*max(-1, min(1, (v(y{one + 1})-v(y{two + 1}))/{reference!r}))"
         for unit, (one, two) in pairs.items()
     ]
-    bank, vectors = _bank(netlist, [f"u{unit} 0.0" for unit in of_segment.tolist()])
-    _, _, strips = bank.partition("\n")
-    text = "\n".join([netlist_text(network, start).rstrip(), *sources, strips, TOLERANCES])
+    neurons = "\n".join([netlist_text(network, start).rstrip(), *sources])
+    drives = [f"u{unit} 0.0" for unit in of_segment.tolist()]
     driving = sorted({k for pair in pairs.values() for k in pair})
     more = [*(f"y{k + 1}" for k in driving), *(f"u{unit}" for unit in pairs)]
     undriven = np.zeros((len(times), 1))
     _, (charges, strains), waves, error = _refined(
-        strip, netlist, text, vectors, times, undriven, halvings=_MOST_HALVINGS, more=more
+        strip, netlist, drives, times, undriven, halvings=_MOST_HALVINGS, neurons=neurons, more=more
     )
     y = np.zeros((network.size, len(times)))
     for k in driving:
@@ -100,41 +84,36 @@ def with_neurons(
     outputs = (network.readout @ y).T
     driven = voltage * np.clip(outputs[0] / reference, -1.0, 1.0)  # the sources at 0, which ngspice does not return
     voltages = np.stack([np.append(driven[unit], waves[f"u{unit}"]) for unit in of_segment.tolist()], axis=1)
-    return Transient(charges, strains, error, outputs[:, of_segment], voltages)
-
-
-def _netlist(strip: Actuator, times: Array) -> Netlist:
-    return strip_netlist(strip, beam="static", band=transient_band(times))
-
-
-def _bank(netlist: Netlist, drives: list[str]) -> tuple[str, list[dict[str, str]]]:
-    """Copies of a netlist, one for each of ``drives``: second node and value of the copy's own source."""
-    text, vectors = copies([netlist] * len(drives))
-    plus = netlist.source.nodes[0]
-    for k, drive in enumerate(drives):
-        source = f"{netlist.drive}_{k} {plus}_{k} "
-        text = text.replace(f"{source}{plus} 0.0", f"{source}{drive}")
-    return text, vectors
+    return charges, strains, error, outputs[:, of_segment], voltages
 
 
 def _refined(
     strip: Actuator,
     netlist: Netlist,
-    text: str,
-    vectors: list[dict[str, str]],
+    drives: list[str],
     times: Array,
     voltages: Array,
     *,
     halvings: int,
+    neurons: str = "",
     more: Iterable[str] = (),
 ) -> tuple[Array, Array, dict[str, Array], float]:
     """Charges and strains (2, t, n) by the last two step widths, the last's vectors, also ``more``, and its error.
 
-    Steps are halved at least once, and so many times at most, until the strains stand. Raises SolveError where they do
-    not.
+    ``netlist`` has a copy for each of ``drives``, second node and value of the copy's own source, after the text of
+    the ``neurons``. Steps are halved at least once, and so many times at most, until the strains stand. Raises
+    SolveError where they do not.
     """
     from ..solve.ngspice import session
 
+    text, vectors = copies([netlist] * len(drives))
+    plus = netlist.source.nodes[0]
+    for k, drive in enumerate(drives):
+        source = f"{netlist.drive}_{k} {plus}_{k} "
+        text = text.replace(f"{source}{plus} 0.0", f"{source}{drive}")
+    if neurons:
+        _, _, strips = text.partition("\n")
+        text = "\n".join([neurons, strips, TOLERANCES])
     names = list(dict.fromkeys([*more, *(v for of_copy in vectors for v in of_copy.values())]))
     found: list[Array] = []
     with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:

@@ -14,7 +14,7 @@ from ..errors import InputError, SolveError
 from ..findings import Finding
 from .activation import Activation, corners
 from .energy import crosses_itself
-from .explicit import DONE, NOT_FINITE, PAUSE, Integration, explicit
+from .explicit import DONE, NOT_FINITE, RUNNING, Integration, explicit
 from .forces import acceleration
 from .implicit import implicit
 from .lattice import Arm, Model, model
@@ -131,14 +131,13 @@ def simulate(
     m = model(arm)
     run = _prepare(arm, drive, samples, tolerance, start)
     kernel = explicit if name == "explicit" else implicit
-    status = PAUSE
-    while status == PAUSE:
-        status = kernel(m, run)
+    while run.counts[4] == RUNNING:
+        kernel(m, run)
         if progress is not None:
             progress(round(1000 * run.clock[0] / duration), 1000)
+    _, steps, refused, _, status = run.counts.tolist()
     if status != DONE:
-        raise _failure(run, status)
-    _, steps, refused, _ = run.counts.tolist()
+        raise _failure(run)
     *_, shortest, longest = run.clock.tolist()
     taken = {"steps": steps, "shortest": shortest, "longest": longest, "refused": refused}
     events = [
@@ -178,7 +177,7 @@ def _prepare(
         sample=sample,
         states=np.repeat(np.stack([q, v]).reshape(1, 2, n + 1, 4), 3, axis=0),
         clock=np.array([0.0, first, 0.0, 0.0, 0.0, 0.0, np.inf, 0.0]),
-        counts=np.zeros(4, dtype=np.int64),
+        counts=np.zeros(5, dtype=np.int64),
         samples=np.empty((count, 2, n + 1, 4)),
         pressures=np.empty((count, n)),
         works=np.empty((count, 4)),
@@ -187,9 +186,10 @@ def _prepare(
     )
 
 
-def _failure(run: Integration, status: int) -> SolveError:
+def _failure(run: Integration) -> SolveError:
     where = f"segment {max(int(run.counts[3]), 1)} at {run.clock[0]:.6g} s"
-    what = "the arm's motion is not finite any more" if status == NOT_FINITE else "no step is small enough for the arm"
+    not_finite = run.counts[4] == NOT_FINITE
+    what = "the arm's motion is not finite any more" if not_finite else "no step is small enough for the arm"
     return SolveError(f"{what} in {where}; is the activation or a load too strong?")
 
 

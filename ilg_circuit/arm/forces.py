@@ -62,6 +62,26 @@ def shear_angle(m: Model, q: Array, e: int) -> tuple[float, float, float, float,
 
 
 @compiled
+def drag_of_cell(q: Array, v: Array, i: int) -> tuple[float, float, float, float, float]:
+    """Axis t of cell i (2), its length, and the velocity of the cell along and across it."""
+    dx = 0.5 * (q[i + 1, 0] + q[i + 1, 2] - q[i, 0] - q[i, 2])
+    dy = 0.5 * (q[i + 1, 1] + q[i + 1, 3] - q[i, 1] - q[i, 3])
+    length = math.sqrt(dx * dx + dy * dy)
+    tx, ty = dx / length, dy / length
+    wx = 0.25 * (v[i, 0] + v[i, 2] + v[i + 1, 0] + v[i + 1, 2])
+    wy = 0.25 * (v[i, 1] + v[i, 3] + v[i + 1, 1] + v[i + 1, 3])
+    return tx, ty, length, wx * tx + wy * ty, wy * tx - wx * ty
+
+
+@compiled
+def depth_in_plane(m: Model, q: Array, v: Array, j: int, x: int) -> tuple[float, float]:
+    """How deep the node of rod j whose x is in column ``x`` lies in the plane [m], and 1 + chi d' or zero."""
+    px, py, nx, ny, _, damping = m.plane
+    depth = (px - q[j, x]) * nx + (py - q[j, x + 1]) * ny
+    return depth, max(1 - damping * (v[j, x] * nx + v[j, x + 1] * ny), 0.0)
+
+
+@compiled
 def forces(m: Model, q: Array, v: Array, a: Array, f: Array) -> None:
     """All forces but those of the pressures [N], into ``f``."""
     for j in range(q.shape[0]):
@@ -75,13 +95,6 @@ def forces(m: Model, q: Array, v: Array, a: Array, f: Array) -> None:
         f[j, x + 1] += tension * ny
         f[i, y] -= tension * nx
         f[i, y + 1] -= tension * ny
-    _shear_forces(m, q, v, f)
-    _drag_forces(m, q, v, f)
-    _plane_forces(m, q, v, f)
-
-
-@compiled
-def _shear_forces(m: Model, q: Array, v: Array, f: Array) -> None:
     for e in range(m.shear_stiffness.shape[0]):
         rx, ry, tx, ty, r2, t2, cosine, sine = shear_angle(m, q, e)
         sx, sy, ux, uy = shear_state(m, v, e)
@@ -96,22 +109,6 @@ def _shear_forces(m: Model, q: Array, v: Array, f: Array) -> None:
             f[i, 1] -= z * gy + w * hy
             f[i, 2] += z * gx - w * hx
             f[i, 3] += z * gy - w * hy
-
-
-@compiled
-def drag_of_cell(q: Array, v: Array, i: int) -> tuple[float, float, float, float, float]:
-    """Axis t of cell i (2), its length, and the velocity of the cell along and across it."""
-    dx = 0.5 * (q[i + 1, 0] + q[i + 1, 2] - q[i, 0] - q[i, 2])
-    dy = 0.5 * (q[i + 1, 1] + q[i + 1, 3] - q[i, 1] - q[i, 3])
-    length = math.sqrt(dx * dx + dy * dy)
-    tx, ty = dx / length, dy / length
-    wx = 0.25 * (v[i, 0] + v[i, 2] + v[i + 1, 0] + v[i + 1, 2])
-    wy = 0.25 * (v[i, 1] + v[i, 3] + v[i + 1, 1] + v[i + 1, 3])
-    return tx, ty, length, wx * tx + wy * ty, wy * tx - wx * ty
-
-
-@compiled
-def _drag_forces(m: Model, q: Array, v: Array, f: Array) -> None:
     for i in range(m.drag.shape[0]):
         tx, ty, _, along, across = drag_of_cell(q, v, i)
         push, lift = m.drag[i, 0] * abs(along) * along, m.drag[i, 1] * abs(across) * across
@@ -120,18 +117,6 @@ def _drag_forces(m: Model, q: Array, v: Array, f: Array) -> None:
             for x in (0, 2):
                 f[j, x] -= gx
                 f[j, x + 1] -= gy
-
-
-@compiled
-def depth_in_plane(m: Model, q: Array, v: Array, j: int, x: int) -> tuple[float, float]:
-    """How deep the node of rod j whose x is in column ``x`` lies in the plane [m], and 1 + chi d' or zero."""
-    px, py, nx, ny, _, damping = m.plane
-    depth = (px - q[j, x]) * nx + (py - q[j, x + 1]) * ny
-    return depth, max(1 - damping * (v[j, x] * nx + v[j, x + 1] * ny), 0.0)
-
-
-@compiled
-def _plane_forces(m: Model, q: Array, v: Array, f: Array) -> None:
     _, _, nx, ny, stiffness, _ = m.plane
     for j in range(q.shape[0]):
         for x in (0, 2):
@@ -155,8 +140,8 @@ def area_gradient(x: Array, i: int) -> tuple[float, float, float, float]:
 
 
 @compiled
-def along_gradient(g: tuple[float, float, float, float], x: Array, i: int) -> float:
-    """Scalar product of cell i's area gradient with node vectors ``x``."""
+def along_gradient(g: tuple[float, float, float, float] | Array, x: Array, i: int) -> float:
+    """Scalar product of cell i's area gradient ``g`` with node vectors ``x``."""
     ax, ay = x[i + 1, 0] - x[i, 2], x[i + 1, 1] - x[i, 3]
     bx, by = x[i, 0] - x[i + 1, 2], x[i, 1] - x[i + 1, 3]
     return float(g[0] * ax + g[1] * ay + g[2] * bx + g[3] * by)

@@ -60,8 +60,32 @@ def derivatives(m: Model, q: Array, v: Array, a: Array, p: Array, S: Array, D: A
                 _add(S, j, x, k, y, one * two, turned)
                 _add(S, k, y, j, x, -one * two, turned)
     _shear(m, q, v, S, D)
-    _drag(m, q, v, S, D)
-    _plane(m, q, v, S, D)
+    for i in range(m.drag.shape[0]):
+        tx, ty, length, along, across = drag_of_cell(q, v, i)
+        nx, ny = -ty, tx
+        push, lift = m.drag[i, 0], m.drag[i, 1]
+        one, two = 2 * push * abs(along), 2 * lift * abs(across)
+        cross = one * tx * ty + two * nx * ny
+        by_velocity = (one * tx * tx + two * nx * nx, cross, cross, one * ty * ty + two * ny * ny)
+        # by the angle of the axis; the angle by the difference of the rods' centres is n over its length
+        to_t = -one * across + lift * abs(across) * across
+        to_n = two * along - push * abs(along) * along
+        fx, fy = (to_t * tx + to_n * nx) / length, (to_t * ty + to_n * ny) / length
+        by_turn = (fx * nx, fx * ny, fy * nx, fy * ny)
+        for j in (i, i + 1):
+            for x in (0, 2):
+                for k in (i, i + 1):
+                    for y in (0, 2):
+                        _add(D, j, x, k, y, -1 / 16, by_velocity)
+                        _add(S, j, x, k, y, 0.125 if k > i else -0.125, by_turn)
+    _, _, nx, ny, stiffness, damping = m.plane
+    block = (nx * nx, nx * ny, nx * ny, ny * ny)
+    for j in range(q.shape[0]):
+        for x in (0, 2):
+            depth, loss = depth_in_plane(m, q, v, j, x)
+            if depth > 0 and loss > 0:
+                _add(S, j, x, j, x, -stiffness * loss, block)
+                _add(D, j, x, j, x, -stiffness * damping * depth, block)
 
 
 @compiled
@@ -122,40 +146,6 @@ def _spread(m: Model, e: int, by_u: Array, B: Array) -> None:
                     B[j, d, r, c + 2] += -rr + rt - tr + tt
                     B[j, d, r + 2, c] += -rr - rt + tr + tt
                     B[j, d, r + 2, c + 2] += rr - rt - tr + tt
-
-
-@compiled
-def _drag(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
-    for i in range(m.drag.shape[0]):
-        tx, ty, length, along, across = drag_of_cell(q, v, i)
-        nx, ny = -ty, tx
-        push, lift = m.drag[i, 0], m.drag[i, 1]
-        one, two = 2 * push * abs(along), 2 * lift * abs(across)
-        cross = one * tx * ty + two * nx * ny
-        by_velocity = (one * tx * tx + two * nx * nx, cross, cross, one * ty * ty + two * ny * ny)
-        # by the angle of the axis; the angle by the difference of the rods' centres is n over its length
-        to_t = -one * across + lift * abs(across) * across
-        to_n = two * along - push * abs(along) * along
-        fx, fy = (to_t * tx + to_n * nx) / length, (to_t * ty + to_n * ny) / length
-        by_turn = (fx * nx, fx * ny, fy * nx, fy * ny)
-        for j in (i, i + 1):
-            for x in (0, 2):
-                for k in (i, i + 1):
-                    for y in (0, 2):
-                        _add(D, j, x, k, y, -1 / 16, by_velocity)
-                        _add(S, j, x, k, y, 0.125 if k > i else -0.125, by_turn)
-
-
-@compiled
-def _plane(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
-    _, _, nx, ny, stiffness, damping = m.plane
-    block = (nx * nx, nx * ny, nx * ny, ny * ny)
-    for j in range(q.shape[0]):
-        for x in (0, 2):
-            depth, loss = depth_in_plane(m, q, v, j, x)
-            if depth > 0 and loss > 0:
-                _add(S, j, x, j, x, -stiffness * loss, block)
-                _add(D, j, x, j, x, -stiffness * damping * depth, block)
 
 
 @compiled

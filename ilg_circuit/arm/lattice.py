@@ -142,11 +142,6 @@ class Arm:
                 raise InputError(f"arm.curvature of segment {k} is {bend:g} 1/m: the inner face would fold over")
 
     @property
-    def curvatures(self) -> Array:
-        """Rest curvature of each segment [1/m] (n,)."""
-        return np.broadcast_to(np.asarray(self.curvature, dtype=np.float64), (self.segments,)).copy()
-
-    @property
     def segment_length(self) -> float:
         """l [m]: along the rest shape's axis."""
         return self.length / self.segments
@@ -160,7 +155,7 @@ class Arm:
 
     def rest_positions(self) -> Array:
         """Nodes of the rest shape [m] (n + 1, 2, 2): rod, side, axis; the axis' base is the origin."""
-        turn = self.curvatures * self.segment_length
+        turn = np.broadcast_to(self.curvature, self.segments) * self.segment_length
         heading = self.direction + np.concatenate([[0.0], np.cumsum(turn)])
         chord = self.segment_length * np.sinc(turn / (2 * np.pi))
         steps = chord[:, None] * _unit((heading[1:] + heading[:-1]) / 2)
@@ -230,12 +225,12 @@ def model(arm: Arm) -> Model:
         active, damping = 0.0 * stiffness, arm.damping * stiffness
         areas = np.concatenate([b_cell * h_cell, b * h])[: len(lengths)]
         shear = SHEAR_CORRECTION * SHEAR_RATIO * e * areas * lengths * length
-        ratio = 1.0
+        ratio, strain = 1.0, 1.0
     else:
         muscle = arm.muscle
         stiffness, active, damping = (z * sections for z in (muscle.passive, muscle.active, muscle.damping))
         index, across, along, shear = index[:0], across[:0], along[:0], lengths[:0]
-        ratio = muscle.rest_ratio
+        ratio, strain = muscle.rest_ratio, 0.0
     area = cell_areas(q)
     quarter = arm.density * area * b_cell / 4
     mass = np.pad(quarter, (0, 1)) + np.pad(quarter, (1, 0))
@@ -247,28 +242,14 @@ def model(arm: Arm) -> Model:
         lift = 1 - fluid.density / arm.density
         along_axis = fluid.density / 2 * fluid.drag_along * 2 * length * (h_cell + b_cell)
         drag = np.stack([along_axis, fluid.density / 2 * fluid.drag_across * length * b_cell], axis=1)
-    plane = arm.plane
-    return Model(
-        mass=mass,
-        mobility=mobility,
-        weight=(lift * arm.gravity[0], lift * arm.gravity[1]),
-        strain=1.0 if arm.formulation == "beam" else 0.0,
-        spring=_springs(n),
-        spring_length=ratio * np.concatenate([edge_length.ravel(), np.linalg.norm(q[:, 0] - q[:, 1], axis=1)]),
-        spring_stiffness=stiffness,
-        spring_active=active,
-        spring_damping=damping,
-        shear_index=index,
-        shear_across=across,
-        shear_along=along,
-        shear_cosine=_cosines(q, index, across, along),
-        shear_stiffness=shear,
-        shear_damping=arm.damping * shear,
-        area=area,
-        beta=arm.stabilisation,
-        drag=drag,
-        plane=(*plane.point, *plane.normal, plane.stiffness, plane.damping) if plane else (0.0,) * 6,
-    )
+    spring_length = ratio * np.concatenate([edge_length.ravel(), np.linalg.norm(q[:, 0] - q[:, 1], axis=1)])
+    springs = (_springs(n), spring_length, stiffness, active, damping)
+    shears = (index, across, along, _cosines(q, index, across, along), shear, arm.damping * shear)
+    weight = (lift * arm.gravity[0], lift * arm.gravity[1])
+    wall = arm.plane
+    plane = (*wall.point, *wall.normal, wall.stiffness, wall.damping) if wall else (0.0,) * 6
+    parts = (mass, mobility, weight, strain, *springs, *shears, area, arm.stabilisation, drag, plane)
+    return Model(*parts)
 
 
 def cell_areas(positions: Array) -> Array:

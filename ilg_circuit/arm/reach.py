@@ -31,9 +31,9 @@ from .coupling import (
     Coupled,
     couple,
     driving,
+    lagging,
     lumped_strain,
     segment_strip,
-    transferred,
     unit_of_segment,
 )
 from .dynamics import Progress, simulate
@@ -119,7 +119,8 @@ class Reached:
         findings.append(Finding("reach-one-unit" if one else "reach-one-rhythm"))
         if arm.formulation == "beam":
             turn = 2 * coupled.largest_strain * arm.length / arm.thickness
-            moved = _deflection(arm.length, turn)
+            arc = np.hypot(np.sinc(turn / np.pi) - 1, turn / 2 * np.sinc(turn / 2 / np.pi) ** 2)  # tip, from straight
+            moved = float(arm.length * arc)
             values = {"strain": coupled.largest_strain, "turn": float(np.degrees(turn)), "moved": moved}
             findings.append(Finding("reach-bounded-strain", values=values))
         if coupled.mode != "ideal" and coupled.scales:
@@ -265,8 +266,9 @@ class _Search:
         try:
             strains = self.largest * shares
             if self.mode != "ideal":  # a strip for each unit: all segments of a unit are equal
-                found = through_circuits(self.strip, signal, self.voltage * shares)
-                strains = transferred(found, self.mode, self.strip, self.voltage, self.largest)
+                charges, strains, _ = through_circuits(self.strip, signal, self.voltage * shares)
+            if self.mode == "charge":
+                strains = lagging(self.strip, charges, self.voltage, self.largest)
             strains = strains[:, unit_of_segment(len(network.units), self.arm.segments)]
             drive = activation(self.arm, signal, driving(self.arm, strains, self.largest))
             tip = simulate(self.arm, drive, path, start=self.start, tolerance=_STEP_ERROR).tip
@@ -342,8 +344,3 @@ def _passing(tips: Array, target: Array) -> tuple[float, int, float]:
     away = np.hypot(*(tips[:-1] + share[:, None] * along - target).T)
     at = int(away.argmin())
     return float(away[at]), at, float(share[at])
-
-
-def _deflection(length: float, turn: float) -> float:
-    """Return the displacement [m] of the tip of a straight arm that becomes an arc of ``turn`` [rad]."""
-    return float(length * np.hypot(np.sinc(turn / np.pi) - 1, turn / 2 * np.sinc(turn / 2 / np.pi) ** 2))

@@ -153,9 +153,8 @@ def arm(
     if searching:
         drive = passive(body)
     elif driven:
-        length = body.segment_length if formulation == "beam" else None
         network = rhythm_network(rhythm, segments, **constants)
-        coupled = couple(network, segments, seconds, segment_length=length, **through_strip, **transfer)
+        coupled = couple(network, segments, seconds, **through_strip, **transfer)
         drive = coupled.activation(body)
     elif activation == "wave":
         drive = stiffening_wave(body, seconds)

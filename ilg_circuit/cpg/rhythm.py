@@ -59,45 +59,38 @@ def rhythm(network: Network, start: ArrayLike | None = None) -> Rhythm:
     state = checked_start(network, start)
     classes = quotient(network, state)
     small = _Follower(classes.network, classes.folded(state)).run()
-    if classes.trivial:
-        return small
-    full = _unfolded(small, network, state, classes)
-    return replace(full, findings=(*full.findings, *_instability(full, classes)))
+    return small if classes.trivial else _unfolded(small, network, state, classes)
 
 
 def _unfolded(small: Rhythm, network: Network, start: Array, classes: Quotient) -> Rhythm:
-    """The result for the classes as one for the full network, its stability judged anew."""
-    cycle = small.cycle
+    """The result for the classes as one for the full network, its stability judged anew.
+
+    With a finding where identical neurons stay identical only because nothing disturbs them.
+    """
+    members = [np.flatnonzero(classes.classes == c) + 1 for c in range(classes.network.size)]
+    groups = [" = ".join(str(k) for k in g) for g in members if len(g) > 1]
+    cycle, rest, cause, findings = small.cycle, None, small.cause, small.findings
     if cycle is not None:
         state = classes.unfolded(cycle.state)
         multiplier = _multiplier(network, _monodromy(Flow(network), state, cycle.period)[0])
         cycle = Cycle(network, state, cycle.period, multiplier)
-    rest, cause = None, small.cause
+        if not cycle.stable:
+            findings += (Finding("cpg-unstable-cycle", values={"groups": groups, "multiplier": multiplier}),)
     if small.rest is not None:
         rest = classes.unfolded(small.rest)
+        x = rest[: network.size]
         code = "cpg-silent" if cause.code == "cpg-died-out" else cause.code
-        cause = Finding(code, values={**cause.values, "active": _active(rest[: network.size])})
-    return replace(
-        small, network=network, start=start, rest_states=rest_states(network), cycle=cycle, rest=rest, cause=cause
-    )
+        cause = Finding(code, values={**cause.values, "active": _active(x)})
+        rate = growth(network, x > 0)
+        if rate > 0:
+            findings += (Finding("cpg-unstable-rest", values={"groups": groups, "rate": rate}),)
+    full = replace(small, network=network, start=start, rest_states=rest_states(network), cause=cause)
+    return replace(full, cycle=cycle, rest=rest, findings=findings)
 
 
 def _active(x: Array) -> list[int] | str:
     """Return the numbers of the active neurons, counted from 1, or ``none``."""
     return [int(k) + 1 for k in np.flatnonzero(x > 0)] or "none"
-
-
-def _instability(full: Rhythm, classes: Quotient) -> tuple[Finding, ...]:
-    """Return a finding where identical neurons stay identical only because nothing disturbs them."""
-    members = [np.flatnonzero(classes.classes == c) + 1 for c in range(classes.network.size)]
-    groups = [" = ".join(str(k) for k in g) for g in members if len(g) > 1]
-    if full.cycle is not None and not full.cycle.stable:
-        return (Finding("cpg-unstable-cycle", values={"groups": groups, "multiplier": full.cycle.multiplier}),)
-    if full.rest is not None:
-        rate = growth(full.network, full.rest[: full.network.size] > 0)
-        if rate > 0:
-            return (Finding("cpg-unstable-rest", values={"groups": groups, "rate": rate}),)
-    return ()
 
 
 class _Piece:
