@@ -74,9 +74,8 @@ def with_neurons(
     drives = [f"u{unit} 0.0" for unit in of_segment.tolist()]
     driving = sorted({k for pair in pairs.values() for k in pair})
     more = [*(f"y{k + 1}" for k in driving), *(f"u{unit}" for unit in pairs)]
-    undriven = np.zeros((len(times), 1))
     _, (charges, strains), waves, error = _refined(
-        strip, netlist, drives, times, undriven, halvings=_MOST_HALVINGS, neurons=neurons, more=more
+        strip, netlist, drives, times, np.zeros((len(times), 1)), halvings=_MOST_HALVINGS, neurons=neurons, more=more
     )
     y = np.zeros((network.size, len(times)))
     for k in driving:

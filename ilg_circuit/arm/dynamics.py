@@ -167,8 +167,7 @@ def _prepare(
         if q.shape != (n + 1, 2, 2) or v.shape != q.shape or not (np.isfinite(q).all() and np.isfinite(v).all()):
             raise InputError(f"start: give finite positions and velocities of the shape {(n + 1, 2, 2)}")
         v[0] = 0.0
-    small = min(float(arm.tapered(at_cells=False)[0].min()), arm.segment_length)
-    scale = tolerance * small
+    scale = tolerance * min(float(arm.tapered(at_cells=False)[0].min()), arm.segment_length)
     first = min(1e-3 / velocity_rate(arm), duration)
     return Integration(
         stops=stops,

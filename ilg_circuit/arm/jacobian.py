@@ -104,10 +104,9 @@ def _shear(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
         speed[0], speed[1], speed[2], speed[3] = shear_state(m, v, e)
         turn[0], turn[1], turn[2], turn[3] = ry / r2, -rx / r2, -ty / t2, tx / t2  # gradient of the angle psi
         second[:] = 0.0
-        xx, xy = _angle_hessian(rx, ry)
-        second[0, 0], second[0, 1], second[1, 0], second[1, 1] = -xx, -xy, -xy, xx
-        xx, xy = _angle_hessian(tx, ty)
-        second[2, 2], second[2, 3], second[3, 2], second[3, 3] = xx, xy, xy, -xx
+        for x, sign, (xx, xy) in ((0, -1.0, _angle_hessian(rx, ry)), (2, 1.0, _angle_hessian(tx, ty))):
+            second[x, x], second[x + 1, x + 1] = sign * xx, -sign * xx
+            second[x, x + 1] = second[x + 1, x] = sign * xy
         rate = 0.0
         for r in range(4):
             slope[r] = -sine * turn[r]

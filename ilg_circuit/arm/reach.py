@@ -171,14 +171,11 @@ def reach_target(
     rng = np.random.default_rng(seed)
     points = _hypercube(rng, sample, len(search.bounds))
     total = sample + _STARTS * _LOCAL
-    done = 0
 
     def distance(point: Array) -> tuple[float, Array]:
-        nonlocal done
         tips = search.tips(point)
-        done += 1
         if progress:
-            progress(min(done, total), total)
+            progress(min(search.done, total), total)
         return (_passing(tips, wanted)[0] if len(tips) else _FAR * arm.length), tips
 
     found = [distance(point) for point in points]
@@ -227,7 +224,7 @@ class _Search:
         self.arm, self.rhythm_of, self.mode = arm, rhythm_of, mode
         self.voltage, self.duration, self.start = voltage, duration, start
         self.length = arm.segment_length if arm.formulation == "beam" else None
-        self.failed = 0
+        self.done = self.failed = 0
         ordinary = rhythm(self.network({}))
         self.reference, self.period = ordinary.amplitude, float(ordinary.period or duration)
         self.bounds = {n: b for n, b in BOUNDS.items() if n != "connection" or rhythm_of == "chain"}
@@ -255,6 +252,7 @@ class _Search:
 
     def tips(self, point: Array) -> Array:
         """The tip's path [m] (t, 2) with the parameters at ``point``; empty where it could not be computed."""
+        self.done += 1
         values = self.parameters(point)
         network = self.network(values).slowed(values["slower"])
         periods = self.duration / (values["slower"] * self.period)
@@ -271,11 +269,10 @@ class _Search:
                 strains = lagging(self.strip, charges, self.voltage, self.largest)
             strains = strains[:, unit_of_segment(len(network.units), self.arm.segments)]
             drive = activation(self.arm, signal, driving(self.arm, strains, self.largest))
-            tip = simulate(self.arm, drive, path, start=self.start, tolerance=_STEP_ERROR).tip
+            return simulate(self.arm, drive, path, start=self.start, tolerance=_STEP_ERROR).tip
         except SolveError:
             self.failed += 1
             return np.empty((0, 2))
-        return tip
 
     def in_full(self, values: dict[str, float], times: ArrayLike) -> tuple[Coupled, Motion]:
         """The motion with the parameters, to full accuracy."""

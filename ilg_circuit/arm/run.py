@@ -147,8 +147,7 @@ def arm(
     times = sample_times(seconds, samples=samples, step=None if step is None else si(step, "s", "--step"))
     strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
     body = _body(strip, formulation, segments, mounting, rest_ratio)
-    volts = si(voltage, "V", "--voltage")
-    through_strip: dict[str, Any] = {"mode": coupling, "actuator": strip, "voltage": volts}
+    through_strip: dict[str, Any] = {"mode": coupling, "actuator": strip, "voltage": si(voltage, "V", "--voltage")}
     coupled = None
     if searching:
         drive = passive(body)

@@ -113,6 +113,4 @@ def _newton(m: Model, q: Array, a: Array, p: Array, inertia: float) -> tuple[Arr
     solve(A, padded)
     if not (sound and np.isfinite(rows).all()):
         rows[:] = np.nan
-    change = np.zeros_like(q)
-    change[1:] = rows[:, :4]
-    return change, rows[:, 4].copy()
+    return np.pad(rows[:, :4], ((1, 0), (0, 0))), rows[:, 4].copy()

@@ -197,9 +197,8 @@ class Flow:
 
     def _series(self, active: Active) -> _Series:
         key = active.tobytes()
-        found = self._pieces.get(key)
-        if found is not None:
-            return found
+        if key in self._pieces:
+            return self._pieces[key]
         if len(self._pieces) >= self._room:
             self._pieces.clear()
         a = self._full_matrix(active)

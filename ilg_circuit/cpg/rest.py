@@ -200,9 +200,9 @@ def _searched(network: Network) -> list[Array]:
     for _ in range(_SEARCHES):
         active = random.random(network.size) < random.random()
         for _ in range(50):
-            matrix = (1 + network.adaptation) * np.eye(network.size) + network.matrix * active
             # inactive neurons: x = e - W y; active: x = y
-            matrix[:, ~active] = np.eye(network.size)[:, ~active]
+            one = np.eye(network.size)
+            matrix = np.where(active, (1 + network.adaptation) * one + network.matrix, one)
             try:
                 x = np.linalg.solve(matrix, network.tonics)
             except np.linalg.LinAlgError:

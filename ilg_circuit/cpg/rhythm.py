@@ -196,7 +196,8 @@ class _Follower:
         rest = piece.rest
         moving = float(np.abs(self.flow.rate(state)).max() * self.network.rise_time)
         stopped = moving <= _STOPPED * float(np.abs(rest.state).max())
-        if np.isinf(stays) if rest.stable else rest.growth <= 0 and stopped:
+        ended = np.isinf(stays) if rest.stable else rest.growth <= 0 and stopped
+        if ended:
             values = {"active": _active(rest.x), "decay": -rest.growth}
             cause = Finding("cpg-rests" if rest.stable else "cpg-rests-on-edge", values=values)
             return self._ended("rest", cause, stretch.begin, still, rest=rest.state)

@@ -47,8 +47,7 @@ def quotient(network: Network, start: Array) -> Quotient:
 
     Found by refinement until nothing changes. Sums of weights are correctly rounded, so their order does not matter.
     """
-    n = network.size
-    w = network.matrix
+    n, w = network.size, network.matrix
     classes = _numbered([(float(start[k]), float(start[n + k]), float(network.tonics[k])) for k in range(n)])
     while True:
         received = _received(w, classes)
@@ -59,7 +58,6 @@ def quotient(network: Network, start: Array) -> Quotient:
     if len(set(classes.tolist())) == n:
         return Quotient(network, np.arange(n))
     _, members = np.unique(classes, return_index=True)
-    received = _received(w, classes)
     units = tuple((int(classes[a]), int(classes[b])) for a, b in network.units)
     tonic = tuple(network.tonics[members].tolist())
     return Quotient(replace(network, weights=[received[m] for m in members], tonic=tonic, units=units), classes)
