@@ -142,7 +142,7 @@ def simulate(
     taken = {"steps": steps, "shortest": shortest, "longest": longest, "refused": refused}
     events = [
         Event(0.0, Finding("arm-method", values={"method": name, "reason": reason})),
-        Event(0.0, Finding("arm-step-error", values={"tolerance": tolerance, "scale": run.tolerance_q / tolerance})),
+        Event(0.0, Finding("arm-step-error", values={"tolerance": tolerance, "scale": run.tolerance[0] / tolerance})),
         Event(duration, Finding("arm-steps", values=taken)),
     ]
     return motion(arm, drive, samples, run, name, _watch(arm, samples, run) + events)
@@ -180,8 +180,7 @@ def _prepare(
         samples=np.empty((count, 2, n + 1, 4)),
         pressures=np.empty((count, n)),
         works=np.empty((count, 4)),
-        tolerance_q=scale,
-        tolerance_v=scale * velocity_rate(arm),
+        tolerance=(scale, scale * velocity_rate(arm)),
     )
 
 

@@ -25,7 +25,7 @@ def energies(m: Model, q: Array, v: Array, a: Array, out: Array) -> None:
         _, _, _, _, stretch, stiffness = spring_state(m, q, v, a, k)
         out[1] += 0.5 * stiffness * stretch * stretch
     for e in range(m.shear_stiffness.shape[0]):
-        _, _, _, _, _, _, cosine, _ = shear_angle(m, q, e)
+        cosine = shear_angle(m, q, e)[0]
         out[2] += 0.5 * m.shear_stiffness[e] * (cosine - m.shear_cosine[e]) ** 2
 
 
@@ -49,7 +49,7 @@ def powers(m: Model, q: Array, v: Array, a: Array, rate: Array, out: Array) -> N
             if depth > 0:
                 out[3] -= stiffness * depth * (loss - 1) * (v[j, x] * nx + v[j, x + 1] * ny)
     for e in range(m.shear_stiffness.shape[0]):
-        rx, ry, tx, ty, r2, t2, _, sine = shear_angle(m, q, e)
+        _, sine, rx, ry, tx, ty, r2, t2 = shear_angle(m, q, e)
         sx, sy, ux, uy = shear_state(m, v, e)
         turn = sine * ((rx * sy - ry * sx) / r2 - (tx * uy - ty * ux) / t2)
         out[1] += m.shear_damping[e] * turn * turn

@@ -61,8 +61,7 @@ class Integration(NamedTuple):
     samples: Array  # (T, 2, n + 1, 4) positions, velocities
     pressures: Array  # (T, n)
     works: Array  # (T, 4)
-    tolerance_q: float
-    tolerance_v: float
+    tolerance: tuple[float, float]  # of positions [m], of velocities [m/s]
 
 
 @compiled
@@ -146,7 +145,7 @@ def largest_error(run: Integration, error_q: Array, error_v: Array) -> float:
     worst = 0.0
     for j in range(1, error_q.shape[0]):
         for x in range(4):
-            e = max(abs(error_q[j, x]) / run.tolerance_q, abs(error_v[j, x]) / run.tolerance_v)
+            e = max(abs(error_q[j, x]) / run.tolerance[0], abs(error_v[j, x]) / run.tolerance[1])
             if not math.isfinite(error_q[j, x] + error_v[j, x]):
                 run.counts[3] = j
                 return math.inf

@@ -54,11 +54,11 @@ def shear_state(m: Model, q: Array, e: int) -> tuple[float, float, float, float]
 
 @compiled
 def shear_angle(m: Model, q: Array, e: int) -> tuple[float, float, float, float, float, float, float, float]:
-    """Across direction and tangent of shear element e (4), their squares, and cosine and sine of the angle between."""
+    """Cosine and sine of the angle of shear element e, its across direction and tangent (4), and their squares."""
     rx, ry, tx, ty = shear_state(m, q, e)
     r2, t2 = rx * rx + ry * ry, tx * tx + ty * ty
     scale = 1 / math.sqrt(r2 * t2)
-    return rx, ry, tx, ty, r2, t2, (rx * tx + ry * ty) * scale, (rx * ty - ry * tx) * scale
+    return (rx * tx + ry * ty) * scale, (rx * ty - ry * tx) * scale, rx, ry, tx, ty, r2, t2
 
 
 @compiled
@@ -96,7 +96,7 @@ def forces(m: Model, q: Array, v: Array, a: Array, f: Array) -> None:
         f[i, y] -= tension * nx
         f[i, y + 1] -= tension * ny
     for e in range(m.shear_stiffness.shape[0]):
-        rx, ry, tx, ty, r2, t2, cosine, sine = shear_angle(m, q, e)
+        cosine, sine, rx, ry, tx, ty, r2, t2 = shear_angle(m, q, e)
         sx, sy, ux, uy = shear_state(m, v, e)
         # cos(angle of t - angle of r): its gradient is sine times that of the angle of r, less that of t
         gx, gy = -sine * ry / r2, sine * rx / r2

@@ -100,7 +100,7 @@ def _shear(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
     slope, second, turn, speed = np.empty(4), np.empty((4, 4)), np.empty(4), np.empty(4)
     by_u, by_w = np.empty((4, 4)), np.empty((4, 4))
     for e in range(m.shear_stiffness.shape[0]):
-        rx, ry, tx, ty, r2, t2, cosine, sine = shear_angle(m, q, e)
+        cosine, sine, rx, ry, tx, ty, r2, t2 = shear_angle(m, q, e)
         speed[0], speed[1], speed[2], speed[3] = shear_state(m, v, e)
         turn[0], turn[1], turn[2], turn[3] = ry / r2, -rx / r2, -ty / t2, tx / t2  # gradient of the angle psi
         second[:] = 0.0

@@ -115,8 +115,9 @@ def solve(network: Network, duration: float, points: int, start: ArrayLike | Non
 
 
 def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> tuple[float, float, float]:
-    """Period [s] and amplitude (half the peak-to-peak of y_1 - y_2) of the cycle of ``rhythm`` by ngspice, and their
-    relative error, from the same start.
+    """Period [s], amplitude and relative error of both of the cycle of ``rhythm``, by ngspice from the same start.
+
+    The amplitude is half the peak-to-peak of y_1 - y_2.
 
     The run goes on until the cycle's multiplier has left 1e-8 of the start, and four periods more; where that takes
     more than a hundred periods, it starts on the cycle and takes a hundred at most. The trapezoidal error goes as the

@@ -190,7 +190,7 @@ def chain(
     return Network(chain_weights(units, inhibition, same, cross), units=pairs, **constants)
 
 
-#: Topology -> its weights, and the usual number of neurons. A chain is another matter: its neurons are units.
+#: Topology -> its weights, and the usual number of neurons. In a chain two neurons make a unit.
 _TOPOLOGIES = {"mutual": (mutual_weights, 2), "ring": (ring_weights, 3), "one-way-ring": (one_way_ring_weights, 3)}
 
 
