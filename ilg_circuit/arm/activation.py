@@ -141,5 +141,4 @@ def stiffening_wave(
 def _rise(x: Array) -> Array:
     """From 0 at x <= 0 to 1 at x >= 1, smoothly."""
     u = np.clip(x, 0.0, 1.0)
-    rise: Array = u * u * (3 - 2 * u)
-    return rise
+    return np.asarray(u * u * (3 - 2 * u))

@@ -106,12 +106,9 @@ def assemble(
         for k in range(4):
             # g, h at sides 0 of rods i + 1, i; -g, -h at sides 1 of rods i, i + 1
             plus_rod, minus_rod = (i + 1, i) if k < 2 else (i, i + 1)
-            if plus_rod > 0:
-                at = PER_ROD * (plus_rod - 1) + k % 2
-                A[at, column - at + WIDTH] = -g[k]
-                A[column, at - column + WIDTH] = scale * C[i, k]
-            if minus_rod > 0:
-                at = PER_ROD * (minus_rod - 1) + 2 + k % 2
-                A[at, column - at + WIDTH] = g[k]
-                A[column, at - column + WIDTH] = -scale * C[i, k]
+            for rod, x, sign in ((plus_rod, 0, 1.0), (minus_rod, 2, -1.0)):
+                if rod > 0:
+                    at = PER_ROD * (rod - 1) + x + k % 2
+                    A[at, column - at + WIDTH] = -sign * g[k]
+                    A[column, at - column + WIDTH] = sign * scale * C[i, k]
     return scale

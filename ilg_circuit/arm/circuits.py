@@ -6,7 +6,7 @@ behavioural source u = Vmax max(-1, min(1, out/A_ref)), for each segment a copy 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,42 +33,19 @@ _NEURONS_ACCURACY = 2e-5
 _MOST_HALVINGS = 4
 
 
-@dataclass(frozen=True)
-class Transient:
-    """Waveforms by ngspice at the requested times, each (t, n) for n segments.
+def through_circuits(strip: Actuator, times: Array, voltages: Array) -> tuple[Array, Array, float]:
+    """Charges [C] on the ion path and free strains (t, n) of the strips of all segments, and the strains' error.
 
-    ``charges`` [C] on each segment's ion path, ``strains`` of the face towards the cathode, free; ``error`` is that of
-    the strains, relative to their largest. ``outputs`` of the network and ``voltages`` [V], where the neurons are in
-    the netlist (else empty).
+    The strips are under ``voltages`` [V] (t, n), straight between even ``times`` [s] (t,) from 0; strains are those of
+    the face towards the cathode, their error is relative to the largest. ngspice's trapezoidal rule on these times,
+    then with every step halved; Richardson's extrapolation of the two is the result, a third of their difference its
+    error. Raises SolveError when ngspice fails or is uncertain by 1e-3.
     """
-
-    charges: Array
-    strains: Array
-    error: float
-    outputs: Array
-    voltages: Array
-
-
-def through_circuits(strip: Actuator, times: Array, voltages: Array) -> Transient:
-    """Strips of all segments under ``voltages`` [V] (t, n), straight between even ``times`` [s] (t,) from 0.
-
-    ngspice's trapezoidal rule on these times, then with every step halved; Richardson's extrapolation of the two is
-    the result, a third of their difference its error. Raises SolveError when ngspice fails or is uncertain by 1e-3.
-    """
-    from ..solve.ngspice import session
-
-    netlist = _netlist(strip, times)
-    text, vectors = _bank(netlist, [f"{_plus(netlist)} external"] * voltages.shape[1])
-    names = _names(vectors)
-    found = []
-    with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
-        for parts in (1, 2):
-            waves = dict(zip(names, _solved(run, times, voltages, parts), strict=True))
-            found.append(_read(strip, netlist, vectors, waves))
-    (charge_1, strain_1), (charge_2, strain_2) = found
-    error = _certain(_change(strain_1, strain_2))
-    empty = np.empty((0, 0))
-    return Transient(charge_2 + (charge_2 - charge_1) / 3, strain_2 + (strain_2 - strain_1) / 3, error, empty, empty)
+    netlist = strip_netlist(strip, beam="static", band=transient_band(times))
+    drives = [f"{netlist.source.nodes[1]} external"] * voltages.shape[1]
+    coarse, fine, _, error = _refined(strip, netlist, drives, times, voltages, halvings=1)
+    charges, strains = fine + (fine - coarse) / 3
+    return charges, strains, error
 
 
 def with_neurons(
@@ -79,70 +56,75 @@ def with_neurons(
     of_segment: NDArray[np.intp],
     voltage: float,
     reference: float,
-) -> Transient:
-    """The network from ``start`` (2 n,) and its strips as one netlist, at even ``times`` [s] (t,) from 0.
+) -> tuple[Array, Array, float, Array, Array]:
+    """Charges, strains and error as by `through_circuits`, then outputs and voltages [V], all (t, n) but the error.
 
+    The network from ``start`` (2 n,) and the strips are one netlist, solved at even ``times`` [s] (t,) from 0.
     ``of_segment`` (segments,) is the unit of each segment; ``voltage`` Vmax [V], ``reference`` A_ref. Where in a step
     a neuron switches is chance, so nothing is extrapolated: steps are halved until the strains stand, and a third of
     the last change is the error.
     """
-    from ..solve.ngspice import session
-
-    netlist = _netlist(strip, times)
-    units = np.unique(of_segment)
-    drive = f"u{{unit}} 0 V = {voltage!r}*max(-1, min(1, (v(y{{one}})-v(y{{two}}))/{reference!r}))"
-    sources = []
-    for unit in units.tolist():
-        one, two = (k + 1 for k in network.units[unit])
-        sources.append(f"Bu{unit} " + drive.format(unit=unit, one=one, two=two))
-    bank, vectors = _bank(netlist, [f"u{unit} 0.0" for unit in of_segment.tolist()])
-    _, _, strips = bank.partition("\n")
-    text = "\n".join([netlist_text(network, start).rstrip(), *sources, strips, TOLERANCES])
-    rows = sorted({k + 1 for unit in units.tolist() for k in network.units[unit]})
-    names = [*(f"y{k}" for k in rows), *(f"u{unit}" for unit in units.tolist()), *_names(vectors)]
-    begun = np.maximum(start[: network.size], 0.0)
-    before, error = np.empty(0), np.inf
-    with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
-        for halving in range(_MOST_HALVINGS + 1):
-            undriven = np.zeros((len(times), 1))
-            waves = dict(zip(names, _solved(run, times, undriven, 2**halving), strict=True))
-            charges, strains = _read(strip, netlist, vectors, waves)
-            if halving:
-                error = _change(before, strains)
-                if error <= _NEURONS_ACCURACY:
-                    break
-            before = strains
+    netlist = strip_netlist(strip, beam="static", band=transient_band(times))
+    pairs = {unit: network.units[unit] for unit in np.unique(of_segment).tolist()}
+    sources = [
+        f"Bu{unit} u{unit} 0 V = {voltage!r}*max(-1, min(1, (v(y{one + 1})-v(y{two + 1}))/{reference!r}))"
+        for unit, (one, two) in pairs.items()
+    ]
+    neurons = "\n".join([netlist_text(network, start).rstrip(), *sources])
+    drives = [f"u{unit} 0.0" for unit in of_segment.tolist()]
+    driving = sorted({k for pair in pairs.values() for k in pair})
+    more = [*(f"y{k + 1}" for k in driving), *(f"u{unit}" for unit in pairs)]
+    _, (charges, strains), waves, error = _refined(
+        strip, netlist, drives, times, np.zeros((len(times), 1)), halvings=_MOST_HALVINGS, neurons=neurons, more=more
+    )
     y = np.zeros((network.size, len(times)))
-    for k in rows:
-        y[k - 1] = np.append(begun[k - 1], waves[f"y{k}"])
+    for k in driving:
+        y[k] = np.append(max(start[k], 0.0), waves[f"y{k + 1}"])
     outputs = (network.readout @ y).T
     driven = voltage * np.clip(outputs[0] / reference, -1.0, 1.0)  # the sources at 0, which ngspice does not return
     voltages = np.stack([np.append(driven[unit], waves[f"u{unit}"]) for unit in of_segment.tolist()], axis=1)
-    return Transient(charges, strains, _certain(error), outputs[:, of_segment], voltages)
+    return charges, strains, error, outputs[:, of_segment], voltages
 
 
-def _netlist(strip: Actuator, times: Array) -> Netlist:
-    return strip_netlist(strip, beam="static", band=transient_band(times))
+def _refined(
+    strip: Actuator,
+    netlist: Netlist,
+    drives: list[str],
+    times: Array,
+    voltages: Array,
+    *,
+    halvings: int,
+    neurons: str = "",
+    more: Iterable[str] = (),
+) -> tuple[Array, Array, dict[str, Array], float]:
+    """Charges and strains (2, t, n) by the last two step widths, the last's vectors, also ``more``, and its error.
 
+    ``netlist`` has a copy for each of ``drives``, second node and value of the copy's own source, after the text of
+    the ``neurons``. Steps are halved at least once, and so many times at most, until the strains stand. Raises
+    SolveError where they do not.
+    """
+    from ..solve.ngspice import session
 
-def _plus(netlist: Netlist) -> str:
-    """The drive's second node."""
-    return next(e for e in netlist.elements if e.name == netlist.drive).nodes[1]
-
-
-def _bank(netlist: Netlist, drives: list[str]) -> tuple[str, list[dict[str, str]]]:
-    """Copies of a netlist, one for each of ``drives``: second node and value of the copy's own source."""
     text, vectors = copies([netlist] * len(drives))
-    own = {f"{netlist.drive}_{k}": drive for k, drive in enumerate(drives)}
-    lines = []
-    for line in text.splitlines():
-        name, _, rest = line.partition(" ")
-        lines.append(f"{name} {rest.split()[0]} {own[name]}" if name in own else line)
-    return "\n".join(lines), vectors
-
-
-def _names(vectors: list[dict[str, str]]) -> list[str]:
-    return list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
+    plus = netlist.source.nodes[0]
+    for k, drive in enumerate(drives):
+        source = f"{netlist.drive}_{k} {plus}_{k} "
+        text = text.replace(f"{source}{plus} 0.0", f"{source}{drive}")
+    if neurons:
+        _, _, strips = text.partition("\n")
+        text = "\n".join([neurons, strips, TOLERANCES])
+    names = list(dict.fromkeys([*more, *(v for of_copy in vectors for v in of_copy.values())]))
+    found: list[Array] = []
+    with session().loaded(text, float(times[-1]), names, linear=netlist.linear) as run:
+        for halving in range(halvings + 1):
+            waves = dict(zip(names, _solved(run, times, voltages, 2**halving), strict=True))
+            found.append(_read(strip, netlist, vectors, waves))
+            if halving and _change(found[-2][1], found[-1][1]) <= _NEURONS_ACCURACY:
+                break
+    error = _change(found[-2][1], found[-1][1])
+    if error > _LARGEST_ERROR:
+        raise SolveError(f"ngspice's strains are uncertain by {error:.1e} of the largest; shorten the run")
+    return found[-2], found[-1], waves, error
 
 
 def _solved(run: Run, times: Array, voltages: Array, parts: int) -> Array:
@@ -158,26 +140,18 @@ def _solved(run: Run, times: Array, voltages: Array, parts: int) -> Array:
     return run(grid, waves)[:, parts - 1 :: parts][:, len(launch) :]
 
 
-def _read(
-    strip: Actuator, netlist: Netlist, vectors: list[dict[str, str]], waves: dict[str, Array]
-) -> tuple[Array, Array]:
-    """Charges [C] and free strains (t, n), the start included."""
-    found = []
-    for name in ("charge", "displacement"):
+def _read(strip: Actuator, netlist: Netlist, vectors: list[dict[str, str]], waves: dict[str, Array]) -> Array:
+    """Charges [C] and free strains (2, t, n), the start included."""
+    found = np.zeros((2, len(next(iter(waves.values()))) + 1, len(vectors)))
+    for k, name in enumerate(("charge", "displacement")):
         terms = next(o for o in netlist.outputs if o.name == name).terms
-        values = np.array([sum(c * waves[of_copy[q]] for q, c in terms) for of_copy in vectors])
-        found.append(np.vstack([np.zeros(len(vectors)), values.T]))
-    g = strip.geometry
-    return found[0], found[1] * g.thickness / g.length**2
+        found[k, 1:] = np.transpose([sum(c * waves[of_copy[q]] for q, c in terms) for of_copy in vectors])
+    found[1] *= strip.geometry.thickness
+    found[1] /= strip.geometry.length**2
+    return found
 
 
 def _change(before: Array, after: Array) -> float:
     """A third of the largest change, relative to the largest value: the error of a rule of second order."""
     largest = float(np.abs(after).max())
     return float(np.abs(after - before).max() / 3 / largest) if largest else 0.0
-
-
-def _certain(error: float) -> float:
-    if error > _LARGEST_ERROR:
-        raise SolveError(f"ngspice's strains are uncertain by {error:.1e} of the largest; shorten the run")
-    return error

@@ -30,7 +30,7 @@ from ..strip.actuator import PAPER, Actuator
 from ..strip.elements import lumped_elements
 from ..units import require_positive
 from .activation import Activation, activation, resampled
-from .circuits import Transient, through_circuits, with_neurons
+from .circuits import through_circuits, with_neurons
 from .lattice import Arm
 
 MODES = ("ideal", "circuit", "charge")
@@ -154,38 +154,26 @@ def couple(
     strip = segment_strip(actuator, segments, segment_length)
     if mode == "ideal":
         charges, strains, error = np.zeros_like(shares), largest * outputs / reference, 0.0
+    elif neurons_in_circuit:
+        found = with_neurons(strip, times, network, rhythm.states[0], of_segment, voltage, reference)
+        charges, strains, error, outputs, voltages = found
     else:
-        if neurons_in_circuit:
-            found = with_neurons(strip, times, network, rhythm.states[0], of_segment, voltage, reference)
-            outputs, voltages = found.outputs, found.voltages
-        else:
-            found = through_circuits(strip, times, voltages)
-        charges, error = found.charges, found.error
-        strains = transferred(found, mode, strip, voltage, largest)
-    return Coupled(
-        mode=mode,
-        run=rhythm,
-        time=times,
-        outputs=outputs,
-        voltages=voltages,
-        charges=charges,
-        strains=strains,
-        largest_strain=largest,
-        scales=_scales(strip, mode, rhythm.period),
-        error=error,
-    )
+        charges, strains, error = through_circuits(strip, times, voltages)
+    if mode == "charge":
+        strains = lagging(strip, charges, voltage, largest)
+    scales = _scales(strip, mode, rhythm.period)
+    return Coupled(mode, rhythm, times, outputs, voltages, charges, strains, largest, scales, error)
 
 
-def transferred(found: Transient, mode: str, strip: Actuator, voltage: float, largest: float) -> Array:
-    """Return the strains by ``mode``: those of the circuit, or ``largest`` times the charge over its final value."""
-    return found.strains if mode == "circuit" else largest * found.charges / (strip_charge(strip) * voltage)
+def lagging(strip: Actuator, charges: Array, voltage: float, largest: float) -> Array:
+    """Return the strains of the ``charge`` mode: ``largest`` times ``charges`` [C] over their final value."""
+    return largest * charges / (strip_charge(strip) * voltage)
 
 
 def lumped_strain(actuator: Actuator, voltage: float) -> float:
     """eps_max = 3 d0 V/b: the free strain of a face that ``voltage`` [V] at the port gives in the end."""
     assert actuator.coupling is not None
-    lumped = lumped_elements(actuator)
-    inner = lumped.port.inner_voltage(voltage)
+    inner = lumped_elements(actuator).port.inner_voltage(voltage)
     return float(3 * actuator.coupling.static * inner / actuator.geometry.thickness)
 
 

@@ -14,7 +14,7 @@ from ..errors import InputError, SolveError
 from ..findings import Finding
 from .activation import Activation, corners
 from .energy import crosses_itself
-from .explicit import DONE, NOT_FINITE, PAUSE, Integration, explicit
+from .explicit import DONE, NOT_FINITE, RUNNING, Integration, explicit
 from .forces import acceleration
 from .implicit import implicit
 from .lattice import Arm, Model, model
@@ -131,19 +131,18 @@ def simulate(
     m = model(arm)
     run = _prepare(arm, drive, samples, tolerance, start)
     kernel = explicit if name == "explicit" else implicit
-    status = PAUSE
-    while status == PAUSE:
-        status = kernel(m, run)
+    while run.counts[4] == RUNNING:
+        kernel(m, run)
         if progress is not None:
             progress(round(1000 * run.clock[0] / duration), 1000)
+    _, steps, refused, _, status = run.counts.tolist()
     if status != DONE:
-        raise _failure(run, status)
-    _, steps, refused, _ = run.counts.tolist()
+        raise _failure(run)
     *_, shortest, longest = run.clock.tolist()
     taken = {"steps": steps, "shortest": shortest, "longest": longest, "refused": refused}
     events = [
         Event(0.0, Finding("arm-method", values={"method": name, "reason": reason})),
-        Event(0.0, Finding("arm-step-error", values={"tolerance": tolerance, "scale": run.tolerance_q / tolerance})),
+        Event(0.0, Finding("arm-step-error", values={"tolerance": tolerance, "scale": run.tolerance[0] / tolerance})),
         Event(duration, Finding("arm-steps", values=taken)),
     ]
     return motion(arm, drive, samples, run, name, _watch(arm, samples, run) + events)
@@ -168,44 +167,41 @@ def _prepare(
         if q.shape != (n + 1, 2, 2) or v.shape != q.shape or not (np.isfinite(q).all() and np.isfinite(v).all()):
             raise InputError(f"start: give finite positions and velocities of the shape {(n + 1, 2, 2)}")
         v[0] = 0.0
-    small = min(float(arm.tapered(at_cells=False)[0].min()), arm.segment_length)
-    scale = tolerance * small
+    scale = tolerance * min(float(arm.tapered(at_cells=False)[0].min()), arm.segment_length)
     first = min(1e-3 / velocity_rate(arm), duration)
     return Integration(
         stops=stops,
         times=drive.time,
         values=drive.values,
         sample=sample,
-        q=np.ascontiguousarray(q.reshape(n + 1, 4)),
-        v=np.ascontiguousarray(v.reshape(n + 1, 4)),
+        states=np.repeat(np.stack([q, v]).reshape(1, 2, n + 1, 4), 3, axis=0),
         clock=np.array([0.0, first, 0.0, 0.0, 0.0, 0.0, np.inf, 0.0]),
-        counts=np.zeros(4, dtype=np.int64),
-        positions=np.empty((count, n + 1, 4)),
-        velocities=np.empty((count, n + 1, 4)),
+        counts=np.zeros(5, dtype=np.int64),
+        samples=np.empty((count, 2, n + 1, 4)),
         pressures=np.empty((count, n)),
         works=np.empty((count, 4)),
-        tolerance_q=scale,
-        tolerance_v=scale * velocity_rate(arm),
+        tolerance=(scale, scale * velocity_rate(arm)),
     )
 
 
-def _failure(run: Integration, status: int) -> SolveError:
+def _failure(run: Integration) -> SolveError:
     where = f"segment {max(int(run.counts[3]), 1)} at {run.clock[0]:.6g} s"
-    what = "the arm's motion is not finite any more" if status == NOT_FINITE else "no step is small enough for the arm"
+    not_finite = run.counts[4] == NOT_FINITE
+    what = "the arm's motion is not finite any more" if not_finite else "no step is small enough for the arm"
     return SolveError(f"{what} in {where}; is the activation or a load too strong?")
 
 
 def _watch(arm: Arm, samples: Array, run: Integration) -> list[Event]:
     """Return the events visible in the samples: the outline crosses itself, the plane is touched."""
     events = []
-    for time, q in zip(samples, run.positions, strict=True):
+    for time, q in zip(samples, run.samples[:, 0], strict=True):
         segment = int(crosses_itself(q))
         if segment:
             events.append(Event(float(time), Finding("arm-crosses-itself", values={"segment": segment}), warning=True))
             break
     if arm.plane is not None:
         normal = np.array(arm.plane.normal)
-        depth = (np.array(arm.plane.point) - run.positions.reshape(len(samples), -1, 2, 2)) @ normal
+        depth = (np.array(arm.plane.point) - run.samples[:, 0].reshape(len(samples), -1, 2, 2)) @ normal
         touched = np.argwhere(depth > 0)
         if len(touched):
             at, rod, _ = touched[0].tolist()

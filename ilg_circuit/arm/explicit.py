@@ -7,6 +7,7 @@ Differential Equations I*, table II.5.2.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +18,8 @@ from .energy import powers
 from .forces import acceleration
 from .lattice import Model
 
-#: What a kernel returns: all stops reached, a pause for the caller, no step small enough, a value that is not finite.
-DONE, PAUSE, TOO_SMALL, NOT_FINITE = 0, 1, 2, 3
+#: How a run stands: not at its end yet, all stops reached, no step small enough, a value that is not finite.
+RUNNING, DONE, TOO_SMALL, NOT_FINITE = 0, 1, 2, 3
 
 #: Steps after which a kernel returns to its caller, who then can show progress or be interrupted.
 STEPS_A_CALL = 2000
@@ -44,25 +45,23 @@ class Integration(NamedTuple):
     """Inputs and outputs of a kernel; K stops, T samples.
 
     A step ends at each of ``stops`` [s] (K,); ``sample`` (K,) is the sample's number there or -1. The activation is
-    linear between ``times`` [s] (J,), ``values`` (J, n, 3). ``q``, ``v`` are the state between calls. ``clock``: time,
-    step, the four integrals of `powers`, smallest and largest step. ``counts``: stops passed, steps taken, steps
-    refused, rod of the largest error.
+    linear between ``times`` [s] (J,), ``values`` (J, n, 3). ``states``: positions and velocities at a step's start,
+    middle and end; those of the start stand between calls. ``clock``: time, step, the four integrals of `powers`,
+    smallest and largest step. ``counts``: stops passed, steps taken, steps refused, rod of the largest error, and how
+    the run stands.
     """
 
     stops: Array
     sample: Indices
     times: Array
     values: Array
-    q: Array
-    v: Array
+    states: Array  # (3, 2, n + 1, 4)
     clock: Array
     counts: Indices
-    positions: Array  # (T, n + 1, 4)
-    velocities: Array
+    samples: Array  # (T, 2, n + 1, 4) positions, velocities
     pressures: Array  # (T, n)
     works: Array  # (T, 4)
-    tolerance_q: float
-    tolerance_v: float
+    tolerance: tuple[float, float]  # of positions [m], of velocities [m/s]
 
 
 @compiled
@@ -82,56 +81,52 @@ def interpolate(run: Integration, t: float, a: Array) -> None:
 
 
 @compiled
-def add_works(m: Model, run: Integration, h: float, states: Array, activations: Array, rate: Array) -> None:
-    """Add the integrals of `powers` over a step by Simpson's rule.
-
-    ``states`` (3, 2, n + 1, 4): positions and velocities at the step's start, middle and end, ``activations``
-    (3, n, 3) there; their slopes are those of the parabola through the three. ``rate`` (n, 3) is scratch.
-    """
-    a, b, c = activations[0], activations[1], activations[2]
-    power = np.zeros(4)
-    for k in range(3):
-        rate[:] = (c - a + (a - 2 * b + c) * (2 * k - 2)) / h
-        powers(m, states[k, 0], states[k, 1], activations[k], rate, power)
-        run.clock[2:6] += h * (4.0 if k == 1 else 1.0) / 6 * power
-
-
-@compiled
-def record(run: Integration, q: Array, v: Array, p: Array) -> None:
+def record(run: Integration, p: Array) -> None:
     """Write the state at the present stop, if it is a sample."""
     s = run.sample[run.counts[0]]
     if s >= 0:
-        run.positions[s] = q
-        run.velocities[s] = v
+        run.samples[s] = run.states[0]
         run.pressures[s] = p
         run.works[s] = run.clock[2:6]
 
 
 @compiled
-def begin(run: Integration) -> tuple[Array, Array]:
-    """States and activations, as `add_works` takes them, with the first of each set."""
-    n = run.values.shape[1]
-    states, activations = np.zeros((3, 2, n + 1, 4)), np.zeros((3, n, 3))
-    states[0, 0], states[0, 1] = run.q, run.v
-    states[2, 0, 0] = states[1, 0, 0] = run.q[0]
+def begin(m: Model, run: Integration, activations: Array, p: Array, acc: Array, work: Array) -> None:
+    """The first of ``activations`` (3, n, 3), pressures and accelerations at the begin of a call."""
     interpolate(run, run.clock[0], activations[0])
-    return states, activations
+    acceleration(m, run.states[0, 0], run.states[0, 1], activations[0], p, acc, work)
+    if run.counts[1] == 0:
+        record(run, p)
 
 
 @compiled
-def fit_step(run: Integration) -> tuple[float, bool]:
-    """Step [s] that fits to the next stop, and whether it ends there."""
-    left = run.stops[run.counts[0] + 1] - run.clock[0]
-    if run.clock[1] >= left * (1 - 1e-9):
-        return left, True
-    return min(run.clock[1], 0.5 * left), False
+def steps(run: Integration) -> Iterator[tuple[float, bool]]:
+    """Steps [s] that fit to the next stop, and whether they end there, while the run goes on: those of one call."""
+    for _ in range(STEPS_A_CALL):
+        if run.counts[4] != RUNNING:
+            return
+        left = run.stops[run.counts[0] + 1] - run.clock[0]
+        if run.clock[1] >= left * (1 - 1e-9):
+            yield left, True
+        else:
+            yield min(run.clock[1], 0.5 * left), False
 
 
 @compiled
-def accept(run: Integration, h: float, last: bool, q: Array, v: Array, p: Array) -> int:
-    """Move on by ``h`` to the state ``q``, ``v`` with pressures ``p``; returns `DONE` at the last stop, or `PAUSE`."""
-    run.q[:] = q
-    run.v[:] = v
+def accept(m: Model, run: Integration, h: float, last: bool, activations: Array, p: Array) -> None:
+    """Move on by ``h`` to the step's end, with pressures ``p``.
+
+    The integrals of `powers` grow by Simpson's rule. ``activations`` (3, n, 3) are those at the step's start, middle
+    and end; their slopes are those of the parabola through the three.
+    """
+    a, b, c = activations[0], activations[1], activations[2]
+    power = np.zeros(4)
+    for k in range(3):
+        rate = (c - a + (a - 2 * b + c) * (2 * k - 2)) / h
+        powers(m, run.states[k, 0], run.states[k, 1], activations[k], rate, power)
+        run.clock[2:6] += h * (4.0 if k == 1 else 1.0) / 6 * power
+    run.states[0] = run.states[2]
+    activations[0] = activations[2]
     run.clock[0] += h
     run.counts[1] += 1
     run.clock[6] = min(run.clock[6], h)
@@ -139,8 +134,9 @@ def accept(run: Integration, h: float, last: bool, q: Array, v: Array, p: Array)
     if last:
         run.counts[0] += 1
         run.clock[0] = run.stops[run.counts[0]]
-        record(run, q, v, p)
-    return DONE if run.counts[0] == run.stops.shape[0] - 1 else PAUSE
+        record(run, p)
+    if run.counts[0] == run.stops.shape[0] - 1:
+        run.counts[4] = DONE
 
 
 @compiled
@@ -149,7 +145,7 @@ def largest_error(run: Integration, error_q: Array, error_v: Array) -> float:
     worst = 0.0
     for j in range(1, error_q.shape[0]):
         for x in range(4):
-            e = max(abs(error_q[j, x]) / run.tolerance_q, abs(error_v[j, x]) / run.tolerance_v)
+            e = max(abs(error_q[j, x]) / run.tolerance[0], abs(error_v[j, x]) / run.tolerance[1])
             if not math.isfinite(error_q[j, x] + error_v[j, x]):
                 run.counts[3] = j
                 return math.inf
@@ -162,17 +158,14 @@ def largest_error(run: Integration, error_q: Array, error_v: Array) -> float:
 @compiled
 def change_step(run: Integration, h: float, error: float, order: float) -> bool:
     """Set the next step after one of ``h`` with ``error``; whether ``h`` is accepted."""
-    if error == 0.0:
-        factor = _GROW
-    elif math.isfinite(error):
-        factor = min(max(_SAFETY * error ** (-1 / order), _SHRINK), _GROW)
-    else:
-        factor = _SHRINK
+    factor = min(max(_SAFETY * error ** (-1 / order), _SHRINK), _GROW)  # also of an error of zero, or infinite
     if error <= 1:  # a step cut short by a stop does not shorten the next one
         run.clock[1] = max(run.clock[1], h * factor) if h < 0.99 * run.clock[1] and factor >= 1 else h * factor
         return True
     run.clock[1] = h * min(factor, 1.0)
     run.counts[2] += 1
+    if run.clock[1] < 1e-14 * run.stops[-1]:
+        run.counts[4] = TOO_SMALL if math.isfinite(error) else NOT_FINITE
     return False
 
 
@@ -190,42 +183,31 @@ def weighted_sum(weights: Array, stages: Array, count: int, h: float, base: Arra
 
 
 @compiled
-def explicit(m: Model, run: Integration) -> int:
-    """Integrate on towards the last stop; returns `DONE`, `PAUSE`, `TOO_SMALL` or `NOT_FINITE`."""
-    clock = run.clock
+def explicit(m: Model, run: Integration) -> None:
+    """Integrate on towards the last stop, by `STEPS_A_CALL` at most."""
     n = m.area.shape[0]
     K, L = np.zeros((7, n + 1, 4)), np.zeros((7, n + 1, 4))  # stages' velocities and accelerations
-    states, activations = begin(run)
+    states, activations = run.states, np.zeros((3, n, 3))
     q, v, x, w = states[0, 0], states[0, 1], states[2, 0], states[2, 1]
-    a, rate, zero = activations[2], np.zeros((n, 3)), np.zeros((n + 1, 4))
+    a, zero = activations[2], np.zeros((n + 1, 4))
     p, work, error_q, error_v = np.zeros(n), np.zeros((n, 6)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
-    acceleration(m, q, v, activations[0], p, L[0], work)
-    if run.counts[1] == 0:
-        record(run, q, v, p)
-    for _ in range(STEPS_A_CALL):
-        h, last = fit_step(run)
+    begin(m, run, activations, p, L[0], work)
+    for h, last in steps(run):
         K[0] = v
         for s in range(6):
             weighted_sum(_A[s], K, s + 1, h, q, x)
             weighted_sum(_A[s], L, s + 1, h, v, w)
-            interpolate(run, clock[0] + _C[s] * h, a)
+            interpolate(run, run.clock[0] + _C[s] * h, a)
             K[s + 1] = w
             acceleration(m, x, w, a, p, L[s + 1], work)
         weighted_sum(_ERROR, K, 7, h, zero, error_q)
         weighted_sum(_ERROR, L, 7, h, zero, error_v)
         error = largest_error(run, error_q, error_v)
         if not change_step(run, h, error, 5.0):
-            if clock[1] < 1e-14 * run.stops[-1]:
-                return TOO_SMALL if math.isfinite(error) else NOT_FINITE
             continue
         # the quintic through both ends in the step's middle
         states[1, 0] = (q + x) / 2 + 5 * h / 32 * (v - w) + h * h / 64 * (L[0] + L[6])
         states[1, 1] = 15 / 8 * (x - q) / h - 7 / 16 * (v + w) + h / 32 * (L[6] - L[0])
-        interpolate(run, clock[0] + 0.5 * h, activations[1])
-        add_works(m, run, h, states, activations, rate)
-        states[0] = states[2]
-        activations[0] = activations[2]
+        interpolate(run, run.clock[0] + 0.5 * h, activations[1])
         L[0] = L[6]
-        if accept(run, h, last, q, v, p) == DONE:
-            return DONE
-    return PAUSE
+        accept(m, run, h, last, activations, p)

@@ -53,50 +53,16 @@ def shear_state(m: Model, q: Array, e: int) -> tuple[float, float, float, float]
 
 
 @compiled
-def forces(m: Model, q: Array, v: Array, a: Array, f: Array) -> None:
-    """All forces but those of the pressures [N], into ``f``."""
-    for j in range(q.shape[0]):
-        f[j, 0] = f[j, 2] = m.mass[j] * m.weight_x
-        f[j, 1] = f[j, 3] = m.mass[j] * m.weight_y
-    for k in range(m.spring.shape[0]):
-        nx, ny, _, rate, stretch, stiffness = spring_state(m, q, v, a, k)
-        tension = stiffness * stretch + m.spring_damping[k] * rate
-        j, x, i, y = m.spring[k, 0], m.spring[k, 1], m.spring[k, 2], m.spring[k, 3]
-        f[j, x] += tension * nx
-        f[j, x + 1] += tension * ny
-        f[i, y] -= tension * nx
-        f[i, y + 1] -= tension * ny
-    if m.sheared:
-        _shear_forces(m, q, v, f)
-    if m.dragged:
-        _drag_forces(m, q, v, f)
-    if m.plane_stiffness > 0:
-        _plane_forces(m, q, v, f)
+def shear_angle(m: Model, q: Array, e: int) -> tuple[float, float, float, float, float, float, float, float]:
+    """Cosine and sine of the angle of shear element e, its across direction and tangent (4), and their squares."""
+    rx, ry, tx, ty = shear_state(m, q, e)
+    r2, t2 = rx * rx + ry * ry, tx * tx + ty * ty
+    scale = 1 / math.sqrt(r2 * t2)
+    return (rx * tx + ry * ty) * scale, (rx * ty - ry * tx) * scale, rx, ry, tx, ty, r2, t2
 
 
 @compiled
-def _shear_forces(m: Model, q: Array, v: Array, f: Array) -> None:
-    for e in range(m.shear_stiffness.shape[0]):
-        rx, ry, tx, ty = shear_state(m, q, e)
-        sx, sy, ux, uy = shear_state(m, v, e)
-        r2, t2 = rx * rx + ry * ry, tx * tx + ty * ty
-        scale = 1 / math.sqrt(r2 * t2)
-        cosine, sine = (rx * tx + ry * ty) * scale, (rx * ty - ry * tx) * scale
-        # cos(angle of t - angle of r): its gradient is sine times that of the angle of r, less that of t
-        gx, gy = -sine * ry / r2, sine * rx / r2
-        hx, hy = sine * ty / t2, -sine * tx / t2
-        rate = gx * sx + gy * sy + hx * ux + hy * uy
-        moment = m.shear_stiffness[e] * (cosine - m.shear_cosine[e]) + m.shear_damping[e] * rate
-        for k in range(3):
-            i, z, w = m.shear_index[e, k], moment * m.shear_across[e, k], moment * m.shear_along[e, k]
-            f[i, 0] -= z * gx + w * hx
-            f[i, 1] -= z * gy + w * hy
-            f[i, 2] += z * gx - w * hx
-            f[i, 3] += z * gy - w * hy
-
-
-@compiled
-def drag_of_cell(m: Model, q: Array, v: Array, i: int) -> tuple[float, float, float, float, float]:
+def drag_of_cell(q: Array, v: Array, i: int) -> tuple[float, float, float, float, float]:
     """Axis t of cell i (2), its length, and the velocity of the cell along and across it."""
     dx = 0.5 * (q[i + 1, 0] + q[i + 1, 2] - q[i, 0] - q[i, 2])
     dy = 0.5 * (q[i + 1, 1] + q[i + 1, 3] - q[i, 1] - q[i, 3])
@@ -108,35 +74,57 @@ def drag_of_cell(m: Model, q: Array, v: Array, i: int) -> tuple[float, float, fl
 
 
 @compiled
-def _drag_forces(m: Model, q: Array, v: Array, f: Array) -> None:
-    for i in range(m.area.shape[0]):
-        tx, ty, _, along, across = drag_of_cell(m, q, v, i)
-        push, lift = m.drag_along[i] * abs(along) * along, m.drag_across[i] * abs(across) * across
-        gx, gy = 0.25 * (push * tx - lift * ty), 0.25 * (push * ty + lift * tx)
-        for j in (i, i + 1):
-            f[j, 0] -= gx
-            f[j, 1] -= gy
-            f[j, 2] -= gx
-            f[j, 3] -= gy
-
-
-@compiled
 def depth_in_plane(m: Model, q: Array, v: Array, j: int, x: int) -> tuple[float, float]:
     """How deep the node of rod j whose x is in column ``x`` lies in the plane [m], and 1 + chi d' or zero."""
-    depth = (m.plane[0] - q[j, x]) * m.plane[2] + (m.plane[1] - q[j, x + 1]) * m.plane[3]
-    loss = 1 - m.plane_damping * (v[j, x] * m.plane[2] + v[j, x + 1] * m.plane[3])
-    return depth, max(loss, 0.0)
+    px, py, nx, ny, _, damping = m.plane
+    depth = (px - q[j, x]) * nx + (py - q[j, x + 1]) * ny
+    return depth, max(1 - damping * (v[j, x] * nx + v[j, x + 1] * ny), 0.0)
 
 
 @compiled
-def _plane_forces(m: Model, q: Array, v: Array, f: Array) -> None:
+def forces(m: Model, q: Array, v: Array, a: Array, f: Array) -> None:
+    """All forces but those of the pressures [N], into ``f``."""
+    for j in range(q.shape[0]):
+        f[j, 0] = f[j, 2] = m.mass[j] * m.weight[0]
+        f[j, 1] = f[j, 3] = m.mass[j] * m.weight[1]
+    for k in range(m.spring.shape[0]):
+        nx, ny, _, rate, stretch, stiffness = spring_state(m, q, v, a, k)
+        tension = stiffness * stretch + m.spring_damping[k] * rate
+        j, x, i, y = m.spring[k, 0], m.spring[k, 1], m.spring[k, 2], m.spring[k, 3]
+        f[j, x] += tension * nx
+        f[j, x + 1] += tension * ny
+        f[i, y] -= tension * nx
+        f[i, y + 1] -= tension * ny
+    for e in range(m.shear_stiffness.shape[0]):
+        cosine, sine, rx, ry, tx, ty, r2, t2 = shear_angle(m, q, e)
+        sx, sy, ux, uy = shear_state(m, v, e)
+        # cos(angle of t - angle of r): its gradient is sine times that of the angle of r, less that of t
+        gx, gy = -sine * ry / r2, sine * rx / r2
+        hx, hy = sine * ty / t2, -sine * tx / t2
+        rate = gx * sx + gy * sy + hx * ux + hy * uy
+        moment = m.shear_stiffness[e] * (cosine - m.shear_cosine[e]) + m.shear_damping[e] * rate
+        for k in range(3):
+            i, z, w = m.shear_index[e, k], moment * m.shear_across[e, k], moment * m.shear_along[e, k]
+            f[i, 0] -= z * gx + w * hx
+            f[i, 1] -= z * gy + w * hy
+            f[i, 2] += z * gx - w * hx
+            f[i, 3] += z * gy - w * hy
+    for i in range(m.drag.shape[0]):
+        tx, ty, _, along, across = drag_of_cell(q, v, i)
+        push, lift = m.drag[i, 0] * abs(along) * along, m.drag[i, 1] * abs(across) * across
+        gx, gy = 0.25 * (push * tx - lift * ty), 0.25 * (push * ty + lift * tx)
+        for j in (i, i + 1):
+            for x in (0, 2):
+                f[j, x] -= gx
+                f[j, x + 1] -= gy
+    _, _, nx, ny, stiffness, _ = m.plane
     for j in range(q.shape[0]):
         for x in (0, 2):
             depth, loss = depth_in_plane(m, q, v, j, x)
             if depth > 0:
-                push = m.plane_stiffness * depth * loss
-                f[j, x] += push * m.plane[2]
-                f[j, x + 1] += push * m.plane[3]
+                push = stiffness * depth * loss
+                f[j, x] += push * nx
+                f[j, x + 1] += push * ny
 
 
 @compiled
@@ -152,17 +140,11 @@ def area_gradient(x: Array, i: int) -> tuple[float, float, float, float]:
 
 
 @compiled
-def along_gradient(g: tuple[float, float, float, float], x: Array, i: int) -> float:
-    """Scalar product of cell i's area gradient with node vectors ``x``."""
+def along_gradient(g: tuple[float, float, float, float] | Array, x: Array, i: int) -> float:
+    """Scalar product of cell i's area gradient ``g`` with node vectors ``x``."""
     ax, ay = x[i + 1, 0] - x[i, 2], x[i + 1, 1] - x[i, 3]
     bx, by = x[i, 0] - x[i + 1, 2], x[i, 1] - x[i + 1, 3]
     return float(g[0] * ax + g[1] * ay + g[2] * bx + g[3] * by)
-
-
-@compiled
-def cell_area(q: Array, i: int) -> float:
-    """Area of cell i [m^2]."""
-    return 0.5 * along_gradient(area_gradient(q, i), q, i)
 
 
 @compiled

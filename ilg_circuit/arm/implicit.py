@@ -17,23 +17,7 @@ import numpy as np
 from ..arrays import Array
 from .banded import PER_ROD, WIDTH, assemble, factorise, matrix, solve, vector
 from .compiled import compiled
-from .explicit import (
-    DONE,
-    NOT_FINITE,
-    PAUSE,
-    STEPS_A_CALL,
-    TOO_SMALL,
-    Integration,
-    accept,
-    add_works,
-    begin,
-    change_step,
-    fit_step,
-    interpolate,
-    largest_error,
-    record,
-    weighted_sum,
-)
+from .explicit import Integration, accept, begin, change_step, interpolate, largest_error, steps, weighted_sum
 from .forces import acceleration, add_pressures, along_gradient, area_gradient, eliminate, substitute
 from .jacobian import derivatives, multiply
 from .lattice import Model
@@ -63,14 +47,9 @@ _TIMES = np.array([0.0, 0.386, 0.21, 0.63, 1.0, 1.0])
 _SLOPES = np.array([0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0])
 #: Weights of the stages in the interpolant's middle, beside the mean of both ends: those of its terms in theta
 #: (1 - theta) and theta (1 - theta)^2, with theta = 1/2.
-_INSIDE = 0.25 * np.array(
-    [
-        10.12623508344586 + 0.5 * -0.6762803392806898,
-        -7.487995877610167 + 0.5 * 6.087714651680606,
-        -34.80091861555747 + 0.5 * 16.43084320892478,
-        -7.992771707568823 + 0.5 * 24.76722511418386,
-        1.025137723295662 + 0.5 * -6.594389125716872,
-    ]
+_INSIDE = 0.25 * (
+    np.array([10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662])
+    + 0.5 * np.array([-0.6762803392806898, 6.087714651680606, 16.43084320892478, 24.76722511418386, -6.594389125716872])
 )
 
 
@@ -106,12 +85,11 @@ def project(m: Model, q: Array, v: Array, p: Array, work: Array, push: Array) ->
 
 
 @compiled
-def implicit(m: Model, run: Integration) -> int:
-    """Integrate on towards the last stop; returns `DONE`, `PAUSE`, `TOO_SMALL` or `NOT_FINITE`."""
-    clock = run.clock
+def implicit(m: Model, run: Integration) -> None:
+    """Integrate on towards the last stop, by `STEPS_A_CALL` at most."""
     n = m.area.shape[0]
     K, L = np.zeros((6, n + 1, 4)), np.zeros((6, n + 1, 4))
-    states, activations = begin(run)
+    states, activations = run.states, np.zeros((3, n, 3))
     q, v, x, w = states[0, 0], states[0, 1], states[2, 0], states[2, 1]
     acc, first, rq, rv = np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
     turned, drift = np.zeros((n + 1, 4)), np.zeros((1, n + 1, 4))
@@ -119,20 +97,17 @@ def implicit(m: Model, run: Integration) -> int:
     S, D = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4))
     C, E, A, padded = np.zeros((n, 4)), np.zeros((n, 4)), matrix(n), vector(n)
     rows, mass = padded[WIDTH : WIDTH + PER_ROD * n].reshape(n, PER_ROD), m.mass[1:].reshape(n, 1)
-    acceleration(m, q, v, activations[0], p, first, work)
+    begin(m, run, activations, p, first, work)
     derivatives(m, q, v, activations[0], p, S, D)
-    if run.counts[1] == 0:
-        record(run, q, v, p)
-    for _ in range(STEPS_A_CALL):
-        h, last = fit_step(run)
+    for h, last in steps(run):
         H = _GAMMA * h
         constraint_rows(m, q, v, first, H, C, E)
         scale = assemble(m, q, C, S, D, 1.0, H, H * H, A)
         sound = factorise(A)
         # forces are linear in the activation: h times their slope is the change by h times its slope, which is that of
         # the parabola through the step's ends and middle
-        interpolate(run, clock[0] + 0.5 * h, activations[1])
-        interpolate(run, clock[0] + h, a)
+        interpolate(run, run.clock[0] + 0.5 * h, activations[1])
+        interpolate(run, run.clock[0] + h, a)
         rate[:] = 4 * activations[1] - 2 * activations[0] - a
         acceleration(m, q, v, rate, p, drift[0], work)
         drift[0] -= first
@@ -143,34 +118,26 @@ def implicit(m: Model, run: Integration) -> int:
             if s == 0:
                 weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, first, rv)
             else:
-                interpolate(run, clock[0] + _TIMES[s] * h, a)
+                interpolate(run, run.clock[0] + _TIMES[s] * h, a)
                 acceleration(m, x, w, a, p, acc, work)
                 weighted_sum(_C[s], L, s, 1 / h, acc, rv)
                 weighted_sum(_SLOPES[s : s + 1], drift, 1, 1.0, rv, rv)
             multiply(S, rq, turned)
             rows[:, :4] = H * mass * rv[1:] + H * H * turned[1:]
             for i in range(n):
-                e = (E[i, 0], E[i, 1], E[i, 2], E[i, 3])
                 g = area_gradient(q, i)
-                rows[i, 4] = scale * (H * along_gradient(g, rv, i) - H * H * along_gradient(e, rq, i))
+                rows[i, 4] = scale * (H * along_gradient(g, rv, i) - H * H * along_gradient(E[i], rq, i))
             solve(A, padded)
             L[s, 1:] = rows[:, :4]
             K[s, 1:] = H * (L[s, 1:] + rq[1:])
         error = largest_error(run, K[5], L[5]) if sound else math.inf
         if not change_step(run, h, error, 4.0):
-            if clock[1] < 1e-14 * run.stops[-1]:
-                return TOO_SMALL if math.isfinite(error) else NOT_FINITE
             continue
         x += K[5]
         w += L[5]
         project(m, x, w, p, work, turned)
         weighted_sum(_INSIDE, K, 5, 1.0, 0.5 * (q + x), states[1, 0])
         weighted_sum(_INSIDE, L, 5, 1.0, 0.5 * (v + w), states[1, 1])
-        add_works(m, run, h, states, activations, rate)
-        states[0] = states[2]
-        activations[0] = activations[2]
-        acceleration(m, q, v, activations[0], p, first, work)
-        derivatives(m, q, v, activations[0], p, S, D)
-        if accept(run, h, last, q, v, p) == DONE:
-            return DONE
-    return PAUSE
+        acceleration(m, x, w, a, p, first, work)
+        derivatives(m, x, w, a, p, S, D)
+        accept(m, run, h, last, activations, p)

@@ -6,27 +6,29 @@ velocities: (n + 1, 5, 4, 4). Columns and arrays otherwise as in `forces`.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..arrays import Array
 from .compiled import compiled
-from .forces import depth_in_plane, drag_of_cell, shear_state, spring_state
+from .forces import depth_in_plane, drag_of_cell, shear_angle, shear_state, spring_state
 from .lattice import Model
 
-
-@compiled
-def _add(B: Array, j: int, x: int, i: int, y: int, scale: float, b: Array) -> None:
-    """Add ``scale`` b (2, 2): rod j, columns x, x + 1, by rod i, columns y, y + 1."""
-    d = i - j + 2
-    for r in range(2):
-        for c in range(2):
-            B[j, d, x + r, y + c] += scale * b[r, c]
+#: A matrix (2, 2), row by row.
+Block = tuple[float, float, float, float]
 
 
 @compiled
-def _add_between(B: Array, j: int, x: int, i: int, y: int, b: Array) -> None:
+def _add(B: Array, j: int, x: int, i: int, y: int, scale: float, b: Block) -> None:
+    """Add ``scale`` b: rod j, columns x, x + 1, by rod i, columns y, y + 1."""
+    block = B[j, i - j + 2]
+    block[x, y] += scale * b[0]
+    block[x, y + 1] += scale * b[1]
+    block[x + 1, y] += scale * b[2]
+    block[x + 1, y + 1] += scale * b[3]
+
+
+@compiled
+def _add_between(B: Array, j: int, x: int, i: int, y: int, b: Block) -> None:
     """Add ``b`` of a force from rod j, column x, to rod i, column y, that their difference makes."""
     _add(B, j, x, i, y, 1.0, b)
     _add(B, j, x, j, x, -1.0, b)
@@ -39,7 +41,6 @@ def derivatives(m: Model, q: Array, v: Array, a: Array, p: Array, S: Array, D: A
     """Derivatives of all forces, those of given pressures ``p`` included."""
     S[:] = 0.0
     D[:] = 0.0
-    block = np.empty((2, 2))
     for k in range(m.spring.shape[0]):
         j, x, i, y = m.spring[k, 0], m.spring[k, 1], m.spring[k, 2], m.spring[k, 3]
         nx, ny, length, rate, stretch, stiffness = spring_state(m, q, v, a, k)
@@ -47,31 +48,44 @@ def derivatives(m: Model, q: Array, v: Array, a: Array, p: Array, S: Array, D: A
         stress = (stiffness * stretch + damping * rate) / length
         gx = (stiffness - stress) * nx + damping * (v[i, y] - v[j, x] - rate * nx) / length
         gy = (stiffness - stress) * ny + damping * (v[i, y + 1] - v[j, x + 1] - rate * ny) / length
-        block[0, 0], block[0, 1] = nx * gx + stress, nx * gy
-        block[1, 0], block[1, 1] = ny * gx, ny * gy + stress
-        _add_between(S, j, x, i, y, block)
+        _add_between(S, j, x, i, y, (nx * gx + stress, nx * gy, ny * gx, ny * gy + stress))
         if damping > 0:
-            block[0, 0], block[0, 1] = damping * nx * nx, damping * nx * ny
-            block[1, 0], block[1, 1] = block[0, 1], damping * ny * ny
-            _add_between(D, j, x, i, y, block)
+            cross = damping * nx * ny
+            _add_between(D, j, x, i, y, (damping * nx * nx, cross, cross, damping * ny * ny))
     # the area's gradient is linear: each node's force turns with the diagonal's other ends
     for i in range(a.shape[0]):
-        block[0, 0] = block[1, 1] = 0.0
-        block[0, 1], block[1, 0] = 0.5 * p[i], -0.5 * p[i]
-        _add(S, i + 1, 0, i, 0, 1.0, block)
-        _add(S, i + 1, 0, i + 1, 2, -1.0, block)
-        _add(S, i, 2, i, 0, -1.0, block)
-        _add(S, i, 2, i + 1, 2, 1.0, block)
-        _add(S, i, 0, i + 1, 0, -1.0, block)
-        _add(S, i, 0, i, 2, 1.0, block)
-        _add(S, i + 1, 2, i + 1, 0, 1.0, block)
-        _add(S, i + 1, 2, i, 2, -1.0, block)
-    if m.sheared:
-        _shear(m, q, v, S, D)
-    if m.dragged:
-        _drag(m, q, v, S, D)
-    if m.plane_stiffness > 0:
-        _plane(m, q, v, S, D)
+        turned = (0.0, 0.5 * p[i], -0.5 * p[i], 0.0)
+        for j, x, one in ((i + 1, 0, 1.0), (i, 2, -1.0)):
+            for k, y, two in ((i, 0, 1.0), (i + 1, 2, -1.0)):
+                _add(S, j, x, k, y, one * two, turned)
+                _add(S, k, y, j, x, -one * two, turned)
+    _shear(m, q, v, S, D)
+    for i in range(m.drag.shape[0]):
+        tx, ty, length, along, across = drag_of_cell(q, v, i)
+        nx, ny = -ty, tx
+        push, lift = m.drag[i, 0], m.drag[i, 1]
+        one, two = 2 * push * abs(along), 2 * lift * abs(across)
+        cross = one * tx * ty + two * nx * ny
+        by_velocity = (one * tx * tx + two * nx * nx, cross, cross, one * ty * ty + two * ny * ny)
+        # by the angle of the axis; the angle by the difference of the rods' centres is n over its length
+        to_t = -one * across + lift * abs(across) * across
+        to_n = two * along - push * abs(along) * along
+        fx, fy = (to_t * tx + to_n * nx) / length, (to_t * ty + to_n * ny) / length
+        by_turn = (fx * nx, fx * ny, fy * nx, fy * ny)
+        for j in (i, i + 1):
+            for x in (0, 2):
+                for k in (i, i + 1):
+                    for y in (0, 2):
+                        _add(D, j, x, k, y, -1 / 16, by_velocity)
+                        _add(S, j, x, k, y, 0.125 if k > i else -0.125, by_turn)
+    _, _, nx, ny, stiffness, damping = m.plane
+    block = (nx * nx, nx * ny, nx * ny, ny * ny)
+    for j in range(q.shape[0]):
+        for x in (0, 2):
+            depth, loss = depth_in_plane(m, q, v, j, x)
+            if depth > 0 and loss > 0:
+                _add(S, j, x, j, x, -stiffness * loss, block)
+                _add(D, j, x, j, x, -stiffness * damping * depth, block)
 
 
 @compiled
@@ -86,17 +100,13 @@ def _shear(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
     slope, second, turn, speed = np.empty(4), np.empty((4, 4)), np.empty(4), np.empty(4)
     by_u, by_w = np.empty((4, 4)), np.empty((4, 4))
     for e in range(m.shear_stiffness.shape[0]):
-        rx, ry, tx, ty = shear_state(m, q, e)
+        cosine, sine, rx, ry, tx, ty, r2, t2 = shear_angle(m, q, e)
         speed[0], speed[1], speed[2], speed[3] = shear_state(m, v, e)
-        r2, t2 = rx * rx + ry * ry, tx * tx + ty * ty
-        scale = 1 / math.sqrt(r2 * t2)
-        cosine, sine = (rx * tx + ry * ty) * scale, (rx * ty - ry * tx) * scale
         turn[0], turn[1], turn[2], turn[3] = ry / r2, -rx / r2, -ty / t2, tx / t2  # gradient of the angle psi
         second[:] = 0.0
-        xx, xy = _angle_hessian(rx, ry)
-        second[0, 0], second[0, 1], second[1, 0], second[1, 1] = -xx, -xy, -xy, xx
-        xx, xy = _angle_hessian(tx, ty)
-        second[2, 2], second[2, 3], second[3, 2], second[3, 3] = xx, xy, xy, -xx
+        for x, sign, (xx, xy) in ((0, -1.0, _angle_hessian(rx, ry)), (2, 1.0, _angle_hessian(tx, ty))):
+            second[x, x], second[x + 1, x + 1] = sign * xx, -sign * xx
+            second[x, x + 1] = second[x + 1, x] = sign * xy
         rate = 0.0
         for r in range(4):
             slope[r] = -sine * turn[r]
@@ -135,42 +145,6 @@ def _spread(m: Model, e: int, by_u: Array, B: Array) -> None:
                     B[j, d, r, c + 2] += -rr + rt - tr + tt
                     B[j, d, r + 2, c] += -rr - rt + tr + tt
                     B[j, d, r + 2, c + 2] += rr - rt - tr + tt
-
-
-@compiled
-def _drag(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
-    block, turned = np.empty((2, 2)), np.empty((2, 2))
-    for i in range(m.area.shape[0]):
-        tx, ty, length, along, across = drag_of_cell(m, q, v, i)
-        nx, ny = -ty, tx
-        push, lift = m.drag_along[i], m.drag_across[i]
-        one, two = 2 * push * abs(along), 2 * lift * abs(across)
-        block[0, 0], block[0, 1] = one * tx * tx + two * nx * nx, one * tx * ty + two * nx * ny
-        block[1, 0], block[1, 1] = block[0, 1], one * ty * ty + two * ny * ny
-        # by the angle of the axis; the angle by the difference of the rods' centres is n over its length
-        to_t = -one * across + lift * abs(across) * across
-        to_n = two * along - push * abs(along) * along
-        fx, fy = (to_t * tx + to_n * nx) / length, (to_t * ty + to_n * ny) / length
-        turned[0, 0], turned[0, 1], turned[1, 0], turned[1, 1] = fx * nx, fx * ny, fy * nx, fy * ny
-        for j in (i, i + 1):
-            for x in (0, 2):
-                for k in (i, i + 1):
-                    for y in (0, 2):
-                        _add(D, j, x, k, y, -1 / 16, block)
-                        _add(S, j, x, k, y, 0.125 if k > i else -0.125, turned)
-
-
-@compiled
-def _plane(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
-    block = np.empty((2, 2))
-    nx, ny = m.plane[2], m.plane[3]
-    block[0, 0], block[0, 1], block[1, 0], block[1, 1] = nx * nx, nx * ny, nx * ny, ny * ny
-    for j in range(q.shape[0]):
-        for x in (0, 2):
-            depth, loss = depth_in_plane(m, q, v, j, x)
-            if depth > 0 and loss > 0:
-                _add(S, j, x, j, x, -m.plane_stiffness * loss, block)
-                _add(D, j, x, j, x, -m.plane_stiffness * m.plane_damping * depth, block)
 
 
 @compiled

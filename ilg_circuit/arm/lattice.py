@@ -142,11 +142,6 @@ class Arm:
                 raise InputError(f"arm.curvature of segment {k} is {bend:g} 1/m: the inner face would fold over")
 
     @property
-    def curvatures(self) -> Array:
-        """Rest curvature of each segment [1/m] (n,)."""
-        return np.broadcast_to(np.asarray(self.curvature, dtype=np.float64), (self.segments,)).copy()
-
-    @property
     def segment_length(self) -> float:
         """l [m]: along the rest shape's axis."""
         return self.length / self.segments
@@ -160,7 +155,7 @@ class Arm:
 
     def rest_positions(self) -> Array:
         """Nodes of the rest shape [m] (n + 1, 2, 2): rod, side, axis; the axis' base is the origin."""
-        turn = self.curvatures * self.segment_length
+        turn = np.broadcast_to(self.curvature, self.segments) * self.segment_length
         heading = self.direction + np.concatenate([[0.0], np.cumsum(turn)])
         chord = self.segment_length * np.sinc(turn / (2 * np.pi))
         steps = chord[:, None] * _unit((heading[1:] + heading[:-1]) / 2)
@@ -182,13 +177,12 @@ class Model(NamedTuple):
     side, then the rods; ``spring`` (3 n + 1, 7): rod and column of x of its two nodes, the two cells whose mean
     activation is its own (of an edge twice the same), and their channel. Shear energy 1/2 K (cos - cos0)^2 of E
     elements, cos between a direction r across the arm and a tangent t, which are sums over three rods: of x(side 0) -
-    x(side 1), and of x(side 0) + x(side 1), ``shear_index`` and weights (E, 3).
+    x(side 1), and of x(side 0) + x(side 1), ``shear_index`` and weights (E, 3). Muscles have none.
     """
 
     mass: Array  # (n + 1,) of each of a rod's two nodes [kg]
     mobility: Array  # its inverse, zero at the clamp [1/kg]
-    weight_x: float  # acceleration of gravity less buoyancy [m/s^2]
-    weight_y: float
+    weight: tuple[float, float]  # acceleration of gravity less buoyancy [m/s^2]
     strain: float  # 1: activation is an eigenstrain; 0: it is a stiffness
     spring: Indices
     spring_length: Array
@@ -201,15 +195,10 @@ class Model(NamedTuple):
     shear_cosine: Array
     shear_stiffness: Array
     shear_damping: Array
-    sheared: bool
     area: Array  # (n,) [m^2]
     beta: float
-    drag_across: Array  # (n,) 1/2 rho c S [kg/m]
-    drag_along: Array
-    dragged: bool
-    plane: Array  # point, normal (4,)
-    plane_stiffness: float
-    plane_damping: float
+    drag: Array  # (n, 2) 1/2 rho c S along and across [kg/m]; empty without a fluid
+    plane: tuple[float, float, float, float, float, float]  # point, normal, stiffness, damping; zeros without one
 
 
 def model(arm: Arm) -> Model:
@@ -236,56 +225,38 @@ def model(arm: Arm) -> Model:
         active, damping = 0.0 * stiffness, arm.damping * stiffness
         areas = np.concatenate([b_cell * h_cell, b * h])[: len(lengths)]
         shear = SHEAR_CORRECTION * SHEAR_RATIO * e * areas * lengths * length
-        ratio = 1.0
+        ratio, strain = 1.0, 1.0
     else:
         muscle = arm.muscle
         stiffness, active, damping = (z * sections for z in (muscle.passive, muscle.active, muscle.damping))
-        shear = 0.0 * lengths
-        ratio = muscle.rest_ratio
+        index, across, along, shear = index[:0], across[:0], along[:0], lengths[:0]
+        ratio, strain = muscle.rest_ratio, 0.0
     area = cell_areas(q)
     quarter = arm.density * area * b_cell / 4
     mass = np.pad(quarter, (0, 1)) + np.pad(quarter, (1, 0))
     mobility = 1 / mass
     mobility[0] = 0.0
     fluid = arm.fluid
-    lift = 1 - fluid.density / arm.density if fluid else 1.0
-    pressure = fluid.density / 2 if fluid else 0.0
-    plane = arm.plane
-    return Model(
-        mass=mass,
-        mobility=mobility,
-        weight_x=lift * arm.gravity[0],
-        weight_y=lift * arm.gravity[1],
-        strain=1.0 if arm.formulation == "beam" else 0.0,
-        spring=_springs(n),
-        spring_length=ratio * np.concatenate([edge_length.ravel(), np.linalg.norm(q[:, 0] - q[:, 1], axis=1)]),
-        spring_stiffness=stiffness,
-        spring_active=active,
-        spring_damping=damping,
-        shear_index=index,
-        shear_across=across,
-        shear_along=along,
-        shear_cosine=_cosines(q, index, across, along),
-        shear_stiffness=shear,
-        shear_damping=arm.damping * shear,
-        sheared=bool(shear.any()),
-        area=area,
-        beta=arm.stabilisation,
-        drag_across=pressure * (fluid.drag_across if fluid else 0.0) * length * b_cell,
-        drag_along=pressure * (fluid.drag_along if fluid else 0.0) * 2 * length * (h_cell + b_cell),
-        dragged=fluid is not None,
-        plane=np.array([*plane.point, *plane.normal]) if plane else np.zeros(4),
-        plane_stiffness=plane.stiffness if plane else 0.0,
-        plane_damping=plane.damping if plane else 0.0,
-    )
+    lift, drag = 1.0, np.empty((0, 2))
+    if fluid is not None:
+        lift = 1 - fluid.density / arm.density
+        along_axis = fluid.density / 2 * fluid.drag_along * 2 * length * (h_cell + b_cell)
+        drag = np.stack([along_axis, fluid.density / 2 * fluid.drag_across * length * b_cell], axis=1)
+    spring_length = ratio * np.concatenate([edge_length.ravel(), np.linalg.norm(q[:, 0] - q[:, 1], axis=1)])
+    springs = (_springs(n), spring_length, stiffness, active, damping)
+    shears = (index, across, along, _cosines(q, index, across, along), shear, arm.damping * shear)
+    weight = (lift * arm.gravity[0], lift * arm.gravity[1])
+    wall = arm.plane
+    plane = (*wall.point, *wall.normal, wall.stiffness, wall.damping) if wall else (0.0,) * 6
+    parts = (mass, mobility, weight, strain, *springs, *shears, area, arm.stabilisation, drag, plane)
+    return Model(*parts)
 
 
 def cell_areas(positions: Array) -> Array:
     """Areas of the cells [m^2] (..., n) of node positions (..., n + 1, 2, 2): half the cross product of diagonals."""
     one = positions[..., 1:, 0, :] - positions[..., :-1, 1, :]
     two = positions[..., :-1, 0, :] - positions[..., 1:, 1, :]
-    areas: Array = 0.5 * (one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0])
-    return areas
+    return np.asarray(0.5 * (one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0]))
 
 
 def strip_arm(actuator: Actuator = PAPER, *, segments: int = 15, mounting: str | None = None) -> Arm:
@@ -305,10 +276,14 @@ def strip_arm(actuator: Actuator = PAPER, *, segments: int = 15, mounting: str |
         density=m.density,
         youngs_modulus=m.youngs_modulus,
         segments=segments,
-        gravity=(0.0, 0.0 if mounting == "weightless" else -GRAVITY),
-        direction=-math.pi / 2 if mounting == "hanging" else 0.0,
     )
-    return replace(arm, damping=2 * m.beam_damping_ratio / arm.first_frequency)
+    return mounted(replace(arm, damping=2 * m.beam_damping_ratio / arm.first_frequency), mounting)
+
+
+def mounted(arm: Arm, mounting: str) -> Arm:
+    """Return ``arm`` weightless, hanging or horizontal."""
+    gravity = (0.0, 0.0 if mounting == "weightless" else -GRAVITY)
+    return replace(arm, gravity=gravity, direction=-math.pi / 2 if mounting == "hanging" else 0.0)
 
 
 def _springs(n: int) -> Indices:
@@ -342,8 +317,7 @@ def _cosines(q: Array, index: Indices, across: Array, along: Array) -> Array:
     """Cosine between the two directions of each shear element (E,)."""
     r = (across[:, :, None] * (q[:, 0] - q[:, 1])[index]).sum(axis=1)
     t = (along[:, :, None] * (q[:, 0] + q[:, 1])[index]).sum(axis=1)
-    cosines: Array = (r * t).sum(axis=1) / np.linalg.norm(r, axis=1) / np.linalg.norm(t, axis=1)
-    return cosines
+    return np.asarray((r * t).sum(axis=1) / np.linalg.norm(r, axis=1) / np.linalg.norm(t, axis=1))
 
 
 def _unit(angle: Array) -> Array:

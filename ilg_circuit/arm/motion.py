@@ -92,8 +92,7 @@ class Motion(Result):
     @property
     def centreline(self) -> Array:
         """Middle of each rod [m] (t, n + 1, 2)."""
-        middle: Array = self.positions.mean(axis=2)
-        return middle
+        return np.asarray(self.positions.mean(axis=2))
 
     @property
     def tip(self) -> Array:
@@ -115,8 +114,7 @@ class Motion(Result):
     def energy_balance(self) -> Array:
         """Stored energy less its start, less the actuators' work, plus losses [J] (t,): zero for an exact solution."""
         stored = self.energies.sum(axis=1)
-        balance: Array = stored - stored[0] - self.works[:, 0] + self.works[:, 1:].sum(axis=1)
-        return balance
+        return np.asarray(stored - stored[0] - self.works[:, 0] + self.works[:, 1:].sum(axis=1))
 
     @property
     def balance_error(self) -> float:
@@ -199,12 +197,13 @@ def motion(arm: Arm, drive: Activation, samples: Array, run: Integration, method
     n, count = arm.segments, len(samples)
     values = drive.at(samples)
     energy, tension = np.empty((count, 4)), np.empty((count, 3 * n + 1))
-    evaluate(model(arm), run.positions, run.velocities, values, energy, tension)
+    evaluate(model(arm), run.samples, values, energy, tension)
+    positions, velocities = run.samples.reshape(count, 2, n + 1, 2, 2).swapaxes(0, 1)
     return Motion(
         arm=arm,
         time=samples,
-        positions=run.positions.reshape(count, n + 1, 2, 2),
-        velocities=run.velocities.reshape(count, n + 1, 2, 2),
+        positions=positions,
+        velocities=velocities,
         activations=values,
         pressures=run.pressures / arm.tapered(at_cells=True)[1],
         edge_forces=tension[:, : 2 * n].reshape(count, n, 2),

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -31,9 +31,9 @@ from .coupling import (
     Coupled,
     couple,
     driving,
+    lagging,
     lumped_strain,
     segment_strip,
-    transferred,
     unit_of_segment,
 )
 from .dynamics import Progress, simulate
@@ -119,7 +119,8 @@ class Reached:
         findings.append(Finding("reach-one-unit" if one else "reach-one-rhythm"))
         if arm.formulation == "beam":
             turn = 2 * coupled.largest_strain * arm.length / arm.thickness
-            moved = _deflection(arm.length, turn)
+            arc = np.hypot(np.sinc(turn / np.pi) - 1, turn / 2 * np.sinc(turn / 2 / np.pi) ** 2)  # tip, from straight
+            moved = float(arm.length * arc)
             values = {"strain": coupled.largest_strain, "turn": float(np.degrees(turn)), "moved": moved}
             findings.append(Finding("reach-bounded-strain", values=values))
         if coupled.mode != "ideal" and coupled.scales:
@@ -170,14 +171,11 @@ def reach_target(
     rng = np.random.default_rng(seed)
     points = _hypercube(rng, sample, len(search.bounds))
     total = sample + _STARTS * _LOCAL
-    done = 0
 
     def distance(point: Array) -> tuple[float, Array]:
-        nonlocal done
         tips = search.tips(point)
-        done += 1
         if progress:
-            progress(min(done, total), total)
+            progress(min(search.done, total), total)
         return (_passing(tips, wanted)[0] if len(tips) else _FAR * arm.length), tips
 
     found = [distance(point) for point in points]
@@ -223,10 +221,10 @@ class _Search:
     def __init__(
         self, arm: Arm, rhythm_of: str, mode: str, actuator: Actuator, voltage: float, duration: float, start: Any
     ) -> None:
-        self.arm, self.rhythm_of, self.mode, self.actuator = arm, rhythm_of, mode, actuator
+        self.arm, self.rhythm_of, self.mode = arm, rhythm_of, mode
         self.voltage, self.duration, self.start = voltage, duration, start
         self.length = arm.segment_length if arm.formulation == "beam" else None
-        self.failed = 0
+        self.done = self.failed = 0
         ordinary = rhythm(self.network({}))
         self.reference, self.period = ordinary.amplitude, float(ordinary.period or duration)
         self.bounds = {n: b for n, b in BOUNDS.items() if n != "connection" or rhythm_of == "chain"}
@@ -234,8 +232,8 @@ class _Search:
             self.bounds["inhibition"] = _ONE_WAY_INHIBITION
         low, high = BOUNDS["slower"]
         self.bounds["slower"] = (low, float(np.clip(duration / self.period, 2 * low, high)))
-        # errors in voltage, mode and strip are raised before the search
-        couple(self.network({}), 1, 1e-3 * self.period, mode=mode, actuator=actuator, voltage=voltage)
+        self.couple = partial(couple, mode=mode, actuator=actuator, voltage=voltage)
+        self.couple(self.network({}), 1, 1e-3 * self.period)  # so that errors in these are raised before the search
         self.strip = segment_strip(actuator, arm.segments, self.length)
         self.largest = lumped_strain(actuator, voltage)
 
@@ -254,6 +252,7 @@ class _Search:
 
     def tips(self, point: Array) -> Array:
         """The tip's path [m] (t, 2) with the parameters at ``point``; empty where it could not be computed."""
+        self.done += 1
         values = self.parameters(point)
         network = self.network(values).slowed(values["slower"])
         periods = self.duration / (values["slower"] * self.period)
@@ -265,28 +264,21 @@ class _Search:
         try:
             strains = self.largest * shares
             if self.mode != "ideal":  # a strip for each unit: all segments of a unit are equal
-                found = through_circuits(self.strip, signal, self.voltage * shares)
-                strains = transferred(found, self.mode, self.strip, self.voltage, self.largest)
+                charges, strains, _ = through_circuits(self.strip, signal, self.voltage * shares)
+            if self.mode == "charge":
+                strains = lagging(self.strip, charges, self.voltage, self.largest)
             strains = strains[:, unit_of_segment(len(network.units), self.arm.segments)]
             drive = activation(self.arm, signal, driving(self.arm, strains, self.largest))
-            tip = simulate(self.arm, drive, path, start=self.start, tolerance=_STEP_ERROR).tip
+            return simulate(self.arm, drive, path, start=self.start, tolerance=_STEP_ERROR).tip
         except SolveError:
             self.failed += 1
             return np.empty((0, 2))
-        return tip
 
     def in_full(self, values: dict[str, float], times: ArrayLike) -> tuple[Coupled, Motion]:
         """The motion with the parameters, to full accuracy."""
-        coupled = couple(
-            self.network(values),
-            self.arm.segments,
-            self.duration,
-            mode=self.mode,
-            actuator=self.actuator,
-            segment_length=self.length,
-            voltage=self.voltage,
-            slower=values["slower"],
-            reference=self.reference,
+        network, segments, slower = self.network(values), self.arm.segments, values["slower"]
+        coupled = self.couple(
+            network, segments, self.duration, segment_length=self.length, slower=slower, reference=self.reference
         )
         if self.mode == "ideal":
             coupled = replace(coupled, strains=coupled.largest_strain * coupled.voltages / self.voltage)
@@ -349,8 +341,3 @@ def _passing(tips: Array, target: Array) -> tuple[float, int, float]:
     away = np.hypot(*(tips[:-1] + share[:, None] * along - target).T)
     at = int(away.argmin())
     return float(away[at]), at, float(share[at])
-
-
-def _deflection(length: float, turn: float) -> float:
-    """Return the displacement [m] of the tip of a straight arm that becomes an arc of ``turn`` [rad]."""
-    return float(length * np.hypot(np.sinc(turn / np.pi) - 1, turn / 2 * np.sinc(turn / 2 / np.pi) ** 2))

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from ..arrays import Array
 from ..errors import InputError
 from ..findings import Finding
 from ..result import Result
@@ -16,10 +14,10 @@ from ..simulation.response import sample_times
 from ..strip.actuator import Actuator
 from ..strip.file import load_actuator
 from ..units import parse, si
-from .activation import Activation, passive, sine, stiffening_wave
+from .activation import passive, sine, stiffening_wave
 from .coupling import Coupled, couple
 from .dynamics import TOLERANCE, simulate
-from .lattice import GRAVITY, OCTOPUS, Arm, strip_arm
+from .lattice import OCTOPUS, Arm, mounted, strip_arm
 from .motion import Motion
 from .reach import Reached, reach_target, rhythm_network
 from .statics import equilibrium
@@ -121,16 +119,11 @@ def arm(
     SolveError
         Where the motion cannot be computed.
     """
-    of_rhythm = {
-        "inhibition": inhibition,
-        "tonic": tonic,
-        "adaptation": adaptation,
-        "rise-time": rise_time,
-        "reference": reference,
-        "slower": slower if slower != 1.0 else None,
-        "neurons-in-circuit": neurons_in_circuit or None,
-    }
-    given = next((name for name, value in of_rhythm.items() if value is not None), None)
+    constants = {"inhibition": inhibition, "tonic": tonic, "adaptation": adaptation, "rise_time": rise_time}
+    transfer: dict[str, Any] = {"reference": reference, "slower": slower, "neurons_in_circuit": neurons_in_circuit}
+    usual = {"slower": 1.0, "neurons_in_circuit": False}
+    of_rhythm = {name: value for name, value in (constants | transfer).items() if value != usual.get(name)}
+    given = next(iter(of_rhythm), "").replace("_", "-")
     searching, sized, driven = reach is not None, amplitude is not None, activation == "cpg"
     through, tensioned = coupling != "ideal", formulation == "beam" and rest_ratio is not None
     chosen = method not in (None, "auto") or tolerance not in (None, TOLERANCE)
@@ -154,53 +147,33 @@ def arm(
     times = sample_times(seconds, samples=samples, step=None if step is None else si(step, "s", "--step"))
     strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
     body = _body(strip, formulation, segments, mounting, rest_ratio)
-    volts = si(voltage, "V", "--voltage")
-    if reach is not None:
-        reached = reach_target(
-            body,
-            _target(reach),
-            seconds,
-            rhythm_of=rhythm,
-            mode=coupling,
-            actuator=strip,
-            voltage=volts,
-            times=times,
-            tolerance=None if within is None else si(within, "m", "--within"),
-            start=_start(body, passive(body), settled),
-            seed=seed,
-            progress=progress,
-        )
-        return ArmResult(reached.motion, reached.coupled, reached)
+    through_strip: dict[str, Any] = {"mode": coupling, "actuator": strip, "voltage": si(voltage, "V", "--voltage")}
     coupled = None
-    if driven:
-        constants = {"inhibition": inhibition, "tonic": tonic, "adaptation": adaptation, "rise_time": rise_time}
-        coupled = couple(
-            rhythm_network(rhythm, segments, **constants),
-            segments,
-            seconds,
-            mode=coupling,
-            actuator=strip,
-            segment_length=body.segment_length if formulation == "beam" else None,
-            voltage=volts,
-            slower=slower,
-            reference=reference,
-            neurons_in_circuit=neurons_in_circuit,
-        )
+    if searching:
+        drive = passive(body)
+    elif driven:
+        network = rhythm_network(rhythm, segments, **constants)
+        coupled = couple(network, segments, seconds, **through_strip, **transfer)
         drive = coupled.activation(body)
     elif activation == "wave":
         drive = stiffening_wave(body, seconds)
     else:
         swing = AMPLITUDES[body.formulation] if amplitude is None else amplitude
         drive = sine(body, swing, si(period, "s", "--period"), seconds)
-    motion = simulate(
-        body,
-        drive,
-        times,
-        method=method or "auto",
-        tolerance=TOLERANCE if tolerance is None else tolerance,
-        start=_start(body, drive, settled),
-        progress=progress,
-    )
+    start = None
+    if settled:
+        positions, _ = equilibrium(body, drive)
+        start = positions, 0.0 * positions
+    how: dict[str, Any] = {"start": start, "progress": progress}
+    if reach is not None:
+        near = None if within is None else si(within, "m", "--within")
+        target = _target(reach)
+        reached = reach_target(
+            body, target, seconds, rhythm_of=rhythm, times=times, tolerance=near, seed=seed, **through_strip, **how
+        )
+        return ArmResult(reached.motion, reached.coupled, reached)
+    tolerance = TOLERANCE if tolerance is None else tolerance
+    motion = simulate(body, drive, times, method=method or "auto", tolerance=tolerance, **how)
     if coupled:
         motion = replace(motion, signals=coupled.signals(motion.time))
     return ArmResult(motion, coupled, slower=slower)
@@ -219,15 +192,4 @@ def _body(strip: Actuator, formulation: str, segments: int, mounting: str | None
     body = replace(OCTOPUS, segments=segments)
     if rest_ratio is not None:
         body = replace(body, muscle=replace(body.muscle, rest_ratio=rest_ratio))
-    if mounting:
-        gravity = (0.0, 0.0 if mounting == "weightless" else -GRAVITY)
-        body = replace(body, gravity=gravity, direction=-math.pi / 2 if mounting == "hanging" else 0.0)
-    return body
-
-
-def _start(body: Arm, drive: Activation, settled: bool) -> tuple[Array, Array] | None:
-    """Return positions and velocities at the start, None for the rest shape."""
-    if not settled:
-        return None
-    positions, _ = equilibrium(body, drive)
-    return positions, 0.0 * positions
+    return mounted(body, mounting) if mounting else body

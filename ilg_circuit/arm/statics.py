@@ -40,10 +40,10 @@ def equilibrium(arm: Arm, drive: Activation, *, at: float = 0.0, start: Array | 
     acceleration(m, q, np.zeros_like(q), a, p, np.zeros_like(q), np.zeros((n, 6)))
     inertia, before = 100 * velocity_rate(arm) ** 2, math.inf
     for _ in range(_STEPS):
-        step = _newton(m, q, a, p, inertia)
-        turn = _turn(arm, step[0]) if step else math.inf
-        if step and turn <= _TURN:
-            q, p = q + step[0], p + step[1]
+        move, push = _newton(m, q, a, p, inertia)
+        turn = _turn(arm, move)
+        if turn <= _TURN:
+            q, p = q + move, p + push
             if turn <= _SMALL and turn <= 0.1 * before:
                 return q.reshape(n + 1, 2, 2), p / arm.tapered(at_cells=True)[1]
             before = turn
@@ -70,7 +70,7 @@ def natural_frequencies(arm: Arm, count: int = 1, drive: Activation | None = Non
         q, p, a = positions.reshape(-1, 4).copy(), pressures * arm.tapered(at_cells=True)[1], drive.at([0.0])[0]
     elif arm.formulation == "yekutieli":  # pressures balance the pre-tension
         still = np.zeros_like(q)
-        acceleration(m._replace(weight_x=0.0, weight_y=0.0), q, still, a, p, np.zeros_like(q), np.zeros((n, 6)))
+        acceleration(m._replace(weight=(0.0, 0.0)), q, still, a, p, np.zeros_like(q), np.zeros((n, 6)))
     S, D = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4))
     derivatives(m, q, np.zeros_like(q), a, p, S, D)
     stiffness, gradient = np.zeros((4 * n, 4 * n)), np.zeros((n, n + 1, 4))
@@ -84,8 +84,7 @@ def natural_frequencies(arm: Arm, count: int = 1, drive: Activation | None = Non
     mass = np.repeat(m.mass[1:], 4)
     stiffness = 0.5 * (stiffness + stiffness.T)
     squares = eigh(free.T @ stiffness @ free, free.T @ (mass[:, None] * free), eigvals_only=True)
-    frequencies: Array = np.sqrt(np.maximum(squares[:count], 0.0))
-    return frequencies
+    return np.asarray(np.sqrt(np.maximum(squares[:count], 0.0)))
 
 
 def _turn(arm: Arm, change: Array) -> float:
@@ -96,8 +95,8 @@ def _turn(arm: Arm, change: Array) -> float:
     return float(max(along, across))
 
 
-def _newton(m: Model, q: Array, a: Array, p: Array, inertia: float) -> tuple[Array, Array] | None:
-    """Changes of positions and pressures, or None where the equations are singular."""
+def _newton(m: Model, q: Array, a: Array, p: Array, inertia: float) -> tuple[Array, Array]:
+    """Changes of positions and pressures, not finite where the equations are singular."""
     n = len(p)
     S, D, A = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4)), matrix(n)
     derivatives(m, q, np.zeros_like(q), a, p, S, D)
@@ -110,11 +109,8 @@ def _newton(m: Model, q: Array, a: Array, p: Array, inertia: float) -> tuple[Arr
     rows = padded[WIDTH : WIDTH + PER_ROD * n].reshape(n, PER_ROD)
     rows[:, :4] = f[1:]
     rows[:, 4] = scale * (m.area - cell_areas(q.reshape(-1, 2, 2)))
-    if not factorise(A):
-        return None
+    sound = factorise(A)
     solve(A, padded)
-    if not np.isfinite(rows).all():
-        return None
-    change = np.zeros_like(q)
-    change[1:] = rows[:, :4]
-    return change, rows[:, 4].copy()
+    if not (sound and np.isfinite(rows).all()):
+        rows[:] = np.nan
+    return np.pad(rows[:, :4], ((1, 0), (0, 0))), rows[:, 4].copy()

@@ -66,15 +66,13 @@ class _Series:
             result[k] /= k
         return result
 
+    @cached_property
+    def whole(self) -> Array:
+        """exp(A h) (2 n + 1, 2 n + 1)."""
+        return self.exponential(1.0)
+
     def exponential(self, length: float) -> Array:
         """exp(A h ``length``) (2 n + 1, 2 n + 1), for lengths up to 1."""
-        return self._whole if length == 1 else self._sum(length)
-
-    @cached_property
-    def _whole(self) -> Array:
-        return self._sum(1.0)
-
-    def _sum(self, length: float) -> Array:
         m = len(self.matrix)
         if self.rows is not None:
             return np.asarray((length**_EXPONENTS @ self.rows.reshape(ORDER + 1, -1)).reshape(m, m))
@@ -121,7 +119,8 @@ class Stretch:
 
     def propagator(self) -> Array:
         """Derivative (2 n, 2 n) of the state at the end by the state at the begin."""
-        return self.piece.exponential(self.length)[:-1, :-1]
+        full = self.piece.whole if self.length == 1 else self.piece.exponential(self.length)
+        return full[:-1, :-1]
 
 
 class Flow:
@@ -198,9 +197,8 @@ class Flow:
 
     def _series(self, active: Active) -> _Series:
         key = active.tobytes()
-        found = self._pieces.get(key)
-        if found is not None:
-            return found
+        if key in self._pieces:
+            return self._pieces[key]
         if len(self._pieces) >= self._room:
             self._pieces.clear()
         a = self._full_matrix(active)

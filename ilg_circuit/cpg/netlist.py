@@ -11,8 +11,6 @@ The tonic input is a number, never a parameter named e: SPICE would read Euler's
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -94,21 +92,11 @@ def _number(value: float) -> str:
     return repr(float(value))
 
 
-@dataclass(frozen=True)
-class Waves:
-    """Inner states x (n, points) of a network by ngspice at uniform ``time`` [s] (points,).
+def solve(network: Network, duration: float, points: int, start: ArrayLike | None = None) -> tuple[Array, Array]:
+    """A uniform grid of ``points`` steps over ``duration`` [s], and x (n, points + 1) by ngspice's trapezoidal rule.
 
-    x, not y: it is smooth enough to interpolate, and max(0, x) then has its corners where they are.
-    """
-
-    time: Array
-    inner: Array
-
-
-def solve(network: Network, duration: float, points: int, start: ArrayLike | None = None) -> Waves:
-    """x by ngspice's trapezoidal rule on a uniform grid of ``points`` steps over ``duration`` [s].
-
-    Raises SolveError when ngspice fails.
+    x, not y: it is smooth enough to interpolate, and max(0, x) then has its corners where they are. Raises SolveError
+    when ngspice fails.
     """
     from ..solve.ngspice import session
 
@@ -123,21 +111,13 @@ def solve(network: Network, duration: float, points: int, start: ArrayLike | Non
     vectors = [f"x{k + 1}" for k in range(network.size)]
     with session().loaded(netlist_text(network, state) + TOLERANCES, float(duration), vectors) as run:
         inner = run(grid, np.zeros(points + 1))
-    return Waves(grid, np.hstack([state[: network.size, None], inner]))
+    return grid, np.hstack([state[: network.size, None], inner])
 
 
-@dataclass(frozen=True)
-class Measured:
-    """Period [s] and amplitude (half the peak-to-peak of y_1 - y_2) read off ngspice's waves; ``error`` is twice
-    the largest difference, relative, between the last grid and the two before it."""
+def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> tuple[float, float, float]:
+    """Period [s], amplitude and relative error of both of the cycle of ``rhythm``, by ngspice from the same start.
 
-    period: float
-    amplitude: float
-    error: float
-
-
-def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> Measured:
-    """Measure period and amplitude of the cycle of ``rhythm`` by ngspice from the same start.
+    The amplitude is half the peak-to-peak of y_1 - y_2.
 
     The run goes on until the cycle's multiplier has left 1e-8 of the start, and four periods more; where that takes
     more than a hundred periods, it starts on the cycle and takes a hundred at most. The trapezoidal error goes as the
@@ -156,23 +136,23 @@ def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> Measured:
     step = min(network.rise_time, network.adaptation_time, cycle.period / 4) / _STEPS_PER_CONSTANT
     found: list[Array] = []
     for k in range(_MOST_GRIDS):
-        waves = solve(network, end, int(np.ceil(end / step * 2 ** (k / 2))), start)
-        found.append(_read_off(waves, network, cycle.period))
+        time, inner = solve(network, end, int(np.ceil(end / step * 2 ** (k / 2))), start)
+        found.append(_read_off(time, inner, network, cycle.period))
         if k >= 2:
             period, amplitude, size = found[-1]
             scale = np.array([period, amplitude if amplitude > 1e-6 * size else size])
             error = _CAUTION * max(float((np.abs(f - found[-1])[:2] / scale).max()) for f in found[-3:-1])
             if error <= accuracy:
-                return Measured(float(period), float(amplitude), error)
+                return float(period), float(amplitude), error
     raise SolveError(f"ngspice left a relative error of {error:.1e} where {accuracy:g} was asked for")
 
 
-def _read_off(waves: Waves, network: Network, period: float) -> Array:
+def _read_off(time: Array, inner: Array, network: Network, period: float) -> Array:
     """(period, amplitude, half the swing of the x that moves most) of the last periods of waves that have settled."""
     from scipy.interpolate import CubicSpline
 
-    last = waves.time > waves.time[-1] - 2.5 * period - 8 * waves.time[1]
-    time, inner = waves.time[last], waves.inner[:, last]
+    last = time > time[-1] - 2.5 * period - 8 * time[1]
+    time, inner = time[last], inner[:, last]
     reference = inner[int(np.argmax(np.ptp(inner, axis=1)))]
     wave = CubicSpline(time, reference - (reference.max() + reference.min()) / 2)
     ups = [r for r in wave.roots(extrapolate=False) if wave(r, 1) > 0]
@@ -197,7 +177,8 @@ def sampled_by_ngspice(network: Network, times: Array, start: ArrayLike | None =
     end = float(times[-1])
     step = min(network.rise_time, network.adaptation_time) / (4 * _STEPS_PER_CONSTANT)
     points = max(100, int(np.ceil(end / step)))
-    coarse, fine = (solve(network, end, count, start) for count in (points, 2 * points))
-    largest = max(float(np.abs(fine.inner).max()), 1e-300)
-    error = float(np.abs(fine.inner[:, ::2] - coarse.inner).max() / largest)
-    return np.asarray(CubicSpline(fine.time, fine.inner.T)(times)), error
+    _, coarse = solve(network, end, points, start)
+    time, fine = solve(network, end, 2 * points, start)
+    largest = max(float(np.abs(fine).max()), 1e-300)
+    error = float(np.abs(fine[:, ::2] - coarse).max() / largest)
+    return np.asarray(CubicSpline(time, fine.T)(times)), error

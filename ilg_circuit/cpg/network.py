@@ -161,11 +161,6 @@ def chain_weights(
     return np.asarray(weights, dtype=np.float64)
 
 
-def chain_units(units: int) -> tuple[tuple[int, int], ...]:
-    """Pairs (extensor, flexor) of the units of `chain_weights`."""
-    return tuple((2 * k, 2 * k + 1) for k in range(units))
-
-
 def _check_count(neurons: int) -> None:
     if not 2 <= neurons <= MOST_NEURONS:
         raise InputError(f"{neurons} neurons: give 2 to {MOST_NEURONS}")
@@ -191,10 +186,12 @@ def chain(
     **constants: Any,
 ) -> Network:
     """Units in a row, tail first; see `chain_weights`. ``constants`` are those of `Network`."""
-    return Network(chain_weights(units, inhibition, same, cross), units=chain_units(units), **constants)
+    pairs = tuple((2 * k, 2 * k + 1) for k in range(units))
+    return Network(chain_weights(units, inhibition, same, cross), units=pairs, **constants)
 
 
-TOPOLOGIES = ("mutual", "ring", "one-way-ring", "chain")
+#: Topology -> its weights, and the usual number of neurons. In a chain two neurons make a unit.
+_TOPOLOGIES = {"mutual": (mutual_weights, 2), "ring": (ring_weights, 3), "one-way-ring": (one_way_ring_weights, 3)}
 
 
 def wired(
@@ -220,8 +217,7 @@ def wired(
     if topology != "chain" and couplings:
         raise InputError(f"--{next(iter(couplings))} belongs to --topology chain")
     if weights is not None:
-        wiring = {"neurons": neurons, "topology": topology, "inhibition": inhibition}
-        for name, value in wiring.items():
+        for name, value in (("neurons", neurons), ("topology", topology), ("inhibition", inhibition)):
             if value is not None:
                 raise InputError(f"--weights says it all; leave out --{name}")
         matrix = read_weights(Path(weights)) if isinstance(weights, str | Path) else weights
@@ -233,10 +229,9 @@ def wired(
         if count % 2:
             raise InputError(f"a chain of {count} neurons: its units have two each, so give an even number")
         return chain(count // 2, a, **couplings, **constants)
-    kinds = {"mutual": (mutual_weights, 2), "ring": (ring_weights, 3), "one-way-ring": (one_way_ring_weights, 3)}
-    if topology not in kinds:
-        raise InputError(f"topology is '{topology}'; choose one of {', '.join(TOPOLOGIES)}")
-    build, usual = kinds[topology]
+    if topology not in _TOPOLOGIES:
+        raise InputError(f"topology is '{topology}'; choose one of {', '.join(_TOPOLOGIES)}, chain")
+    build, usual = _TOPOLOGIES[topology]
     return Network(build(usual if neurons is None else neurons, a), **constants)
 
 

@@ -173,7 +173,7 @@ def _enumerated(network: Network, components: list[list[int]]) -> tuple[list[Arr
     for component in components:
         inner = network.matrix[np.ix_(component, component)]
         outer = network.matrix[component]
-        sets = _subsets(len(component))
+        sets = (np.arange(2 ** len(component))[:, None] >> np.arange(len(component)) & 1).astype(bool)
         extended: list[Array] = []
         for x in partial:
             y = np.maximum(x, 0)  # zero for components still to come
@@ -193,10 +193,6 @@ def _enumerated(network: Network, components: list[list[int]]) -> tuple[list[Arr
     return partial, tried, continuum
 
 
-def _subsets(count: int) -> Mask:
-    return (np.arange(2**count)[:, None] >> np.arange(count)[None, :] & 1).astype(bool)
-
-
 def _searched(network: Network) -> list[Array]:
     """Search states of rest by Newton's method on the active set, from many starts, equal in every call."""
     random = np.random.default_rng(20190901)
@@ -204,9 +200,9 @@ def _searched(network: Network) -> list[Array]:
     for _ in range(_SEARCHES):
         active = random.random(network.size) < random.random()
         for _ in range(50):
-            matrix = (1 + network.adaptation) * np.eye(network.size) + network.matrix * active
             # inactive neurons: x = e - W y; active: x = y
-            matrix[:, ~active] = np.eye(network.size)[:, ~active]
+            one = np.eye(network.size)
+            matrix = np.where(active, (1 + network.adaptation) * one + network.matrix, one)
             try:
                 x = np.linalg.solve(matrix, network.tonics)
             except np.linalg.LinAlgError:

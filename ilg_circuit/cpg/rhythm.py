@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from bisect import bisect
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -59,27 +59,33 @@ def rhythm(network: Network, start: ArrayLike | None = None) -> Rhythm:
     state = checked_start(network, start)
     classes = quotient(network, state)
     small = _Follower(classes.network, classes.folded(state)).run()
-    if classes.trivial:
-        return small
-    full = _unfolded(small, network, state, classes)
-    return replace(full, findings=(*full.findings, *_instability(full, classes)))
+    return small if classes.trivial else _unfolded(small, network, state, classes)
 
 
 def _unfolded(small: Rhythm, network: Network, start: Array, classes: Quotient) -> Rhythm:
-    """The result for the classes as one for the full network, its stability judged anew."""
-    cycle = small.cycle
+    """The result for the classes as one for the full network, its stability judged anew.
+
+    With a finding where identical neurons stay identical only because nothing disturbs them.
+    """
+    members = [np.flatnonzero(classes.classes == c) + 1 for c in range(classes.network.size)]
+    groups = [" = ".join(str(k) for k in g) for g in members if len(g) > 1]
+    cycle, rest, cause, findings = small.cycle, None, small.cause, small.findings
     if cycle is not None:
         state = classes.unfolded(cycle.state)
         multiplier = _multiplier(network, _monodromy(Flow(network), state, cycle.period)[0])
         cycle = Cycle(network, state, cycle.period, multiplier)
-    rest, cause = None, small.cause
+        if not cycle.stable:
+            findings += (Finding("cpg-unstable-cycle", values={"groups": groups, "multiplier": multiplier}),)
     if small.rest is not None:
         rest = classes.unfolded(small.rest)
+        x = rest[: network.size]
         code = "cpg-silent" if cause.code == "cpg-died-out" else cause.code
-        cause = Finding(code, values={**cause.values, "active": _active(rest[: network.size])})
-    return replace(
-        small, network=network, start=start, rest_states=rest_states(network), cycle=cycle, rest=rest, cause=cause
-    )
+        cause = Finding(code, values={**cause.values, "active": _active(x)})
+        rate = growth(network, x > 0)
+        if rate > 0:
+            findings += (Finding("cpg-unstable-rest", values={"groups": groups, "rate": rate}),)
+    full = replace(small, network=network, start=start, rest_states=rest_states(network), cause=cause)
+    return replace(full, cycle=cycle, rest=rest, findings=findings)
 
 
 def _active(x: Array) -> list[int] | str:
@@ -87,32 +93,24 @@ def _active(x: Array) -> list[int] | str:
     return [int(k) + 1 for k in np.flatnonzero(x > 0)] or "none"
 
 
-def _instability(full: Rhythm, classes: Quotient) -> tuple[Finding, ...]:
-    """Return a finding where identical neurons stay identical only because nothing disturbs them."""
-    members = [np.flatnonzero(classes.classes == c) + 1 for c in range(classes.network.size)]
-    groups = [" = ".join(str(k) for k in g) for g in members if len(g) > 1]
-    if full.cycle is not None and not full.cycle.stable:
-        return (Finding("cpg-unstable-cycle", values={"groups": groups, "multiplier": full.cycle.multiplier}),)
-    if full.rest is not None:
-        rate = growth(full.network, full.rest[: full.network.size] > 0)
-        if rate > 0:
-            return (Finding("cpg-unstable-rest", values={"groups": groups, "rate": rate}),)
-    return ()
-
-
-@dataclass(frozen=True)
 class _Piece:
     """The rest of a piece and its linear flow: z = rest + sum_k c_k vectors[:, k] exp(rates[k] t).
 
     Without a basis of eigenvectors ``inverse`` is None and ``form`` and ``radius`` describe the ellipsoid, if any.
     """
 
-    rest: RestState
-    rates: ComplexArray
-    vectors: ComplexArray
-    inverse: ComplexArray | None
-    form: Array | None
-    radius: float
+    def __init__(self, a: Array, rest: RestState) -> None:
+        self.rest = rest
+        self.rates, self.vectors = (found.astype(complex) for found in np.linalg.eig(a))
+        self.inverse: ComplexArray | None = None
+        self.form: Array | None = None
+        if np.linalg.cond(self.vectors) < _BASIS:
+            self.inverse = np.linalg.inv(self.vectors)
+        elif rest.stable:
+            from scipy.linalg import solve_continuous_lyapunov
+
+            self.form = solve_continuous_lyapunov(a.T / np.abs(a).max(), -np.eye(len(a)))
+            self.radius = float((rest.x**2 / np.diag(np.linalg.inv(self.form))[: len(rest.x)]).min())
 
     def stays(self, away: Array, step: float) -> float:
         """Return a lower bound [s], to a factor of 2, of the stay in the piece of a motion ``away`` (2 n,)."""
@@ -167,18 +165,11 @@ class _Follower:
                 if count >= most:
                     break
                 if count % _CHUNK == 0:
-                    if self._died_out(stretch.terms[0]):
-                        silent = np.zeros(2 * self.network.size)
-                        return self._ended("rest", Finding("cpg-died-out"), stretch.begin, rest=silent)
                     piece = self._piece(stretch.active)
                     stays = piece.stays(stretch.terms[0] - piece.rest.state, stretch.step) if piece else 0.0
-                    if piece and self._has_ended(piece, stretch.terms[0], stays):
-                        return self._at_rest(piece.rest, stretch.begin)
-                    if piece and self._hangs(piece, stretch, stays):
-                        return self._lost(stretch.begin, Finding("cpg-edge"))
-                    cycle = self._cycling(count)
-                    if cycle is not None:
-                        return self._in_cycle(cycle, stretch.begin)
+                    found = self._resting(stretch, piece, stays) or self._cycling(stretch, count)
+                    if found is not None:
+                        return found
                     if piece and stays > _LEAP * stretch.step:
                         time, state, count = stretch.begin + stays, piece.later(stretch.terms[0], stays), count + _CHUNK
                         break
@@ -188,63 +179,53 @@ class _Follower:
                     self.returns[stretch.switched].append((count, time, stretch.states(stretch.length)[0]))
         return self._lost(time)
 
-    def _ended(self, outcome: str, cause: Finding, time: float, swing: Array | None = None, **found: Any) -> Rhythm:
-        """Return the rhythm found at ``time`` [s]; without ``swing`` the units are still."""
-        still = np.zeros(len(self.network.units))
-        swing = still if swing is None else swing
+    def _ended(self, outcome: str, cause: Finding, time: float, swing: Array, **found: Any) -> Rhythm:
+        """Return the rhythm found at ``time`` [s]."""
         return Rhythm(self.network, self.start, outcome, cause, self.rests, time, swing, **found)
 
     # -- rest ----------------------------------------------------------------------------------------------------------
 
-    def _has_ended(self, piece: _Piece, state: Array, stays: float) -> bool:
-        """Return True if the motion provably tends to its rest, or, where no mode decides, has stopped."""
-        if piece.rest.stable:
-            return bool(np.isinf(stays))
-        return piece.rest.growth <= 0 and self._stopped(piece, state)
-
-    def _hangs(self, piece: _Piece, stretch: Stretch, stays: float) -> bool:
-        """Return True if no eigenvalue decides: a mode that stays neutral, or a stop between two pieces."""
-        neutral = piece.rest.marginal and stays > 1e9 * stretch.step
-        return neutral or (piece.rest.edge and self._stopped(piece, stretch.terms[0]))
-
-    def _stopped(self, piece: _Piece, state: Array) -> bool:
-        size = float(np.abs(piece.rest.state).max())
-        return bool(np.abs(self.flow.rate(state)).max() * self.network.rise_time <= _STOPPED * size)
-
-    def _died_out(self, state: Array) -> bool:
-        """Return True if the initial activity of a network without input has decayed."""
-        size = float(np.abs(self.start).max())
-        return not self.network.tonics.any() and bool(np.abs(state).max() <= _STOPPED * size)
+    def _resting(self, stretch: Stretch, piece: _Piece | None, stays: float) -> Rhythm | None:
+        """Return the rhythm of a motion that provably tends to rest, or of which no eigenvalue can tell; else None."""
+        state, still = stretch.terms[0], np.zeros(len(self.network.units))
+        decayed = np.abs(state).max() <= _STOPPED * np.abs(self.start).max()
+        if decayed and not self.network.tonics.any():  # the initial activity of a network without input
+            return self._ended("rest", Finding("cpg-died-out"), stretch.begin, still, rest=np.zeros(len(state)))
+        if piece is None:
+            return None
+        rest = piece.rest
+        moving = float(np.abs(self.flow.rate(state)).max() * self.network.rise_time)
+        stopped = moving <= _STOPPED * float(np.abs(rest.state).max())
+        ended = np.isinf(stays) if rest.stable else rest.growth <= 0 and stopped
+        if ended:
+            values = {"active": _active(rest.x), "decay": -rest.growth}
+            cause = Finding("cpg-rests" if rest.stable else "cpg-rests-on-edge", values=values)
+            return self._ended("rest", cause, stretch.begin, still, rest=rest.state)
+        neutral = rest.marginal and stays > 1e9 * stretch.step
+        if neutral or (rest.edge and stopped):
+            return self._lost(stretch.begin, Finding("cpg-edge"))
+        return None
 
     def _piece(self, active: Mask) -> _Piece | None:
         """The piece with just these neurons active, None if it has no rest of its own."""
         key = active.tobytes()
         if key not in self.pieces:
             rest = rest_of_piece(self.network, active)
-            self.pieces[key] = None if rest is None else self._analysed(rest, active)
+            self.pieces[key] = None if rest is None else _Piece(self.flow.matrix(active), rest)
         return self.pieces[key]
-
-    def _analysed(self, rest: RestState, active: Mask) -> _Piece:
-        a = self.flow.matrix(active)
-        rates, vectors = np.linalg.eig(a)
-        inverse, form, radius = None, None, 0.0
-        if np.linalg.cond(vectors) < _BASIS:
-            inverse = np.linalg.inv(vectors).astype(complex)
-        elif rest.stable:
-            from scipy.linalg import solve_continuous_lyapunov
-
-            form = solve_continuous_lyapunov(a.T / np.abs(a).max(), -np.eye(len(a)))
-            radius = float((rest.x**2 / np.diag(np.linalg.inv(form))[: len(rest.x)]).min())
-        return _Piece(rest, rates.astype(complex), vectors.astype(complex), inverse, form, radius)
-
-    def _at_rest(self, rest: RestState, time: float) -> Rhythm:
-        values = {"active": _active(rest.x), "decay": -rest.growth}
-        cause = Finding("cpg-rests" if rest.stable else "cpg-rests-on-edge", values=values)
-        return self._ended("rest", cause, time, rest=rest.state)
 
     # -- cycles --------------------------------------------------------------------------------------------------------
 
-    def _cycling(self, count: int) -> Cycle | None:
+    def _cycling(self, stretch: Stretch, count: int) -> Rhythm | None:
+        """Return the rhythm of a motion that has come near to a cycle, else None."""
+        cycle = self._cycle(count)
+        if cycle is None:
+            return None
+        cause = Finding("cpg-cycle", values={"multiplier": cycle.multiplier})
+        findings = (Finding("cpg-family"),) if abs(cycle.multiplier - 1) <= MARGINAL else ()
+        return self._ended("cycle", cause, stretch.begin, cycle.amplitudes(), cycle=cycle, findings=findings)
+
+    def _cycle(self, count: int) -> Cycle | None:
         """The cycle that the motion has come near to, if it has."""
         if count < self.next_search or self.newton_steps > _NEWTON_STEPS + _NEWTON_SHARE * count:
             return None
@@ -300,11 +281,6 @@ class _Follower:
                 multiplier = _multiplier(self.network, monodromy)
                 return Cycle(self.network, cycle.state, cycle.period / parts, multiplier)
         return cycle
-
-    def _in_cycle(self, cycle: Cycle, time: float) -> Rhythm:
-        cause = Finding("cpg-cycle", values={"multiplier": cycle.multiplier})
-        findings = (Finding("cpg-family"),) if abs(cycle.multiplier - 1) <= MARGINAL else ()
-        return self._ended("cycle", cause, time, cycle.amplitudes(), cycle=cycle, findings=findings)
 
     # -- neither -------------------------------------------------------------------------------------------------------
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, plain
 from ..errors import InputError
-from ..files import write_csv
 from ..findings import Finding, Warned
 from ..result import Result
 from ..simulation.response import sample_times
@@ -65,13 +63,13 @@ class RhythmRun(Result, Warned):
         """Findings about the rhythm, and about a duration too short to show it."""
         return (*self.rhythm.findings, *_about_duration(self.rhythm, float(self.time[-1])))
 
-    def write_csv(self, path: str | Path) -> None:
-        """Write time_s, neuron_1.., output (y_1 - y_2), and for a chain unit_1..; with full precision."""
+    def columns(self) -> dict[str, Array]:
+        """Return time_s, neuron_1.., output (y_1 - y_2), and for a chain unit_1.. by name."""
         columns = {"time_s": self.time} | {f"neuron_{k + 1}": y for k, y in enumerate(self.outputs.T)}
         columns["output"] = self.unit_outputs[:, 0]
         if len(self.network.units) > 1:
             columns |= {f"unit_{k + 1}": y for k, y in enumerate(self.unit_outputs.T)}
-        write_csv(path, columns)
+        return columns
 
     def to_dict(self) -> dict[str, Any]:
         """Return outcome, period, amplitude, lags, states of rest and the network as JSON-ready values."""
@@ -165,8 +163,7 @@ def run(
         inner, wave_error = sampled_by_ngspice(network, samples, state)
         states = np.hstack([inner, np.full_like(inner, np.nan)])
         if end.cycle is not None:
-            measurement = measured(end)
-            period, amplitude, error = measurement.period, measurement.amplitude, measurement.error
+            period, amplitude, error = measured(end)
     return RhythmRun(network, engine, samples, states, end, period, amplitude, error, wave_error)
 
 

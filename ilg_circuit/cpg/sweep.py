@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,20 +11,13 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Mask, plain
 from ..errors import InputError
-from ..files import write_csv
 from ..result import Result
 from ..units import parse
 from .network import Network, wired
 from .rhythm import rhythm
 
-#: Parameter -> column of a CSV file, SI unit.
-PARAMETERS = {
-    "inhibition": ("inhibition", ""),
-    "adaptation": ("adaptation", ""),
-    "tonic": ("tonic", ""),
-    "rise-time": ("rise_time_s", "s"),
-    "adaptation-time": ("adaptation_time_s", "s"),
-}
+#: Parameter -> SI unit.
+PARAMETERS = {"inhibition": "", "adaptation": "", "tonic": "", "rise-time": "s", "adaptation-time": "s"}
 MOST_VALUES = 10_000
 
 
@@ -54,16 +46,15 @@ class RhythmSweep(Result):
         columns = zip(self.values.tolist(), self.outcomes, plain(self.period), plain(self.amplitude), strict=True)
         keys = (self.parameter, "outcome", "period_s", "amplitude")
         rows = [dict(zip(keys, row, strict=True)) for row in columns]
-        return {"parameter": self.parameter, "unit": PARAMETERS[self.parameter][1], "rows": rows}
+        return {"parameter": self.parameter, "unit": PARAMETERS[self.parameter], "rows": rows}
 
-    def write_csv(self, path: str | Path) -> None:
-        """Write parameter, oscillates (1 or 0), period_s and amplitude; blank where there is none, or undecided."""
-        flags = [
-            None if outcome == "undecided" else int(moving)
-            for outcome, moving in zip(self.outcomes, self.oscillates, strict=True)
-        ]
-        columns: dict[str, Any] = {"oscillates": flags, "period_s": self.period, "amplitude": self.amplitude}
-        write_csv(path, {PARAMETERS[self.parameter][0]: self.values} | columns)
+    def columns(self) -> dict[str, Any]:
+        """Return parameter, oscillates (1 or 0), period_s, amplitude; None, NaN where there is none, or undecided."""
+        pairs = zip(self.outcomes, self.oscillates, strict=True)
+        flags = [None if outcome == "undecided" else int(moving) for outcome, moving in pairs]
+        found = {"oscillates": flags, "period_s": self.period, "amplitude": self.amplitude}
+        name = self.parameter.replace("-", "_") + ("_s" if PARAMETERS[self.parameter] else "")
+        return {name: self.values} | found
 
 
 def sweep(
@@ -108,7 +99,7 @@ def cpg_sweep(
         raise InputError(
             f"--sweep '{text}' is not understood; write it like inhibition=1:5:41, from, to and how many"
         ) from None
-    low, high = (parse(end, PARAMETERS[name][1], f"--sweep {name}") for end in (first, last))
+    low, high = (parse(end, PARAMETERS[name], f"--sweep {name}") for end in (first, last))
     if not count.isdecimal() or not 1 <= int(count) <= MOST_VALUES:
         raise InputError(f"--sweep: '{count}' is no number of values; give 1 to {MOST_VALUES}")
     if name == "inhibition" and wiring.get("weights") is not None:

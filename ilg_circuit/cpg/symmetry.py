@@ -7,7 +7,7 @@ would seem to oscillate. So a motion is computed for one neuron of each class, w
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,8 +47,7 @@ def quotient(network: Network, start: Array) -> Quotient:
 
     Found by refinement until nothing changes. Sums of weights are correctly rounded, so their order does not matter.
     """
-    n = network.size
-    w = network.matrix
+    n, w = network.size, network.matrix
     classes = _numbered([(float(start[k]), float(start[n + k]), float(network.tonics[k])) for k in range(n)])
     while True:
         received = _received(w, classes)
@@ -58,17 +57,10 @@ def quotient(network: Network, start: Array) -> Quotient:
         classes = refined
     if len(set(classes.tolist())) == n:
         return Quotient(network, np.arange(n))
-    members = [int(np.flatnonzero(classes == c)[0]) for c in range(int(classes.max()) + 1)]
-    received = _received(w, classes)
-    folded = Network(
-        [received[m] for m in members],
-        network.adaptation,
-        tuple(float(network.tonics[m]) for m in members),
-        network.rise_time,
-        network.adaptation_time,
-        tuple((int(classes[a]), int(classes[b])) for a, b in network.units),
-    )
-    return Quotient(folded, classes)
+    _, members = np.unique(classes, return_index=True)
+    units = tuple((int(classes[a]), int(classes[b])) for a, b in network.units)
+    tonic = tuple(network.tonics[members].tolist())
+    return Quotient(replace(network, weights=[received[m] for m in members], tonic=tonic, units=units), classes)
 
 
 def _received(w: Array, classes: NDArray[np.intp]) -> list[tuple[float, ...]]:

@@ -222,9 +222,10 @@ def test_failures_in_one_line(light: Arm) -> None:
     from ilg_circuit.arm.dynamics import _prepare
 
     run = _prepare(light, passive(light), np.array([1.0]), 1e-6, None)
-    run.counts[3], run.clock[0] = 4, 0.25
-    assert "not finite any more in segment 4 at 0.25 s" in str(_failure(run, NOT_FINITE))
-    assert "no step is small enough for the arm in segment 4 at 0.25 s" in str(_failure(run, TOO_SMALL))
+    run.counts[3:], run.clock[0] = (4, NOT_FINITE), 0.25
+    assert "not finite any more in segment 4 at 0.25 s" in str(_failure(run))
+    run.counts[4] = TOO_SMALL
+    assert "no step is small enough for the arm in segment 4 at 0.25 s" in str(_failure(run))
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from ilg_circuit.arm import OCTOPUS, Arm, Fluid, Plane, strip_arm
 from ilg_circuit.arm.banded import PER_ROD, WIDTH, assemble, factorise, matrix, solve, vector
 from ilg_circuit.arm.energy import crosses_itself, energies, powers
-from ilg_circuit.arm.forces import acceleration, add_pressures, area_gradient, cell_area, forces
+from ilg_circuit.arm.forces import acceleration, add_pressures, area_gradient, forces
 from ilg_circuit.arm.jacobian import derivatives, multiply
-from ilg_circuit.arm.lattice import Model, model
+from ilg_circuit.arm.lattice import Model, cell_areas, model
 
 Array = NDArray[np.float64]
 
@@ -87,7 +87,7 @@ def test_pressures_keep_the_areas(name: str) -> None:
     acceleration(m, q, v, a, p, acc, work)
     assert np.abs(acc[0]).max() == 0
     step = 1e-7  # the areas are quadratic in positions that move by acc t^2/2, and acc is large
-    areas = [np.array([cell_area(q + t * v + t * t / 2 * acc, i) for i in range(len(p))]) for t in (-step, 0, step)]
+    areas = [cell_areas((q + t * v + t * t / 2 * acc).reshape(-1, 2, 2)) for t in (-step, 0, step)]
     second = (areas[0] - 2 * areas[1] + areas[2]) / step**2
     wanted = -2 * m.beta * (areas[2] - areas[0]) / (2 * step) - m.beta**2 * (areas[1] - m.area)
     assert second == pytest.approx(wanted, abs=1e-4 * np.abs(wanted).max())
