@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..cpg.flow import Flow, sampled
 from ..cpg.run import RhythmRun
-from .axes import BLUE, GREY, ORANGE, plain
-from .panels import COLOURS, blank
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, blank, legend_above, plain
 
 #: Most neurons drawn as curves; more are drawn as a map over time.
 _MOST_LINES = 6
@@ -125,11 +120,3 @@ def _portrait(result: RhythmRun, panel: Axes) -> None:
     across, up = (f"${state}_{{{extensor + 1}}} - {state}_{{{flexor + 1}}}$" for state in "xv")
     panel.set(xlabel=across, ylabel=up)
     legend_above(panel)
-
-
-def legend_above(panel: Axes) -> None:
-    """Place the legend above the panel, where it hides nothing."""
-    panel.legend(
-        fontsize=7.5, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=6, handlelength=1.2,
-        columnspacing=1.2, borderaxespad=0.1,
-    )  # fmt: skip

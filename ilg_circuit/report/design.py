@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,10 +16,8 @@ from ..study.search import INITIAL_POINTS
 from ..study.sensitivity import Sensitivity
 from ..study.sobol import SobolIndices
 from ..units import format_quantity
+from .axes import Figure
 from .tables import aligned
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: A design is not unique if agreeing starts differ by more than this fraction of a parameter's range.
 _UNIQUE = 0.02

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,12 +11,20 @@ from ..study.design import aim
 from ..study.pareto import Front
 from ..study.problem import Design
 from ..study.sobol import SobolIndices
-from .axes import BLUE, GREY, ORANGE, engineering
-from .panels import COLOURS, axis_label, legend_below, logarithmic, tiles, wide
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .axes import (
+    BLUE,
+    COLOURS,
+    GREY,
+    ORANGE,
+    Axes,
+    Figure,
+    axis_label,
+    engineering,
+    legend_below,
+    logarithmic,
+    tiles,
+    wide,
+)
 
 #: Line styles by which coinciding lines can be told apart.
 _STYLES = ("-", (0, (5, 2)), "-.", (0, (1, 1)))

@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, engineering, new_figure
+from .axes import BLUE, GREY, ORANGE, Figure, engineering, new_figure
 from .page import Grid, Page, Section, picture
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..simulation.energy import EnergyAccount
 
 #: Elements that are named in a line, where there are more.

@@ -7,10 +7,9 @@ import io
 import platform
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .axes import Figure
 
 #: Whose versions a page states.
 _PACKAGES = ("ilg-circuit", "PySpice", "numpy", "scipy", "lmfit")

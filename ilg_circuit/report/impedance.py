@@ -8,13 +8,10 @@ import numpy as np
 
 from ..arrays import Array
 from ..units import format_quantity
-from .axes import BLUE, ORANGE, engineering, plain
+from .axes import BLUE, ORANGE, Figure, blank, engineering, plain
 from .page import Page, Prose, Section, picture
-from .panels import blank
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..simulation.impedance import Impedance
 
 _OHM = "\N{OHM SIGN}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,13 +14,7 @@ from ..arrays import Array
 from ..errors import InputError
 from ..files import replacing, require_writable
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, engineering, plain
-from .cpg import legend_above
-from .panels import blank
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .axes import BLUE, GREY, ORANGE, Axes, Figure, blank, engineering, legend_above, plain
 
 #: Times of the snapshots in CPG Fig. 10(c) [s].
 SNAPSHOT_TIMES = (0.5, 0.7, 1.0, 1.5)

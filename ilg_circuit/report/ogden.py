@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from ..hyperelastic.material import CONVENTION, MODES, OTHER_CONVENTION
 from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, engineering, new_figure
+from .axes import BLUE, GREY, ORANGE, Figure, engineering, new_figure
 from .estimates import (
     HEADER,
     correlation_section,
@@ -31,9 +31,6 @@ from .estimates import (
 )
 from .page import Grid, Page, Prose, Section, picture, repetition
 from .tables import aligned
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _STYLES = {"uniaxial": (BLUE, "o"), "equibiaxial": (ORANGE, "s"), "planar": ("#2e8b57", "^")}
 _TESTS = ("test", "file", "rms", "readings", "stretch")

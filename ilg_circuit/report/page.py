@@ -10,15 +10,13 @@ import platform
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from ..files import write_text
 from ..provenance import Provenance
+from .axes import Figure
 from .html import png, versions
 from .html import render as render_template
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: Points an inch of a picture: sharp on screens of twice the usual density, and in print.
 _SHARPNESS = 170

@@ -9,14 +9,12 @@ import numpy as np
 
 from ..simulation.waveforms import ANSWERS, WAVEFORMS
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, engineering, new_figure
+from .axes import BLUE, GREY, ORANGE, Figure, engineering, new_figure
 from .energy import section as energy_section
 from .page import Grid, Page, Section, picture
 from .tables import aligned
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..identify.comparison import Compared
     from ..simulation.response import Response
     from ..simulation.waveforms import Simulated, Waveform

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..simulation.waveforms import WAVEFORMS
-from .axes import BLUE, ORANGE, engineering, new_figure
+from .axes import BLUE, ORANGE, Figure, engineering, new_figure
 from .page import Block, Grid, Page, Section, picture
 from .response import largest, solved_by
 from .tables import aligned
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..simulation.sensing import Sensed
 
 _HEADER = ("quantity", "largest", "at")

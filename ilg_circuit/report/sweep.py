@@ -15,13 +15,10 @@ from ..study.parameters import PARAMETERS
 from ..study.plan import Plan
 from ..study.sweep import SweepResult
 from ..units import format_quantity
-from .axes import GREY, ORANGE, engineering
-from .panels import COLOURS, axis_label, grid, legend_below, tiles, wide
+from .axes import COLOURS, GREY, ORANGE, Axes, Figure, axis_label, engineering, grid, legend_below, tiles, wide
 from .tables import aligned
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from xarray import DataArray, Dataset
 
 #: Outputs drawn by default: the first of these that the sweep has and that vary.

@@ -6,7 +6,7 @@ Imports the arm's kernels, and with them numba: `catalogue` names these items wi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,15 +15,11 @@ from ..arm.coupling import Coupled, couple
 from ..arrays import Array
 from ..cpg.network import Network
 from ..cpg.rhythm import rhythm
-from ..report.axes import BLUE, GREY, ORANGE
+from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Figure, grid
 from ..report.motion import SNAPSHOT_TIMES
-from ..report.panels import COLOURS, grid
 from .cpg_rhythm import add_legends, add_letters, draw_cycle, draw_neurons
 from .items import Check, Reproduction, largest_difference
 from .paper_runs import PaperRuns
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: Duration of the paper's motions [s].
 DURATION = 1.5

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,14 +13,9 @@ from ..cpg.network import ADAPTATION, ADAPTATION_TIME, INHIBITION, RISE_TIME, Ne
 from ..cpg.outcome import Rhythm
 from ..cpg.rhythm import rhythm
 from ..cpg.run import run
-from ..report.axes import BLUE, GREY, ORANGE
-from ..report.panels import COLOURS, grid
+from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, grid
 from .items import Check, Reproduction, largest_ratio, rows
 from .paper_runs import PaperRuns
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Tolerance of period and amplitude between ngspice's behavioural neurons and the exact flow.
 _AGREE = 1e-5

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array
-from ..report.axes import BLUE, GREY, ORANGE, new_figure
+from ..report.axes import BLUE, GREY, ORANGE, Axes, Figure, new_figure
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
@@ -16,10 +15,6 @@ from .ec_tables import spread
 from .items import Check, Reproduction, largest_difference, rows
 from .paper_runs import VOLTAGE, PaperRuns, coefficient, printed_current, printed_displacement
 from .published import published
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Reading error of the coordinate paper [m].
 _READING = 0.1e-3

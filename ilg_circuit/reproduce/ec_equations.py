@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
-from ..report.axes import new_figure
+from ..report.axes import Figure, new_figure
 from ..simulation import closed_forms as formulas
 from ..simulation.response import simulate
 from ..solve.spectrum import spectrum
@@ -20,9 +19,6 @@ from ..strip.file import dumps
 from .ec_curves import EXACT, closed_displacement, displacement_checks, overlay
 from .items import Check, Reproduction, largest_difference, largest_ratio, rows
 from .paper_runs import VOLTAGE, PaperRuns, coefficient
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: Electrode resistance [ohm] with which (5) is tried: any but zero shows the misprint's unit.
 _ELECTRODES = 5.0

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
-from ..report.axes import ORANGE
-from ..report.panels import grid
+from ..report.axes import ORANGE, Axes, grid
 from ..simulation import closed_forms as formulas
 from ..solve.transient import transient
 from ..strip.actuator import PAPER, Actuator
 from ..strip.file import dumps
 from .items import Check, Reproduction, largest_ratio
 from .paper_runs import VOLTAGE, PaperRuns, coefficient
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: Time [s] at which a step counts as at rest: d(s) has decayed to 1e-8.
 _AT_REST = 400.0

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..report.axes import Figure
 from .published import Published, half_a_digit, published
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from .paper_runs import PaperRuns
 
 #: Statuses of an item and their meaning, best first.
