@@ -66,10 +66,9 @@ def design_figure(design: Design) -> Figure:
         logarithmic(panel, "y")
         low, high = panel.get_ylim()
         low, high = min(low, 0.8), max(high, 1.25)
-        panel.set_ylim(low, high)
+        panel.set(xlabel=axis_label(interval.parameter.name, unit), ylim=(low, high))
         panel.axhspan(low, 1.0, color="#d9534f", alpha=0.09, linewidth=0)
         panel.axhline(1.0, color="#d9534f", linewidth=0.8)
-        panel.set_xlabel(axis_label(interval.parameter.name, unit))
         if j % columns == 0:
             panel.set_ylabel("factor by which it is met")
     legend_below(figure, axes[:1])
@@ -119,9 +118,7 @@ def _parameters(panel: Axes, front: Front, x: Array, label: str) -> None:
         panel.plot(x, column / largest, style, color=COLOURS[k % len(COLOURS)], markersize=3, linewidth=1.0, label=text)
     if wide(x, _DECADES):
         logarithmic(panel, "x")
-    panel.set_ylim(bottom=min(0.0, panel.get_ylim()[0]), top=1.3)
-    panel.set_xlabel(label)
-    panel.set_ylabel("parameter / its largest on the front")
+    panel.set(xlabel=label, ylabel="parameter / its largest on the front", ylim=(min(0.0, panel.get_ylim()[0]), 1.3))
     panel.legend(frameon=False, fontsize=8, loc="upper center", ncols=2)
 
 
@@ -141,9 +138,8 @@ def sobol_figure(found: SobolIndices) -> Figure:
             panel.text(0.5, 0.5, "does not vary, or is missing for some design", transform=panel.transAxes, ha="center")
         panel.set_yticks(y, found.parameters)
         panel.invert_yaxis()
-        panel.set_xlim(0, max(1.0, panel.get_xlim()[1]))
+        panel.set(xlabel="part of the variance", xlim=(0, max(1.0, panel.get_xlim()[1])))
         panel.set_title(name, fontsize=9, loc="left")
-        panel.set_xlabel("part of the variance")
     legend_below(figure, axes)
     figure.suptitle("Sobol indices over the ranges, 95 % intervals", fontsize=10)
     return figure

@@ -55,10 +55,8 @@ def figure(result: Impedance) -> Figure:
         plane.plot(factor * z.real, -factor * z.imag, **style)
     size.set_ylabel(f"abs(Z) [{_OHM}]")
     size.legend(frameon=False, fontsize=8)
-    phase.set_ylabel("phase [deg]")
-    phase.set_xlabel("frequency [Hz]")
-    plane.set_xlabel(f"Re Z [{label}]")
-    plane.set_ylabel(f"-Im Z [{label}]")
+    phase.set(xlabel="frequency [Hz]", ylabel="phase [deg]")
+    plane.set(xlabel=f"Re Z [{label}]", ylabel=f"-Im Z [{label}]")
     plane.set_aspect("equal", adjustable="datalim")
     labelled: list[complex] = []
     room = 0.06 * factor * float(np.ptp(result.impedance.real) + np.ptp(result.impedance.imag))

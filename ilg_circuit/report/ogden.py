@@ -130,8 +130,7 @@ def figure(result: Characterisation) -> Figure:
     upper.legend(frameon=False, fontsize=8)
     upper.set_title(f"{fit.name}: E = {_stress(fit.material.youngs_modulus)}", fontsize=10, loc="left")
     lower.axhline(0.0, color=GREY, linewidth=0.8)
-    lower.set_ylabel(f"data - fit [{unit}]")
-    lower.set_xlabel("stretch [1]")
+    lower.set(xlabel="stretch [1]", ylabel=f"data - fit [{unit}]")
     figure.align_ylabels([upper, lower])
     return figure
 

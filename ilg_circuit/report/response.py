@@ -79,9 +79,8 @@ def figure(response: Response, measured: Sequence[Compared] = ()) -> Figure:
         axes[0].legend(frameon=False, fontsize=8)
     axes[-1].plot(response.time, response.voltage, color=ORANGE, linewidth=1.4)
     low, high = min(response.voltage.min(), 0.0), max(response.voltage.max(), 0.0)
-    axes[-1].set_ylim(low - 0.08 * (high - low or 1.0), high + 0.08 * (high - low or 1.0))
-    axes[-1].set_ylabel("voltage [V]")
-    axes[-1].set_xlabel("time [s]")
+    edge = 0.08 * (high - low or 1.0)
+    axes[-1].set(xlabel="time [s]", ylabel="voltage [V]", ylim=(low - edge, high + edge))
     figure.align_ylabels(axes)
     figure.suptitle(f"{response.netlist.title}: {response.drive.text}", fontsize=10)
     return figure

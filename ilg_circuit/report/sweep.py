@@ -196,8 +196,7 @@ def _maps(data: Dataset, axes: list[str]) -> Figure:
             panel.clabel(lines, fontsize=7, fmt="%.4g")
         figure.colorbar(shaded, ax=panel)
         panel.set_title(title, fontsize=9)
-        panel.set_xlabel(x_label)
-        panel.set_ylabel(y_label)
+        panel.set(xlabel=x_label, ylabel=y_label)
         _logarithmic(panel, "x", x)
         _logarithmic(panel, "y", y)
     if named:

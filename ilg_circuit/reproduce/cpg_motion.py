@@ -17,7 +17,7 @@ from ..cpg.network import Network
 from ..cpg.rhythm import rhythm
 from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Figure, grid
 from ..report.motion import SNAPSHOT_TIMES
-from .cpg_rhythm import add_legends, add_letters, draw_cycle, draw_neurons
+from .cpg_rhythm import add_legends, add_letters, draw_neurons, draw_portrait
 from .items import Check, Reproduction, largest_difference
 from .paper_runs import PaperRuns
 
@@ -91,7 +91,7 @@ def _figure_10(moved: Moved) -> Figure:
     figure, ((outputs, phase), (shape, force)) = grid(2, 2, (11.0, 7.2))
     run, motion = moved.coupled.run, moved.motion
     draw_neurons(outputs, run.time, run.outputs)
-    draw_cycle(phase, run.rhythm, BLUE, "cycle", 5.0)
+    draw_portrait(phase, run.rhythm, BLUE, "cycle")
     for time, nodes, colour in zip(*motion.snapshots(SNAPSHOT_TIMES), COLOURS, strict=False):
         shape.plot(*(1e3 * nodes.mean(axis=1)).T, color=colour, linewidth=1.6, label=f"{time:.1f} s")
     shape.set(**_SHAPE)
@@ -110,7 +110,7 @@ def series(moves: list[Moved]) -> Figure:
     for moved, colour in zip(moves, COLOURS, strict=False):
         run, motion = moved.coupled.run, moved.motion
         outputs.plot(run.time, run.unit_outputs[:, 0], color=colour, linewidth=1.3, label=moved.label)
-        draw_cycle(phase, run.rhythm, colour, moved.label, 5.0)
+        draw_portrait(phase, run.rhythm, colour, moved.label)
         far = int(np.linalg.norm(moved.displacement, axis=1).argmax())
         label = f"{moved.label}: {1e3 * moved.largest:.2f} mm at {motion.time[far]:.2f} s"
         shape.plot(*(1e3 * motion.centreline[far]).T, color=colour, linewidth=1.6, label=label)

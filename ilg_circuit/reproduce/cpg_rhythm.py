@@ -14,6 +14,7 @@ from ..cpg.outcome import Rhythm
 from ..cpg.rhythm import rhythm
 from ..cpg.run import run
 from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, grid
+from ..report.cpg import draw_cycle, plane
 from .items import Check, Reproduction, largest_ratio, rows
 from .paper_runs import PaperRuns
 
@@ -32,18 +33,11 @@ def edge(build: Callable[[float], Network], inside: float, outside: float, withi
     return (inside + outside) / 2
 
 
-def plane(network: Network, states: Array) -> tuple[Array, Array]:
-    """Return x_1 - x_2 and v_1 - v_2 of ``states`` (t, 2 n): the plane of the output."""
-    return states[:, 0] - states[:, 1], states[:, network.size] - states[:, network.size + 1]
-
-
-def draw_cycle(panel: Axes, found: Rhythm, colour: str, label: str, duration: float) -> None:
-    """Draw the path from the start over ``duration`` [s], thin, and the cycle, if any."""
-    flow = Flow(found.network)
-    panel.plot(*plane(found.network, sampled(flow, found.start, np.linspace(0, duration, 800))), color=colour, lw=0.6)
-    if found.cycle is not None:
-        closed = sampled(flow, found.cycle.state, np.linspace(0, found.cycle.period, 800))
-        panel.plot(*plane(found.network, closed), color=colour, linewidth=1.8, label=label)
+def draw_portrait(panel: Axes, found: Rhythm, colour: str, label: str) -> None:
+    """Draw the path from the start over five seconds, thin, and the cycle, if any."""
+    path = sampled(Flow(found.network), found.start, np.linspace(0, 5.0, 800))
+    panel.plot(*plane(found.network, path), color=colour, linewidth=0.6)
+    draw_cycle(panel, found, colour, label)
     panel.set(xlabel="x$_1$ − x$_2$", ylabel="v$_1$ − v$_2$")
 
 
@@ -117,7 +111,7 @@ def _figure(pair: Rhythm, trio: Rhythm) -> Figure:
         states = sampled(Flow(found.network), found.start, times)
         draw_neurons(left, times, np.maximum(states[:, : found.network.size], 0))
         left.set_title(f"{name}: period {found.period:.4f} s", fontsize=10)
-        draw_cycle(right, found, BLUE, "cycle", 5.0)
+        draw_portrait(right, found, BLUE, "cycle")
         right.set_title("phase portrait", fontsize=10)
     add_legends(figure)
     return figure
