@@ -103,6 +103,13 @@ def wide(values: Any, ratio: float) -> bool:
     return bool(known and np.nanmin(numbers) > 0 and np.nanmax(numbers) > ratio * np.nanmin(numbers))
 
 
+def round_levels(values: Array) -> Array:
+    """Return levels for a map of values that go through decades: 1, 2 and 5 of each."""
+    decades = np.arange(np.floor(np.log10(values.min())), np.log10(values.max()) + 1)
+    levels = np.outer(10.0**decades, [1, 2, 5]).ravel()
+    return np.asarray(levels[(levels > values.min()) & (levels < values.max())])
+
+
 def logarithmic(panel: Axes, name: str) -> None:
     """Make axis ``name`` (x or y) logarithmic, with ticks 0.1, 0.2, 0.5, 1 ... as plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter

@@ -11,20 +11,7 @@ from ..study.design import aim
 from ..study.pareto import Front
 from ..study.problem import Design
 from ..study.sobol import SobolIndices
-from .axes import (
-    BLUE,
-    COLOURS,
-    GREY,
-    ORANGE,
-    Axes,
-    Figure,
-    axis_label,
-    engineering,
-    legend_below,
-    logarithmic,
-    tiles,
-    wide,
-)
+from .axes import BLUE, COLOURS, GREY, ORANGE, Figure, axis_label, engineering, legend_below, logarithmic, tiles, wide
 
 #: Line styles by which coinciding lines can be told apart.
 _STYLES = ("-", (0, (5, 2)), "-.", (0, (1, 1)))
@@ -108,7 +95,7 @@ def front_figure(front: Front, design: Design | None = None) -> Figure:
     return figure
 
 
-def _parameters(panel: Axes, front: Front, x: Array, label: str) -> None:
+def _parameters(panel: Any, front: Front, x: Array, label: str) -> None:
     """Draw each parameter along the front, relative to its largest value there."""
     style = "o-" if len(front.objectives) == 2 else "o"
     for k, (name, column) in enumerate(front.columns.items()):

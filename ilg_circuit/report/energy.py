@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from itertools import groupby
 from operator import itemgetter
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..simulation.energy import EnergyAccount
 from ..units import format_quantity
 from .axes import BLUE, GREY, ORANGE, Figure, engineering, new_figure
 from .page import Grid, Page, Section, picture
-
-if TYPE_CHECKING:
-    from ..simulation.energy import EnergyAccount
 
 #: Elements that are named in a line, where there are more.
 _NAMED = 5

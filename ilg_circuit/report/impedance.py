@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
+from ..simulation.impedance import Impedance
 from ..units import format_quantity
 from .axes import BLUE, ORANGE, Figure, blank, engineering, plain
 from .page import Page, Prose, Section, picture
-
-if TYPE_CHECKING:
-    from ..simulation.impedance import Impedance
 
 _OHM = "\N{OHM SIGN}"
 

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from ..simulation.sensing import Sensed
 from ..simulation.waveforms import WAVEFORMS
 from .axes import BLUE, ORANGE, Figure, engineering, new_figure
 from .page import Block, Grid, Page, Section, picture
 from .response import largest, solved_by
 from .tables import aligned
-
-if TYPE_CHECKING:
-    from ..simulation.sensing import Sensed
 
 _HEADER = ("quantity", "largest", "at")
 

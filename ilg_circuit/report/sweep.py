@@ -15,7 +15,7 @@ from ..study.parameters import PARAMETERS
 from ..study.plan import Plan
 from ..study.sweep import SweepResult
 from ..units import format_quantity
-from .axes import COLOURS, GREY, ORANGE, Axes, Figure, axis_label, engineering, grid, legend_below, tiles, wide
+from .axes import COLOURS, GREY, ORANGE, Figure, axis_label, engineering, grid, legend_below, round_levels, tiles, wide
 from .tables import aligned
 
 if TYPE_CHECKING:
@@ -192,7 +192,8 @@ def _maps(data: Dataset, axes: list[str]) -> Figure:
         shaded = panel.pcolormesh(x, y, table, cmap="viridis", norm=norm, shading="nearest", rasterized=True)
         words = _is_words(data[across]) or _is_words(data[up])
         if np.isfinite(table).all() and np.ptp(table) > 0 and not words:
-            lines = panel.contour(x, y, table, levels=_levels(table) if is_wide else 7, colors="white", linewidths=0.8)
+            levels = round_levels(table) if is_wide else 7
+            lines = panel.contour(x, y, table, levels=levels, colors="white", linewidths=0.8)
             panel.clabel(lines, fontsize=7, fmt="%.4g")
         figure.colorbar(shaded, ax=panel)
         panel.set_title(title, fontsize=9)
@@ -202,13 +203,6 @@ def _maps(data: Dataset, axes: list[str]) -> Figure:
     if named:
         figure.supxlabel(f"at {named}", fontsize=8)
     return figure
-
-
-def _levels(values: Array) -> Array:
-    """Levels of a map whose values go through decades: 1, 2 and 5 of each."""
-    decades = np.arange(np.floor(np.log10(values.min())), np.log10(values.max()) + 1)
-    levels = np.outer(10.0**decades, [1, 2, 5]).ravel()
-    return np.asarray(levels[(levels > values.min()) & (levels < values.max())])
 
 
 def _scatter(data: Dataset) -> Figure:
@@ -243,7 +237,7 @@ def _medians(x: Array, y: Array) -> Array:
     return np.array([[np.median(values[g]) for g in groups if len(g)] for values in (x, y)])
 
 
-def _logarithmic(panel: Axes, axis: str, values: Any) -> None:
+def _logarithmic(panel: Any, axis: str, values: Any) -> None:
     """Make an axis logarithmic for positive values over more than a decade and a half."""
     if wide(values, _WIDE):
         getattr(panel, f"set_{axis}scale")("log")

@@ -16,7 +16,7 @@ from ..cpg.run import run
 from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, grid
 from ..report.cpg import draw_cycle, plane
 from .items import Check, Reproduction, largest_ratio, rows
-from .paper_runs import PaperRuns
+from .paper_runs import PaperRuns, period_of
 
 #: Tolerance of period and amplitude between ngspice's behavioural neurons and the exact flow.
 _AGREE = 1e-5
@@ -72,12 +72,6 @@ def by_ngspice(network: Network) -> tuple[Check, Check]:
         Check(f"period {what}", "the exact flow", period, _AGREE),
         Check(f"amplitude {what}", "the exact flow", amplitude, _AGREE),
     )
-
-
-def period_of(found: Rhythm) -> float:
-    """Return the period [s] of a rhythm that is known to have one."""
-    assert found.period is not None
-    return found.period
 
 
 def rhythms(runs: PaperRuns) -> Reproduction:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -11,9 +12,9 @@ from ..report.axes import BLUE, GREY, ORANGE, Axes, Figure, new_figure
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
-from .ec_tables import spread
+from .ec_tables import COUPLING, spread
 from .items import Check, Reproduction, largest_difference, rows
-from .paper_runs import VOLTAGE, PaperRuns, coefficient, printed_current, printed_displacement
+from .paper_runs import VOLTAGE, PaperRuns, coefficient, coupling_of, printed_current, printed_displacement
 from .published import published
 
 #: Reading error of the coordinate paper [m].
@@ -41,28 +42,28 @@ def _point(item: str) -> float:
     return float(published("ec_points", item).printed)
 
 
-def closed_displacement(runs: PaperRuns, t: Array) -> Array:
+def _closed(t: Array, gain: float, zero: float, damping_ratio: float, natural_frequency: float) -> Array:
+    """(34) [m] in SI units."""
+    ratio = lumped_elements(PAPER).bending_ratio
+    return VOLTAGE * formulas.displacement_step(t, gain, zero, damping_ratio, natural_frequency, ratio)
+
+
+def closed_displacement(t: Array) -> Array:
     """(34) [m] with Table 3 in SI units."""
-    k, ratio = runs.coupling, lumped_elements(PAPER).bending_ratio
-    return VOLTAGE * formulas.displacement_step(t, k.gain, k.zero, k.damping_ratio, k.natural_frequency, ratio)
+    k = coupling_of(PAPER)
+    return _closed(t, k.gain, k.zero, k.damping_ratio, k.natural_frequency)
 
 
 def table_3_allows(t: Array) -> float:
     """Return the largest error of (34) due to the rounding of Table 3, relative to its maximum."""
-    names = ("coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_natural_frequency")
-    ratio = lumped_elements(PAPER).bending_ratio
-
-    def curve(gain: float, zero: float, damping: float, natural: float) -> Array:
-        return VOLTAGE * formulas.displacement_step(t, gain, zero, damping, natural, ratio)
-
-    off = spread(curve, [published("ec_table3", name).recomputed for name in names], [1.0] * 4)
+    off = spread(partial(_closed, t), [published("ec_table3", name).recomputed for name in COUPLING], [1.0] * 4)
     return float(off.max() / printed_displacement(t).max())
 
 
 def displacement_checks(runs: PaperRuns) -> tuple[Check, Check]:
     t, y = runs.free.time, runs.free.displacement
     return (
-        Check("displacement by ngspice", "(34)", largest_difference(y, closed_displacement(runs, t)), EXACT),
+        Check("displacement by ngspice", "(34)", largest_difference(y, closed_displacement(t)), EXACT),
         Check(
             "displacement by ngspice",
             "(35) as printed (limit: the digits of Table 3)",

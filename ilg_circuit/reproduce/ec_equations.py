@@ -18,7 +18,7 @@ from ..strip.elements import lumped_elements
 from ..strip.file import dumps
 from .ec_curves import EXACT, closed_displacement, displacement_checks, overlay
 from .items import Check, Reproduction, largest_difference, largest_ratio, rows
-from .paper_runs import VOLTAGE, PaperRuns, coefficient
+from .paper_runs import VOLTAGE, PaperRuns, coefficient, coupling_of
 
 #: Electrode resistance [ohm] with which (5) is tried: any but zero shows the misprint's unit.
 _ELECTRODES = 5.0
@@ -139,7 +139,7 @@ def equation_36(runs: PaperRuns) -> Reproduction:
 def equation_37(runs: PaperRuns) -> Reproduction:
     g, y = PAPER.geometry, float(runs.free.displacement[-1])
     factor = y * g.thickness**2 / (VOLTAGE * g.load_distance**2)
-    closed = formulas.steady_displacement(VOLTAGE, runs.coupling.static, g.load_distance, g.thickness)
+    closed = formulas.steady_displacement(VOLTAGE, coupling_of(PAPER).static, g.load_distance, g.thickness)
     return Reproduction(
         rows=rows("ec_curves", {"displacement_steady_factor": factor}),
         checks=(Check("displacement after 300 s", "(37) from Table 3", largest_ratio(y, closed), 1e-5),),
@@ -152,7 +152,7 @@ def equation_38(runs: PaperRuns) -> Reproduction:
     size = VOLTAGE * g.thickness * g.width / g.load_distance
     bracket = rest + sine
     prefactor = float(force @ bracket / (bracket @ bracket)) / size
-    closed = closed_displacement(runs, t) * lumped_elements(PAPER).stiffness
+    closed = closed_displacement(t) * lumped_elements(PAPER).stiffness
     printed = 1e-3 * coefficient("force_prefactor") * size * bracket
     curves = {
         "ngspice, clamped tip": 1e6 * force,
@@ -172,7 +172,7 @@ def equation_39(runs: PaperRuns) -> Reproduction:
     g, force = PAPER.geometry, float(runs.clamped.force[-1])
     factor = force * g.load_distance / (VOLTAGE * g.thickness * g.width)
     closed = formulas.steady_force(
-        VOLTAGE, runs.coupling.static, PAPER.material.youngs_modulus, g.width, g.thickness, g.load_distance
+        VOLTAGE, coupling_of(PAPER).static, PAPER.material.youngs_modulus, g.width, g.thickness, g.load_distance
     )
     return Reproduction(
         rows=rows("ec_curves", {"force_steady_factor": factor, "force_steady": force}),

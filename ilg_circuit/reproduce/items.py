@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..report.axes import Figure
+from .paper_runs import PaperRuns
 from .published import Published, half_a_digit, published
-
-if TYPE_CHECKING:
-    from .paper_runs import PaperRuns
 
 #: Statuses of an item and their meaning, best first.
 STATUSES = {
