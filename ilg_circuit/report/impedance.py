@@ -17,13 +17,11 @@ _OHM = "\N{OHM SIGN}"
 
 def summary(result: Impedance) -> str:
     """Return a few lines: both ends of the spectrum, what the motion reflects, the ladder if there is one."""
-    ends = []
-    for k in (0, -1):
-        z = result.impedance[k]
-        ends.append(
-            f"{format_quantity(float(result.frequency[k]), 'Hz', 4):>10}  abs(Z) "
-            f"{format_quantity(float(np.abs(z)), 'ohm', 5):>12}, phase {np.degrees(np.angle(z)):7.2f} deg"
-        )
+    ends = [
+        f"{format_quantity(float(f), 'Hz', 4):>10}  abs(Z) {format_quantity(float(np.abs(z)), 'ohm', 5):>12}, "
+        f"phase {np.degrees(np.angle(z)):7.2f} deg"
+        for f, z in zip(result.frequency[[0, -1]], result.impedance[[0, -1]], strict=True)
+    ]
     return "\n".join([*ends, *_notes(result)])
 
 

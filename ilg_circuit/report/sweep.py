@@ -97,17 +97,18 @@ def figure(result: SweepResult, outputs: tuple[str, ...] = ()) -> Figure:
 
 def dataset_figure(data: Dataset, outputs: tuple[str, ...] = ()) -> Figure:
     """Return the picture of a sweep's dataset, as `figure`. Raises InputError where there is nothing to draw."""
-    names = outputs or _interesting(data)
-    if not names:
+    wanted = outputs or _interesting(data)
+    if not wanted:
         raise InputError("every output is the same for all designs: there is nothing to draw")
-    if len(names) > 6:
-        raise InputError(f"{len(names)} outputs are too many for one picture; draw at most 6")
-    chosen = data[list(names)].load()
+    if len(wanted) > 6:
+        raise InputError(f"{len(wanted)} outputs are too many for one picture; draw at most 6")
+    chosen = data[list(wanted)].load()
+    names = [str(n) for n in chosen.data_vars]
     if DESIGN in chosen.dims:
-        drawn = _scatter(chosen)
+        drawn = _scatter(chosen, names)
     else:
         axes = sorted((str(d) for d in chosen.dims if chosen.sizes[d] > 1), key=lambda d: -chosen.sizes[d])
-        drawn = _lines(chosen, axes) if _few(chosen, axes) else _maps(chosen, axes)
+        drawn = _lines(chosen, names, axes) if _few(chosen, axes) else _maps(chosen, names, axes)
     failed = int((data["failure"] != "").sum())
     note = f"; {failed} designs failed" if failed else ""
     tip = "" if data.attrs["tip"] == "free" else ", clamped tip"
@@ -150,9 +151,8 @@ def _scaled(axis: DataArray) -> tuple[Any, str]:
 _PREFIXED = ("m", "V", "A", "F", "N", "C", "J", "Pa", "kg/m^3", "ohm", "Hz")
 
 
-def _lines(data: Dataset, axes: list[str]) -> Figure:
+def _lines(data: Dataset, names: list[str], axes: list[str]) -> Figure:
     """A panel for each output over the first axis, a curve for each value of a second one."""
-    names = [str(n) for n in data.data_vars]
     figure, panels = grid(len(names), 1, (6.5, 0.6 + 1.9 * len(names)), sharex=True)
     over = axes[0] if axes else str(next(iter(data.dims)))
     x, label = _scaled(data[over])
@@ -174,13 +174,12 @@ def _lines(data: Dataset, axes: list[str]) -> Figure:
     return figure
 
 
-def _maps(data: Dataset, axes: list[str]) -> Figure:
+def _maps(data: Dataset, names: list[str], axes: list[str]) -> Figure:
     """A map for each output over the two longest axes, the others held at their middle."""
     across, up, *others = axes
     held = {axis: data.sizes[axis] // 2 for axis in others}
     named = ", ".join(_value(axis, data[axis].values[k]) for axis, k in held.items()).replace("_", " ")
     data = data.isel(held).squeeze()
-    names = [str(n) for n in data.data_vars]
     figure, panels = tiles(len(names), min(len(names), 2), height=3.3, width=4.4)
     x, x_label = _scaled(data[across])
     y, y_label = _scaled(data[up])
@@ -205,9 +204,8 @@ def _maps(data: Dataset, axes: list[str]) -> Figure:
     return figure
 
 
-def _scatter(data: Dataset) -> Figure:
+def _scatter(data: Dataset, names: list[str]) -> Figure:
     """A row for each output, a column for each parameter: every design, and the median over the others."""
-    names = [str(n) for n in data.data_vars]
     parameters = [str(c) for c in data.coords if str(c) != DESIGN]
     size = (max(2.4 * len(parameters), 6.5), 0.6 + 1.9 * len(names))
     figure, panels = grid(len(names), len(parameters), size, sharey="row", sharex="col")

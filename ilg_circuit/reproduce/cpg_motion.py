@@ -44,8 +44,7 @@ class Moved:
     @property
     def displacement(self) -> Array:
         """Of the tip [m] (t, 2)."""
-        tip: Array = self.motion.tip - self.motion.tip[0]
-        return tip
+        return np.asarray(self.motion.tip - self.motion.tip[0])
 
     @property
     def largest(self) -> float:
@@ -72,24 +71,8 @@ def mechanics(*moves: Moved) -> tuple[Check, Check]:
 
 def figure_10(runs: PaperRuns) -> Reproduction:
     moved = move(runs, runs.network(), "e = 1")
-    forces = moved.motion.edge_forces
-    peaks = 1e6 * np.abs(forces).max(axis=(0, 2))
-    return Reproduction(
-        checks=mechanics(moved),
-        holds=(None, None),
-        numbers={
-            "first": peaks[0],
-            "last": peaks[-1],
-            "correlation": float(np.atleast_2d(np.corrcoef(forces[1:, :, 0].T))[0].min()),
-            "moved": 1e3 * moved.largest,
-        },
-        figure=_figure_10(moved),
-    )
-
-
-def _figure_10(moved: Moved) -> Figure:
-    figure, ((outputs, phase), (shape, force)) = grid(2, 2, (11.0, 7.2))
     run, motion = moved.coupled.run, moved.motion
+    figure, ((outputs, phase), (shape, force)) = grid(2, 2, (11.0, 7.2))
     draw_neurons(outputs, run.time, run.outputs)
     draw_portrait(phase, run.rhythm, BLUE, "cycle")
     for time, nodes, colour in zip(*motion.snapshots(SNAPSHOT_TIMES), COLOURS, strict=False):
@@ -101,7 +84,15 @@ def _figure_10(moved: Moved) -> Figure:
     force.set(xlabel="time [s]", ylabel="tension in segment 1 [µN]")
     add_letters(figure)
     add_legends(figure)
-    return figure
+    forces = motion.edge_forces
+    peaks = 1e6 * np.abs(forces).max(axis=(0, 2))
+    correlation = float(np.atleast_2d(np.corrcoef(forces[1:, :, 0].T))[0].min())
+    return Reproduction(
+        checks=mechanics(moved),
+        holds=(None, None),
+        numbers={"first": peaks[0], "last": peaks[-1], "correlation": correlation, "moved": 1e3 * moved.largest},
+        figure=figure,
+    )
 
 
 def series(moves: list[Moved]) -> Figure:

@@ -119,6 +119,8 @@ def slower_rises(runs: PaperRuns) -> Reproduction:
     end = edge(lambda t: runs.network(rise_time=t), 0.3, 0.6, 1e-3)
     pair = edge(lambda t: runs.network(2, rise_time=t), 0.3, 0.6, 1e-3)
     closed = ADAPTATION_TIME * (INHIBITION - 1)
+    own, slow = rhythm(runs.network()), rhythm(runs.network().slowed(100))
+    stretched = largest_ratio([period_of(slow) / 100, slow.amplitude], [period_of(own), own.amplitude])
     return Reproduction(
         rows=rows("cpg_rhythm", {"cycle_ends": end}, cycle_ends="three neurons in a ring"),
         checks=(Check("T_r at which the cycle of two neurons ends", "T_a (a − 1)", largest_ratio(pair, closed), 2e-3),),
@@ -127,7 +129,7 @@ def slower_rises(runs: PaperRuns) -> Reproduction:
             "cycling": ", ".join(f"{t:.1f}" for t in cycling),
             "slowest": max(cycling.values(), default=0.0),
             "end": end,
-            "stretched": _stretched(runs.network()),
+            "stretched": stretched,
         },
         figure=_over_rise_time(runs, end),
     )
@@ -147,9 +149,3 @@ def _over_rise_time(runs: PaperRuns, end: float) -> Figure:
         panel.set(xlim=(0, 1), ylim=(0, None), xlabel="rise time T$_r$ [s]", ylabel=name)
     add_legends(figure)
     return figure
-
-
-def _stretched(base: Network) -> float:
-    """Return the deviation of amplitude and period from their scaling when both time constants grow a hundredfold."""
-    slow, own = rhythm(base.slowed(100)), rhythm(base)
-    return largest_ratio([period_of(slow) / 100, slow.amplitude], [period_of(own), own.amplitude])

@@ -13,7 +13,7 @@ from ..report.axes import Figure, new_figure
 from ..simulation import closed_forms as formulas
 from ..simulation.response import simulate
 from ..solve.spectrum import spectrum
-from ..strip.actuator import PAPER, Actuator
+from ..strip.actuator import PAPER, Actuator, Coupling
 from ..strip.elements import lumped_elements
 from ..strip.file import dumps
 from .ec_curves import EXACT, closed_displacement, displacement_checks, overlay
@@ -72,33 +72,28 @@ def equation_28(runs: PaperRuns) -> Reproduction:
 
 def equation_35(runs: PaperRuns) -> Reproduction:
     k, ratio = runs.fitted_coupling, VOLTAGE * lumped_elements(PAPER).bending_ratio
+    frequency, sine = _damped(k)
     values = {
         "displacement_steady": float(runs.free.displacement[-1]),
         "displacement_cosine": ratio * k.static,
-        "displacement_sine": ratio * k.gain * _bracket_sine(runs),
+        "displacement_sine": ratio * k.gain * sine,
         "displacement_decay": k.damping_ratio * k.natural_frequency,
-        "displacement_frequency": _damped_frequency(runs),
+        "displacement_frequency": frequency,
     }
     return Reproduction(rows=rows("ec_curves", values), checks=displacement_checks(runs))
 
 
-def _damped_frequency(runs: PaperRuns) -> float:
-    k = runs.fitted_coupling
-    return k.natural_frequency * math.sqrt(1 - k.damping_ratio**2)
+def _damped(k: Coupling) -> tuple[float, float]:
+    """Frequency [rad/s] of the decaying oscillation, and coefficient [s] of its sine in the bracket of (36), (38)."""
+    frequency = k.natural_frequency * math.sqrt(1 - k.damping_ratio**2)
+    return frequency, (k.zero * k.damping_ratio - k.natural_frequency) / (k.natural_frequency * frequency)
 
 
-def _bracket_sine(runs: PaperRuns) -> float:
-    """Coefficient of the sine in the bracket of (36), (38) [s]."""
-    k = runs.fitted_coupling
-    return (k.zero * k.damping_ratio - k.natural_frequency) / (k.natural_frequency * _damped_frequency(runs))
-
-
-def _bracket(runs: PaperRuns, t: Array) -> tuple[Array, Array]:
-    """The bracket of (36), (38) without its sine, and the sine [s], from our own displacement."""
-    k = runs.fitted_coupling
-    decay, frequency = np.exp(-k.damping_ratio * k.natural_frequency * t), _damped_frequency(runs)
-    steady = k.zero / k.natural_frequency**2
-    return steady - steady * decay * np.cos(frequency * t), -_bracket_sine(runs) * decay * np.sin(frequency * t)
+def _bracket(k: Coupling, t: Array) -> tuple[Array, Array]:
+    """The bracket of (36), (38) without its sine, and the sine [s]."""
+    (frequency, sine), steady = _damped(k), k.zero / k.natural_frequency**2
+    decay = np.exp(-k.damping_ratio * k.natural_frequency * t)
+    return steady - steady * decay * np.cos(frequency * t), -sine * decay * np.sin(frequency * t)
 
 
 def _three(t: Array, curves: dict[str, Array], name: str) -> Figure:
@@ -112,11 +107,11 @@ def _three(t: Array, curves: dict[str, Array], name: str) -> Figure:
 def equation_36(runs: PaperRuns) -> Reproduction:
     t, y, g = runs.free.time, runs.free.displacement, PAPER.geometry
     k = runs.fitted_coupling
-    rest, sine = _bracket(runs, t)
+    rest, sine = _bracket(k, t)
     values = {
         "displacement_prefactor": 3 * k.gain,
         "bracket_steady": k.zero / k.natural_frequency**2,
-        "bracket_sine": _bracket_sine(runs),
+        "bracket_sine": _damped(k)[1],
     }
     factor = VOLTAGE * g.load_distance**2 / g.thickness**2 * 3 * k.gain
     # the bracket closed before the sine: the product is in mm, as the printed constants are, and the sine comes on top
@@ -148,7 +143,7 @@ def equation_37(runs: PaperRuns) -> Reproduction:
 
 def equation_38(runs: PaperRuns) -> Reproduction:
     t, force, g = runs.clamped.time, runs.clamped.force, PAPER.geometry
-    rest, sine = _bracket(runs, t)
+    rest, sine = _bracket(runs.fitted_coupling, t)
     size = VOLTAGE * g.thickness * g.width / g.load_distance
     bracket = rest + sine
     prefactor = float(force @ bracket / (bracket @ bracket)) / size

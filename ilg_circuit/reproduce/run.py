@@ -17,31 +17,25 @@ from .paper_runs import PaperRuns
 
 _NUMBERS, _PAGE = "reproduce.json", "index.html"
 
-Progress = Callable[[int, int], None]
 
-
-def run(items: Sequence[Item], progress: Progress | None = None) -> list[Outcome]:
+def run(items: Sequence[Item], progress: Callable[[int, int], None] | None = None) -> list[Outcome]:
     """Return every item's outcome. ``progress(done, total)`` is called after each."""
     runs, outcomes = PaperRuns(), []
     for k, item in enumerate(items):
-        outcomes.append(_attempt(item, runs))
+        start, made, failure = time.monotonic(), None, ""
+        try:
+            if item.needs_arm:
+                require_arm()
+            made = item.make(runs)
+        except IlgError as error:
+            failure = str(error)
+        except Exception as error:
+            # a fault in one item must not stop the others; the page and the exit code report it
+            failure = f"{type(error).__name__}: {error}"
+        outcomes.append(Outcome(item, made, failure, time.monotonic() - start))
         if progress:
             progress(k + 1, len(items))
     return outcomes
-
-
-def _attempt(item: Item, runs: PaperRuns) -> Outcome:
-    start, made, failure = time.monotonic(), None, ""
-    try:
-        if item.needs_arm:
-            require_arm()
-        made = item.make(runs)
-    except IlgError as error:
-        failure = str(error)
-    except Exception as error:
-        # a fault in one item must not stop the others; the page and the exit code report it
-        failure = f"{type(error).__name__}: {error}"
-    return Outcome(item, made, failure, time.monotonic() - start)
 
 
 def make_folder(folder: Path) -> None:
