@@ -73,7 +73,7 @@ def figure(result: RhythmRun) -> Figure:
     return figure
 
 
-def _outputs(result: RhythmRun, panel: Axes) -> None:
+def _outputs(result: RhythmRun, panel: Any) -> None:
     n = result.network.size
     if n <= _MOST_LINES:
         for k in range(n):
@@ -93,8 +93,7 @@ def _outputs(result: RhythmRun, panel: Axes) -> None:
     panel.grid(visible=False)
     panel.locator_params(axis="y", integer=True)
     panel.set_ylabel(f"{label}" + (" (1 = tail)" if units > 1 else ""))
-    figure: Any = panel.figure
-    figure.colorbar(image, ax=panel, label="output", pad=0.01)
+    panel.figure.colorbar(image, ax=panel, label="output", pad=0.01)
 
 
 def _portrait(result: RhythmRun, panel: Axes) -> None:

@@ -63,9 +63,8 @@ def figure(result: Impedance) -> Figure:
             continue  # a label there would lie on another
         labelled.append(z)
         plane.plot(z.real, -z.imag, "o", color=BLUE, markersize=4)
-        plane.annotate(
-            format_quantity(float(decade), "Hz", 3), (z.real, -z.imag), (4, 4), textcoords="offset points", fontsize=8
-        )
+        name = format_quantity(float(decade), "Hz", 3)
+        plane.annotate(name, (z.real, -z.imag), (4, 4), textcoords="offset points", fontsize=8)
     for panel in (size, phase, plane):
         plain(panel)
     figure.suptitle(f"{result.actuator.name}: impedance about {result.bias:g} V", fontsize=10)

@@ -136,7 +136,8 @@ def animate(
     heading.set_text(title(motion))
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
-    writer = (FFMpegWriter if target.suffix.lower() == ".mp4" else PillowWriter)(fps=(count - 1) / duration)
+    kind: Any = FFMpegWriter if target.suffix.lower() == ".mp4" else PillowWriter
+    writer = kind(fps=(count - 1) / duration)
     with replacing(target) as temporary, writer.saving(figure, str(temporary), dpi=100):
         for frame in frames:
             nodes = scale * motion.positions[frame]

@@ -17,7 +17,7 @@ from ..cpg.network import Network
 from ..cpg.rhythm import rhythm
 from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Figure, grid
 from ..report.motion import SNAPSHOT_TIMES
-from .cpg_rhythm import add_legends, add_letters, draw_neurons, draw_portrait
+from .cpg_rhythm import add_legends, draw_neurons, draw_portrait
 from .items import Check, Reproduction, largest_difference
 from .paper_runs import PaperRuns
 
@@ -82,8 +82,7 @@ def figure_10(runs: PaperRuns) -> Reproduction:
     force.plot(motion.time, one, color=ORANGE, linewidth=1.4, label="face towards +normal")
     force.plot(motion.time, other, color=BLUE, linewidth=1.4, linestyle="--", label="other face")
     force.set(xlabel="time [s]", ylabel="tension in segment 1 [µN]")
-    add_letters(figure)
-    add_legends(figure)
+    add_legends(figure, "abcd")
     forces = motion.edge_forces
     peaks = 1e6 * np.abs(forces).max(axis=(0, 2))
     correlation = float(np.atleast_2d(np.corrcoef(forces[1:, :, 0].T))[0].min())
@@ -108,8 +107,7 @@ def series(moves: list[Moved]) -> Figure:
         shape.plot(*(1e3 * motion.tip).T, color=colour, linewidth=0.7, linestyle=":")
     outputs.set(xlabel="time [s]", ylabel="output y$_1$ − y$_2$")
     shape.set(**_SHAPE)
-    add_letters(figure)
-    add_legends(figure)
+    add_legends(figure, "abcd")
     return figure
 
 

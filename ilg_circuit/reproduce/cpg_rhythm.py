@@ -48,16 +48,12 @@ def draw_neurons(panel: Axes, time: Array, outputs: Array) -> None:
     panel.set(xlabel="time [s]", ylabel="outputs of the neurons")
 
 
-def add_legends(figure: Figure) -> None:
-    """Add a legend to each panel of ``figure`` that has labels."""
+def add_legends(figure: Figure, letters: str = "") -> None:
+    """Add a legend to each panel of ``figure`` that has labels, and the ``letters`` that the paper's panels have."""
     for panel in figure.axes:
         if panel.get_legend_handles_labels()[0]:
             panel.legend(frameon=False, fontsize=8)
-
-
-def add_letters(figure: Figure) -> None:
-    """Give the panels the letters that the paper's figures have."""
-    for letter, panel in zip("abcd", figure.axes, strict=False):
+    for letter, panel in zip(letters, figure.axes, strict=False):
         panel.set_title(f"({letter})", fontsize=10, loc="left")
 
 
@@ -122,7 +118,7 @@ def slower_rises(runs: PaperRuns) -> Reproduction:
     own, slow = rhythm(runs.network()), rhythm(runs.network().slowed(100))
     stretched = largest_ratio([period_of(slow) / 100, slow.amplitude], [period_of(own), own.amplitude])
     return Reproduction(
-        rows=rows("cpg_rhythm", {"cycle_ends": end}, cycle_ends="three neurons in a ring"),
+        rows=rows("cpg_rhythm", {"cycle_ends": end}, "three neurons in a ring"),
         checks=(Check("T_r at which the cycle of two neurons ends", "T_a (a − 1)", largest_ratio(pair, closed), 2e-3),),
         holds=(len(cycling) < len(periods) and end < 1.0,),
         numbers={

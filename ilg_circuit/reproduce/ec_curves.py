@@ -56,7 +56,8 @@ def closed_displacement(t: Array) -> Array:
 
 def table_3_allows(t: Array) -> float:
     """Return the largest error of (34) due to the rounding of Table 3, relative to its maximum."""
-    off = spread(partial(_closed, t), [published("ec_table3", name).recomputed for name in COUPLING], [1.0] * 4)
+    table = [published("ec_table3", f"coupling_{name}").recomputed for name in COUPLING]
+    off = spread(partial(_closed, t), table, [1.0] * 4)
     return float(off.max() / printed_displacement(t).max())
 
 
@@ -137,7 +138,7 @@ def figure_11(runs: PaperRuns) -> Reproduction:
     below.set(xlabel="time [s]", ylabel="ngspice − (30) [pA]")
     figure.align_ylabels([panel, below])
     return Reproduction(
-        rows=rows("ec_curves", values, **dict.fromkeys(values, "identified from our own run")),
+        rows=rows("ec_curves", values, "identified from our own run"),
         checks=_current_checks(runs),
         holds=(None, None),
         numbers={"steady": current_settled(runs), "stated": _point("current_steady_from")},

@@ -62,13 +62,8 @@ def table_2(runs: PaperRuns) -> Reproduction:
     )
 
 
-#: Constants of d(s): in Table 3, and in `Coupling`.
-COUPLING = {
-    "coupling_gain": "gain",
-    "coupling_zero": "zero",
-    "coupling_damping_ratio": "damping_ratio",
-    "coupling_natural_frequency": "natural_frequency",
-}
+#: Constants of d(s) in `Coupling`, which are Table 3's.
+COUPLING = ("gain", "zero", "damping_ratio", "natural_frequency")
 
 
 def coupling_of_curve(steady: float, sine: float, decay: float, frequency: float) -> tuple[float, float, float, float]:
@@ -95,14 +90,14 @@ def table_3(runs: PaperRuns) -> Reproduction:
     open_by = spread(coupling_of_curve, texts, factors)
     inverse = coupling_of_curve(*(float(t) * f for t, f in zip(texts, factors, strict=True)))
     from_curve = []
-    for (item, name), allowed in zip(COUPLING.items(), open_by, strict=True):
-        paper = published("ec_table3", item)
+    for name, allowed in zip(COUPLING, open_by, strict=True):
+        paper = published("ec_table3", f"coupling_{name}")
         allowed = float(allowed) / paper.si_factor + paper.rounding
         note = f"identified from (35), whose digits leave ±{allowed:.2g} open"
         from_curve.append(Row(paper, getattr(curve, name) / paper.si_factor, allowed, note))
-    notes = dict.fromkeys(COUPLING, "identified from our own run with the table's values")
-    from_run = rows("ec_table3", {item: getattr(own, name) for item, name in COUPLING.items()}, **notes)
-    read_off = largest_ratio([getattr(curve, name) for name in COUPLING.values()], inverse)
+    ours = {f"coupling_{name}": getattr(own, name) for name in COUPLING}
+    from_run = rows("ec_table3", ours, "identified from our own run with the table's values")
+    read_off = largest_ratio([getattr(curve, name) for name in COUPLING], inverse)
     return Reproduction(
         rows=(*from_run, *from_curve),
         checks=(Check("K_d, Z_d, ζ′, ω′ identified from (35)", "(34) inverted", read_off, 1e-6),),

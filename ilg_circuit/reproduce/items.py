@@ -203,12 +203,10 @@ class Outcome:
         }
 
 
-def rows(table: str, ours: Mapping[str, float], **notes: str) -> tuple[Row, ...]:
-    """Rows of a published ``table`` from our values [SI] by item; ``notes`` are added to the reasons."""
-    papers = {item: published(table, item) for item in ours}
-    return tuple(
-        Row(paper, float(ours[item]) / paper.si_factor, note=notes.get(item, "")) for item, paper in papers.items()
-    )
+def rows(table: str, ours: Mapping[str, float], note: str = "") -> tuple[Row, ...]:
+    """Rows of a published ``table`` from our values [SI] by item; a ``note`` is added to their reasons."""
+    papers = [published(table, item) for item in ours]
+    return tuple(Row(paper, float(ours[paper.item]) / paper.si_factor, note=note) for paper in papers)
 
 
 def largest_difference(values: ArrayLike, reference: ArrayLike) -> float:
