@@ -56,7 +56,7 @@ def design(actuator: str, **options: Any) -> None:
     _require_consistent(options, outputs)
     from ..extras import require_sensitivity
     from ..report.axes import save
-    from ..report.design_figures import sobol_figure
+    from ..report.design import sobol_figure
     from ..study.design import design as find
 
     require_outputs(outputs)

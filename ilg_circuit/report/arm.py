@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ..arm.coupling import Coupled
@@ -12,11 +10,7 @@ from ..arm.run import ArmResult
 from ..arrays import Array
 from ..units import format_quantity
 from . import motion as motions
-from .axes import BLUE, GREY, ORANGE, engineering
-from .panels import blank
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .axes import BLUE, GREY, ORANGE, Figure, blank, engineering
 
 
 def summary(result: ArmResult) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -13,11 +14,17 @@ from ..files import replacing, require_writable
 from ..provenance import Provenance
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    import matplotlib.axes
+    import matplotlib.figure
+
+#: The types of every picture: matplotlib itself is loaded only where one is drawn.
+Axes: TypeAlias = "matplotlib.axes.Axes"
+Figure: TypeAlias = "matplotlib.figure.Figure"
 
 _PREFIXES = ((1e-15, "f"), (1e-12, "p"), (1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
 BLUE, ORANGE, GREY = "#1f5fa8", "#d1601f", "#6b6b6b"
+#: Of the curves of a panel.
+COLOURS = (BLUE, ORANGE, "#3a8f4d", "#8b4fa8", "#b0892c", "#3f8f96", "#c2427a", "#444444")
 
 
 def engineering(values: Array, unit: str) -> tuple[float, str]:
@@ -29,23 +36,89 @@ def engineering(values: Array, unit: str) -> tuple[float, str]:
     return 1 / size, f"{prefix}{unit}".replace("u", "\N{MICRO SIGN}", 1 if prefix == "u" else 0)
 
 
-def new_figure(rows: int, heights: list[float], width: float = 7.5) -> tuple[Figure, list[Axes]]:
-    """Return a figure that needs no display, with ``rows`` panels over one time axis."""
-    from matplotlib.figure import Figure
+def blank(size: tuple[float, float], dpi: int = 150) -> Figure:
+    """Return an empty figure of ``size`` [inch] that needs no display."""
+    from matplotlib import figure
 
-    figure = Figure(figsize=(width, 1.0 + sum(heights)), dpi=150, layout="constrained")
-    panels: Any = figure.subplots(rows, 1, sharex=True, height_ratios=heights, squeeze=False)
-    axes = [panel for row in panels for panel in row]
-    for panel in axes:
+    return figure.Figure(figsize=size, dpi=dpi, layout="constrained")
+
+
+def grid(rows: int, columns: int, size: tuple[float, float], **shared: Any) -> tuple[Figure, Any]:
+    """Return a figure of ``size`` [inch] and its panels (rows, columns)."""
+    figure = blank(size)
+    panels = figure.subplots(rows, columns, squeeze=False, **shared)
+    for panel in panels.flat:
         plain(panel)
+    return figure, panels
+
+
+def new_figure(rows: int, heights: list[float]) -> tuple[Figure, list[Axes]]:
+    """Return a figure that needs no display, with ``rows`` panels over one time axis."""
+    figure, panels = grid(rows, 1, (7.5, 1.0 + sum(heights)), sharex=True, height_ratios=heights)
+    for panel in panels.flat:
         panel.margins(x=0.01)
-    return figure, axes
+    return figure, list(panels.flat)
+
+
+def tiles(count: int, columns: int, height: float, width: float) -> tuple[Figure, list[Axes]]:
+    """Return a figure with ``count`` panels of ``width`` and ``height`` [inch] in rows of ``columns``."""
+    rows = -(-count // columns)
+    figure, panels = grid(rows, columns, (max(width * columns, 5.5), height * rows + 0.9))
+    for panel in panels.flat[count:]:
+        panel.set_visible(False)
+    return figure, list(panels.flat[:count])
 
 
 def plain(panel: Axes) -> None:
     """Give a panel the grid of all pictures, and no frame above and on the right."""
     panel.grid(alpha=0.25, linewidth=0.6)
     panel.spines[["top", "right"]].set_visible(False)
+
+
+def legend_above(panel: Axes) -> None:
+    """Place the legend above the panel, where it hides nothing."""
+    panel.legend(
+        fontsize=7.5, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=6, handlelength=1.2,
+        columnspacing=1.2, borderaxespad=0.1,
+    )  # fmt: skip
+
+
+def legend_below(figure: Figure, panels: Iterable[Axes]) -> None:
+    """Give a figure one legend below, in two columns, with every label of its ``panels`` once."""
+    found = [panel.get_legend_handles_labels() for panel in panels]
+    handles = {label: handle for some, labels in found for handle, label in zip(some, labels, strict=True)}
+    style: dict[str, Any] = {"ncols": 2, "frameon": False, "fontsize": 8}
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", **style)
+
+
+def axis_label(name: str, unit: str) -> str:
+    """Return an axis label: ``name [unit]``, underscores as blanks."""
+    return f"{name.replace('_', ' ')} [{unit}]" if unit else name.replace("_", " ")
+
+
+def wide(values: Any, ratio: float) -> bool:
+    """Return True for positive numbers whose largest is more than ``ratio`` times their smallest."""
+    numbers = np.asarray(values)
+    known = numbers.dtype.kind == "f" and numbers.size > 0
+    return bool(known and np.nanmin(numbers) > 0 and np.nanmax(numbers) > ratio * np.nanmin(numbers))
+
+
+def round_levels(values: Array) -> Array:
+    """Return levels for a map of values that go through decades: 1, 2 and 5 of each."""
+    decades = np.arange(np.floor(np.log10(values.min())), np.log10(values.max()) + 1)
+    levels = np.outer(10.0**decades, [1, 2, 5]).ravel()
+    return np.asarray(levels[(levels > values.min()) & (levels < values.max())])
+
+
+def logarithmic(panel: Axes, name: str) -> None:
+    """Make axis ``name`` (x or y) logarithmic, with ticks 0.1, 0.2, 0.5, 1 ... as plain numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis = panel.xaxis if name == "x" else panel.yaxis
+    getattr(panel, f"set_{name}scale")("log")
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def require_picture(path: Path) -> None:
@@ -69,8 +142,7 @@ def save(figure: Figure, path: str | Path, provenance: Provenance | None = None)
 
 def _metadata(provenance: Provenance, suffix: str) -> dict[str, str]:
     """The keys that a format has for the program and for a description."""
-    program, description = {"png": ("Software", "Description"), "pdf": ("Creator", "Subject")}.get(
-        suffix, ("Creator", "Description")
-    )
+    program = "Software" if suffix == "png" else "Creator"
+    description = "Subject" if suffix == "pdf" else "Description"
     written, *more = provenance.lines()
     return {program: written.removeprefix("written by ")} | ({description: "\n".join(more)} if more else {})

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from ..simulation.check import Difference
 from .tables import aligned
-
-if TYPE_CHECKING:
-    from ..simulation.check import Difference
 
 
 def summary(differences: Sequence[Difference]) -> str:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..cpg.flow import Flow, sampled
+from ..cpg.network import Network
+from ..cpg.outcome import Rhythm
 from ..cpg.run import RhythmRun
-from .axes import BLUE, GREY, ORANGE, plain
-from .panels import COLOURS, blank
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, blank, legend_above, plain
 
 #: Most neurons drawn as curves; more are drawn as a map over time.
 _MOST_LINES = 6
@@ -76,7 +73,7 @@ def figure(result: RhythmRun) -> Figure:
     return figure
 
 
-def _outputs(result: RhythmRun, panel: Axes) -> None:
+def _outputs(result: RhythmRun, panel: Any) -> None:
     n = result.network.size
     if n <= _MOST_LINES:
         for k in range(n):
@@ -96,40 +93,44 @@ def _outputs(result: RhythmRun, panel: Axes) -> None:
     panel.grid(visible=False)
     panel.locator_params(axis="y", integer=True)
     panel.set_ylabel(f"{label}" + (" (1 = tail)" if units > 1 else ""))
-    figure: Any = panel.figure
-    figure.colorbar(image, ax=panel, label="output", pad=0.01)
+    panel.figure.colorbar(image, ax=panel, label="output", pad=0.01)
 
 
 def _portrait(result: RhythmRun, panel: Axes) -> None:
     """Draw x_1 - x_2 against v_1 - v_2, the plane of the drive output: the motion in grey, the cycle on top."""
     network, rhythm = result.network, result.rhythm
-    n = network.size
-    extensor, flexor = network.units[0]
-
-    def plane(states: Array) -> tuple[Array, Array]:
-        return states[:, extensor] - states[:, flexor], states[:, n + extensor] - states[:, n + flexor]
-
-    x, v = plane(result.states)
+    x, v = plane(network, result.states)
     if np.isnan(v).all():  # ngspice's run keeps x only
-        x, v = plane(sampled(Flow(network), rhythm.start, result.time))
+        x, v = plane(network, sampled(Flow(network), rhythm.start, result.time))
     panel.plot(x, v, color=GREY, linewidth=0.7, alpha=0.7, label="from the start")
     panel.plot(x[:1], v[:1], "o", color=GREY, markersize=4)
-    if rhythm.cycle is not None:
-        closed = sampled(Flow(network), rhythm.cycle.state, np.linspace(0, rhythm.cycle.period, 800))
-        panel.plot(*plane(closed), color=BLUE, linewidth=1.8, label="cycle")
+    draw_cycle(panel, rhythm, BLUE, "cycle")
     labels = {True: "stable rest", False: "unstable rest"}
     for state in rhythm.rest_states.states[:50]:
         fill = "full" if state.stable else "none"
-        spot = plane(state.state[None])
-        panel.plot(*spot, "o", color=ORANGE, markersize=6, label=labels.pop(state.stable, None), fillstyle=fill)
+        panel.plot(
+            *plane(network, state.state[None]),
+            "o",
+            color=ORANGE,
+            markersize=6,
+            label=labels.pop(state.stable, None),
+            fillstyle=fill,
+        )
+    extensor, flexor = network.units[0]
     across, up = (f"${state}_{{{extensor + 1}}} - {state}_{{{flexor + 1}}}$" for state in "xv")
     panel.set(xlabel=across, ylabel=up)
     legend_above(panel)
 
 
-def legend_above(panel: Axes) -> None:
-    """Place the legend above the panel, where it hides nothing."""
-    panel.legend(
-        fontsize=7.5, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=6, handlelength=1.2,
-        columnspacing=1.2, borderaxespad=0.1,
-    )  # fmt: skip
+def plane(network: Network, states: Array) -> tuple[Array, Array]:
+    """Return the first unit's x_1 - x_2 and v_1 - v_2 of ``states`` (t, 2 n): the plane of the drive output."""
+    extensor, flexor = network.units[0]
+    x, v = np.split(states, 2, axis=1)
+    return x[:, extensor] - x[:, flexor], v[:, extensor] - v[:, flexor]
+
+
+def draw_cycle(panel: Axes, found: Rhythm, colour: str, label: str) -> None:
+    """Draw the limit cycle in its plane, if there is one."""
+    if found.cycle is not None:
+        closed = sampled(Flow(found.network), found.cycle.state, np.linspace(0, found.cycle.period, 800))
+        panel.plot(*plane(found.network, closed), color=colour, linewidth=1.8, label=label)

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..cpg.sweep import RhythmSweep
-from .axes import BLUE, GREY, ORANGE, new_figure
-from .cpg import legend_above
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .axes import BLUE, GREY, ORANGE, Figure, legend_above, new_figure
 
 _LABELS = {
     "inhibition": "mutual inhibition a",

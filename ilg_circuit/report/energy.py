@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 
+from ..simulation.energy import EnergyAccount
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, engineering, new_figure
+from .axes import BLUE, GREY, ORANGE, Figure, engineering, new_figure
 from .page import Grid, Page, Section, picture
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from ..simulation.energy import EnergyAccount
 
 #: Elements that are named in a line, where there are more.
 _NAMED = 5
@@ -23,12 +19,11 @@ _NAMED = 5
 def summary(account: EnergyAccount) -> str:
     """Return the energies at the end, element by element."""
     lines = [f"energy delivered until the end  {format_quantity(float(account.source[-1]), 'J', 5)}"]
-    for kind, mechanical, parts in _groups(account):
-        named = [f"{name} {format_quantity(energy, 'J', 4)}" for name, energy in parts.items()]
+    for how, parts in groupby(_taken(account), key=itemgetter(1)):
+        named = [f"{name} {format_quantity(energy, 'J', 4)}" for name, _, energy in parts]
         if len(named) > _NAMED + 1:
             named[_NAMED:] = [f"and {len(named) - _NAMED} more"]
-        if named:
-            lines.append(f"  {kind + (' mechanically' if mechanical else ' electrically'):<26} {', '.join(named)}")
+        lines.append(f"  {how:<26} {', '.join(named)}")
     if np.abs(account.mechanical).max() > 0:
         lines.append(
             f"  {'given to the beam':<26} {format_quantity(float(account.mechanical[-1]), 'J', 4)}, at most "
@@ -39,15 +34,12 @@ def summary(account: EnergyAccount) -> str:
 
 def figure(account: EnergyAccount) -> Figure:
     """Return bars of the energies at the end: what each element dissipated (orange) and stored (blue)."""
-    bars = [
-        (name, energy, ORANGE if kind == "dissipated" else BLUE)
-        for kind, _, parts in _groups(account)
-        for name, energy in parts.items()
-    ]
+    bars = _taken(account)
     figure, (panel,) = new_figure(1, [0.6 + 0.22 * len(bars)])
-    factor, unit = engineering(np.array([energy for _, energy, _ in bars]), "J")
-    names, energies, colours = zip(*bars, strict=True) if bars else ((), (), ())
-    panel.barh(names, [factor * energy for energy in energies], color=colours)
+    energies = np.array([energy for _, _, energy in bars])
+    factor, unit = engineering(energies, "J")
+    colours = [ORANGE if how.startswith("dissipated") else BLUE for _, how, _ in bars]
+    panel.barh([name for name, _, _ in bars], factor * energies, color=colours)
     panel.axvline(factor * float(account.source[-1]), color=GREY, linewidth=0.8, linestyle="--")
     panel.invert_yaxis()
     panel.set_xlabel(f"energy at the end [{unit}]; orange: dissipated, blue: stored, dashed: delivered")
@@ -56,11 +48,7 @@ def figure(account: EnergyAccount) -> Figure:
 
 def section(account: EnergyAccount) -> Section:
     """Return the energies at the end as a section of a page."""
-    rows = [
-        (name, f"{kind} {'mechanically' if mechanical else 'electrically'}", format_quantity(energy, "J", 4))
-        for kind, mechanical, parts in _groups(account)
-        for name, energy in parts.items()
-    ]
+    rows = [(name, how, format_quantity(energy, "J", 4)) for name, how, energy in _taken(account)]
     table = Grid(("element", "", "energy at the end"), rows, words=frozenset({0, 1}))
     return Section("Where the energy goes", [table, picture(figure(account), "energies at the end, by element")])
 
@@ -73,9 +61,12 @@ def page(account: EnergyAccount) -> Page:
     return Page("Energy of a strip", "delivered, dissipated, stored", facts, (), [section(account)])
 
 
-def _groups(account: EnergyAccount) -> Iterator[tuple[str, bool, dict[str, float]]]:
-    """Kind, whether mechanical, and the energies [J] at the end of the elements that took any."""
-    for kind in ("dissipated", "stored"):
-        for mechanical in (False, True):
-            parts = account.parts(kind, mechanical=mechanical)
-            yield kind, mechanical, {n: float(v[-1]) for n, v in parts.items() if np.abs(v).max() > 0}
+def _taken(account: EnergyAccount) -> list[tuple[str, str, float]]:
+    """Name, how it took it, and energy [J] at the end of the elements that took any."""
+    return [
+        (name, f"{kind} {side}", float(values[-1]))
+        for kind in ("dissipated", "stored")
+        for side in ("electrically", "mechanically")
+        for name, values in account.parts(kind, mechanical=side == "mechanically").items()
+        if np.abs(values).max() > 0
+    ]

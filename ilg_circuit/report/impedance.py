@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
+from ..simulation.impedance import Impedance
 from ..units import format_quantity
-from .axes import BLUE, ORANGE, engineering, plain
+from .axes import BLUE, ORANGE, Figure, blank, engineering, plain
 from .page import Page, Prose, Section, picture
-from .panels import blank
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from ..simulation.impedance import Impedance
 
 _OHM = "\N{OHM SIGN}"
 
 
 def summary(result: Impedance) -> str:
     """Return a few lines: both ends of the spectrum, what the motion reflects, the ladder if there is one."""
-    ends = []
-    for k in (0, -1):
-        z = result.impedance[k]
-        ends.append(
-            f"{format_quantity(float(result.frequency[k]), 'Hz', 4):>10}  abs(Z) "
-            f"{format_quantity(float(np.abs(z)), 'ohm', 5):>12}, phase {np.degrees(np.angle(z)):7.2f} deg"
-        )
+    ends = [
+        f"{format_quantity(float(f), 'Hz', 4):>10}  abs(Z) {format_quantity(float(np.abs(z)), 'ohm', 5):>12}, "
+        f"phase {np.degrees(np.angle(z)):7.2f} deg"
+        for f, z in zip(result.frequency[[0, -1]], result.impedance[[0, -1]], strict=True)
+    ]
     return "\n".join([*ends, *_notes(result)])
 
 
@@ -58,10 +51,8 @@ def figure(result: Impedance) -> Figure:
         plane.plot(factor * z.real, -factor * z.imag, **style)
     size.set_ylabel(f"abs(Z) [{_OHM}]")
     size.legend(frameon=False, fontsize=8)
-    phase.set_ylabel("phase [deg]")
-    phase.set_xlabel("frequency [Hz]")
-    plane.set_xlabel(f"Re Z [{label}]")
-    plane.set_ylabel(f"-Im Z [{label}]")
+    phase.set(xlabel="frequency [Hz]", ylabel="phase [deg]")
+    plane.set(xlabel=f"Re Z [{label}]", ylabel=f"-Im Z [{label}]")
     plane.set_aspect("equal", adjustable="datalim")
     labelled: list[complex] = []
     room = 0.06 * factor * float(np.ptp(result.impedance.real) + np.ptp(result.impedance.imag))
@@ -72,9 +63,8 @@ def figure(result: Impedance) -> Figure:
             continue  # a label there would lie on another
         labelled.append(z)
         plane.plot(z.real, -z.imag, "o", color=BLUE, markersize=4)
-        plane.annotate(
-            format_quantity(float(decade), "Hz", 3), (z.real, -z.imag), (4, 4), textcoords="offset points", fontsize=8
-        )
+        name = format_quantity(float(decade), "Hz", 3)
+        plane.annotate(name, (z.real, -z.imag), (4, 4), textcoords="offset points", fontsize=8)
     for panel in (size, phase, plane):
         plain(panel)
     figure.suptitle(f"{result.actuator.name}: impedance about {result.bias:g} V", fontsize=10)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,13 +14,7 @@ from ..arrays import Array
 from ..errors import InputError
 from ..files import replacing, require_writable
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, engineering, plain
-from .cpg import legend_above
-from .panels import blank
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .axes import BLUE, GREY, ORANGE, Axes, Figure, blank, engineering, legend_above, plain
 
 #: Times of the snapshots in CPG Fig. 10(c) [s].
 SNAPSHOT_TIMES = (0.5, 0.7, 1.0, 1.5)
@@ -114,8 +108,6 @@ def animate(
     path or a portrait that cannot be used.
     """
     from matplotlib.animation import FFMpegWriter, PillowWriter
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     target = Path(path)
     require_animation(target)
@@ -125,9 +117,8 @@ def animate(
     count = int(np.clip(np.floor(duration * frames_per_second) + 1, 2, MOST_FRAMES))
     times = np.linspace(motion.time[0], motion.time[-1], count)
     frames = np.abs(motion.time - times[:, None]).argmin(axis=1)
-    figure = Figure(figsize=(8.4 if portrait is not None else 5.6, 4.2), dpi=100, layout="constrained")
-    FigureCanvasAgg(figure)
-    axes: Any = figure.subplots(1, 2 if portrait is not None else 1, squeeze=False)
+    figure = blank((5.6, 4.2) if portrait is None else (8.4, 4.2), dpi=100)
+    axes: Any = figure.subplots(1, 1 if portrait is None else 2, squeeze=False)
     stage = axes[0, 0]
     scale, unit = engineering(motion.positions, "m")
     path_line = stage.plot([], [], color=ORANGE, linewidth=0.9)[0]
@@ -135,7 +126,6 @@ def animate(
     rods = stage.plot([], [], color=BLUE, linewidth=0.5)[0]
     _frame(stage, scale, motion, unit)
     heading = stage.set_title("", fontsize=10)
-    point = None
     if portrait is not None:
         side = axes[0, 1]
         side.plot(*portrait, color=GREY, linewidth=0.9)
@@ -146,9 +136,8 @@ def animate(
     heading.set_text(title(motion))
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
-    rate = (count - 1) / duration
-    writers: Any = {".gif": PillowWriter, ".mp4": FFMpegWriter}
-    writer = writers[target.suffix.lower()](fps=rate)
+    kind: Any = FFMpegWriter if target.suffix.lower() == ".mp4" else PillowWriter
+    writer = kind(fps=(count - 1) / duration)
     with replacing(target) as temporary, writer.saving(figure, str(temporary), dpi=100):
         for frame in frames:
             nodes = scale * motion.positions[frame]
@@ -156,7 +145,7 @@ def animate(
             body.set_xy(_outline(nodes))
             rods.set_data(*_rods(nodes))
             heading.set_text(f"{title(motion)}, {motion.time[frame]:.2f} s")
-            if portrait is not None and point is not None:
+            if portrait is not None:
                 point.set_data([portrait[0][frame]], [portrait[1][frame]])
             writer.grab_frame()
 

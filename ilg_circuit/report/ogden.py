@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,47 +19,30 @@ from ..hyperelastic.material import CONVENTION, MODES, OTHER_CONVENTION
 from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, engineering, new_figure
-from .estimates import (
-    HEADER,
-    correlation_section,
-    derived_section,
-    estimate_line,
-    parameter_section,
-    plus_minus,
-    strong_correlations,
-)
+from . import estimates
+from .axes import BLUE, GREY, ORANGE, Figure, engineering, new_figure
 from .page import Grid, Page, Prose, Section, picture, repetition
-from .tables import aligned
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _STYLES = {"uniaxial": (BLUE, "o"), "equibiaxial": (ORANGE, "s"), "planar": ("#2e8b57", "^")}
-_TESTS = ("test", "file", "rms", "readings", "stretch")
-_CANDIDATES = ("model", "rms", "BIC", "verdict")
-_PREDICTIONS = ("load", "stretch", "nominal stress", "standard error", "Cauchy stress", "range")
-
-Rows = list[tuple[str, ...]]
 
 
 def summary(result: Characterisation) -> str:
     """Return the result for a terminal: parameters in both conventions, statistics, candidates, predictions."""
     fit, more = result.fit, derived(result.fit)
     other = {name: e for name, e in more.items() if name.endswith("_other_convention")}
-    lines = [headline(result), f"convention: {CONVENTION}", "", HEADER]
-    lines += [estimate_line(name, e) for name, e in parameters(fit).items()]
-    lines += ["", *(estimate_line(name, e) for name, e in more.items() if name not in other)]
+    lines = [headline(result), f"convention: {CONVENTION}", "", estimates.HEADER]
+    lines += [estimates.estimate_line(name, e) for name, e in parameters(fit).items()]
+    lines += ["", *(estimates.estimate_line(name, e) for name, e in more.items() if name not in other)]
     lines += ["", f"other convention: {OTHER_CONVENTION}"]
-    lines += [estimate_line(name.removesuffix("_other_convention"), e) for name, e in other.items()]
-    lines += ["", *aligned([_TESTS, *_tests(result)], "<<>><")]
+    lines += [estimates.estimate_line(name.removesuffix("_other_convention"), e) for name, e in other.items()]
+    lines += ["", *_tests(result).lines("<<>><")]
     starts = fit.result.starts
     lines.append(f"AIC {fit.aic:.1f}, BIC {fit.bic:.1f}; {starts.agreeing} of {starts.starts} starts ended here")
-    strong = [f"{pair}: {value:+.3f}" for pair, value in strong_correlations(correlations(fit)).items()]
+    strong = [f"{pair}: {value:+.3f}" for pair, value in estimates.strong_correlations(correlations(fit)).items()]
     lines += [f"correlations beyond 0.9: {'; '.join(strong)}"] if strong else []
     if len(result.candidates) > 1:
-        lines += ["", *aligned([_CANDIDATES, *_candidates(result)], "<>><")]
-    return "\n".join([*lines, "", *aligned([_PREDICTIONS, *_predictions(result)], "<>>>><")])
+        lines += ["", *_candidates(result).lines("<>><")]
+    return "\n".join([*lines, "", *_predictions(result).lines("<>>>><")])
 
 
 def headline(result: Characterisation) -> str:
@@ -74,23 +57,22 @@ def headline(result: Characterisation) -> str:
 
 def page(result: Characterisation) -> Page:
     """Return readings and fit, constants in both conventions, predictions for other loads, what else was tried."""
-    fit, estimates = result.fit, parameters(result.fit)
+    fit, fitted = result.fit, parameters(result.fit)
     facts = [
         ("material", fit.name),
         ("Young's modulus", _stress(fit.material.youngs_modulus)),
         ("rms of the residuals", _stress(fit.rmse, 3)),
     ]
-    chosen = frozenset(k for k, f in enumerate(result.candidates) if f is fit)
     note = f"{CONVENTION}. The constants ..._other_convention are those of {OTHER_CONVENTION}."
-    shown = picture(figure(result), "nominal stress over stretch: readings, fit, predictions, residuals")
+    drawn = picture(figure(result), "nominal stress over stretch: readings, fit, predictions, residuals")
     sections = [
-        Section("Readings, fit and residuals", [shown, Grid(_TESTS, _tests(result), words=frozenset({0, 1}))]),
-        Section("Candidates", [Grid(_CANDIDATES, _candidates(result), words=frozenset({0, 3}), marked=chosen)]),
-        parameter_section(estimates),
+        Section("Readings, fit and residuals", [drawn, _tests(result)]),
+        Section("Candidates", [_candidates(result)]),
+        estimates.parameter_section(fitted),
         Section("Convention", [Prose(note)]),
-        derived_section(derived(fit)),
-        Section("Predictions", [Grid(_PREDICTIONS, _predictions(result), words=frozenset({0, 5}))]),
-        correlation_section([name for name, e in estimates.items() if not e.fixed_because], correlations(fit)),
+        estimates.derived_section(derived(fit)),
+        Section("Predictions", [_predictions(result)]),
+        estimates.correlation_section([name for name, e in fitted.items() if not e.fixed_because], correlations(fit)),
         repetition(result.provenance.call),
     ]
     return Page(", ".join(t.source for t in fit.tests), headline(result), facts, result.warnings, sections)
@@ -133,8 +115,7 @@ def figure(result: Characterisation) -> Figure:
     upper.legend(frameon=False, fontsize=8)
     upper.set_title(f"{fit.name}: E = {_stress(fit.material.youngs_modulus)}", fontsize=10, loc="left")
     lower.axhline(0.0, color=GREY, linewidth=0.8)
-    lower.set_ylabel(f"data - fit [{unit}]")
-    lower.set_xlabel("stretch [1]")
+    lower.set(xlabel="stretch [1]", ylabel=f"data - fit [{unit}]")
     figure.align_ylabels([upper, lower])
     return figure
 
@@ -145,7 +126,7 @@ def write_actuator(result: Characterisation, base: Actuator, path: str | Path) -
     value = format_quantity(modulus.value, "Pa", 5)
     if not modulus.value > 0:
         raise InputError(f"the fitted Young's modulus is {value}, which no strip has; fit with mu_i alpha_i > 0")
-    error = plus_minus(modulus) if modulus.stderr is not None else ""
+    error = estimates.plus_minus(modulus) if modulus.stderr is not None else ""
     comment = [
         f"youngs_modulus = 3 G fitted by ilg_circuit {__version__}: {value}{error}",
         f"{fit.name}, {CONVENTION}",
@@ -158,9 +139,9 @@ def write_actuator(result: Characterisation, base: Actuator, path: str | Path) -
     save_actuator(replace(base, material=material), path, "\n".join(comment))
 
 
-def _tests(result: Characterisation) -> Rows:
+def _tests(result: Characterisation) -> Grid:
     fit = result.fit
-    return [
+    rows = [
         (
             t.mode,
             t.source,
@@ -170,18 +151,21 @@ def _tests(result: Characterisation) -> Rows:
         )
         for k, t in enumerate(fit.tests)
     ]
+    return Grid(("test", "file", "rms", "readings", "stretch"), rows, words=frozenset({0, 1}))
 
 
-def _candidates(result: Characterisation) -> Rows:
+def _candidates(result: Characterisation) -> Grid:
     fit = result.fit
-    return [
+    rows = [
         (f.name, _stress(f.rmse, 3), f"{f.bic:.1f}", "chosen" if f is fit else "; ".join(sentences(f.undetermined)))
         for f in result.candidates
     ]
+    chosen = frozenset(k for k, f in enumerate(result.candidates) if f is fit)
+    return Grid(("model", "rms", "BIC", "verdict"), rows, words=frozenset({0, 3}), marked=chosen)
 
 
-def _predictions(result: Characterisation) -> Rows:
-    return [
+def _predictions(result: Characterisation) -> Grid:
+    rows = [
         (
             p.mode,
             f"{p.stretch:.4g}",
@@ -192,6 +176,8 @@ def _predictions(result: Characterisation) -> Rows:
         )
         for p in result.predictions
     ]
+    header = ("load", "stretch", "nominal stress", "standard error", "Cauchy stress", "range")
+    return Grid(header, rows, words=frozenset({0, 5}))
 
 
 def _stress(value: float, digits: int = 4) -> str:

@@ -6,20 +6,22 @@ put into these elsewhere; how it looks is here and in the template.
 
 from __future__ import annotations
 
+import base64
+import io
 import platform
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import Any, ClassVar
 
 from ..files import write_text
 from ..provenance import Provenance
-from .html import png, versions
-from .html import render as render_template
+from .axes import Figure
+from .tables import aligned
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+#: Whose versions a page states.
+_PACKAGES = ("ilg-circuit", "PySpice", "numpy", "scipy", "lmfit")
 #: Points an inch of a picture: sharp on screens of twice the usual density, and in print.
 _SHARPNESS = 170
 
@@ -41,6 +43,10 @@ class Grid:
     words: frozenset[int] = frozenset({0})
     marked: frozenset[int] = frozenset()
     kind: ClassVar[str] = "grid"
+
+    def lines(self, alignment: str) -> list[str]:
+        """Return the table for a terminal, its columns aligned as `tables.aligned` says."""
+        return aligned([self.header, *self.rows], alignment)
 
 
 @dataclass(frozen=True)
@@ -90,7 +96,7 @@ def write_page(page: Page, path: str | Path, provenance: Provenance | None = Non
 def render(page: Page, provenance: Provenance | None = None) -> str:
     """Return the page's text: pictures are in it, nothing is loaded from elsewhere."""
     content = {"page": page, "provenance": provenance or Provenance()}
-    return render_template(Path(__file__).with_name("page.html.j2"), content)
+    return fill(Path(__file__).with_name("page.html.j2"), content)
 
 
 def picture(figure: Figure, about: str) -> Picture:
@@ -101,3 +107,24 @@ def picture(figure: Figure, about: str) -> Picture:
 def repetition(command: str, programs: Iterable[str] = ()) -> Section:
     """The command that makes this again, and with what; ``programs`` besides Python's packages, with versions."""
     return Section("To repeat this", [Listing(command), Prose(", ".join([versions(), *programs, platform.platform()]))])
+
+
+def fill(template: Path, content: dict[str, Any]) -> str:
+    """The page of a jinja2 ``template``, everything escaped; ``style`` and ``versions`` are added to its content."""
+    from jinja2 import Template
+
+    style = Path(__file__).with_name("html.css").read_text(encoding="utf-8")
+    page = Template(template.read_text(encoding="utf-8"), autoescape=True, keep_trailing_newline=True)
+    return page.render({"style": style, "versions": versions()} | content)
+
+
+def png(figure: Figure, dpi: int = 110) -> str:
+    """A picture as base64, for ``src="data:image/png;base64,..."``."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=dpi)
+    return base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def versions() -> str:
+    """Python and the packages that answers depend on."""
+    return ", ".join([f"Python {platform.python_version()}", *(f"{name} {version(name)}" for name in _PACKAGES)])

@@ -9,14 +9,12 @@ import numpy as np
 
 from ..simulation.waveforms import ANSWERS, WAVEFORMS
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, engineering, new_figure
+from .axes import BLUE, GREY, ORANGE, Figure, engineering, new_figure
 from .energy import section as energy_section
 from .page import Grid, Page, Section, picture
 from .tables import aligned
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..identify.comparison import Compared
     from ..simulation.response import Response
     from ..simulation.waveforms import Simulated, Waveform
@@ -81,9 +79,8 @@ def figure(response: Response, measured: Sequence[Compared] = ()) -> Figure:
         axes[0].legend(frameon=False, fontsize=8)
     axes[-1].plot(response.time, response.voltage, color=ORANGE, linewidth=1.4)
     low, high = min(response.voltage.min(), 0.0), max(response.voltage.max(), 0.0)
-    axes[-1].set_ylim(low - 0.08 * (high - low or 1.0), high + 0.08 * (high - low or 1.0))
-    axes[-1].set_ylabel("voltage [V]")
-    axes[-1].set_xlabel("time [s]")
+    edge = 0.08 * (high - low or 1.0)
+    axes[-1].set(xlabel="time [s]", ylabel="voltage [V]", ylim=(low - edge, high + edge))
     figure.align_ylabels(axes)
     figure.suptitle(f"{response.netlist.title}: {response.drive.text}", fontsize=10)
     return figure

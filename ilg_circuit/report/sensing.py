@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from ..simulation.sensing import Sensed
 from ..simulation.waveforms import WAVEFORMS
-from .axes import BLUE, ORANGE, engineering, new_figure
-from .page import Block, Grid, Page, Section, picture
+from .axes import BLUE, ORANGE, Figure, engineering, new_figure
+from .page import Grid, Page, Section, picture
 from .response import largest, solved_by
-from .tables import aligned
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from ..simulation.sensing import Sensed
-
-_HEADER = ("quantity", "largest", "at")
 
 
 def summary(sensed: Sensed) -> str:
     """Return a table: each waveform's largest value, and when that is."""
-    return "\n".join(aligned([_HEADER, *_rows(sensed)], "<>>"))
+    return "\n".join(_table(sensed).lines("<>>"))
 
 
 def headline(sensed: Sensed) -> str:
@@ -58,12 +49,11 @@ def figure(sensed: Sensed) -> Figure:
 def page(sensed: Sensed) -> Page:
     """Return a page: the picture and the table of waveforms."""
     facts = [("engine", sensed.engine), ("estimated error", f"{sensed.error:.1e} of each maximum")]
-    blocks: list[Block] = [
-        picture(figure(sensed), "the terminals' answer and the force over time, the motion beneath"),
-        Grid(_HEADER, _rows(sensed)),
-    ]
-    return Page(f"{sensed.actuator.name} as a sensor", headline(sensed), facts, (), [Section("Waveforms", blocks)])
+    drawn = picture(figure(sensed), "the terminals' answer and the force over time, the motion beneath")
+    sections = [Section("Waveforms", [drawn, _table(sensed)])]
+    return Page(f"{sensed.actuator.name} as a sensor", headline(sensed), facts, (), sections)
 
 
-def _rows(sensed: Sensed) -> list[tuple[str, str, str]]:
-    return [(name, *largest(sensed, WAVEFORMS[name])) for name in sensed.waveforms]
+def _table(sensed: Sensed) -> Grid:
+    rows = [(name, *largest(sensed, WAVEFORMS[name])) for name in sensed.waveforms]
+    return Grid(("quantity", "largest", "at"), rows)

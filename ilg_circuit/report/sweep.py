@@ -15,13 +15,10 @@ from ..study.parameters import PARAMETERS
 from ..study.plan import Plan
 from ..study.sweep import SweepResult
 from ..units import format_quantity
-from .axes import GREY, ORANGE, engineering
-from .panels import COLOURS, axis_label, grid, legend_below, tiles, wide
+from .axes import COLOURS, GREY, ORANGE, Figure, axis_label, engineering, grid, legend_below, round_levels, tiles, wide
 from .tables import aligned
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from xarray import DataArray, Dataset
 
 #: Outputs drawn by default: the first of these that the sweep has and that vary.
@@ -100,17 +97,18 @@ def figure(result: SweepResult, outputs: tuple[str, ...] = ()) -> Figure:
 
 def dataset_figure(data: Dataset, outputs: tuple[str, ...] = ()) -> Figure:
     """Return the picture of a sweep's dataset, as `figure`. Raises InputError where there is nothing to draw."""
-    names = outputs or _interesting(data)
-    if not names:
+    wanted = outputs or _interesting(data)
+    if not wanted:
         raise InputError("every output is the same for all designs: there is nothing to draw")
-    if len(names) > 6:
-        raise InputError(f"{len(names)} outputs are too many for one picture; draw at most 6")
-    chosen = data[list(names)].load()
+    if len(wanted) > 6:
+        raise InputError(f"{len(wanted)} outputs are too many for one picture; draw at most 6")
+    chosen = data[list(wanted)].load()
+    names = [str(n) for n in chosen.data_vars]
     if DESIGN in chosen.dims:
-        drawn = _scatter(chosen)
+        drawn = _scatter(chosen, names)
     else:
         axes = sorted((str(d) for d in chosen.dims if chosen.sizes[d] > 1), key=lambda d: -chosen.sizes[d])
-        drawn = _lines(chosen, axes) if _few(chosen, axes) else _maps(chosen, axes)
+        drawn = _lines(chosen, names, axes) if _few(chosen, axes) else _maps(chosen, names, axes)
     failed = int((data["failure"] != "").sum())
     note = f"; {failed} designs failed" if failed else ""
     tip = "" if data.attrs["tip"] == "free" else ", clamped tip"
@@ -153,9 +151,8 @@ def _scaled(axis: DataArray) -> tuple[Any, str]:
 _PREFIXED = ("m", "V", "A", "F", "N", "C", "J", "Pa", "kg/m^3", "ohm", "Hz")
 
 
-def _lines(data: Dataset, axes: list[str]) -> Figure:
+def _lines(data: Dataset, names: list[str], axes: list[str]) -> Figure:
     """A panel for each output over the first axis, a curve for each value of a second one."""
-    names = [str(n) for n in data.data_vars]
     figure, panels = grid(len(names), 1, (6.5, 0.6 + 1.9 * len(names)), sharex=True)
     over = axes[0] if axes else str(next(iter(data.dims)))
     x, label = _scaled(data[over])
@@ -177,13 +174,12 @@ def _lines(data: Dataset, axes: list[str]) -> Figure:
     return figure
 
 
-def _maps(data: Dataset, axes: list[str]) -> Figure:
+def _maps(data: Dataset, names: list[str], axes: list[str]) -> Figure:
     """A map for each output over the two longest axes, the others held at their middle."""
     across, up, *others = axes
     held = {axis: data.sizes[axis] // 2 for axis in others}
     named = ", ".join(_value(axis, data[axis].values[k]) for axis, k in held.items()).replace("_", " ")
     data = data.isel(held).squeeze()
-    names = [str(n) for n in data.data_vars]
     figure, panels = tiles(len(names), min(len(names), 2), height=3.3, width=4.4)
     x, x_label = _scaled(data[across])
     y, y_label = _scaled(data[up])
@@ -195,12 +191,12 @@ def _maps(data: Dataset, axes: list[str]) -> Figure:
         shaded = panel.pcolormesh(x, y, table, cmap="viridis", norm=norm, shading="nearest", rasterized=True)
         words = _is_words(data[across]) or _is_words(data[up])
         if np.isfinite(table).all() and np.ptp(table) > 0 and not words:
-            lines = panel.contour(x, y, table, levels=_levels(table) if is_wide else 7, colors="white", linewidths=0.8)
+            levels = round_levels(table) if is_wide else 7
+            lines = panel.contour(x, y, table, levels=levels, colors="white", linewidths=0.8)
             panel.clabel(lines, fontsize=7, fmt="%.4g")
         figure.colorbar(shaded, ax=panel)
         panel.set_title(title, fontsize=9)
-        panel.set_xlabel(x_label)
-        panel.set_ylabel(y_label)
+        panel.set(xlabel=x_label, ylabel=y_label)
         _logarithmic(panel, "x", x)
         _logarithmic(panel, "y", y)
     if named:
@@ -208,16 +204,8 @@ def _maps(data: Dataset, axes: list[str]) -> Figure:
     return figure
 
 
-def _levels(values: Array) -> Array:
-    """Levels of a map whose values go through decades: 1, 2 and 5 of each."""
-    decades = np.arange(np.floor(np.log10(values.min())), np.log10(values.max()) + 1)
-    levels = np.outer(10.0**decades, [1, 2, 5]).ravel()
-    return np.asarray(levels[(levels > values.min()) & (levels < values.max())])
-
-
-def _scatter(data: Dataset) -> Figure:
+def _scatter(data: Dataset, names: list[str]) -> Figure:
     """A row for each output, a column for each parameter: every design, and the median over the others."""
-    names = [str(n) for n in data.data_vars]
     parameters = [str(c) for c in data.coords if str(c) != DESIGN]
     size = (max(2.4 * len(parameters), 6.5), 0.6 + 1.9 * len(names))
     figure, panels = grid(len(names), len(parameters), size, sharey="row", sharex="col")
@@ -247,7 +235,7 @@ def _medians(x: Array, y: Array) -> Array:
     return np.array([[np.median(values[g]) for g in groups if len(g)] for values in (x, y)])
 
 
-def _logarithmic(panel: Axes, axis: str, values: Any) -> None:
+def _logarithmic(panel: Any, axis: str, values: Any) -> None:
     """Make an axis logarithmic for positive values over more than a decade and a half."""
     if wide(values, _WIDE):
         getattr(panel, f"set_{axis}scale")("log")

@@ -6,7 +6,6 @@ The module of an item is imported when the item is made: those that move the arm
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -21,8 +20,8 @@ _ENTRIES = tomllib.loads(Path(__file__).with_name("items.toml").read_text(encodi
 _ASSUMED: dict[str, str] = _ENTRIES.pop("ASSUMED")
 
 
-def _maker(entry: dict[str, Any]) -> Callable[[PaperRuns], Reproduction]:
-    """Return the function that makes an item: ``module.name`` of this package, imported when called, and its texts."""
+def _item(id_: str, entry: dict[str, Any]) -> Item:
+    """Return an item; its function ``module.name`` of this package is imported when called, and gets its texts."""
     module, _, name = entry["function"].partition(".")
     claims = entry.get("claims", ())
     unknown = (*entry.get("unknown", ()), *(_ASSUMED[key] for key in entry.get("assumed", ())))
@@ -35,13 +34,8 @@ def _maker(entry: dict[str, Any]) -> Callable[[PaperRuns], Reproduction]:
         )
         return replace(made, claims=tuple(told), unknown=unknown)
 
-    return make
-
-
-def _item(id_: str, entry: dict[str, Any]) -> Item:
     texts = {key: entry.get(key, "") for key in ("title", "caption", "equation")}
-    needs_arm = entry.get("needs_arm", False)
-    return Item(id_, commands=tuple(entry["commands"]), make=_maker(entry), needs_arm=needs_arm, **texts)
+    return Item(id_, commands=tuple(entry["commands"]), make=make, needs_arm=entry.get("needs_arm", False), **texts)
 
 
 ITEMS = tuple(_item(id_, entry) for id_, entry in _ENTRIES.items())

@@ -12,8 +12,7 @@ from ..arm import strip_arm
 from ..arm.coupling import Coupled, couple
 from ..arm.reach import reach_target
 from ..report.arm import reach_figure
-from ..report.axes import GREY
-from ..report.panels import COLOURS, grid
+from ..report.axes import COLOURS, GREY, grid
 from .cpg_motion import move
 from .cpg_rhythm import add_legends
 from .items import Check, Reproduction, rows

@@ -6,7 +6,7 @@ Imports the arm's kernels, and with them numba: `catalogue` names these items wi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,15 +15,11 @@ from ..arm.coupling import Coupled, couple
 from ..arrays import Array
 from ..cpg.network import Network
 from ..cpg.rhythm import rhythm
-from ..report.axes import BLUE, GREY, ORANGE
+from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Figure, grid
 from ..report.motion import SNAPSHOT_TIMES
-from ..report.panels import COLOURS, grid
-from .cpg_rhythm import add_legends, add_letters, draw_cycle, draw_neurons
+from .cpg_rhythm import add_legends, draw_neurons, draw_portrait
 from .items import Check, Reproduction, largest_difference
 from .paper_runs import PaperRuns
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: Duration of the paper's motions [s].
 DURATION = 1.5
@@ -48,8 +44,7 @@ class Moved:
     @property
     def displacement(self) -> Array:
         """Of the tip [m] (t, 2)."""
-        tip: Array = self.motion.tip - self.motion.tip[0]
-        return tip
+        return np.asarray(self.motion.tip - self.motion.tip[0])
 
     @property
     def largest(self) -> float:
@@ -76,26 +71,10 @@ def mechanics(*moves: Moved) -> tuple[Check, Check]:
 
 def figure_10(runs: PaperRuns) -> Reproduction:
     moved = move(runs, runs.network(), "e = 1")
-    forces = moved.motion.edge_forces
-    peaks = 1e6 * np.abs(forces).max(axis=(0, 2))
-    return Reproduction(
-        checks=mechanics(moved),
-        holds=(None, None),
-        numbers={
-            "first": peaks[0],
-            "last": peaks[-1],
-            "correlation": float(np.atleast_2d(np.corrcoef(forces[1:, :, 0].T))[0].min()),
-            "moved": 1e3 * moved.largest,
-        },
-        figure=_figure_10(moved),
-    )
-
-
-def _figure_10(moved: Moved) -> Figure:
-    figure, ((outputs, phase), (shape, force)) = grid(2, 2, (11.0, 7.2))
     run, motion = moved.coupled.run, moved.motion
+    figure, ((outputs, phase), (shape, force)) = grid(2, 2, (11.0, 7.2))
     draw_neurons(outputs, run.time, run.outputs)
-    draw_cycle(phase, run.rhythm, BLUE, "cycle", 5.0)
+    draw_portrait(phase, run.rhythm, BLUE, "cycle")
     for time, nodes, colour in zip(*motion.snapshots(SNAPSHOT_TIMES), COLOURS, strict=False):
         shape.plot(*(1e3 * nodes.mean(axis=1)).T, color=colour, linewidth=1.6, label=f"{time:.1f} s")
     shape.set(**_SHAPE)
@@ -103,9 +82,16 @@ def _figure_10(moved: Moved) -> Figure:
     force.plot(motion.time, one, color=ORANGE, linewidth=1.4, label="face towards +normal")
     force.plot(motion.time, other, color=BLUE, linewidth=1.4, linestyle="--", label="other face")
     force.set(xlabel="time [s]", ylabel="tension in segment 1 [µN]")
-    add_letters(figure)
-    add_legends(figure)
-    return figure
+    add_legends(figure, "abcd")
+    forces = motion.edge_forces
+    peaks = 1e6 * np.abs(forces).max(axis=(0, 2))
+    correlation = float(np.atleast_2d(np.corrcoef(forces[1:, :, 0].T))[0].min())
+    return Reproduction(
+        checks=mechanics(moved),
+        holds=(None, None),
+        numbers={"first": peaks[0], "last": peaks[-1], "correlation": correlation, "moved": 1e3 * moved.largest},
+        figure=figure,
+    )
 
 
 def series(moves: list[Moved]) -> Figure:
@@ -114,15 +100,14 @@ def series(moves: list[Moved]) -> Figure:
     for moved, colour in zip(moves, COLOURS, strict=False):
         run, motion = moved.coupled.run, moved.motion
         outputs.plot(run.time, run.unit_outputs[:, 0], color=colour, linewidth=1.3, label=moved.label)
-        draw_cycle(phase, run.rhythm, colour, moved.label, 5.0)
+        draw_portrait(phase, run.rhythm, colour, moved.label)
         far = int(np.linalg.norm(moved.displacement, axis=1).argmax())
         label = f"{moved.label}: {1e3 * moved.largest:.2f} mm at {motion.time[far]:.2f} s"
         shape.plot(*(1e3 * motion.centreline[far]).T, color=colour, linewidth=1.6, label=label)
         shape.plot(*(1e3 * motion.tip).T, color=colour, linewidth=0.7, linestyle=":")
     outputs.set(xlabel="time [s]", ylabel="output y$_1$ − y$_2$")
     shape.set(**_SHAPE)
-    add_letters(figure)
-    add_legends(figure)
+    add_legends(figure, "abcd")
     return figure
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,14 +13,10 @@ from ..cpg.network import ADAPTATION, ADAPTATION_TIME, INHIBITION, RISE_TIME, Ne
 from ..cpg.outcome import Rhythm
 from ..cpg.rhythm import rhythm
 from ..cpg.run import run
-from ..report.axes import BLUE, GREY, ORANGE
-from ..report.panels import COLOURS, grid
+from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, grid
+from ..report.cpg import draw_cycle, plane
 from .items import Check, Reproduction, largest_ratio, rows
-from .paper_runs import PaperRuns
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .paper_runs import PaperRuns, period_of
 
 #: Tolerance of period and amplitude between ngspice's behavioural neurons and the exact flow.
 _AGREE = 1e-5
@@ -38,18 +33,11 @@ def edge(build: Callable[[float], Network], inside: float, outside: float, withi
     return (inside + outside) / 2
 
 
-def plane(network: Network, states: Array) -> tuple[Array, Array]:
-    """Return x_1 - x_2 and v_1 - v_2 of ``states`` (t, 2 n): the plane of the output."""
-    return states[:, 0] - states[:, 1], states[:, network.size] - states[:, network.size + 1]
-
-
-def draw_cycle(panel: Axes, found: Rhythm, colour: str, label: str, duration: float) -> None:
-    """Draw the path from the start over ``duration`` [s], thin, and the cycle, if any."""
-    flow = Flow(found.network)
-    panel.plot(*plane(found.network, sampled(flow, found.start, np.linspace(0, duration, 800))), color=colour, lw=0.6)
-    if found.cycle is not None:
-        closed = sampled(flow, found.cycle.state, np.linspace(0, found.cycle.period, 800))
-        panel.plot(*plane(found.network, closed), color=colour, linewidth=1.8, label=label)
+def draw_portrait(panel: Axes, found: Rhythm, colour: str, label: str) -> None:
+    """Draw the path from the start over five seconds, thin, and the cycle, if any."""
+    path = sampled(Flow(found.network), found.start, np.linspace(0, 5.0, 800))
+    panel.plot(*plane(found.network, path), color=colour, linewidth=0.6)
+    draw_cycle(panel, found, colour, label)
     panel.set(xlabel="x$_1$ − x$_2$", ylabel="v$_1$ − v$_2$")
 
 
@@ -60,16 +48,12 @@ def draw_neurons(panel: Axes, time: Array, outputs: Array) -> None:
     panel.set(xlabel="time [s]", ylabel="outputs of the neurons")
 
 
-def add_legends(figure: Figure) -> None:
-    """Add a legend to each panel of ``figure`` that has labels."""
+def add_legends(figure: Figure, letters: str = "") -> None:
+    """Add a legend to each panel of ``figure`` that has labels, and the ``letters`` that the paper's panels have."""
     for panel in figure.axes:
         if panel.get_legend_handles_labels()[0]:
             panel.legend(frameon=False, fontsize=8)
-
-
-def add_letters(figure: Figure) -> None:
-    """Give the panels the letters that the paper's figures have."""
-    for letter, panel in zip("abcd", figure.axes, strict=False):
+    for letter, panel in zip(letters, figure.axes, strict=False):
         panel.set_title(f"({letter})", fontsize=10, loc="left")
 
 
@@ -84,12 +68,6 @@ def by_ngspice(network: Network) -> tuple[Check, Check]:
         Check(f"period {what}", "the exact flow", period, _AGREE),
         Check(f"amplitude {what}", "the exact flow", amplitude, _AGREE),
     )
-
-
-def period_of(found: Rhythm) -> float:
-    """Return the period [s] of a rhythm that is known to have one."""
-    assert found.period is not None
-    return found.period
 
 
 def rhythms(runs: PaperRuns) -> Reproduction:
@@ -123,7 +101,7 @@ def _figure(pair: Rhythm, trio: Rhythm) -> Figure:
         states = sampled(Flow(found.network), found.start, times)
         draw_neurons(left, times, np.maximum(states[:, : found.network.size], 0))
         left.set_title(f"{name}: period {found.period:.4f} s", fontsize=10)
-        draw_cycle(right, found, BLUE, "cycle", 5.0)
+        draw_portrait(right, found, BLUE, "cycle")
         right.set_title("phase portrait", fontsize=10)
     add_legends(figure)
     return figure
@@ -137,15 +115,17 @@ def slower_rises(runs: PaperRuns) -> Reproduction:
     end = edge(lambda t: runs.network(rise_time=t), 0.3, 0.6, 1e-3)
     pair = edge(lambda t: runs.network(2, rise_time=t), 0.3, 0.6, 1e-3)
     closed = ADAPTATION_TIME * (INHIBITION - 1)
+    own, slow = rhythm(runs.network()), rhythm(runs.network().slowed(100))
+    stretched = largest_ratio([period_of(slow) / 100, slow.amplitude], [period_of(own), own.amplitude])
     return Reproduction(
-        rows=rows("cpg_rhythm", {"cycle_ends": end}, cycle_ends="three neurons in a ring"),
+        rows=rows("cpg_rhythm", {"cycle_ends": end}, "three neurons in a ring"),
         checks=(Check("T_r at which the cycle of two neurons ends", "T_a (a − 1)", largest_ratio(pair, closed), 2e-3),),
         holds=(len(cycling) < len(periods) and end < 1.0,),
         numbers={
             "cycling": ", ".join(f"{t:.1f}" for t in cycling),
             "slowest": max(cycling.values(), default=0.0),
             "end": end,
-            "stretched": _stretched(runs.network()),
+            "stretched": stretched,
         },
         figure=_over_rise_time(runs, end),
     )
@@ -165,9 +145,3 @@ def _over_rise_time(runs: PaperRuns, end: float) -> Figure:
         panel.set(xlim=(0, 1), ylim=(0, None), xlabel="rise time T$_r$ [s]", ylabel=name)
     add_legends(figure)
     return figure
-
-
-def _stretched(base: Network) -> float:
-    """Return the deviation of amplitude and period from their scaling when both time constants grow a hundredfold."""
-    slow, own = rhythm(base.slowed(100)), rhythm(base)
-    return largest_ratio([period_of(slow) / 100, slow.amplitude], [period_of(own), own.amplitude])

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from functools import partial
 
 import numpy as np
 
 from ..arrays import Array
-from ..report.axes import BLUE, GREY, ORANGE, new_figure
+from ..report.axes import BLUE, GREY, ORANGE, Axes, new_figure
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
-from .ec_tables import spread
+from .ec_tables import COUPLING, spread
 from .items import Check, Reproduction, largest_difference, rows
-from .paper_runs import VOLTAGE, PaperRuns, coefficient, printed_current, printed_displacement
+from .paper_runs import VOLTAGE, PaperRuns, coefficient, coupling_of, printed_current, printed_displacement
 from .published import published
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Reading error of the coordinate paper [m].
 _READING = 0.1e-3
@@ -46,34 +42,31 @@ def _point(item: str) -> float:
     return float(published("ec_points", item).printed)
 
 
-def closed_displacement(runs: PaperRuns, t: Array) -> Array:
+def _closed(t: Array, gain: float, zero: float, damping_ratio: float, natural_frequency: float) -> Array:
+    """(34) [m] in SI units."""
+    ratio = lumped_elements(PAPER).bending_ratio
+    return VOLTAGE * formulas.displacement_step(t, gain, zero, damping_ratio, natural_frequency, ratio)
+
+
+def closed_displacement(t: Array) -> Array:
     """(34) [m] with Table 3 in SI units."""
-    k, ratio = runs.coupling, lumped_elements(PAPER).bending_ratio
-    return VOLTAGE * formulas.displacement_step(t, k.gain, k.zero, k.damping_ratio, k.natural_frequency, ratio)
+    k = coupling_of(PAPER)
+    return _closed(t, k.gain, k.zero, k.damping_ratio, k.natural_frequency)
 
 
 def table_3_allows(t: Array) -> float:
     """Return the largest error of (34) due to the rounding of Table 3, relative to its maximum."""
-    names = ("coupling_gain", "coupling_zero", "coupling_damping_ratio", "coupling_natural_frequency")
-    ratio = lumped_elements(PAPER).bending_ratio
-
-    def curve(gain: float, zero: float, damping: float, natural: float) -> Array:
-        return VOLTAGE * formulas.displacement_step(t, gain, zero, damping, natural, ratio)
-
-    off = spread(curve, [published("ec_table3", name).recomputed for name in names], [1.0] * 4)
+    table = [published("ec_table3", f"coupling_{name}").recomputed for name in COUPLING]
+    off = spread(partial(_closed, t), table, [1.0] * 4)
     return float(off.max() / printed_displacement(t).max())
 
 
 def displacement_checks(runs: PaperRuns) -> tuple[Check, Check]:
     t, y = runs.free.time, runs.free.displacement
+    ours, off = "displacement by ngspice", largest_difference(y, printed_displacement(t))
     return (
-        Check("displacement by ngspice", "(34)", largest_difference(y, closed_displacement(runs, t)), EXACT),
-        Check(
-            "displacement by ngspice",
-            "(35) as printed (limit: the digits of Table 3)",
-            largest_difference(y, printed_displacement(t)),
-            table_3_allows(t[::20]),
-        ),
+        Check(ours, "(34)", largest_difference(y, closed_displacement(t)), EXACT),
+        Check(ours, "(35) as printed (limit: the digits of Table 3)", off, table_3_allows(t[::20])),
     )
 
 
@@ -86,28 +79,23 @@ def figure_9(runs: PaperRuns) -> Reproduction:
         "displacement_steady": float(y[-1]),
         "displacement_steady_from": settled_from(t, y, _READING),
     }
-    return Reproduction(
-        rows=rows("ec_points", values),
-        checks=displacement_checks(runs),
-        holds=(values["displacement_steady_from"] <= _point("displacement_steady_from"),),
-        numbers=values,
-        figure=_figure_9(t, y),
-    )
-
-
-def _figure_9(t: Array, y: Array) -> Figure:
+    highest, at, steady, start = (_point(name) for name in values)
+    off = 1e3 * _READING
     figure, (panel,) = new_figure(1, [3.2])
     curves = {"ngspice, free tip": 1e3 * y, "(35) as printed": 1e3 * printed_displacement(t)}
     overlay(panel, t, curves, "displacement towards the anode [mm]")
-    off = 1e3 * _READING
-    peak, at = _point("displacement_maximum"), _point("displacement_maximum_time")
-    panel.errorbar(at, peak, off, fmt="o", color="black", markersize=4, capsize=3, label="stated: the maximum")
-    steady, start = _point("displacement_steady"), _point("displacement_steady_from")
+    panel.errorbar(at, highest, off, fmt="o", color="black", markersize=4, capsize=3, label="stated: the maximum")
     label = f"stated: {steady:g} ± {off:g} mm after {start:g} s"
     panel.fill_between([start, t[-1]], steady - off, steady + off, color=GREY, alpha=0.25, linewidth=0, label=label)
     panel.set_ylim(0, 5)
     panel.legend(frameon=False, loc="lower right")
-    return figure
+    return Reproduction(
+        rows=rows("ec_points", values),
+        checks=displacement_checks(runs),
+        holds=(values["displacement_steady_from"] <= start,),
+        numbers=values,
+        figure=figure,
+    )
 
 
 def current_settled(runs: PaperRuns) -> float:
@@ -150,7 +138,7 @@ def figure_11(runs: PaperRuns) -> Reproduction:
     below.set(xlabel="time [s]", ylabel="ngspice − (30) [pA]")
     figure.align_ylabels([panel, below])
     return Reproduction(
-        rows=rows("ec_curves", values, **dict.fromkeys(values, "identified from our own run")),
+        rows=rows("ec_curves", values, "identified from our own run"),
         checks=_current_checks(runs),
         holds=(None, None),
         numbers={"steady": current_settled(runs), "stated": _point("current_steady_from")},

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
-from ..report.axes import new_figure
+from ..report.axes import Figure, new_figure
 from ..simulation import closed_forms as formulas
 from ..simulation.response import simulate
 from ..solve.spectrum import spectrum
-from ..strip.actuator import PAPER, Actuator
+from ..strip.actuator import PAPER, Actuator, Coupling
 from ..strip.elements import lumped_elements
 from ..strip.file import dumps
 from .ec_curves import EXACT, closed_displacement, displacement_checks, overlay
 from .items import Check, Reproduction, largest_difference, largest_ratio, rows
-from .paper_runs import VOLTAGE, PaperRuns, coefficient
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .paper_runs import VOLTAGE, PaperRuns, coefficient, coupling_of
 
 #: Electrode resistance [ohm] with which (5) is tried: any but zero shows the misprint's unit.
 _ELECTRODES = 5.0
@@ -76,33 +72,28 @@ def equation_28(runs: PaperRuns) -> Reproduction:
 
 def equation_35(runs: PaperRuns) -> Reproduction:
     k, ratio = runs.fitted_coupling, VOLTAGE * lumped_elements(PAPER).bending_ratio
+    frequency, sine = _damped(k)
     values = {
         "displacement_steady": float(runs.free.displacement[-1]),
         "displacement_cosine": ratio * k.static,
-        "displacement_sine": ratio * k.gain * _bracket_sine(runs),
+        "displacement_sine": ratio * k.gain * sine,
         "displacement_decay": k.damping_ratio * k.natural_frequency,
-        "displacement_frequency": _damped_frequency(runs),
+        "displacement_frequency": frequency,
     }
     return Reproduction(rows=rows("ec_curves", values), checks=displacement_checks(runs))
 
 
-def _damped_frequency(runs: PaperRuns) -> float:
-    k = runs.fitted_coupling
-    return k.natural_frequency * math.sqrt(1 - k.damping_ratio**2)
+def _damped(k: Coupling) -> tuple[float, float]:
+    """Frequency [rad/s] of the decaying oscillation, and coefficient [s] of its sine in the bracket of (36), (38)."""
+    frequency = k.natural_frequency * math.sqrt(1 - k.damping_ratio**2)
+    return frequency, (k.zero * k.damping_ratio - k.natural_frequency) / (k.natural_frequency * frequency)
 
 
-def _bracket_sine(runs: PaperRuns) -> float:
-    """Coefficient of the sine in the bracket of (36), (38) [s]."""
-    k = runs.fitted_coupling
-    return (k.zero * k.damping_ratio - k.natural_frequency) / (k.natural_frequency * _damped_frequency(runs))
-
-
-def _bracket(runs: PaperRuns, t: Array) -> tuple[Array, Array]:
-    """The bracket of (36), (38) without its sine, and the sine [s], from our own displacement."""
-    k = runs.fitted_coupling
-    decay, frequency = np.exp(-k.damping_ratio * k.natural_frequency * t), _damped_frequency(runs)
-    steady = k.zero / k.natural_frequency**2
-    return steady - steady * decay * np.cos(frequency * t), -_bracket_sine(runs) * decay * np.sin(frequency * t)
+def _bracket(k: Coupling, t: Array) -> tuple[Array, Array]:
+    """The bracket of (36), (38) without its sine, and the sine [s]."""
+    (frequency, sine), steady = _damped(k), k.zero / k.natural_frequency**2
+    decay = np.exp(-k.damping_ratio * k.natural_frequency * t)
+    return steady - steady * decay * np.cos(frequency * t), -sine * decay * np.sin(frequency * t)
 
 
 def _three(t: Array, curves: dict[str, Array], name: str) -> Figure:
@@ -116,11 +107,11 @@ def _three(t: Array, curves: dict[str, Array], name: str) -> Figure:
 def equation_36(runs: PaperRuns) -> Reproduction:
     t, y, g = runs.free.time, runs.free.displacement, PAPER.geometry
     k = runs.fitted_coupling
-    rest, sine = _bracket(runs, t)
+    rest, sine = _bracket(k, t)
     values = {
         "displacement_prefactor": 3 * k.gain,
         "bracket_steady": k.zero / k.natural_frequency**2,
-        "bracket_sine": _bracket_sine(runs),
+        "bracket_sine": _damped(k)[1],
     }
     factor = VOLTAGE * g.load_distance**2 / g.thickness**2 * 3 * k.gain
     # the bracket closed before the sine: the product is in mm, as the printed constants are, and the sine comes on top
@@ -143,7 +134,7 @@ def equation_36(runs: PaperRuns) -> Reproduction:
 def equation_37(runs: PaperRuns) -> Reproduction:
     g, y = PAPER.geometry, float(runs.free.displacement[-1])
     factor = y * g.thickness**2 / (VOLTAGE * g.load_distance**2)
-    closed = formulas.steady_displacement(VOLTAGE, runs.coupling.static, g.load_distance, g.thickness)
+    closed = formulas.steady_displacement(VOLTAGE, coupling_of(PAPER).static, g.load_distance, g.thickness)
     return Reproduction(
         rows=rows("ec_curves", {"displacement_steady_factor": factor}),
         checks=(Check("displacement after 300 s", "(37) from Table 3", largest_ratio(y, closed), 1e-5),),
@@ -152,11 +143,11 @@ def equation_37(runs: PaperRuns) -> Reproduction:
 
 def equation_38(runs: PaperRuns) -> Reproduction:
     t, force, g = runs.clamped.time, runs.clamped.force, PAPER.geometry
-    rest, sine = _bracket(runs, t)
+    rest, sine = _bracket(runs.fitted_coupling, t)
     size = VOLTAGE * g.thickness * g.width / g.load_distance
     bracket = rest + sine
     prefactor = float(force @ bracket / (bracket @ bracket)) / size
-    closed = closed_displacement(runs, t) * lumped_elements(PAPER).stiffness
+    closed = closed_displacement(t) * lumped_elements(PAPER).stiffness
     printed = 1e-3 * coefficient("force_prefactor") * size * bracket
     curves = {
         "ngspice, clamped tip": 1e6 * force,
@@ -176,7 +167,7 @@ def equation_39(runs: PaperRuns) -> Reproduction:
     g, force = PAPER.geometry, float(runs.clamped.force[-1])
     factor = force * g.load_distance / (VOLTAGE * g.thickness * g.width)
     closed = formulas.steady_force(
-        VOLTAGE, runs.coupling.static, PAPER.material.youngs_modulus, g.width, g.thickness, g.load_distance
+        VOLTAGE, coupling_of(PAPER).static, PAPER.material.youngs_modulus, g.width, g.thickness, g.load_distance
     )
     return Reproduction(
         rows=rows("ec_curves", {"force_steady_factor": factor, "force_steady": force}),

@@ -13,16 +13,8 @@ from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
 from ..strip.elements import lumped_elements
 from .items import Check, Reproduction, Row, largest_ratio, rows
-from .paper_runs import VOLTAGE, PaperRuns, coefficient
+from .paper_runs import VOLTAGE, PaperRuns, coefficient, coupling_of
 from .published import half_a_digit, published
-
-_CURVES = "EC-curves.csv"
-
-
-def _inverted() -> tuple[float, float, float]:
-    """(Rdc, Rd, C) by EC (5) from the printed (30), Re = 0."""
-    a0, a1, rate = (coefficient(f"step_current_{name}") for name in ("steady", "decaying", "rate"))
-    return formulas.resistances_from_step(a0, a1, rate, VOLTAGE)
 
 
 def _elements(runs: PaperRuns) -> dict[str, float]:
@@ -33,16 +25,19 @@ def table_1(runs: PaperRuns) -> Reproduction:
     found, g = _elements(runs), PAPER.geometry
     names = ("dc_resistance", "dynamic_resistance", "capacitance")
     sizes = {name: getattr(g, name) for name in ("length", "free_length", "width", "thickness")}
-    inverted = largest_ratio([found[name] for name in names], _inverted())
+    # EC (5) inverted, from the printed (30) with R_e = 0
+    a0, a1, rate = (coefficient(f"step_current_{name}") for name in ("steady", "decaying", "rate"))
+    inverted = formulas.resistances_from_step(a0, a1, rate, VOLTAGE)
+    off = largest_ratio([found[name] for name in names], inverted)
     own = [runs.from_run.parameters[name].value for name in names]
     recovered = largest_ratio(own, [getattr(lumped_elements(PAPER), name) for name in names])
     return Reproduction(
         rows=rows("ec_table1", {name: found[name] for name in (*names, "electrode_resistance")} | sizes),
         checks=(
-            Check("identified R_dc, R_d, C", "EC (5) inverted", inverted, 1e-6),
+            Check("identified R_dc, R_d, C", "EC (5) inverted", off, 1e-6),
             Check("the same from our own ngspice run", "what went into it", recovered, 1e-6),
         ),
-        files={_CURVES: runs.curves},
+        files=runs.files,
     )
 
 
@@ -63,16 +58,12 @@ def table_2(runs: PaperRuns) -> Reproduction:
     return Reproduction(
         rows=rows("ec_table2", values),
         checks=(Check("Table 1 with b = 5 mm", "Table 2 as printed", slip, 1e-4),),
-        files={_CURVES: runs.curves},
+        files=runs.files,
     )
 
 
-_COUPLING = {
-    "coupling_gain": "gain",
-    "coupling_zero": "zero",
-    "coupling_damping_ratio": "damping_ratio",
-    "coupling_natural_frequency": "natural_frequency",
-}
+#: Constants of d(s) in `Coupling`, which are Table 3's.
+COUPLING = ("gain", "zero", "damping_ratio", "natural_frequency")
 
 
 def coupling_of_curve(steady: float, sine: float, decay: float, frequency: float) -> tuple[float, float, float, float]:
@@ -93,23 +84,22 @@ def spread(function: Callable[..., ArrayLike], texts: Sequence[str], factors: Se
 
 
 def table_3(runs: PaperRuns) -> Reproduction:
-    own, curve = runs.fitted_coupling, runs.from_curves.actuator.coupling
-    assert curve is not None
+    own, curve = runs.fitted_coupling, coupling_of(runs.from_curves.actuator)
     names = ("displacement_steady", "displacement_sine", "displacement_decay", "displacement_frequency")
     texts, factors = [published("ec_curves", name).printed for name in names], [1e-3, 1e-3, 1.0, 1.0]
     open_by = spread(coupling_of_curve, texts, factors)
     inverse = coupling_of_curve(*(float(t) * f for t, f in zip(texts, factors, strict=True)))
     from_curve = []
-    for (item, name), allowed in zip(_COUPLING.items(), open_by, strict=True):
-        paper = published("ec_table3", item)
+    for name, allowed in zip(COUPLING, open_by, strict=True):
+        paper = published("ec_table3", f"coupling_{name}")
         allowed = float(allowed) / paper.si_factor + paper.rounding
         note = f"identified from (35), whose digits leave ±{allowed:.2g} open"
         from_curve.append(Row(paper, getattr(curve, name) / paper.si_factor, allowed, note))
-    notes = dict.fromkeys(_COUPLING, "identified from our own run with the table's values")
-    from_run = rows("ec_table3", {item: getattr(own, name) for item, name in _COUPLING.items()}, **notes)
-    read_off = largest_ratio([getattr(curve, name) for name in _COUPLING.values()], inverse)
+    ours = {f"coupling_{name}": getattr(own, name) for name in COUPLING}
+    from_run = rows("ec_table3", ours, "identified from our own run with the table's values")
+    read_off = largest_ratio([getattr(curve, name) for name in COUPLING], inverse)
     return Reproduction(
         rows=(*from_run, *from_curve),
         checks=(Check("K_d, Z_d, ζ′, ω′ identified from (35)", "(34) inverted", read_off, 1e-6),),
-        files={_CURVES: runs.curves},
+        files=runs.files,
     )

@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..report.axes import Figure
+from .paper_runs import PaperRuns
 from .published import Published, half_a_digit, published
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from .paper_runs import PaperRuns
 
 #: Statuses of an item and their meaning, best first.
 STATUSES = {
@@ -206,12 +203,10 @@ class Outcome:
         }
 
 
-def rows(table: str, ours: Mapping[str, float], **notes: str) -> tuple[Row, ...]:
-    """Rows of a published ``table`` from our values [SI] by item; ``notes`` are added to the reasons."""
-    papers = {item: published(table, item) for item in ours}
-    return tuple(
-        Row(paper, float(ours[item]) / paper.si_factor, note=notes.get(item, "")) for item, paper in papers.items()
-    )
+def rows(table: str, ours: Mapping[str, float], note: str = "") -> tuple[Row, ...]:
+    """Rows of a published ``table`` from our values [SI] by item; a ``note`` is added to their reasons."""
+    papers = [published(table, item) for item in ours]
+    return tuple(Row(paper, float(ours[paper.item]) / paper.si_factor, note=note) for paper in papers)
 
 
 def largest_difference(values: ArrayLike, reference: ArrayLike) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..report.html import png, render
+from ..report.page import fill, png
 from .items import STATUSES, Outcome, Row
 from .published import Published, misprints
 
@@ -38,4 +38,4 @@ def page(outcomes: Sequence[Outcome]) -> str:
         "seconds": f"{sum(o.seconds for o in outcomes):.0f}",
         "png": png,
     }
-    return render(Path(__file__).with_name("page.html.j2"), content)
+    return fill(Path(__file__).with_name("page.html.j2"), content)

@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
+from ..cpg.network import INHIBITION, Network, ring, unit
+from ..cpg.outcome import Rhythm
+from ..cpg.rhythm import rhythm
 from ..drive import PiecewiseLinear
 from ..files import csv_text
 from ..simulation.response import Response, simulate
-from ..strip.actuator import PAPER, Coupling
+from ..strip.actuator import PAPER, Actuator, Coupling
 from .published import published
 
 if TYPE_CHECKING:
-    from ..cpg.network import Network
     from ..identify import Identification
 
 #: The paper's step [V], and the time [s] after which its current was steady.
@@ -48,11 +50,6 @@ class PaperRuns:
     """Solves of the paper's strip under its 4 V step, identifications, and the paper's rhythm."""
 
     @cached_property
-    def coupling(self) -> Coupling:
-        assert PAPER.coupling is not None
-        return PAPER.coupling
-
-    @cached_property
     def free(self) -> Response:
         """EC (30), (34) by ngspice: the massless strip with a free tip, fine enough to find the peak."""
         return simulate(PAPER, PiecewiseLinear.step(VOLTAGE), np.linspace(0.0, DURATION, 6001), beam="static")
@@ -65,20 +62,23 @@ class PaperRuns:
         )
 
     @cached_property
-    def curves(self) -> str:
-        """EC (30) and (35) as a record for `identify`: samples of the paper's fitted curves, not a measurement."""
-        t = np.concatenate([np.arange(-_BEFORE, 0.0), np.arange(0.0, 401.0)])
+    def curves(self) -> Array:
+        """EC (30) and (35) as a record (t, 4): samples of the paper's fitted curves, not a measurement."""
+        t = np.arange(-_BEFORE, 401.0)
         after = np.maximum(t, 0.0)
-        on = t >= 0
-        current, displacement = on * printed_current(after), on * printed_displacement(after)
-        columns = {"time_s": t + _BEFORE, "voltage_V": on * VOLTAGE, "current_A": current}
-        return csv_text(columns | {"displacement_m": displacement})
+        waves = (VOLTAGE, printed_current(after), printed_displacement(after))
+        return np.column_stack([t + _BEFORE, *((t >= 0) * wave for wave in waves)])
+
+    @cached_property
+    def files(self) -> dict[str, str]:
+        """The same as a file."""
+        headers = ("time_s", "voltage_V", "current_A", "displacement_m")
+        return {"EC-curves.csv": csv_text(dict(zip(headers, self.curves.T, strict=True)))}
 
     @cached_property
     def from_curves(self) -> Identification:
         """The strip identified from the paper's fitted curves, simulated by ngspice."""
-        table = np.array([line.split(",") for line in self.curves.splitlines()[1:]], dtype=float)
-        return _identified("EC (30) and (35)", table)
+        return _identified("EC (30) and (35)", self.curves)
 
     @cached_property
     def from_run(self) -> Identification:
@@ -92,25 +92,28 @@ class PaperRuns:
     @cached_property
     def fitted_coupling(self) -> Coupling:
         """d(s) identified from our own displacement curve."""
-        coupling = self.from_run.actuator.coupling
-        assert coupling is not None
-        return coupling
+        return coupling_of(self.from_run.actuator)
 
     @cached_property
     def two_period(self) -> float:
         """Period [s] of the unit of two neurons."""
-        from ..cpg.rhythm import rhythm
+        return period_of(rhythm(self.network(2)))
 
-        period = rhythm(self.network(2)).period
-        assert period is not None
-        return period
-
-    def network(self, neurons: int = 3, inhibition: float | None = None, **constants: Any) -> Network:
+    def network(self, neurons: int = 3, inhibition: float = INHIBITION, **constants: Any) -> Network:
         """CPG §6.3: three neurons in a ring, or the unit of two; a = 2.5 is assumed."""
-        from ..cpg.network import INHIBITION, ring, unit
+        return unit(inhibition, **constants) if neurons == 2 else ring(neurons, inhibition, **constants)
 
-        a = INHIBITION if inhibition is None else inhibition
-        return unit(a, **constants) if neurons == 2 else ring(neurons, a, **constants)
+
+def coupling_of(actuator: Actuator) -> Coupling:
+    """Return the d(s) of a strip that is known to have one."""
+    assert actuator.coupling is not None
+    return actuator.coupling
+
+
+def period_of(found: Rhythm) -> float:
+    """Return the period [s] of a rhythm that is known to have one."""
+    assert found.period is not None
+    return found.period
 
 
 def _identified(source: str, record: Array) -> Identification:

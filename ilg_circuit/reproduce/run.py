@@ -17,31 +17,25 @@ from .paper_runs import PaperRuns
 
 _NUMBERS, _PAGE = "reproduce.json", "index.html"
 
-Progress = Callable[[int, int], None]
 
-
-def run(items: Sequence[Item], progress: Progress | None = None) -> list[Outcome]:
+def run(items: Sequence[Item], progress: Callable[[int, int], None] | None = None) -> list[Outcome]:
     """Return every item's outcome. ``progress(done, total)`` is called after each."""
     runs, outcomes = PaperRuns(), []
     for k, item in enumerate(items):
-        outcomes.append(_attempt(item, runs))
+        start, made, failure = time.monotonic(), None, ""
+        try:
+            if item.needs_arm:
+                require_arm()
+            made = item.make(runs)
+        except IlgError as error:
+            failure = str(error)
+        except Exception as error:
+            # a fault in one item must not stop the others; the page and the exit code report it
+            failure = f"{type(error).__name__}: {error}"
+        outcomes.append(Outcome(item, made, failure, time.monotonic() - start))
         if progress:
             progress(k + 1, len(items))
     return outcomes
-
-
-def _attempt(item: Item, runs: PaperRuns) -> Outcome:
-    start, made, failure = time.monotonic(), None, ""
-    try:
-        if item.needs_arm:
-            require_arm()
-        made = item.make(runs)
-    except IlgError as error:
-        failure = str(error)
-    except Exception as error:
-        # a fault in one item must not stop the others; the page and the exit code report it
-        failure = f"{type(error).__name__}: {error}"
-    return Outcome(item, made, failure, time.monotonic() - start)
 
 
 def make_folder(folder: Path) -> None:
@@ -69,25 +63,22 @@ def write(outcomes: Sequence[Outcome], folder: Path, provenance: Provenance | No
     from .page import page
 
     written: list[Path] = []
-
-    def target(name: str) -> Path:
-        written.append(folder / name)
-        return folder / name
-
+    texts: dict[str, str] = {}
     for outcome in outcomes:
-        made, picture = outcome.made, f"{outcome.item.id}.png"
+        made, picture = outcome.made, folder / f"{outcome.item.id}.png"
         if made.figure is not None:
-            save(made.figure, target(picture))
+            save(made.figure, picture)
+            written.append(picture)
         else:
-            (folder / picture).unlink(missing_ok=True)
-        for name, text in made.files.items():
-            if folder / name not in written:
-                write_text(target(name), text)
+            picture.unlink(missing_ok=True)
+        texts |= made.files
     content = {
         "items": [outcome.to_dict() for outcome in outcomes],
         "count": {status: sum(o.status == status for o in outcomes) for status in STATUSES},
         "provenance": (provenance or Provenance()).to_dict(),
     }
-    write_text(target(_NUMBERS), json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
-    write_text(target(_PAGE), page(outcomes))
-    return written
+    texts[_NUMBERS] = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    texts[_PAGE] = page(outcomes)
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return [*written, *(folder / name for name in texts)]
