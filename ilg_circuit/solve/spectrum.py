@@ -53,7 +53,7 @@ def spectrum(
 
     grounded = replace(netlist, elements=(*netlist.elements, *_ties(netlist, float(f.min()))))
     circuit, (vectors,) = copies([grounded])
-    text = f"{circuit}\n{netlist.source.name} {' '.join(netlist.source.nodes)} dc {float(bias)!r} ac 1.0"
+    text = f"{circuit}\n{netlist.source.line(f'dc {float(bias)!r} ac 1.0')}"
     found = session().ac(text, f, list(vectors.values()))
     row = {quantity: k for k, quantity in enumerate(vectors)}
     values = np.zeros((len(names), len(f)), dtype=np.complex128)

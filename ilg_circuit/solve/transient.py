@@ -182,8 +182,7 @@ def _solve_batch(
     """
     accuracy, acceptable = accuracies
     circuit, vectors = copies(nets)
-    source = nets[0].source
-    text = f"{circuit}\n{source.name} {' '.join(source.nodes)} external"
+    text = f"{circuit}\n{nets[0].source.line('external')}"
     names = list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
     theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
     between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes than the rule
