@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, cast
 
 from ..errors import InputError
 from ..strip.actuator import Actuator, Coupling
@@ -33,9 +32,6 @@ SCALE_NOTE = "mechanical side: 1 V = 1 uN, 1 A = 1 mm/s, 1 C = 1 mm; positive to
 
 #: Up to this ratio of gravity's to the strip's stiffness the tip spring of a hanging strip holds within 7 %.
 LARGEST_GRAVITY_RATIO = 1.0
-
-Tip = Literal["free", "clamped"]
-Beam = Literal["dynamic", "static"]
 
 
 @dataclass(frozen=True)
@@ -115,14 +111,34 @@ def strip_netlist(
         raise InputError("a load moves with the tip: it needs --tip free and --beam dynamic")
     lumped = lumped_elements(actuator, band)
     title = f"ILG strip {actuator.name}, {beam} beam, {tip} tip"
-    if lumped.coupling is None:
+    coupling, port = lumped.coupling, lumped.port
+    if coupling is None:
         if load:
             raise InputError(f"actuator '{actuator.name}' has no [coupling]; a load needs one")
-        return port_netlist(lumped.port, title)
-    if beam == "static":
-        elements, outputs = _static(lumped, lumped.coupling, cast(Tip, tip))
-    else:
-        elements, outputs = _dynamic(actuator, lumped, lumped.coupling, cast(Tip, tip), load)
+        return port_netlist(port, title)
+    back = GROUND if beam == "static" else "back"
+    elements, outputs = _port(port, back)
+    elements += _filter(coupling, _port_node(port), back, "d")
+    displacement = _free_displacement(lumped, coupling)
+    force = dict.fromkeys(displacement, 0.0)
+    if beam == "dynamic":
+        # electrical -> mechanical: v1 = k s d(s) v_p flows into the beam's compliance
+        velocity = lumped.bending_ratio / VELOCITY_SCALE
+        elements += _filter_rate(coupling, "v1", "d", (GROUND, "beam"), velocity, Role.FREE_VELOCITY)
+        elements.append(Element("Cbeam", ("beam", GROUND), 1 / (lumped.stiffness * IMPEDANCE_SCALE), role=Role.BEAM))
+        elements += _reflection(lumped, coupling)
+        # the tip moves by what the strip wants less what its compliance takes up: y = y1 - F1/K
+        displacement["v(beam)"] = -FORCE_SCALE / lumped.stiffness
+        force = {"v(beam)": FORCE_SCALE}
+        if tip == "free":
+            meshed, force = _tip(actuator, lumped, load)
+            elements += meshed
+        else:
+            displacement = {"v(beam)": 0.0}
+    elif tip == "clamped":
+        force = {q: c * lumped.stiffness for q, c in displacement.items()}
+        displacement = dict.fromkeys(displacement, 0.0)
+    outputs += _motion(displacement, force)
     return Netlist(title, tuple(elements), tuple(outputs), comments=(SCALE_NOTE,))
 
 
@@ -228,46 +244,16 @@ def _filter_rate(
     ]
 
 
-def _free_displacement(coupling: Coupling, ratio: float, name: str) -> dict[str, float]:
+def _free_displacement(lumped: Elements, coupling: Coupling) -> dict[str, float]:
     """y1 = k d(s) v as coefficients of the filter's node voltages: k d0 [v_C + (v1 - v2)/(R Zd C)]."""
-    static = ratio * coupling.static
+    static = lumped.bending_ratio * coupling.static
     through = static / (2 * coupling.damping_ratio / coupling.natural_frequency * coupling.zero)
-    return {f"v({name}3)": static, f"v({name}1)": through, f"v({name}2)": -through}
-
-
-def _static(lumped: Elements, coupling: Coupling, tip: Tip) -> tuple[list[Element], list[Output]]:
-    elements, outputs = _port(lumped.port, GROUND)
-    port = _port_node(lumped.port)
-    elements += _filter(coupling, port, GROUND, "d")
-    free = _free_displacement(coupling, lumped.bending_ratio, "d")
-    still = dict.fromkeys(free, 0.0)
-    if tip == "free":
-        return elements, [*outputs, *_motion(free, still)]
-    return elements, [*outputs, *_motion(still, {q: c * lumped.stiffness for q, c in free.items()})]
+    return {"v(d3)": static, "v(d1)": through, "v(d2)": -through}
 
 
 def _motion(displacement: dict[str, float], force: dict[str, float]) -> list[Output]:
     """The mechanical outputs, from their terms."""
     return [Output("displacement", "m", tuple(displacement.items())), Output("force", "N", tuple(force.items()))]
-
-
-def _dynamic(
-    actuator: Actuator, lumped: Elements, coupling: Coupling, tip: Tip, load: Load
-) -> tuple[list[Element], list[Output]]:
-    elements, outputs = _port(lumped.port, "back")
-    port = _port_node(lumped.port)
-    ratio = lumped.bending_ratio
-    # electrical -> mechanical: v1 = k s d(s) v_p flows into the beam's compliance
-    elements += _filter(coupling, port, "back", "d")
-    elements += _filter_rate(coupling, "v1", "d", (GROUND, "beam"), ratio / VELOCITY_SCALE, Role.FREE_VELOCITY)
-    elements.append(Element("Cbeam", ("beam", GROUND), 1 / (lumped.stiffness * IMPEDANCE_SCALE), role=Role.BEAM))
-    elements += _reflection(lumped, coupling)
-    # the tip moves by what the strip wants less what its compliance takes up: y = y1 - F1/K
-    moved = _free_displacement(coupling, ratio, "d") | {"v(beam)": -FORCE_SCALE / lumped.stiffness}
-    if tip == "clamped":
-        return elements, [*outputs, *_motion({"v(beam)": 0.0}, {"v(beam)": FORCE_SCALE})]
-    tip_elements, force = _tip(actuator, lumped, load)
-    return elements + tip_elements, [*outputs, *_motion(moved, force)]
 
 
 def _reflection(lumped: Elements, coupling: Coupling) -> list[Element]:
@@ -304,7 +290,7 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
     elements.insert(0, Element("Vmotion", ("motion", GROUND), 0.0, role=Role.SOURCE))
     elements += _filter(coupling, node, "back", "d")
     # the force on a beam whose tip is held at y: F1 = K (y1 - y), a sum of sources in series
-    elastic = {q: c * lumped.stiffness for q, c in _free_displacement(coupling, lumped.bending_ratio, "d").items()}
+    elastic = {q: c * lumped.stiffness for q, c in _free_displacement(lumped, coupling).items()}
     elastic["v(motion)"] = -lumped.stiffness
     nodes = ["beam", *(f"beam{k}" for k in range(1, len(elastic))), GROUND]
     for k, (quantity, gain) in enumerate(elastic.items()):
