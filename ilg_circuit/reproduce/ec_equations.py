@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,16 +30,8 @@ _ELECTRODES = 5.0
 
 
 def equation_5(runs: PaperRuns) -> Reproduction:
-    paper = lumped_elements(PAPER)
-    strip = Actuator.from_circuit_values(
-        PAPER.geometry,
-        dc_resistance=paper.dc_resistance,
-        branches=paper.branches,
-        electrode_resistance=_ELECTRODES,
-        base=PAPER.material,
-        coupling=PAPER.coupling,
-        name="electrodes",
-    )
+    port = replace(lumped_elements(PAPER).port, electrode_resistance=_ELECTRODES)
+    strip = Actuator.from_port(PAPER.geometry, port, base=PAPER.material, coupling=PAPER.coupling, name="electrodes")
     lumped = lumped_elements(strip)
     r1, r2, electrode = lumped.dc_resistance, lumped.dynamic_resistance, lumped.electrode_resistance
     times = np.linspace(0.0, 300.0, 301)

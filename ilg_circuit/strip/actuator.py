@@ -309,24 +309,6 @@ class Actuator:
         return "dynamic" if loaded or fitted is None else fitted
 
     @classmethod
-    def from_circuit_values(
-        cls,
-        geometry: Geometry,
-        *,
-        dc_resistance: float,
-        branches: tuple[tuple[float, float], ...],
-        electrode_resistance: float = 0.0,
-        base: Material,
-        **rest: Any,
-    ) -> Self:
-        """The strip whose lumped elements are the given ones; see `from_port`.
-
-        ``branches`` are (resistance [ohm], capacitance [F]) pairs.
-        """
-        port = Port(dc_resistance, tuple(branches), electrode_resistance)
-        return cls.from_port(geometry, port, base=base, **rest)
-
-    @classmethod
     def from_port(cls, geometry: Geometry, port: Port, *, base: Material, **rest: Any) -> Self:
         """The strip whose electrical port is the given one: EC (12)-(14) solved for the material.
 

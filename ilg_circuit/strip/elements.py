@@ -6,10 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..errors import InputError
 from .actuator import CANTILEVER_EIGENVALUE, Actuator, Coupling
 from .ladder import LADDER_BAND, Ladders
-from .models import MODELS, ElectricalModel
 from .port import Port
 
 GRAVITY = 9.80665
@@ -43,11 +41,6 @@ def tip_damping(damping_ratio: float, stiffness: float, mass: float) -> float:
 def hanging_stiffness(density: float, width: float, thickness: float) -> float:
     """Stiffness [N/m] that gravity adds at the tip of a hanging strip: (3/8) rho_m w b g."""
     return 3 / 8 * density * width * thickness * GRAVITY
-
-
-def horizontal_force(density: float, width: float, thickness: float, free_length: float) -> float:
-    """Tip force [N] that stands for the weight of a horizontal strip: (3/8) rho_m w b L0 g."""
-    return 3 / 8 * density * width * thickness * free_length * GRAVITY
 
 
 @dataclass(frozen=True)
@@ -135,12 +128,3 @@ def lumped_port(actuator: Actuator, band: tuple[float, float] = LADDER_BAND) -> 
     ) / (g.length * g.width)
     added: dict[str, Any] = {a.parameter.name: given[a.parameter.name] for a in model.additions}
     return replace(port, electrode_resistance=electrodes, **added)
-
-
-def electrical_model_of(actuator: Actuator) -> ElectricalModel:
-    """The model of `ilg_circuit.strip.models` that the strip's material is of."""
-    model = actuator.material.model
-    if model.plain not in MODELS:
-        count = len(actuator.material.branches)
-        raise InputError(f"{count} ionic branches make no model of the list; it has rc, rc2 and rc3")
-    return model

@@ -87,16 +87,13 @@ class Ladder:
         found = self.ions.element(np.array([self.constants]), points.reshape(-1))
         return np.asarray(found.reshape(points.shape))
 
-    def measured_error(self, per_decade: int = _PER_DECADE) -> float:
-        """Return the largest difference over the band, relative to the ideal impedance."""
-        low, high = self.band
-        s = 2j * np.pi * np.geomspace(low, high, max(int(per_decade * math.log10(high / low)), 2) + 1)
-        ideal = self.ideal(s)
-        return float((np.abs(self.impedance(s) - ideal) / np.abs(ideal)).max())
-
     def with_error(self) -> Ladder:
         """Return the ladder with its measured error; between the points of the scan it can be a little larger."""
-        return replace(self, error=1.02 * self.measured_error() + 1e-12)
+        low, high = self.band
+        s = 2j * np.pi * np.geomspace(low, high, max(int(_PER_DECADE * math.log10(high / low)), 2) + 1)
+        ideal = self.ideal(s)
+        error = float((np.abs(self.impedance(s) - ideal) / np.abs(ideal)).max())
+        return replace(self, error=1.02 * error + 1e-12)
 
 
 @dataclass(frozen=True)

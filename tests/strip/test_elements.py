@@ -47,7 +47,6 @@ def test_golden_numbers_of_the_papers_strip() -> None:
         ("tip_stiffness", (4.0, 3.0, 2.0, 0.5), 192.0),
         ("tip_damping", (0.5, 4.0, 9.0), 6.0),
         ("hanging_stiffness", (8.0, 2.0, 0.5), 3 * 9.80665),
-        ("horizontal_force", (8.0, 2.0, 0.5, 10.0), 30 * 9.80665),
     ],
 )
 def test_by_hand(function: str, arguments: tuple[float, ...], value: float) -> None:

@@ -53,6 +53,7 @@ class LibraryText:
 class IonPath(ABC):
     """The path of the ions: one subclass for each kind, usually without any fields.
 
+    ``library_note`` is what the header of a library says of a ladder's range.
     ``material`` are the keys in the section [material] of a strip's file that this path has beyond
     ``dynamic_resistivity`` and ``permittivity``; the set of them names the path. ``auto`` are the kinds of data,
     "record" and "spectrum", for which ``--model auto`` tries it, in the order of the registry. ``grows`` says whether
@@ -62,6 +63,7 @@ class IonPath(ABC):
     material: tuple[Parameter, ...] = ()
     auto: tuple[str, ...] = ()
     grows: bool = False
+    library_note: str = "the constants of the model are fixed"
 
     @property
     @abstractmethod
@@ -164,11 +166,6 @@ class IonPath(ABC):
     def library_parameters(self) -> tuple[str, ...]:
         """Return the keys of [material] that `library` uses as parameters."""
         return ()
-
-    @property
-    def library_note(self) -> str:
-        """Return what the header of a library says of a ladder's range."""
-        return "the constants of the model are fixed"
 
 
 class Addition:
