@@ -141,7 +141,7 @@ class CurrentData:
 
         Its answer is ngspice's to eight digits; the model that is chosen is fitted by the engine of record.
         """
-        if not kind.linear or kind.branch_count <= _SMALL or len(self.record.drive.times) < _MANY_JUMPS:
+        if not kind.linear or kind.ions.branch_counts[0] <= _SMALL or len(self.record.drive.times) < _MANY_JUMPS:
             return self.engine
         t = self.record.current.time
         widths = np.diff(np.union1d(t[t >= 0], self.record.drive.times))

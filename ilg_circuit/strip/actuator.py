@@ -209,12 +209,6 @@ class Material:
         known: dict[str, Any] = {name: getattr(self, name) for name in _MODEL_FIELDS}
         return {name: value for name, value in known.items() if value is not None} | dict(self.constants)
 
-    def with_constants(self, values: Mapping[str, float]) -> Material:
-        """The material with other constants of its electrical model, by name; fields or not."""
-        own: dict[str, Any] = {name: value for name, value in values.items() if name in _MODEL_FIELDS}
-        others = {name: value for name, value in values.items() if name not in _MODEL_FIELDS}
-        return replace(self, **own, constants=dict(self.constants) | others)
-
     def ladder_band(self, default: tuple[float, float] = LADDER_BAND) -> tuple[float, float]:
         """Band [Hz] over which a ladder holds; ``default`` where the strip says nothing."""
         return self.ladder_lowest or default[0], self.ladder_highest or default[1]
@@ -328,6 +322,8 @@ class Actuator:
             for end in endings
         )
         added = {a.parameter.name: getattr(port, a.parameter.name) for a in ADDITIONS.values()}
+        constants |= {name: value for name, value in added.items() if value}
+        known: dict[str, Any] = {name: constants.pop(name) for name in _MODEL_FIELDS if name in constants}
         band = port.ladder.band if port.ladder is not None else (None, None)
         thickness = 1e-6 if port.electrode_resistance else 0.0
         material = Material(
@@ -343,8 +339,9 @@ class Actuator:
             ladder_lowest=band[0],
             ladder_highest=band[1],
             further_branches=tuple(others),
+            constants=constants,
+            **known,
         )
-        material = material.with_constants(constants | {name: value for name, value in added.items() if value})
         return cls(geometry, material, **rest)
 
 

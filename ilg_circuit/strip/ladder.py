@@ -108,30 +108,15 @@ class Relaxations:
     width: float = 1.0
 
 
-def relaxation_ladder(
-    ions: LadderPath, constants: tuple[float, ...], relaxations: Relaxations, ladders: Ladders
-) -> Ladder:
-    """Return the ladder of any sum of relaxations, gathered in sections by Gauss quadrature of their density.
-
-    Raises InputError for a band that is none, or no sections, or more than 200.
-    """
-    require_ladders(ladders)
-
-    def made(sections: int) -> Ladder:
-        found = gathered(relaxations, ladders.band, sections)
-        return Ladder(ions, constants, *found, ladders.band).with_error()
-
-    return enough(made, ladders.sections, ORDER, ORDER)
-
-
 def gathered(
     relaxations: Relaxations, band: tuple[float, float], sections: int
 ) -> tuple[float, float, tuple[tuple[float, float], ...]]:
     """Return the resistance [ohm], capacitance [F] and ``sections`` (R [ohm], C [F]) of a ladder over ``band`` [Hz].
 
-    The density w lambda dlog(lambda) is sampled on a grid that depends on the band alone, so the sections are smooth
-    functions of the constants. What lies beyond the grid is one resistor and one capacitor, which match the impedance
-    at the ends of the band.
+    It stands for any sum of relaxations, gathered in sections by Gauss quadrature of their density. The density w
+    lambda dlog(lambda) is sampled on a grid that depends on the band alone, so the sections are smooth functions of the
+    constants. What lies beyond the grid is one resistor and one capacitor, which match the impedance at the ends of the
+    band.
     """
     low, high = 2 * np.pi * band[0], 2 * np.pi * band[1]
     blocks = -(-sections // ORDER)

@@ -211,7 +211,7 @@ def test_order_puts_interchangeable_parts_by_time_constant(model: str) -> None:
 @pytest.mark.parametrize("model", MODELS)
 def test_starting_values_are_allowed_values(model: str) -> None:
     kind = electrical_model(model)
-    pairs = [(10.0 * k, 0.1 * k) for k in range(1, kind.branch_count + 1)]
+    pairs = [(10.0 * k, 0.1 * k) for k in range(1, kind.ions.branch_counts[0] + 1)]
     assert kind.port(kind.starts_from_branches(500.0, pairs, 3.0).tolist())
     z = kind.impedance(np.array([values_of(model)]), S)[0]
     if kind.linear:

@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import Array, ComplexArray
 from ...errors import InputError
 from ...fit.parameter import Parameter
-from ..ladder import Ladder, Ladders, Relaxations, relaxation_ladder
+from ..ladder import ORDER, Ladder, Ladders, Relaxations, enough, gathered, require_ladders
 from ..port import Port
 from .model import Assumed, IonPath, Shown
 
@@ -50,7 +50,14 @@ class LadderPath(IonPath):
 
     def ladder(self, constants: Sequence[float], ladders: Ladders) -> Ladder:
         """Return the ladder of the element. Raises InputError for a band or a number of sections that cannot be."""
-        return relaxation_ladder(self, tuple(constants), self.relaxations(constants), ladders)
+        require_ladders(ladders)
+        relaxations = self.relaxations(constants)
+
+        def made(sections: int) -> Ladder:
+            found = gathered(relaxations, ladders.band, sections)
+            return Ladder(self, tuple(constants), *found, ladders.band).with_error()
+
+        return enough(made, ladders.sections, ORDER, ORDER)
 
     def port(self, dc_resistance: float, values: Sequence[float], ladders: Ladders) -> Port:
         return Port(dc_resistance, ladder=self.ladder(values[1:], ladders), series_resistance=values[0])

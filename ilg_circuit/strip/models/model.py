@@ -251,11 +251,6 @@ class ElectricalModel:
         return all(a.linear for a in self.additions)
 
     @property
-    def branch_count(self) -> int:
-        """Return the number of relaxations to look for in a record."""
-        return self.ions.branch_counts[0]
-
-    @property
     def needs_several_voltages(self) -> tuple[str, ...]:
         """Return the names of parameters that no single voltage determines."""
         return tuple(a.parameter.name for a in self.additions if a.several_voltages)
