@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..drive import Drive
 from ..strip.actuator import Actuator
-from .netlist import GROUND, Element, Netlist, Output, plain
+from .netlist import GROUND, Element, Netlist, plain, series_sum
 from .provenance import FIRST_STEP, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
 
 
@@ -26,7 +26,7 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     header.append("run with: ngspice -b FILE")
     body = [e.line() for e in netlist.driven]
     body.append(netlist.source.line(drive.spice(duration)))
-    body += [e.line() for o in shown for e in _output_elements(o)]
+    body += [e.line() for o in shown for e in series_sum(f"out_{o.name}", [(q, c) for q, c in o.terms if c])]
     start = Element("Vstart", ("start", GROUND), 0.0)
     lines = [
         plain(netlist.title),
@@ -40,18 +40,3 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
         f".tran {step!r} {duration!r} 0 {longest:.3g} uic",
     ]
     return "\n".join([*lines, ".end", ""])
-
-
-def _output_elements(output: Output) -> list[Element]:
-    """Controlled sources in series whose sum is the output, from node out_NAME to ground."""
-    terms = [(q, c) for q, c in output.terms if c]
-    nodes = [f"out_{output.name}", *(f"out_{output.name}_{k}" for k in range(1, len(terms))), GROUND]
-    elements = []
-    for k, (quantity, coefficient) in enumerate(terms):
-        kind, inner = quantity[0], quantity[2:-1]
-        ends, name = (nodes[k], nodes[k + 1]), f"out_{output.name}{k}"
-        if kind == "v":
-            elements.append(Element(f"E{name}", (*ends, inner, GROUND), coefficient))
-        else:
-            elements.append(Element(f"H{name}", ends, coefficient, inner))
-    return elements

@@ -253,6 +253,19 @@ def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:
     return "\n".join(lines), vectors
 
 
+def series_sum(node: str, terms: Sequence[tuple[str, float]]) -> list[Element]:
+    """Controlled sources in series from ``node`` to ground, whose voltage is the sum of ``terms`` as in `Output`."""
+    ends = [node, *(f"{node}_{k}" for k in range(1, len(terms))), GROUND]
+    elements = []
+    for k, (quantity, gain) in enumerate(terms):
+        between, inner = (ends[k], ends[k + 1]), quantity[2:-1]
+        if quantity[0] == "v":
+            elements.append(Element(f"E{node}{k}", (*between, inner, GROUND), gain))
+        else:
+            elements.append(Element(f"H{node}{k}", between, gain, inner))
+    return elements
+
+
 def floating_nodes(elements: Sequence[Element]) -> list[str]:
     """One node of every part of a circuit that no direct current can reach from ground."""
     # node -> the node that its part is named after

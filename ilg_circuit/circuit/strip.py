@@ -21,7 +21,7 @@ from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import Elements, hanging_stiffness, lumped_elements
 from ..strip.ladder import LADDER_BAND
 from ..strip.port import Port
-from .netlist import GROUND, Element, Netlist, Output, Role
+from .netlist import GROUND, Element, Netlist, Output, Role, series_sum
 
 #: Newtons per mechanical volt and metres per second per mechanical ampere.
 FORCE_SCALE = 1e-6
@@ -292,9 +292,7 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
     # the force on a beam whose tip is held at y: F1 = K (y1 - y), a sum of sources in series
     elastic = {q: c * lumped.stiffness for q, c in _free_displacement(lumped, coupling).items()}
     elastic["v(motion)"] = -lumped.stiffness
-    nodes = ["beam", *(f"beam{k}" for k in range(1, len(elastic))), GROUND]
-    for k, (quantity, gain) in enumerate(elastic.items()):
-        elements.append(Element(f"Ebeam{k}", (nodes[k], nodes[k + 1], quantity[2:-1], GROUND), gain / FORCE_SCALE))
+    elements += series_sum("beam", [(quantity, gain / FORCE_SCALE) for quantity, gain in elastic.items()])
     elements += _reflection(lumped, coupling)
     if terminals == "open":
         # without a source nothing ties the terminal down but the strip itself

@@ -109,7 +109,7 @@ def _with_motion(
     # N at rest, and N of the biased ions, whose share of Zp differs
     factor = np.array([lumped.coupling_factor(x) for x in s])
     reflected = factor**2 * (ion / lumped.port.ion_impedance(s)) * mechanical
-    return np.asarray(lumped.electrode_resistance + 1 / (1 / small.dc_resistance + 1 / (ion + reflected)))
+    return np.asarray(lumped.port.electrode_resistance + 1 / (1 / small.dc_resistance + 1 / (ion + reflected)))
 
 
 def _largest(values: ComplexArray, reference: ComplexArray) -> float:

@@ -57,31 +57,6 @@ class Elements:
     bending_ratio: float
     coupling: Coupling | None
 
-    @property
-    def dc_resistance(self) -> float:
-        """Rdc [ohm], near 0 V."""
-        return self.port.dc_resistance
-
-    @property
-    def branches(self) -> tuple[tuple[float, float], ...]:
-        """The ionic (resistance [ohm], capacitance [F]) pairs; none where a ladder stands for the ions."""
-        return self.port.branches
-
-    @property
-    def electrode_resistance(self) -> float:
-        """Re [ohm]."""
-        return self.port.electrode_resistance
-
-    @property
-    def dynamic_resistance(self) -> float:
-        """Rd [ohm] of the first ionic branch, or the resistance before a ladder."""
-        return self.branches[0][0] if self.branches else self.port.series_resistance
-
-    @property
-    def capacitance(self) -> float:
-        """C [F]: sum over the ionic branches, or a ladder's."""
-        return self.port.capacitance
-
     def ion_impedance(self, s: complex) -> complex:
         """Zp(s) [ohm] of the ion path near 0 V; for one branch Rd + 1/(C s)."""
         return complex(self.port.ion_impedance(s))

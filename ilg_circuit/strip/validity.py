@@ -59,7 +59,7 @@ def assumptions(
         consequence = "the motion acts back on the current: use the dynamic beam, not EC (26)-(29)"
         yield Assumption("reflected impedance over Zp, EC (20), (21)", float(max(clamped, free)), 1e-2, consequence)
     consequence = "EC (24), (27) per current do not hold at the low end of the band; harmless under voltage drive"
-    over = float(np.abs(ion / lumped.dc_resistance).max())
+    over = float(np.abs(ion / lumped.port.dc_resistance).max())
     yield Assumption("abs(Zp/Rdc), EC (23)", over, 0.1, consequence, under_current=True)
     if displacement is not None:
         bent = abs(displacement) / g.load_distance

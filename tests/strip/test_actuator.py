@@ -133,9 +133,9 @@ def test_the_strip_of_given_circuit_values_has_them(
     made = Actuator.from_port(strip.geometry, port, base=strip.material, coupling=strip.coupling, name="made")
     lumped = lumped_elements(made)
     close = {"rel": 1e-14, "abs": 0}
-    assert lumped.dc_resistance == pytest.approx(dc, **close)
-    assert lumped.electrode_resistance == pytest.approx(electrode, **close)
-    for (r, c), (wanted_r, wanted_c) in zip(lumped.branches, pairs, strict=True):
+    assert lumped.port.dc_resistance == pytest.approx(dc, **close)
+    assert lumped.port.electrode_resistance == pytest.approx(electrode, **close)
+    for (r, c), (wanted_r, wanted_c) in zip(lumped.port.branches, pairs, strict=True):
         assert r == pytest.approx(wanted_r, **close)
         assert c == pytest.approx(wanted_c, **close)
     assert made.material.youngs_modulus == strip.material.youngs_modulus
