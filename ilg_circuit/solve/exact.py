@@ -162,19 +162,21 @@ class _Propagators:
 
     def of(self, interval: int) -> Array:
         """Exponentials (n, fractions, states, states); widths that do not come again are forgotten."""
-        from scipy.linalg import expm
-
         key, width = self._keys[interval], float(self._widths[interval])
         if key not in self._kept:
             if len(self._kept) > _MOST_KEPT:
                 self._kept.clear()
             half = self._kept.get(_key(width / 2))
-            scaled = self._matrix[:, None] * (width * self._fractions)[:, None, None]
-            self._kept[key] = half @ half if half is not None else np.asarray(expm(scaled))
+            self._kept[key] = half @ half if half is not None else self._exponential(width)
         before = self._keys[interval - 1] if interval else key
         if before != key and self._last[before] < interval:
             self._kept.pop(before, None)
         return self._kept[key]
+
+    def _exponential(self, width: float) -> Array:
+        from scipy.linalg import expm
+
+        return np.asarray(expm(self._matrix[:, None] * (width * self._fractions)[:, None, None]))
 
 
 def _key(width: float) -> str:
