@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 from ..errors import InputError
 from ..strip.actuator import Actuator, Coupling
-from ..strip.elements import Elements, hanging_stiffness, lumped_elements
+from ..strip.elements import Elements, lumped_elements
 from ..strip.ladder import LADDER_BAND
 from ..strip.port import Port
 from .netlist import GROUND, Element, Netlist, Output, Role, series_sum
@@ -131,7 +131,7 @@ def strip_netlist(
         displacement["v(beam)"] = -FORCE_SCALE / lumped.stiffness
         force = {"v(beam)": FORCE_SCALE}
         if tip == "free":
-            meshed, force = _tip(actuator, lumped, load)
+            meshed, force = _tip(lumped, load)
             elements += meshed
         else:
             displacement = {"v(beam)": 0.0}
@@ -308,21 +308,20 @@ def _without_dangling(elements: list[Element]) -> list[Element]:
     return [e for e in elements if e.role is not Role.LEAD or "drive" in ends]
 
 
-def _tip(actuator: Actuator, lumped: Elements, load: Load) -> tuple[list[Element], dict[str, float]]:
+def _tip(lumped: Elements, load: Load) -> tuple[list[Element], dict[str, float]]:
     """The tip's mesh from node ``beam`` to ground: mass, damping, gravity, load; and the force on the load."""
-    g, m = actuator.geometry, actuator.material
     mass = lumped.mass + load.mass
     chain = [("Ltip", mass * IMPEDANCE_SCALE, Role.TIP)]
     if lumped.damping:
         chain.append(("Rtip", lumped.damping * IMPEDANCE_SCALE, Role.TIP))
-    if actuator.mounting.orientation == "hanging":
-        gravity = hanging_stiffness(m.density, g.width, g.thickness)
-        if gravity > LARGEST_GRAVITY_RATIO * lumped.stiffness:
+    if lumped.gravity:
+        ratio = lumped.gravity / lumped.stiffness
+        if ratio > LARGEST_GRAVITY_RATIO:
             raise InputError(
-                f"mounting.orientation is 'hanging', but gravity is {gravity / lumped.stiffness:.3g} times as stiff as "
-                f"the strip (allowed: {LARGEST_GRAVITY_RATIO:g}); a coupling fitted with gravity in it is 'weightless'"
+                f"mounting.orientation is 'hanging', but gravity is {ratio:.3g} times as stiff as the strip (allowed: "
+                f"{LARGEST_GRAVITY_RATIO:g}); a coupling fitted with gravity in it is 'weightless'"
             )
-        chain.append(("Cgravity", 1 / (gravity * IMPEDANCE_SCALE), Role.TIP))
+        chain.append(("Cgravity", 1 / (lumped.gravity * IMPEDANCE_SCALE), Role.TIP))
     # horizontal: the weight is a constant force; displacement counts from the sagged rest, so it drops out
     start_of_load = len(chain)
     if load.damping:

@@ -12,7 +12,7 @@ from ..arrays import Array, ComplexArray
 from ..circuit.strip import Load
 from ..drive import Drive
 from ..errors import SolveError
-from ..strip.elements import hanging_stiffness, lumped_elements, lumped_port
+from ..strip.elements import lumped_elements, lumped_port
 from . import closed_forms as formulas
 from .impedance import Impedance, impedance
 from .response import Response, simulate, transient_band
@@ -100,9 +100,7 @@ def _with_motion(
     series = lumped.mass * s + lumped.damping
     if load is not None:
         series = series + load.mass * s + load.damping + load.stiffness / s
-    if result.actuator.mounting.orientation == "hanging":
-        g = result.actuator.geometry
-        series = series + hanging_stiffness(result.actuator.material.density, g.width, g.thickness) / s
+    series = series + lumped.gravity / s
     mechanical = compliance if tip == "clamped" else compliance * series / (compliance + series)
     small = lumped.port.linearised(lumped.port.inner_voltage(bias))
     ion = small.ion_impedance(s)

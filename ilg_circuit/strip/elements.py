@@ -47,13 +47,15 @@ def hanging_stiffness(density: float, width: float, thickness: float) -> float:
 class Elements:
     """Lumped elements of one strip; the mechanical ones are at the load position L_F.
 
-    ``port`` is its electrical side; ``bending_ratio`` is 3 L_F^2/b^2: times d [m/V] and volts it is the displacement.
+    ``port`` is its electrical side; ``gravity`` [N/m] is the stiffness that gravity adds to a hanging strip;
+    ``bending_ratio`` is 3 L_F^2/b^2: times d [m/V] and volts it is the displacement.
     """
 
     port: Port
     stiffness: float
     mass: float
     damping: float
+    gravity: float
     bending_ratio: float
     coupling: Coupling | None
 
@@ -76,12 +78,14 @@ def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND)
     stiffness = tip_stiffness(m.youngs_modulus, g.width, g.thickness, g.load_distance)
     if m.bending_stiffness is not None:
         stiffness = 3 * m.bending_stiffness / g.load_distance**3
+    hanging = actuator.mounting.orientation == "hanging"
     mass = tip_mass(m.density, g.free_length, g.width, g.thickness, g.load_distance)
     return Elements(
         port=lumped_port(actuator, band),
         stiffness=stiffness,
         mass=mass,
         damping=tip_damping(m.beam_damping_ratio, stiffness, mass),
+        gravity=hanging_stiffness(m.density, g.width, g.thickness) if hanging else 0.0,
         bending_ratio=3 * g.load_distance**2 / g.thickness**2,
         coupling=actuator.coupling,
     )

@@ -18,7 +18,7 @@ from ...errors import InputError
 from ...fit.parameter import Parameter
 from ..ladder import LADDER_ERROR, Ladder, Ladders, enough, require_ladders
 from ..port import Port
-from .ladder_path import LadderPath
+from .ladder_path import SCALED, LadderPath
 from .model import LibraryText, Pair, Shown
 from .starts import amounts, scattered
 
@@ -89,7 +89,7 @@ class ConstantPhase(LadderPath):
         assert ladder is not None
         q = ladder.constants[0]
         return LibraryText(
-            {"rion1": "dynamic_resistivity*thickness/area", "cion1": "permittivity*area/thickness"},
+            SCALED,
             tuple((f"{r * q!r}/cion1", f"{c / q!r}*cion1") for r, c in ladder.sections),
             f"rion1+{ladder.resistance * q!r}/cion1",
             f"{ladder.capacitance / q!r}*cion1",

@@ -15,6 +15,8 @@ from ..ladder import ORDER, Ladder, Ladders, Relaxations, enough, gathered, requ
 from ..port import Port
 from .model import Assumed, IonPath, Shown
 
+#: Expressions in a library whose sections keep their proportions: series resistance and capacitance of the strip.
+SCALED = {"rion1": "dynamic_resistivity*thickness/area", "cion1": "permittivity*area/thickness"}
 SERIES = Parameter("series_resistance", "Rs", "ohm", "before the diffusing ions")
 
 

@@ -18,7 +18,7 @@ from ...arrays import Array, ComplexArray
 from ...fit.parameter import Parameter
 from ..ladder import LADDER_ERROR, ORDER, Ladder, Ladders, enough, gauss, require_ladders, shares
 from ..port import Port
-from .ladder_path import LadderPath
+from .ladder_path import SCALED, LadderPath
 from .model import LibraryText, Pair, Shown
 from .starts import amounts, scattered
 
@@ -107,11 +107,7 @@ class Warburg(LadderPath):
         ohm, tau = ladder.constants
         farad = tau / ohm
         return LibraryText(
-            {
-                "rion1": "dynamic_resistivity*thickness/area",
-                "cion1": "permittivity*area/thickness",
-                "rdiffusion": "diffusion_time/cion1",
-            },
+            SCALED | {"rdiffusion": "diffusion_time/cion1"},
             tuple((f"{r / ohm!r}*rdiffusion", f"{c / farad!r}*cion1") for r, c in ladder.sections),
             f"rion1+{ladder.resistance / ohm!r}*rdiffusion",
             f"{ladder.capacitance / farad!r}*cion1",
