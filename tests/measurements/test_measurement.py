@@ -336,7 +336,7 @@ def test_a_coarsely_sampled_sine_gives_the_true_elements(frequency: float, inter
     )
     assert m.onset == 0.0
     found = identify(m, model="rc", engine="exact")
-    truth = lumped_elements(PAPER)
+    truth = lumped_elements(PAPER).port
     for name in ("dc_resistance", "dynamic_resistance", "capacitance"):
         p = found.parameters[name]
         assert p.stderr is not None

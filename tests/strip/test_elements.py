@@ -15,15 +15,22 @@ from ilg_circuit.strip import elements
 from ilg_circuit.strip.actuator import PAPER, Actuator
 from ilg_circuit.strip.elements import lumped_elements
 
-PAPER_ELEMENTS = {
+PAPER_PORT = {
     "dc_resistance": 4 / 0.0060,
     "dynamic_resistance": 4 / 0.2058,
     "capacitance": 0.35,
     "electrode_resistance": 0.0,
+}
+PAPER_ELEMENTS = {
     "stiffness": 7600 * 5e-3 * 0.5e-3**3 / (4 * 30e-3**3),
     "mass": 3 * 30e-3 * 1250 * 5e-3 * 0.5e-3 / 1.8751040687**4,
     "bending_ratio": 3 * 60**2,
 }
+
+
+@pytest.mark.parametrize(("name", "value"), PAPER_PORT.items())
+def test_of_the_papers_port(name: str, value: float) -> None:
+    assert getattr(lumped_elements(PAPER).port, name) == pytest.approx(value, rel=1e-10, abs=0)
 
 
 @pytest.mark.parametrize(("name", "value"), PAPER_ELEMENTS.items())
