@@ -81,7 +81,7 @@ def case(name: str) -> Case:
 def nominal_parameters() -> Array:
     """Rdc [ohm], Rd [ohm], C [F] of the paper's strip."""
     lumped = lumped_elements(PAPER)
-    return np.array([lumped.dc_resistance, lumped.dynamic_resistance, lumped.capacitance])
+    return np.array([lumped.port.dc_resistance, lumped.port.dynamic_resistance, lumped.port.capacitance])
 
 
 @lru_cache

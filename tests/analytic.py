@@ -50,8 +50,8 @@ def current(strip: Actuator, drive: Drive, t: Array) -> Array:
     """Current of a strip that reflects nothing, one branch or Re = 0."""
     lumped = lumped_elements(strip)
     total = np.zeros(len(t))
-    for k, (r, c) in enumerate(lumped.branches):
-        a0, a1, rate = formulas.current_constants(lumped.dc_resistance, r, c, lumped.electrode_resistance)
+    for k, (r, c) in enumerate(lumped.port.branches):
+        a0, a1, rate = formulas.current_constants(lumped.port.dc_resistance, r, c, lumped.port.electrode_resistance)
         total += superposed(drive, t, "current", 0.0 if k else a0, a1, rate)
     return total
 
@@ -70,7 +70,7 @@ def charge(strip: Actuator, drive: Drive, t: Array) -> Array:
     lumped = lumped_elements(strip)
     u = drive.value(t)
     total = np.zeros(len(t))
-    for r, c in lumped.branches:
+    for r, c in lumped.port.branches:
         branch_current = superposed(drive, t, "current", 0.0, 1 / r, 1 / (r * c))
         total += c * (u - r * branch_current)
     return total

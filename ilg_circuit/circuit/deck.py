@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..drive import Drive
 from ..strip.actuator import Actuator
-from .netlist import GROUND, Element, Netlist, Output, add_elements, plain
+from .netlist import GROUND, Element, Netlist, plain, series_sum
 from .provenance import FIRST_STEP, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
 
 
@@ -15,8 +15,6 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     least number of rows; ngspice prints every time point.
     """
     shown = tuple(o for o in netlist.outputs if any(c for _, c in o.terms))
-    circuit = netlist.to_pyspice(drive, duration)
-    add_elements(circuit, [e for o in shown for e in _output_elements(o)])
     step = duration / (samples - 1)
     longest = min(step, duration * LONGEST_STEP)
     if drive.angular_frequency():
@@ -26,31 +24,19 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     header = [*provenance(netlist.title, actuator), *netlist.comments, f"drive: {drive.text}"]
     header.append(f"outputs in SI units as voltages: {units}")
     header.append("run with: ngspice -b FILE")
-    body = str(circuit).partition("\n")[2].rstrip()
+    body = [e.line() for e in netlist.driven]
+    body.append(netlist.source.line(drive.spice(duration)))
+    body += [e.line() for o in shown for e in series_sum(f"out_{o.name}", [(q, c) for q, c in o.terms if c])]
+    start = Element("Vstart", ("start", GROUND), 0.0)
     lines = [
         plain(netlist.title),
         *(f"* {plain(line)}" for line in header),
-        *folded(body.splitlines()),
+        *folded(body),
         "* a corner in a source makes the first step short: its error is the only one that ngspice does not check",
-        f"Vstart start 0 PWL(0 0 {duration * FIRST_STEP:.2g} 0 {2 * duration!r} 0)",
+        start.line(f"PWL(0 0 {duration * FIRST_STEP:.2g} 0 {2 * duration!r} 0)"),
         f"{TIGHT_OPTIONS} numdgt=9",
         # gnucap does what it reads in turn: print comes before the run
         f".print tran v({netlist.source.nodes[0]}) {nodes}",
         f".tran {step!r} {duration!r} 0 {longest:.3g} uic",
     ]
     return "\n".join([*lines, ".end", ""])
-
-
-def _output_elements(output: Output) -> list[Element]:
-    """Controlled sources in series whose sum is the output, from node out_NAME to ground."""
-    terms = [(q, c) for q, c in output.terms if c]
-    nodes = [f"out_{output.name}", *(f"out_{output.name}_{k}" for k in range(1, len(terms))), GROUND]
-    elements = []
-    for k, (quantity, coefficient) in enumerate(terms):
-        kind, inner = quantity[0], quantity[2:-1]
-        ends = (nodes[k], nodes[k + 1])
-        if kind == "v":
-            elements.append(Element(f"Eout_{output.name}{k}", (*ends, inner, GROUND), coefficient))
-        else:
-            elements.append(Element(f"Hout_{output.name}{k}", ends, coefficient, inner))
-    return elements

@@ -80,7 +80,7 @@ def library(actuator: Actuator, name: str = "ilg_strip") -> str:
     g = actuator.geometry
     text = actuator.material.model.ions.library(lumped.port, g.length * g.width / g.thickness)
     values = element_values(actuator, lumped, text)
-    pinned = _at_the_pins(netlist.elements, netlist.drive, coupled=actuator.coupling is not None)
+    pinned = _at_the_pins(netlist.driven, coupled=actuator.coupling is not None)
     body = [line for element in pinned for line in _lines(element, values)]
     lines = [f"* {plain(line)}".rstrip() for line in _header(actuator, lumped, name, pins, netlist.title)]
     lines += [f".subckt {name} {pins}", "+ params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
@@ -143,17 +143,16 @@ def element_values(actuator: Actuator, lumped: Elements, ions: LibraryText) -> d
     return values
 
 
-def _at_the_pins(elements: tuple[Element, ...], drive: str, *, coupled: bool) -> Iterator[Element]:
+def _at_the_pins(elements: tuple[Element, ...], *, coupled: bool) -> Iterator[Element]:
     """The strip's elements without its drive, between the pins plus and minus in place of drive and ground."""
-    kept = [e for e in elements if e.name != drive]
     leaning = {Role.ELECTRON_PATH, Role.REFLECTED_VOLTAGE}
     if not coupled:  # the ion path ends at minus; a growing capacitance keeps its charge on a node of its own
         leaning |= {Role.ION_PATH, Role.SOURCE}
-    for element in kept:
+    for element in elements:
         nodes = ["plus" if n == "drive" else n for n in element.nodes]
         if nodes[1] == GROUND and element.role in leaning:
             nodes[1] = "minus"
-        if coupled and element is kept[-1]:
+        if coupled and element is elements[-1]:
             nodes[1] = "tip"  # the last of the tip's mesh
         yield replace(element, nodes=tuple(nodes))
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
@@ -100,21 +100,23 @@ class Element:
     def kind(self) -> str:
         return self.name[0].upper()
 
-    def expression(self, nodes: Sequence[str]) -> str:
-        """A behavioural source's law as SPICE writes it, on ``nodes``."""
+    @property
+    def expression(self) -> str:
+        """A behavioural source's law as SPICE writes it."""
         if self.law == "sinh":
-            return f"{self.value!r}*sinh(v({nodes[0]},{nodes[1]})/{self.scale!r})"
-        q = f"v({nodes[2]})"
+            return f"{self.value!r}*sinh(v({self.nodes[0]},{self.nodes[1]})/{self.scale!r})"
+        q = f"v({self.nodes[2]})"
         return f"2*{q}/{self.value!r}/(1+sqrt(1+{2 * self.scale / self.value!r}*abs({q})))"
 
     def line(self, value: str = "") -> str:
         """Return the element as a line of SPICE, with another text for its ``value`` or, of a law, its expression."""
         if self.law:
             plus, minus = self.nodes[:2]
-            return f"{self.name} {plus} {minus} {_LAWS[self.law][1]}={value or self.expression(self.nodes)}"
-        start = f" ic={float(self.start)!r}" if self.kind in _WITH_STATE else ""
+            return f"{self.name} {plus} {minus} {_LAWS[self.law][1]}={value or self.expression}"
         words = [self.name, *self.nodes, self.control, value or repr(float(self.value))]
-        return " ".join(filter(None, words)) + start
+        if self.kind in _WITH_STATE:
+            words.append(f"ic={float(self.start)!r}")
+        return " ".join(filter(None, words))
 
     def linearised(self, voltage: float) -> Element:
         """The linear element that a small signal meets with ``voltage`` [V] across this one; itself where linear."""
@@ -197,17 +199,33 @@ class Netlist:
         return tuple(e.value for e in self.elements)
 
     @property
+    def driven(self) -> tuple[Element, ...]:
+        """All elements but the source that the drive sets."""
+        return tuple(e for e in self.elements if e.name != self.drive)
+
+    @property
     def quantities(self) -> tuple[str, ...]:
         """Circuit quantities that the outputs need, each once."""
         return tuple(dict.fromkeys(q for output in self.outputs for q, _ in output.terms))
 
     def to_pyspice(self, drive: Drive | None = None, duration: float = 1.0) -> Circuit:
-        """The PySpice `Circuit`; with a ``drive``, its source carries the PWL or SIN waveform over ``duration`` [s]."""
+        """The PySpice `Circuit`; with a ``drive``, its source carries the PWL or SIN waveform over ``duration`` [s].
+
+        Values go in as ``repr`` text: PySpice would write 1 F, which is femto.
+        """
         from PySpice.Spice.Netlist import Circuit
 
         circuit = Circuit(plain(self.title))
+        for element in self.driven:
+            add = getattr(circuit, _KINDS[element.kind][1])
+            name, nodes = element.name[1:], element.nodes
+            if element.law:
+                add(name, *nodes[:2], **{_LAWS[element.law][1]: element.expression})
+                continue
+            values = [element.control] if element.control else []
+            start = {"initial_condition": float(element.start)} if element.kind in _WITH_STATE else {}
+            add(name, *nodes, *values, repr(float(element.value)), **start)
         waveform = "0.0" if drive is None else drive.spice(duration)
-        add_elements(circuit, (e for e in self.elements if e.name != self.drive))
         circuit.V(self.source.name[1:], *self.source.nodes, waveform)
         return circuit
 
@@ -227,47 +245,36 @@ def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:
         plus, minus = source.nodes
         rename = {n: n if n in (minus, GROUND) else n + suffix for e in netlist.elements for n in e.nodes}
         # a source of 0 V between the copy and the common drive has the copy's current, with the sign of its own drive
-        lines.append(f"{source.name}{suffix} {rename[plus]} {plus} 0.0")
-        for e in netlist.elements:
-            if e is not source:
-                nodes, control = [rename[n] for n in e.nodes], e.control and e.control + suffix
-                lines.append(replace(e, name=e.name + suffix, nodes=tuple(nodes), control=control).line())
+        lines.append(Element(source.name + suffix, (rename[plus], plus), 0.0).line())
+        for e in netlist.driven:
+            nodes, control = tuple(rename[n] for n in e.nodes), e.control and e.control + suffix
+            lines.append(replace(e, name=e.name + suffix, nodes=nodes, control=control).line())
         vectors.append({q: _vector(q, rename, suffix) for q in netlist.quantities})
     return "\n".join(lines), vectors
 
 
-def add_elements(circuit: Circuit, elements: Iterable[Element]) -> None:
-    """Add elements to a PySpice circuit. Values go in as ``repr`` text: PySpice would write 1 F, which is femto."""
-    for element in elements:
-        add = getattr(circuit, _KINDS[element.kind][1])
-        name, nodes = element.name[1:], element.nodes
-        if element.law:
-            add(name, *nodes[:2], **{_LAWS[element.law][1]: element.expression(nodes)})
-            continue
-        values = [element.control] if element.control else []
-        start = {"initial_condition": float(element.start)} if element.kind in _WITH_STATE else {}
-        add(name, *nodes, *values, repr(float(element.value)), **start)
+def series_sum(node: str, terms: Sequence[tuple[str, float]]) -> list[Element]:
+    """Controlled sources in series from ``node`` to ground, whose voltage is the sum of ``terms`` as in `Output`."""
+    ends = [node, *(f"{node}_{k}" for k in range(1, len(terms))), GROUND]
+    elements = []
+    for k, (quantity, gain) in enumerate(terms):
+        between, inner = (ends[k], ends[k + 1]), quantity[2:-1]
+        if quantity[0] == "v":
+            elements.append(Element(f"E{node}{k}", (*between, inner, GROUND), gain))
+        else:
+            elements.append(Element(f"H{node}{k}", between, gain, inner))
+    return elements
 
 
-def floating_nodes(elements: Iterable[Element]) -> list[str]:
+def floating_nodes(elements: Sequence[Element]) -> list[str]:
     """One node of every part of a circuit that no direct current can reach from ground."""
-    group: dict[str, str] = {GROUND: GROUND}
-
-    def root(node: str) -> str:
-        group.setdefault(node, node)
-        while group[node] != node:
-            group[node] = group[group[node]]
-            node = group[node]
-        return node
-
+    # node -> the node that its part is named after
+    part = {GROUND: GROUND} | {node: node for element in elements for node in element.nodes}
     for element in elements:
-        for node in element.nodes:
-            root(node)
-        conducts = element.kind in "RLVEH" or element.law
-        if conducts:
-            group[root(element.nodes[0])] = root(element.nodes[1])
-    grounded = root(GROUND)
-    return [node for node in group if root(node) == node and node != grounded]
+        if element.kind in "RLVEH" or element.law:
+            joined, into = (part[node] for node in element.nodes[:2])
+            part = {node: into if of == joined else of for node, of in part.items()}
+    return [node for node, of in part.items() if of == node and node != part[GROUND]]
 
 
 def plain(text: str) -> str:

@@ -15,14 +15,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, cast
 
 from ..errors import InputError
 from ..strip.actuator import Actuator, Coupling
-from ..strip.elements import Elements, hanging_stiffness, lumped_elements
+from ..strip.elements import Elements, lumped_elements
 from ..strip.ladder import LADDER_BAND
 from ..strip.port import Port
-from .netlist import GROUND, Element, Netlist, Output, Role
+from .netlist import GROUND, Element, Netlist, Output, Role, series_sum
 
 #: Newtons per mechanical volt and metres per second per mechanical ampere.
 FORCE_SCALE = 1e-6
@@ -33,9 +32,6 @@ SCALE_NOTE = "mechanical side: 1 V = 1 uN, 1 A = 1 mm/s, 1 C = 1 mm; positive to
 
 #: Up to this ratio of gravity's to the strip's stiffness the tip spring of a hanging strip holds within 7 %.
 LARGEST_GRAVITY_RATIO = 1.0
-
-Tip = Literal["free", "clamped"]
-Beam = Literal["dynamic", "static"]
 
 
 @dataclass(frozen=True)
@@ -120,18 +116,38 @@ def strip_netlist(
         raise InputError("a load moves with the tip: it needs --tip free and --beam dynamic")
     lumped = lumped_elements(actuator, band)
     title = f"ILG strip {actuator.name}, {beam} beam, {tip} tip"
-    if lumped.coupling is None:
+    coupling, port = lumped.coupling, lumped.port
+    if coupling is None:
         if load:
             raise InputError(f"actuator '{actuator.name}' has no [coupling]; a load needs one")
-        return port_netlist(lumped.port, title, rest)
-    rest = 0.0 if lumped.port.linear else rest
+        return port_netlist(port, title, rest)
+    rest = 0.0 if port.linear else rest
     if rest and load:
         raise InputError(f"a strip that starts at rest under {rest:g} V has no load; leave one of them out")
-    inner = lumped.port.inner_voltage(rest)
-    if beam == "static":
-        elements, outputs = _static(lumped, lumped.coupling, cast(Tip, tip), inner)
-    else:
-        elements, outputs = _dynamic(actuator, lumped, lumped.coupling, cast(Tip, tip), load, inner)
+    inner = port.inner_voltage(rest)
+    back = GROUND if beam == "static" else "back"
+    elements, outputs = _port(port, back, inner=inner)
+    elements += _filter(coupling, _port_node(port), back, "d", inner)
+    displacement = _free_displacement(lumped, coupling)
+    force = dict.fromkeys(displacement, 0.0)
+    if beam == "dynamic":
+        # electrical -> mechanical: v1 = k s d(s) v_p flows into the beam's compliance
+        velocity = lumped.bending_ratio / VELOCITY_SCALE
+        elements += _filter_rate(coupling, "v1", "d", (GROUND, "beam"), velocity, Role.FREE_VELOCITY)
+        elements.append(Element("Cbeam", ("beam", GROUND), 1 / (lumped.stiffness * IMPEDANCE_SCALE), role=Role.BEAM))
+        elements += _reflection(lumped, coupling)
+        # the tip moves by what the strip wants less what its compliance takes up: y = y1 - F1/K
+        displacement["v(beam)"] = -FORCE_SCALE / lumped.stiffness
+        force = {"v(beam)": FORCE_SCALE}
+        if tip == "free":
+            meshed, force = _tip(lumped, load)
+            elements += meshed
+        else:
+            displacement = {"v(beam)": 0.0}
+    elif tip == "clamped":
+        force = {q: c * lumped.stiffness for q, c in displacement.items()}
+        displacement = dict.fromkeys(displacement, 0.0)
+    outputs += _motion(displacement, force)
     return Netlist(title, tuple(elements), tuple(outputs), comments=(SCALE_NOTE,), rest=rest)
 
 
@@ -245,46 +261,16 @@ def _filter_rate(
     ]
 
 
-def _free_displacement(coupling: Coupling, ratio: float, name: str) -> dict[str, float]:
+def _free_displacement(lumped: Elements, coupling: Coupling) -> dict[str, float]:
     """y1 = k d(s) v as coefficients of the filter's node voltages: k d0 [v_C + (v1 - v2)/(R Zd C)]."""
-    static = ratio * coupling.static
+    static = lumped.bending_ratio * coupling.static
     through = static / (2 * coupling.damping_ratio / coupling.natural_frequency * coupling.zero)
-    return {f"v({name}3)": static, f"v({name}1)": through, f"v({name}2)": -through}
-
-
-def _static(lumped: Elements, coupling: Coupling, tip: Tip, inner: float) -> tuple[list[Element], list[Output]]:
-    elements, outputs = _port(lumped.port, GROUND, inner=inner)
-    port = _port_node(lumped.port)
-    elements += _filter(coupling, port, GROUND, "d", inner)
-    free = _free_displacement(coupling, lumped.bending_ratio, "d")
-    still = dict.fromkeys(free, 0.0)
-    if tip == "free":
-        return elements, [*outputs, *_motion(free, still)]
-    return elements, [*outputs, *_motion(still, {q: c * lumped.stiffness for q, c in free.items()})]
+    return {"v(d3)": static, "v(d1)": through, "v(d2)": -through}
 
 
 def _motion(displacement: dict[str, float], force: dict[str, float]) -> list[Output]:
     """The mechanical outputs, from their terms."""
     return [Output("displacement", "m", tuple(displacement.items())), Output("force", "N", tuple(force.items()))]
-
-
-def _dynamic(
-    actuator: Actuator, lumped: Elements, coupling: Coupling, tip: Tip, load: Load, inner: float
-) -> tuple[list[Element], list[Output]]:
-    elements, outputs = _port(lumped.port, "back", inner=inner)
-    port = _port_node(lumped.port)
-    ratio = lumped.bending_ratio
-    # electrical -> mechanical: v1 = k s d(s) v_p flows into the beam's compliance
-    elements += _filter(coupling, port, "back", "d", inner)
-    elements += _filter_rate(coupling, "v1", "d", (GROUND, "beam"), ratio / VELOCITY_SCALE, Role.FREE_VELOCITY)
-    elements.append(Element("Cbeam", ("beam", GROUND), 1 / (lumped.stiffness * IMPEDANCE_SCALE), role=Role.BEAM))
-    elements += _reflection(lumped, coupling)
-    # the tip moves by what the strip wants less what its compliance takes up: y = y1 - F1/K
-    moved = _free_displacement(coupling, ratio, "d") | {"v(beam)": -FORCE_SCALE / lumped.stiffness}
-    if tip == "clamped":
-        return elements, [*outputs, *_motion({"v(beam)": 0.0}, {"v(beam)": FORCE_SCALE})]
-    tip_elements, force = _tip(actuator, lumped, load)
-    return elements + tip_elements, [*outputs, *_motion(moved, force)]
 
 
 def _reflection(lumped: Elements, coupling: Coupling) -> list[Element]:
@@ -321,11 +307,9 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
     elements.insert(0, Element("Vmotion", ("motion", GROUND), 0.0, role=Role.SOURCE))
     elements += _filter(coupling, node, "back", "d")
     # the force on a beam whose tip is held at y: F1 = K (y1 - y), a sum of sources in series
-    elastic = {q: c * lumped.stiffness for q, c in _free_displacement(coupling, lumped.bending_ratio, "d").items()}
+    elastic = {q: c * lumped.stiffness for q, c in _free_displacement(lumped, coupling).items()}
     elastic["v(motion)"] = -lumped.stiffness
-    nodes = ["beam", *(f"beam{k}" for k in range(1, len(elastic))), GROUND]
-    for k, (quantity, gain) in enumerate(elastic.items()):
-        elements.append(Element(f"Ebeam{k}", (nodes[k], nodes[k + 1], quantity[2:-1], GROUND), gain / FORCE_SCALE))
+    elements += series_sum("beam", [(quantity, gain / FORCE_SCALE) for quantity, gain in elastic.items()])
     elements += _reflection(lumped, coupling)
     if terminals == "open":
         # without a source nothing ties the terminal down but the strip itself
@@ -341,21 +325,20 @@ def _without_dangling(elements: list[Element]) -> list[Element]:
     return [e for e in elements if e.role is not Role.LEAD or "drive" in ends]
 
 
-def _tip(actuator: Actuator, lumped: Elements, load: Load) -> tuple[list[Element], dict[str, float]]:
+def _tip(lumped: Elements, load: Load) -> tuple[list[Element], dict[str, float]]:
     """The tip's mesh from node ``beam`` to ground: mass, damping, gravity, load; and the force on the load."""
-    g, m = actuator.geometry, actuator.material
     mass = lumped.mass + load.mass
     chain = [("Ltip", mass * IMPEDANCE_SCALE, Role.TIP)]
     if lumped.damping:
         chain.append(("Rtip", lumped.damping * IMPEDANCE_SCALE, Role.TIP))
-    if actuator.mounting.orientation == "hanging":
-        gravity = hanging_stiffness(m.density, g.width, g.thickness)
-        if gravity > LARGEST_GRAVITY_RATIO * lumped.stiffness:
+    if lumped.gravity:
+        ratio = lumped.gravity / lumped.stiffness
+        if ratio > LARGEST_GRAVITY_RATIO:
             raise InputError(
-                f"mounting.orientation is 'hanging', but gravity is {gravity / lumped.stiffness:.3g} times as stiff as "
-                f"the strip (allowed: {LARGEST_GRAVITY_RATIO:g}); a coupling fitted with gravity in it is 'weightless'"
+                f"mounting.orientation is 'hanging', but gravity is {ratio:.3g} times as stiff as the strip (allowed: "
+                f"{LARGEST_GRAVITY_RATIO:g}); a coupling fitted with gravity in it is 'weightless'"
             )
-        chain.append(("Cgravity", 1 / (gravity * IMPEDANCE_SCALE), Role.TIP))
+        chain.append(("Cgravity", 1 / (lumped.gravity * IMPEDANCE_SCALE), Role.TIP))
     # horizontal: the weight is a constant force; displacement counts from the sagged rest, so it drops out
     start_of_load = len(chain)
     if load.damping:

@@ -33,7 +33,7 @@ def examine() -> Iterator[str]:
     from ..solve.library import find_library
     from ..solve.ngspice import session
     from ..strip.actuator import PAPER
-    from ..strip.elements import lumped_elements
+    from ..strip.elements import lumped_port
 
     yield f"ilg-circuit {__version__}, Python {platform.python_version()}, {platform.system()} {platform.machine()}"
     yield ", ".join(f"{name} {_version(name)}" for name in PACKAGES)
@@ -41,8 +41,8 @@ def examine() -> Iterator[str]:
     yield f"ngspice version: {session().version}"
     t = np.linspace(0, 300, 601)
     solved = response.simulate(PAPER, PiecewiseLinear.step(4.0), t, beam="static")
-    lumped = lumped_elements(PAPER)
-    constants = closed_forms.current_constants(lumped.dc_resistance, lumped.dynamic_resistance, lumped.capacitance)
+    port = lumped_port(PAPER)
+    constants = closed_forms.current_constants(port.dc_resistance, port.dynamic_resistance, port.capacitance)
     exact = 4 * closed_forms.current_step(t, *constants)
     difference = float(np.abs(solved.current - exact).max() / exact.max())
     if not difference <= TOLERANCE:

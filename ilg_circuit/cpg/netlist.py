@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
+from ..circuit.netlist import GROUND, Element
 from ..errors import InputError, SolveError
 from ..provenance import Provenance
 from ..units import require_positive
@@ -43,21 +44,21 @@ def netlist_text(network: Network, start: ArrayLike | None = None) -> str:
     lines = [f"Matsuoka network of {n} neurons"]
     for i in range(n):
         k = i + 1
+        x, v, y = f"x{k}", f"v{k}", f"y{k}"
         lines += [
-            f"Cx{k} x{k} 0 {_number(network.rise_time)} ic={_number(state[i])}",
-            f"Rx{k} x{k} 0 1",
-            f"Gv{k} x{k} 0 v{k} 0 {_number(network.adaptation)}",
-            f"It{k} 0 x{k} {_number(network.tonics[i])}",
-            f"Cv{k} v{k} 0 {_number(network.adaptation_time)} ic={_number(state[n + i])}",
-            f"Rv{k} v{k} 0 1",
-            f"Gy{k} 0 v{k} y{k} 0 1",
-            f"By{k} y{k} 0 V = max(0, v(x{k}))",
+            Element(f"Cx{k}", (x, GROUND), network.rise_time, start=state[i]).line(),
+            Element(f"Rx{k}", (x, GROUND), 1.0).line(),
+            Element(f"Gv{k}", (x, GROUND, v, GROUND), network.adaptation).line(),
+            Element(f"It{k}", (GROUND, x), network.tonics[i]).line(),
+            Element(f"Cv{k}", (v, GROUND), network.adaptation_time, start=state[n + i]).line(),
+            Element(f"Rv{k}", (v, GROUND), 1.0).line(),
+            Element(f"Gy{k}", (GROUND, v, y, GROUND), 1.0).line(),
+            f"By{k} {y} {GROUND} V = max(0, v({x}))",  # a law that no other engine reads
         ]
-        lines += [
-            f"Gw{k}_{j + 1} x{k} 0 y{j + 1} 0 {_number(network.matrix[i, j])}" for j in range(n) if network.matrix[i, j]
-        ]
-    plus, minus = (k + 1 for k in network.units[0])
-    lines += [f"Eout out 0 y{plus} y{minus} 1", "Rout out 0 1"]
+        weights = [(j + 1, w) for j, w in enumerate(network.matrix[i]) if w]
+        lines += [Element(f"Gw{k}_{j}", (x, GROUND, f"y{j}", GROUND), w).line() for j, w in weights]
+    plus, minus = (f"y{k + 1}" for k in network.units[0])
+    lines += [Element("Eout", ("out", GROUND, plus, minus), 1.0).line(), Element("Rout", ("out", GROUND), 1.0).line()]
     return "\n".join(lines) + "\n"
 
 

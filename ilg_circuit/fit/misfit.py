@@ -1,6 +1,7 @@
-"""How much of the data a model leaves undescribed, by size: beyond the noise, over windows even by the time's logarithm.
+"""How much of the data a model leaves undescribed, by size, beyond the noise.
 
-Over all samples alone a fast beginning would drown in a long tail. Thresholds are from trials over random truths: 1 to
+The root mean square is over windows even by the logarithm of time: over all samples a fast beginning would drown in a
+long tail. Thresholds are from trials over random truths: 1 to
 2 % go with errors of 28 % in Rdc at the 90th percentile.
 """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,10 +56,7 @@ def characterise(
     if model == "auto" and terms is not None:
         model = "ogden"
     _require(given, model, terms, stretches)
-
-    def fit(m: str, n: int | None) -> HyperelasticFit:
-        return fit_model(given, m, n, constrained=constrained, weighting=weighting, seed=seed)
-
+    fit = partial(fit_model, given, constrained=constrained, weighting=weighting, seed=seed)
     candidates = _candidates(given, fit) if model == "auto" else (fit(model, terms),)
     if not candidates:
         raise InputError("one reading is too few for any material; give at least 2 readings at stretches other than 1")
@@ -67,7 +65,7 @@ def characterise(
     best = by_name[
         simplest_of_best(
             {name: f.bic for name, f in by_name.items()},
-            {name: f.unknowns for name, f in by_name.items()},
+            {name: f.result.count for name, f in by_name.items()},
             [name for name, f in by_name.items() if not f.undetermined],
             evidence=0.0,
         )

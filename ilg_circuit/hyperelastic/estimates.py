@@ -40,13 +40,13 @@ def derived(fit: HyperelasticFit) -> dict[str, Estimate]:
 
 def correlations(fit: HyperelasticFit) -> dict[str, float]:
     """Return the correlation of every pair of fitted parameters; none where a combination is not determined."""
-    names = [f"{kind}_{i + 1}" for kind in ("mu", "alpha") for i in range(fit.terms)][: fit.unknowns]
-    covariance = fit.parameter_covariance()[: fit.unknowns, : fit.unknowns]
+    names = [f"{kind}_{i + 1}" for kind in ("mu", "alpha") for i in range(fit.terms)][: fit.result.count]
+    covariance = fit.parameter_covariance()[: fit.result.count, : fit.result.count]
     if np.isnan(covariance).any():
         return {}
     size = np.sqrt(np.diag(covariance))
     matrix = (covariance / np.outer(size, size)).tolist()
-    return {f"{names[b]}, {names[a]}": matrix[b][a] for a in range(fit.unknowns) for b in range(a)}
+    return {f"{names[b]}, {names[a]}": matrix[b][a] for a in range(fit.result.count) for b in range(a)}
 
 
 def _modulus(fit: HyperelasticFit, value: float, error: float) -> Estimate:
@@ -60,7 +60,7 @@ def _estimate(fit: HyperelasticFit, value: float, error: float, unit: str, one_s
 
     if not math.isfinite(error):
         return Estimate(value, unit)
-    half = float(student.ppf(0.975, fit.samples - fit.unknowns)) * error
+    half = float(student.ppf(0.975, fit.samples - fit.result.count)) * error
     if not one_sign:
         return Estimate(value, unit, error, (value - half, value + half))
     factor = math.exp(min(half / abs(value), 300.0))

@@ -72,10 +72,6 @@ class HyperelasticFit:
         return len(self.signs)
 
     @property
-    def unknowns(self) -> int:
-        return self.result.count
-
-    @property
     def samples(self) -> int:
         return len(self.result.residuals)
 
@@ -91,11 +87,11 @@ class HyperelasticFit:
 
     @property
     def aic(self) -> float:
-        return self._likelihood + 2 * self.unknowns
+        return self._likelihood + 2 * self.result.count
 
     @property
     def bic(self) -> float:
-        return self._likelihood + math.log(self.samples) * self.unknowns
+        return self._likelihood + math.log(self.samples) * self.result.count
 
     @property
     def _likelihood(self) -> float:
@@ -119,7 +115,7 @@ class HyperelasticFit:
         Rows of alphas that the model fixes are zero; all are NaN where the data do not determine a combination.
         """
         covariance = np.zeros((2 * self.terms, 2 * self.terms))
-        covariance[: self.unknowns, : self.unknowns] = self.result.covariance
+        covariance[: self.result.count, : self.result.count] = self.result.covariance
         signs = np.concatenate([self.signs, np.ones(self.terms)])
         return covariance * np.outer(signs, signs)
 

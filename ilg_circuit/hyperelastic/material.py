@@ -119,19 +119,16 @@ class Ogden:
         sum over principal stretches the stiffnesses are d_j = sum mu_i alpha_i l_j^alpha_i, restricted to strains
         of zero sum; at l = 1 both eigenvalues are 2 G.
         """
-        d1, d2, d3 = self._stiffnesses(mode, _stretches(stretch))
+        first = _stretches(stretch)
+        third = first ** _mode(mode)
+        second = {"uniaxial": third, "equibiaxial": first, "planar": np.ones_like(first)}[mode]
+        twice = 2 * np.array(self.moduli)
+        d1, d2, d3 = (np.asarray(s[..., None] ** np.array(self.alpha) @ twice) for s in (first, second, third))
         trace = 2 * (d1 + d2 + d3) / 3
         determinant = (d1 * d2 + d2 * d3 + d3 * d1) / 3
         root = np.sqrt(np.maximum(trace**2 / 4 - determinant, 0))
         # the smaller root by the product of both, where their difference would cancel
         return np.where(trace > 0, determinant / (trace / 2 + root), trace / 2 - root)
-
-    def _stiffnesses(self, mode: str, stretch: Array) -> tuple[Array, Array, Array]:
-        third = stretch ** _mode(mode)
-        second = {"uniaxial": third, "equibiaxial": stretch, "planar": np.ones_like(stretch)}[mode]
-        twice = 2 * np.array(self.moduli)
-        d1, d2, d3 = (np.asarray(s[..., None] ** np.array(self.alpha) @ twice) for s in (stretch, second, third))
-        return d1, d2, d3
 
 
 def stress_basis(mode: str, stretch: Array, alpha: ArrayLike) -> Array:

@@ -62,7 +62,7 @@ class CurrentData:
         """The voltage since the onset."""
         return self.record.voltage.moved(self.share, self.record.current.width)
 
-    def leaving_out(self, rows: Array) -> CurrentData:
+    def leaving_out(self, rows: NDArray[np.intp]) -> CurrentData:
         """Return the data without more ``rows`` of the record's current."""
         return replace(self, left_out=tuple(sorted({*self.left_out, *rows.tolist()})))
 
@@ -139,10 +139,8 @@ class CurrentData:
         return lambda values: [model.port(v, ladders) for v in values]
 
     def observation(self, model: PortModel, sigma: float = 1.0, *, of_record: bool = False) -> Observation:
-        if model.kind.linear and not of_record:
-            predict = self.modal(model, self.since)
-        else:
-            predict = self._by_engine(model)
+        closed = model.kind.linear and not of_record
+        predict = self.modal(model, self.since) if closed else self._by_engine(model)
         nuisance = np.ones((len(self.data), int(self.has_offset)))
         return observed(self, model.names, predict, nuisance, sigma)
 

@@ -25,7 +25,7 @@ from ..measurements.record import Record
 from ..measurements.spectrum import Spectrum
 from ..provenance import Provenance
 from ..strip.actuator import PAPER, Actuator
-from ..strip.elements import lumped_elements
+from ..strip.elements import lumped_elements, lumped_port
 from ..strip.models import electrical_model
 from ..units import format_quantity
 from .coupling_fit import CouplingFit, fit_coupling
@@ -114,7 +114,7 @@ def identify(
     files = [data] if isinstance(data, Record | Spectrum) else list(data)
     ports = _port_data(files, engine, bias, weighting)
     strip = base or PAPER
-    standing = lumped_elements(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
+    standing = lumped_port(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
     held = None if isinstance(standing, str) else standing
     if held is not None:
         for d in ports:

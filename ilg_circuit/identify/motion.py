@@ -20,7 +20,7 @@ from ..measurements.record import Channel
 from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.actuator import Actuator, Coupling
-from ..strip.elements import lumped_elements
+from ..strip.elements import lumped_port
 from ..strip.port import Port
 from .port_model import PortModel, observed
 
@@ -80,10 +80,10 @@ class Motion:
 
     def _simplest(self) -> Actuator:
         """Return the strip with as many ions as the displacement feels: none with the static beam and no Re."""
-        lumped = lumped_elements(self.actuator)
-        if self.beam != "static" or lumped.electrode_resistance:
+        full = lumped_port(self.actuator)
+        if self.beam != "static" or full.electrode_resistance:
             return self.actuator
-        port = Port(lumped.dc_resistance, ((lumped.dynamic_resistance, lumped.capacitance),))
+        port = Port(full.dc_resistance, ((full.dynamic_resistance, full.capacitance),))
         return Actuator.from_port(self.actuator.geometry, port, base=self.actuator.material)
 
 
@@ -157,4 +157,4 @@ def strip_of(actuator: Actuator, port: Port) -> Actuator:
 
 def port_matters(actuator: Actuator, port: PortModel) -> bool:
     """Return True if the displacement depends on the port's parameters: if there is an electrode resistance."""
-    return port.held is None or lumped_elements(actuator).electrode_resistance > 0
+    return port.held is None or lumped_port(actuator).electrode_resistance > 0

@@ -95,9 +95,8 @@ class Onsets:
                 estimates[label] = replace(estimates[label], **{name: interval})
         for label, extra in zip(fit.labels, spread.tolist(), strict=True):
             e = estimates[label]
-            errors = {"stderr": e.stderr, "bootstrap": e.bootstrap}
-            wider = {name: float(np.hypot(error, extra)) for name, error in errors.items() if error is not None}
-            estimates[label] = replace(e, **wider)
+            stderr, bootstrap = (x and float(np.hypot(x, extra)) for x in (e.stderr, e.bootstrap))
+            estimates[label] = replace(e, stderr=stderr, bootstrap=bootstrap)
         findings = [p.finding(fit, reported) for p in self.profiles]
         return replace(found, estimates=estimates, findings=(*found.findings, *(f for f in findings if f)))
 

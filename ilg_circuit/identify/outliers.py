@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..errors import IlgError
@@ -36,7 +37,7 @@ def without_outliers(data: CurrentData, held: float, progress: Progress = None) 
     return data, findings_on(data)
 
 
-def named_by(data: CurrentData, residuals: Array) -> Array:
+def named_by(data: CurrentData, residuals: Array) -> NDArray[np.intp]:
     """Return the rows of the record's current that ``residuals`` (samples,) of the data name as outliers."""
     pieces = np.searchsorted(data.drive.jumps(np.inf), data.since, side="right") + (data.since >= 0)
     found = outlying(data.data, residuals, pieces, resolution(data.data))

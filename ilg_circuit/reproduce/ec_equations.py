@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ..simulation import closed_forms as formulas
 from ..simulation.response import simulate
 from ..solve.spectrum import spectrum
 from ..strip.actuator import PAPER, Actuator, Coupling
-from ..strip.elements import lumped_elements
+from ..strip.elements import lumped_elements, lumped_port
 from ..strip.file import dumps
 from .ec_curves import EXACT, closed_displacement, displacement_checks, overlay
 from .items import Check, Reproduction, largest_difference, largest_ratio, rows
@@ -25,21 +26,13 @@ _ELECTRODES = 5.0
 
 
 def equation_5(runs: PaperRuns) -> Reproduction:
-    paper = lumped_elements(PAPER)
-    strip = Actuator.from_circuit_values(
-        PAPER.geometry,
-        dc_resistance=paper.dc_resistance,
-        branches=paper.branches,
-        electrode_resistance=_ELECTRODES,
-        base=PAPER.material,
-        coupling=PAPER.coupling,
-        name="electrodes",
-    )
-    lumped = lumped_elements(strip)
-    r1, r2, electrode = lumped.dc_resistance, lumped.dynamic_resistance, lumped.electrode_resistance
+    port = replace(lumped_port(PAPER), electrode_resistance=_ELECTRODES)
+    strip = Actuator.from_port(PAPER.geometry, port, base=PAPER.material, coupling=PAPER.coupling, name="electrodes")
+    port = lumped_port(strip)
+    r1, r2, electrode = port.dc_resistance, port.dynamic_resistance, port.electrode_resistance
     times = np.linspace(0.0, 300.0, 301)
     response = simulate(strip, PiecewiseLinear.step(VOLTAGE), times, beam="static")
-    a0, a1, rate = formulas.current_constants(r1, r2, lumped.capacitance, electrode)
+    a0, a1, rate = formulas.current_constants(r1, r2, port.capacitance, electrode)
     curve = VOLTAGE * formulas.current_step(times, a0, a1, rate)
     d = r1 * r2 + electrode * (r1 + r2)
     printed = VOLTAGE * (r1 * r2 + r1 * electrode + r2 * r2) / (d * (r1 + electrode))

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..simulation import closed_forms as formulas
 from ..strip.actuator import PAPER
-from ..strip.elements import lumped_elements
+from ..strip.elements import lumped_elements, lumped_port
 from .items import Check, Reproduction, Row, largest_ratio, rows
 from .paper_runs import VOLTAGE, PaperRuns, coefficient, coupling_of
 from .published import half_a_digit, published
@@ -30,7 +30,7 @@ def table_1(runs: PaperRuns) -> Reproduction:
     inverted = formulas.resistances_from_step(a0, a1, rate, VOLTAGE)
     off = largest_ratio([found[name] for name in names], inverted)
     own = [runs.from_run.parameters[name].value for name in names]
-    recovered = largest_ratio(own, [getattr(lumped_elements(PAPER), name) for name in names])
+    recovered = largest_ratio(own, [getattr(lumped_port(PAPER), name) for name in names])
     return Reproduction(
         rows=rows("ec_table1", {name: found[name] for name in (*names, "electrode_resistance")} | sizes),
         checks=(

@@ -12,7 +12,7 @@ from ..arrays import Array, ComplexArray
 from ..circuit.strip import Load
 from ..drive import Drive
 from ..errors import SolveError
-from ..strip.elements import Elements, hanging_stiffness, lumped_elements, lumped_port
+from ..strip.elements import lumped_elements, lumped_port
 from . import closed_forms as formulas
 from .impedance import Impedance, impedance
 from .response import Response, simulate, transient_band
@@ -48,7 +48,10 @@ def check(response: Response, *, tip: str, beam: str, load: Load | None = None) 
         return _check_port(response)
     other = "exact" if response.engine == "ngspice" else "ngspice"
     again = simulate(response.actuator, response.drive, response.time, tip=tip, beam=beam, load=load, engine=other)
-    floors = {"displacement": _ROUNDING * _static_displacement(response)}
+    lumped = lumped_elements(response.actuator)
+    # what the largest voltage would make of the tip if it stayed on
+    static = lumped.bending_ratio * lumped.coupling.static if lumped.coupling is not None else 0.0
+    floors = {"displacement": _ROUNDING * float(static * np.abs(response.voltage).max())}
     found, expected = response.waveforms, again.waveforms
     rows = [
         Difference(w.name, f"{other} engine", _difference(found[w.name], expected[w.name], floors.get(w.name, 0.0)))
@@ -97,16 +100,14 @@ def _with_motion(
     series = lumped.mass * s + lumped.damping
     if load is not None:
         series = series + load.mass * s + load.damping + load.stiffness / s
-    if result.actuator.mounting.orientation == "hanging":
-        g = result.actuator.geometry
-        series = series + hanging_stiffness(result.actuator.material.density, g.width, g.thickness) / s
+    series = series + lumped.gravity / s
     mechanical = compliance if tip == "clamped" else compliance * series / (compliance + series)
     small = lumped.port.linearised(lumped.port.inner_voltage(bias))
     ion = small.ion_impedance(s)
     # N at rest, and N of the biased ions, whose share of Zp differs
     factor = np.array([lumped.coupling_factor(x) for x in s])
     reflected = factor**2 * (ion / lumped.port.ion_impedance(s)) * mechanical
-    return np.asarray(lumped.electrode_resistance + 1 / (1 / small.dc_resistance + 1 / (ion + reflected)))
+    return np.asarray(lumped.port.electrode_resistance + 1 / (1 / small.dc_resistance + 1 / (ion + reflected)))
 
 
 def _largest(values: ComplexArray, reference: ComplexArray) -> float:
@@ -131,34 +132,24 @@ def closed_forms(response: Response, *, tip: str, beam: str) -> dict[str, Array]
     beam's reflected voltage is compared too: it must be negligible, EC (20), (21)). Displacement and clamped force: EC
     (34), static beam, no electrode resistance, so that the port has the source's voltage.
     """
-    lumped, drive, t = lumped_elements(response.actuator), response.drive, response.time
     forms: dict[str, Array] = {}
-    simple = len(lumped.branches) == 1 or (lumped.branches and not lumped.electrode_resistance)
-    if beam == "static" and lumped.port.linear and simple:
-        forms["current"] = _current(lumped, drive, t)
-    if beam == "static" and lumped.coupling is not None and not lumped.electrode_resistance:  # whatever the ion path is
-        free = _displacement(lumped, drive, t)
-        if tip == "free":
-            forms["displacement"] = free
-        else:
-            forms["force"] = free * lumped.stiffness
+    if beam != "static":
+        return forms
+    lumped, drive, t = lumped_elements(response.actuator), response.drive, response.time
+    port, coupling = lumped.port, lumped.coupling
+    if port.linear and (len(port.branches) == 1 or (port.branches and not port.electrode_resistance)):
+        constants = [
+            formulas.current_constants(port.dc_resistance, r, c, port.electrode_resistance) for r, c in port.branches
+        ]
+        # with several branches the electron path, in every part's a0, counts once
+        parts = [(0.0 if k else a0, a1, rate) for k, (a0, a1, rate) in enumerate(constants)]
+        forms["current"] = _superposed("current", drive, t, parts)
+    if coupling is not None and not port.electrode_resistance:  # whatever the ion path is
+        c = coupling
+        motion = (c.gain, c.zero, c.damping_ratio, c.natural_frequency, lumped.bending_ratio)
+        free = _superposed("displacement", drive, t, [motion])
+        forms |= {"displacement": free} if tip == "free" else {"force": free * lumped.stiffness}
     return forms
-
-
-def _current(lumped: Elements, drive: Drive, t: Array) -> Array:
-    parts = [
-        formulas.current_constants(lumped.dc_resistance, r, c, lumped.electrode_resistance) for r, c in lumped.branches
-    ]
-    # with several branches the electron path, in every part's a0, counts once
-    parts = [(a0 if k == 0 else 0.0, a1, rate) for k, (a0, a1, rate) in enumerate(parts)]
-    return _superposed("current", drive, t, parts)
-
-
-def _displacement(lumped: Elements, drive: Drive, t: Array) -> Array:
-    k = lumped.coupling
-    assert k is not None
-    constants = (k.gain, k.zero, k.damping_ratio, k.natural_frequency, lumped.bending_ratio)
-    return _superposed("displacement", drive, t, [constants])
 
 
 def _superposed(quantity: str, drive: Drive, t: Array, parts: Sequence[tuple[float, ...]]) -> Array:
@@ -169,13 +160,6 @@ def _superposed(quantity: str, drive: Drive, t: Array, parts: Sequence[tuple[flo
         return np.asarray(sum(form(time, *part, *more) for part in parts))
 
     return superpose(drive, t, total)
-
-
-def _static_displacement(response: Response) -> float:
-    """What the largest voltage would make of the tip if it stayed on [m]."""
-    lumped = lumped_elements(response.actuator)
-    static = lumped.coupling.static if lumped.coupling is not None else 0.0
-    return float(lumped.bending_ratio * static * np.abs(response.voltage).max())
 
 
 def _difference(values: Array, reference: Array, floor: float = 0.0) -> float:

@@ -1,12 +1,11 @@
-"""Drives named by text, such as ``step:4V``: one entry of `FORMS` a form.
+"""Drives named by text, such as ``step:4V``: one entry of `FORMS` a form, one case of `_made`.
 
-A form that stands in `FORMS` is parsed, named in errors, and shown by the commands' help. As the help is made without
-waiting for numpy, parsers import what they need when they are called.
+A form that stands in `FORMS` is named in errors and shown by the commands' help. As the help is made without waiting
+for numpy, what makes drives is imported when one is made.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,60 +19,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Form:
-    """One form of drive: its ``name`` before the colon, ``examples`` of a voltage and of a motion, and its parser.
+    """One form of drive: its ``name`` before the colon, and ``examples`` of a voltage and of a motion.
 
-    ``parse`` takes what is after the colon, split at commas into as many parts as ``parts`` allows (None: not split),
-    the duration of the run [s], and the unit of the values, "V" or "m".
+    What is after the colon is split at commas into as many parts as ``parts`` allows (None: not split).
     """
 
     name: str
     examples: tuple[str, str]
     parts: range | None
-    parse: Callable[[list[str], float, str], Drive]
-
-
-def _step(parts: list[str], duration: float, unit: str) -> Drive:
-    from ..drive import PiecewiseLinear
-
-    return PiecewiseLinear.step(parse(parts[0], unit, "step"), unit=unit)
-
-
-def _square(parts: list[str], duration: float, unit: str) -> Drive:
-    from ..drive import PiecewiseLinear
-
-    low, separator, high = parts[0].partition("..")
-    levels = (parse(low, unit, "square") if separator else 0.0, parse(high if separator else low, unit, "square"))
-    duty = parse(parts[2], "", "square, duty") if len(parts) == 3 else 0.5
-    return PiecewiseLinear.square(*levels, parse(parts[1], "s", "square"), duration, duty, unit)
-
-
-def _sine(parts: list[str], duration: float, unit: str) -> Drive:
-    from ..drive import Sine
-
-    return Sine(parse(parts[0], unit, "sine"), parse(parts[1], "Hz", "sine"), unit)
-
-
-def _ramp(parts: list[str], duration: float, unit: str) -> Drive:
-    from ..drive import PiecewiseLinear
-
-    return PiecewiseLinear.ramp(parse(parts[0], f"{unit}/s", "ramp"), duration, unit)
-
-
-def _file(parts: list[str], duration: float, unit: str) -> Drive:
-    from ..drive import PiecewiseLinear
-    from ..measurements.read import read_waveform
-
-    path = Path(parts[0])
-    times, values = read_waveform(path, "voltage" if unit == "V" else "displacement")
-    return PiecewiseLinear(times, values, f"file {path.name}")
 
 
 FORMS: tuple[Form, ...] = (
-    Form("step", ("step:4V", "step:1mm"), range(1, 2), _step),
-    Form("square", ("square:4V,30s[,duty], square:-4V..4V,30s", "square:1mm,30s[,duty]"), range(2, 4), _square),
-    Form("sine", ("sine:2V,0.1Hz", "sine:1mm,0.1Hz"), range(2, 3), _sine),
-    Form("ramp", ("ramp:1V/s", "ramp:0.1mm/s"), range(1, 2), _ramp),
-    Form("file", ("file:drive.csv", "file:motion.csv"), None, _file),
+    Form("step", ("step:4V", "step:1mm"), range(1, 2)),
+    Form("square", ("square:4V,30s[,duty], square:-4V..4V,30s", "square:1mm,30s[,duty]"), range(2, 4)),
+    Form("sine", ("sine:2V,0.1Hz", "sine:1mm,0.1Hz"), range(2, 3)),
+    Form("ramp", ("ramp:1V/s", "ramp:0.1mm/s"), range(1, 2)),
+    Form("file", ("file:drive.csv", "file:motion.csv"), None),
 )
 
 DRIVE_FORMS, MOTION_FORMS = (", ".join(form.examples[k] for form in FORMS) for k in (0, 1))
@@ -97,4 +58,28 @@ def parse_drive(text: str, duration: float, unit: str = "V") -> Drive:
         raise InputError(
             f"drive '{text}' is not understood; write one of {DRIVE_FORMS if unit == 'V' else MOTION_FORMS}"
         )
-    return form.parse(parts, duration, unit)
+    return _made(name, parts, duration, unit)
+
+
+def _made(name: str, parts: list[str], duration: float, unit: str) -> Drive:
+    """The drive of a form for a run of ``duration`` [s], from the ``parts`` after the colon; values are in ``unit``."""
+    from ..drive import PiecewiseLinear, Sine
+
+    match name:
+        case "step":
+            return PiecewiseLinear.step(parse(parts[0], unit, name), unit=unit)
+        case "square":
+            low, separator, high = parts[0].partition("..")
+            levels = (parse(low, unit, name) if separator else 0.0, parse(high if separator else low, unit, name))
+            duty = parse(parts[2], "", "square, duty") if len(parts) == 3 else 0.5
+            return PiecewiseLinear.square(*levels, parse(parts[1], "s", name), duration, duty, unit)
+        case "sine":
+            return Sine(parse(parts[0], unit, name), parse(parts[1], "Hz", name), unit)
+        case "ramp":
+            return PiecewiseLinear.ramp(parse(parts[0], f"{unit}/s", name), duration, unit)
+        case _:
+            from ..measurements.read import read_waveform
+
+            path = Path(parts[0])
+            times, values = read_waveform(path, "voltage" if unit == "V" else "displacement")
+            return PiecewiseLinear(times, values, f"file {path.name}")

@@ -89,12 +89,10 @@ def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, flo
     if coupling is not None:
         fields = {f: getattr(coupling, f) * factors.get(name, 1.0) for name, f in COUPLING_FIELDS.items()}
         coupling = replace(coupling, **fields)
-    ladder = port.ladder
     made = model.port(changed, port.electrode_resistance * factors.get("electrode_resistance", 1.0))
-    strip = Actuator.from_port(actuator.geometry, made, base=actuator.material)
-    if ladder is not None:  # one topology for all: as many sections as the nominal strip's, over the same band
-        low, high = ladder.band
-        sections = float(len(ladder.sections))
-        material = replace(strip.material, ladder_lowest=low, ladder_highest=high, ladder_sections=sections)
-        strip = replace(strip, material=material)
-    return replace(strip, coupling=coupling, mounting=actuator.mounting, name=actuator.name)
+    material = Actuator.from_port(actuator.geometry, made, base=actuator.material).material
+    if port.ladder is not None:  # one topology for all: as many sections as the nominal strip's, over the same band
+        low, high = port.ladder.band
+        sections = float(len(port.ladder.sections))
+        material = replace(material, ladder_lowest=low, ladder_highest=high, ladder_sections=sections)
+    return replace(actuator, material=material, coupling=coupling, uncertainty=None)

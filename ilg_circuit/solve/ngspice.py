@@ -80,11 +80,6 @@ class Session:
     def version(self) -> str:
         return str(self._shared.ngspice_version)
 
-    def transient(self, circuit: str, grid: Array, voltages: Array, vectors: list[str]) -> Array:
-        """One run of a circuit's text; see `loaded`."""
-        with self.loaded(circuit, float(grid[-1]), vectors) as run:
-            return run(grid, voltages)
-
     @contextlib.contextmanager
     def loaded(self, circuit: str, end: float, vectors: list[str], *, linear: bool = True) -> Iterator[Run]:
         """Load a circuit's text once, for a run on any number of grids.

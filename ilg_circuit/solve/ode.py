@@ -84,31 +84,27 @@ class _System:
         return np.asarray(q[-1] if self._port.ladder is not None else q.sum(axis=0))
 
     def rates(self, t: float, q: Array, terminal: Callable[[float], float]) -> Array:
-        inner = self._inner(terminal(t), q)
-        voltages = self._voltages(q)
-        if self._port.ladder is not None:
-            return np.asarray((inner - voltages.sum()) / self._series - voltages / self._r)
-        return np.asarray((inner - voltages) / self._r)
+        return self._ions(self._inner(terminal(t), q), q)[1]
 
     def current(self, terminal: float, q: Array) -> float:
         inner = self._inner(terminal, q)
-        return float(self._port.electron_current(inner)) + self._ion_current(inner, q)
+        return float(self._port.electron_current(inner)) + self._ions(inner, q)[0]
 
-    def _ion_current(self, inner: float, q: Array) -> float:
-        voltages = self._voltages(q)
-        if self._port.ladder is not None:
-            return float((inner - voltages.sum()) / self._series)
-        return float(((inner - voltages) / self._r).sum())
-
-    def _voltages(self, q: Array) -> Array:
+    def _ions(self, inner: float, q: Array) -> tuple[float, Array]:
+        """Current into the ion path with ``inner`` [V] across it, and the rates of the charges."""
         growth = 2 * self._port.capacitance_slope * np.abs(q) / self._c
-        return np.asarray(2 * q / self._c / (1 + np.sqrt(1 + growth)))
+        voltages = 2 * q / self._c / (1 + np.sqrt(1 + growth))
+        if self._port.ladder is not None:
+            current = (inner - voltages.sum()) / self._series
+            return float(current), np.asarray(current - voltages / self._r)
+        currents = (inner - voltages) / self._r
+        return float(currents.sum()), np.asarray(currents)
 
     def _inner(self, terminal: float, q: Array) -> float:
         """The voltage behind Re. All but the electron path is linear in it."""
         if not self._port.electrode_resistance:
             return terminal
-        at_zero = self._ion_current(0.0, q)
-        conductance = 1 / self._port.electrode_resistance + self._ion_current(1.0, q) - at_zero
+        at_zero, at_one = (self._ions(across, q)[0] for across in (0.0, 1.0))
+        conductance = 1 / self._port.electrode_resistance + at_one - at_zero
         driven = terminal / self._port.electrode_resistance - at_zero
         return self._port.voltage_behind(conductance, driven / conductance)

@@ -53,13 +53,9 @@ def spectrum(
 
     grounded = replace(netlist, elements=(*netlist.elements, *_ties(netlist, float(f.min()))))
     circuit, (vectors,) = copies([grounded])
-    text = f"{circuit}\n{netlist.source.name} {' '.join(netlist.source.nodes)} dc {float(bias)!r} ac 1.0"
-    found = session().ac(text, f, list(vectors.values()))
-    row = {quantity: k for k, quantity in enumerate(vectors)}
-    values = np.zeros((len(names), len(f)), dtype=np.complex128)
-    for k, output in enumerate(netlist.outputs):
-        for quantity, coefficient in output.terms:
-            values[k] += coefficient * found[row[quantity]]
+    text = f"{circuit}\n{netlist.source.line(f'dc {float(bias)!r} ac 1.0')}"
+    found = dict(zip(vectors, session().ac(text, f, list(vectors.values())), strict=True))
+    values = np.array([sum(c * found[quantity] for quantity, c in output.terms) for output in netlist.outputs])
     return Spectrum(f, values, names, engine)
 
 

@@ -101,15 +101,13 @@ class _Stamp:
         self.elements = netlist.elements
         self.drive = netlist.drive.lower()
         nodes = dict.fromkeys(n for e in netlist.elements for n in e.nodes if n != GROUND)
-        self.node = {name: k for k, name in enumerate(nodes)} | {
-            GROUND: -1
-        }  # the last row, which is left out in the end
+        self.node = {name: k for k, name in enumerate(nodes)}
+        self.node[GROUND] = -1  # the last row, which is left out in the end
         branches = [e for e in netlist.elements if e.kind in _BRANCH_KINDS]
         self.branch = {e.name.lower(): len(nodes) + k for k, e in enumerate(branches)}
-        dynamic = [k for k, e in enumerate(netlist.elements) if e.kind in "CL"]
-        self.state = {netlist.elements[k].name.lower(): i for i, k in enumerate(dynamic)}
-        self.dynamic = dynamic
-        self.states = len(dynamic)
+        self.dynamic = [k for k, e in enumerate(netlist.elements) if e.kind in "CL"]
+        self.state = {netlist.elements[k].name.lower(): i for i, k in enumerate(self.dynamic)}
+        self.states = len(self.dynamic)
         self.size = len(nodes) + len(self.branch)
 
     def fill(self, values: Array) -> tuple[Array, Array]:
@@ -125,12 +123,10 @@ class _Stamp:
                     _transconductance(matrix, nodes + nodes, 1 / value)
                 case "G":
                     _transconductance(matrix, nodes, value)
-                case "I":
-                    right[:, plus, self.states + 1] -= value
-                    right[:, minus, self.states + 1] += value
-                case "L":
-                    right[:, plus, self.state[name]] -= 1.0
-                    right[:, minus, self.state[name]] += 1.0
+                case "I" | "L":
+                    column, current = (self.states + 1, value) if element.kind == "I" else (self.state[name], 1.0)
+                    right[:, plus, column] -= current
+                    right[:, minus, column] += current
                 case "F":
                     matrix[:, plus, self.branch[element.control.lower()]] += value
                     matrix[:, minus, self.branch[element.control.lower()]] -= value

@@ -117,7 +117,21 @@ def transient(
         # only the start is asked for: one point later there is something to solve
         longer = transient(nets, drive, [0.0, 1e-6 / fastest_modes(system).max()], engine=engine, accuracy=accuracy)
         return Waveforms(samples, longer.values[:, :, :1], longer.errors, longer.names, longer.engine)
-    return _by_ngspice(nets, system, drive, samples, (accuracy, acceptable or accuracy), interpolate, progress)
+    poles = system.poles()
+    if not nets[0].linear:  # the grid must suit the modes at rest and those at the drive's peak
+        at_peak = state_space([netlist.linearised(drive.largest()) for netlist in nets])
+        poles = np.concatenate([poles, at_peak.poles()], axis=1)
+    values = np.empty((len(nets), len(system.output_names), len(samples)))
+    errors = np.empty(values.shape[:2])
+    done = 0
+    for members in similar(fastest_modes(system)):
+        batch = _Batch([nets[k] for k in members], drive, accuracy)
+        found = batch.solved(poles[members].ravel(), samples, acceptable or accuracy, interpolate)
+        values[members], errors[members] = found
+        done += len(members)
+        if progress:
+            progress(done, len(nets))
+    return Waveforms(samples, values, errors, system.output_names, "ngspice")
 
 
 def sampled_times(drive: Drive, times: ArrayLike) -> Array:
@@ -131,33 +145,6 @@ def sampled_times(drive: Drive, times: ArrayLike) -> Array:
     if not np.isfinite(samples).all() or samples[0] < 0 or (np.diff(samples) <= 0).any():
         raise InputError("the times of a transient must be finite, ascending and not negative")
     return drive_times(drive, samples)
-
-
-def _by_ngspice(
-    nets: list[Netlist],
-    system: StateSpace,
-    drive: Drive,
-    samples: Array,
-    accuracies: tuple[float, float],
-    interpolate: bool,
-    progress: Progress | None,
-) -> Waveforms:
-    values = np.empty((len(nets), len(system.output_names), len(samples)))
-    errors = np.empty(values.shape[:2])
-    poles = system.poles()
-    if not nets[0].linear:  # the grid must suit the modes at rest and those at the drive's peak
-        at_peak = state_space([netlist.linearised(drive.largest()) for netlist in nets])
-        poles = np.concatenate([poles, at_peak.poles()], axis=1)
-    done = 0
-    for batch in similar(fastest_modes(system)):
-        members = [nets[k] for k in batch]
-        values[batch], errors[batch] = _solve_batch(
-            members, poles[batch].ravel(), drive, samples, accuracies, interpolate
-        )
-        done += len(batch)
-        if progress:
-            progress(done, len(nets))
-    return Waveforms(samples, values, errors, system.output_names, "ngspice")
 
 
 def fastest_modes(system: StateSpace) -> Array:
@@ -177,111 +164,98 @@ def similar(fastest: Array) -> list[NDArray[np.intp]]:
     return batches
 
 
-def _solve_batch(
-    nets: list[Netlist],
-    poles: ComplexArray,
-    drive: Drive,
-    samples: Array,
-    accuracies: tuple[float, float],
-    interpolate: bool,
-) -> tuple[Array, Array]:
-    """Values (n, outputs, t) and errors (n, outputs) of one batch on one shared grid, refined until accurate.
+class _Batch:
+    """Netlists of one topology and of similar time constants, solved together on one shared grid."""
 
-    ``accuracies``: what is aimed at, and what is accepted in the end.
-    """
-    accuracy, acceptable = accuracies
-    circuit, vectors = copies(nets)
-    source = nets[0].source
-    text = f"{circuit}\n{source.name} {' '.join(source.nodes)} external"
-    names = list(dict.fromkeys(v for of_copy in vectors for v in of_copy.values()))
-    theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
-    between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes than the rule
-    coarser: Array | None = None
-    previous: Array | None = None
-    earlier: Array | None = None
-    judged = [not output.probe for output in nets[0].outputs]
-    for _ in range(_MOST_REFINEMENTS if nets[0].linear else _MOST_REFINEMENTS_NONLINEAR):
-        fineness = between_nodes if interpolate else theta
-        grid = design_grid(poles, drive, samples, fineness, interpolate=interpolate, linear=nets[0].linear)
-        at_nodes, errors, allowed = _extrapolate(text, names, nets, vectors, grid, drive, accuracy)
-        values, doubt = _sample(grid, at_nodes)
-        errors, doubt = (np.where(judged, e, 0.0) for e in (np.maximum(errors, doubt), doubt))
-        passed = (errors <= allowed).all()
-        if passed and not nets[0].linear:
-            # a kink in a law spoils the series that is extrapolated: a finer grid must give the same answer
-            moved = np.full_like(errors, np.inf) if coarser is None else _relative(values - coarser, values)
-            moved = np.where(judged, moved, 0.0)
-            errors, coarser = np.maximum(errors, moved), values
+    def __init__(self, nets: list[Netlist], drive: Drive, accuracy: float) -> None:
+        circuit, self._vectors = copies(nets)
+        self._nets, self._drive, self._accuracy, self._linear = nets, drive, accuracy, nets[0].linear
+        self._text = f"{circuit}\n{nets[0].source.line('external')}"
+        self._names = list(dict.fromkeys(v for of_copy in self._vectors for v in of_copy.values()))
+        self._judged = [not output.probe for output in nets[0].outputs]
+
+    def solved(self, poles: ComplexArray, samples: Array, acceptable: float, interpolate: bool) -> tuple[Array, Array]:
+        """Values (n, outputs, t) and errors (n, outputs), refined until accurate, or ``acceptable`` in the end."""
+        accuracy = self._accuracy
+        theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
+        between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes
+        coarser: Array | None = None
+        previous: Array | None = None
+        earlier: Array | None = None
+        for _ in range(_MOST_REFINEMENTS if self._linear else _MOST_REFINEMENTS_NONLINEAR):
+            fineness = between_nodes if interpolate else theta
+            grid = design_grid(poles, self._drive, samples, fineness, interpolate=interpolate, linear=self._linear)
+            at_nodes, errors, allowed = self._extrapolated(grid)
+            values, doubt = _sample(grid, at_nodes)
+            errors, doubt = (np.where(self._judged, e, 0.0) for e in (np.maximum(errors, doubt), doubt))
             passed = (errors <= allowed).all()
-        if passed:
+            if passed and not self._linear:
+                # a kink in a law spoils the series that is extrapolated: a finer grid must give the same answer
+                moved = np.inf if coarser is None else _relative(values - coarser, values)
+                errors, coarser = np.maximum(errors, np.where(self._judged, moved, 0.0)), values
+                passed = (errors <= allowed).all()
+            if passed:
+                return values, errors
+            previous, earlier = earlier, values
+            if interpolate and (doubt > allowed).any():
+                # closer nodes (interpolation's error goes with the sixth power), unless every sample may as well be one
+                closer = 1.2 * float(doubt.max() / accuracy) ** (1 / 6)
+                between_nodes /= closer
+                interpolate = closer * len(grid.nodes) < len(samples) / 2
+            else:
+                theta, between_nodes = theta / 2, between_nodes / 2
+        if not self._linear and previous is not None:  # the kink counts here too, though no grid has passed
+            errors = np.maximum(errors, self._errors(values - previous, values))
+        if errors.max() <= acceptable:
             return values, errors
-        previous, earlier = earlier, values
-        if interpolate and (doubt > allowed).any():
-            # closer nodes (interpolation's error goes with the sixth power), unless every sample may as well be one
-            closer = 1.2 * float(doubt.max() / accuracy) ** (1 / 6)
-            between_nodes /= closer
-            interpolate = closer * len(grid.nodes) < len(samples) / 2
-        else:
-            theta, between_nodes = theta / 2, between_nodes / 2
-    if not nets[0].linear and previous is not None:  # the kink counts here too, though no grid has passed
-        errors = np.maximum(errors, np.where(judged, _relative(values - previous, values), 0.0))
-    if errors.max() <= acceptable:
-        return values, errors
-    raise SolveError(
-        f"ngspice reached an error of {errors.max():.1e} of the maximum, not the {acceptable:.1e} asked for; "
-        "shorten the run, ask for less accuracy where a command lets you, or use the exact engine"
-    )
+        raise SolveError(
+            f"ngspice reached an error of {errors.max():.1e} of the maximum, not the {acceptable:.1e} asked for; "
+            "shorten the run, ask for less accuracy where a command lets you, or use the exact engine"
+        )
 
+    def _extrapolated(self, grid: Grid) -> tuple[Array, Array, Array]:
+        """Outputs at the grid's nodes after 0 by Richardson extrapolation, their estimated errors, those allowed.
 
-def _extrapolate(
-    text: str,
-    names: list[str],
-    nets: list[Netlist],
-    vectors: list[dict[str, str]],
-    grid: Grid,
-    drive: Drive,
-    accuracy: float,
-) -> tuple[Array, Array, Array]:
-    """Outputs at the grid's nodes after 0 by Richardson extrapolation, their estimated relative errors, those allowed.
+        Errors are relative. Allowed is the accuracy, or the rounding of an output that is a small difference of large
+        quantities.
+        """
+        from .ngspice import session
 
-    Allowed is the accuracy, or the rounding of an output that is a small difference of large quantities.
-    """
-    from .ngspice import session
+        at_nodes = self._drive.value(grid.nodes)
+        columns: list[Array] = []  # Neville's scheme: columns[j] has been extrapolated j times
+        with session().loaded(self._text, float(grid.nodes[-1]), self._names, linear=self._linear) as run:
+            for parts in range(1, _MOST_RUNS + 1):
+                points = grid.subdivided(parts)
+                # straight between nodes, also within a jump's step; a sine is itself at every point
+                sine = self._drive.angular_frequency()
+                voltages = self._drive.value(points) if sine else np.interp(points, grid.nodes, at_nodes)
+                raw = run(points, voltages)[:, parts - 1 :: parts]
+                previous, columns = columns, [self._outputs(raw)]
+                for j, older in enumerate(previous, 1):
+                    ratio = (parts / (parts - j)) ** 2
+                    columns.append(columns[-1] + (columns[-1] - older) / (ratio - 1))
+                if parts > 1:
+                    errors = self._errors(columns[-1] - columns[-2], columns[-1])
+                    if (errors <= self._accuracy).all():
+                        return columns[-1], errors, np.full_like(errors, self._accuracy)
+        terms = self._outputs(np.abs(raw), absolute=True)
+        return columns[-1], errors, np.maximum(self._accuracy, _ROUNDING * _relative(terms, columns[-1]))
 
-    at_nodes = drive.value(grid.nodes)
-    judged = [not output.probe for output in nets[0].outputs]
-    columns: list[Array] = []  # Neville's scheme: columns[j] has been extrapolated j times
-    with session().loaded(text, float(grid.nodes[-1]), names, linear=nets[0].linear) as run:
-        for parts in range(1, _MOST_RUNS + 1):
-            points = grid.subdivided(parts)
-            # straight between nodes, also within a jump's step; a sine is itself at every point
-            voltages = drive.value(points) if drive.angular_frequency() else np.interp(points, grid.nodes, at_nodes)
-            raw = run(points, voltages)[:, parts - 1 :: parts]
-            previous, columns = columns, [_outputs(nets, vectors, names, raw)]
-            for j, older in enumerate(previous, 1):
-                ratio = (parts / (parts - j)) ** 2
-                columns.append(columns[-1] + (columns[-1] - older) / (ratio - 1))
-            if parts > 1:
-                errors = np.where(judged, _relative(columns[-1] - columns[-2], columns[-1]), 0.0)
-                if (errors <= accuracy).all():
-                    return columns[-1], errors, np.full_like(errors, accuracy)
-    terms = _outputs(nets, vectors, names, np.abs(raw), absolute=True)
-    return columns[-1], errors, np.maximum(accuracy, _ROUNDING * _relative(terms, columns[-1]))
+    def _outputs(self, raw: Array, *, absolute: bool = False) -> Array:
+        """Outputs (n, outputs, points) as sums of ngspice's vectors; ``absolute``: of the terms' sizes."""
+        row = {name: k for k, name in enumerate(self._names)}
+        result = np.zeros((len(self._nets), len(self._judged), raw.shape[1]))
+        for j, output in enumerate(self._nets[0].outputs):
+            for term, (quantity, _) in enumerate(output.terms):
+                coefficients = np.array([netlist.outputs[j].terms[term][1] for netlist in self._nets])
+                if coefficients.any():
+                    rows = [row[of_copy[quantity]] for of_copy in self._vectors]
+                    result[:, j] += (np.abs(coefficients) if absolute else coefficients)[:, None] * raw[rows]
+        return result
 
-
-def _outputs(
-    nets: list[Netlist], vectors: list[dict[str, str]], names: list[str], raw: Array, *, absolute: bool = False
-) -> Array:
-    """Outputs (n, outputs, points) as sums of ngspice's vectors; ``absolute``: of the terms' sizes."""
-    row = {name: k for k, name in enumerate(names)}
-    result = np.zeros((len(nets), len(nets[0].outputs), raw.shape[1]))
-    for j in range(result.shape[1]):
-        for term, (quantity, _) in enumerate(nets[0].outputs[j].terms):
-            coefficients = np.array([netlist.outputs[j].terms[term][1] for netlist in nets])
-            if coefficients.any():
-                rows = [row[of_copy[quantity]] for of_copy in vectors]
-                result[:, j] += (np.abs(coefficients) if absolute else coefficients)[:, None] * raw[rows]
-    return result
+    def _errors(self, difference: Array, values: Array) -> Array:
+        """Largest difference over largest value (n, outputs); 0 for what is not judged."""
+        return np.where(self._judged, _relative(difference, values), 0.0)
 
 
 def _relative(difference: Array, values: Array) -> Array:

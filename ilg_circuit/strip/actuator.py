@@ -209,12 +209,6 @@ class Material:
         known: dict[str, Any] = {name: getattr(self, name) for name in _MODEL_FIELDS}
         return {name: value for name, value in known.items() if value is not None} | dict(self.constants)
 
-    def with_constants(self, values: Mapping[str, float]) -> Material:
-        """The material with other constants of its electrical model, by name; fields or not."""
-        own: dict[str, Any] = {name: value for name, value in values.items() if name in _MODEL_FIELDS}
-        others = {name: value for name, value in values.items() if name not in _MODEL_FIELDS}
-        return replace(self, **own, constants=dict(self.constants) | others)
-
     def ladder_band(self, default: tuple[float, float] = LADDER_BAND) -> tuple[float, float]:
         """Band [Hz] over which a ladder holds; ``default`` where the strip says nothing."""
         return self.ladder_lowest or default[0], self.ladder_highest or default[1]
@@ -309,24 +303,6 @@ class Actuator:
         return "dynamic" if loaded or fitted is None else fitted
 
     @classmethod
-    def from_circuit_values(
-        cls,
-        geometry: Geometry,
-        *,
-        dc_resistance: float,
-        branches: tuple[tuple[float, float], ...],
-        electrode_resistance: float = 0.0,
-        base: Material,
-        **rest: Any,
-    ) -> Self:
-        """The strip whose lumped elements are the given ones; see `from_port`.
-
-        ``branches`` are (resistance [ohm], capacitance [F]) pairs.
-        """
-        port = Port(dc_resistance, tuple(branches), electrode_resistance)
-        return cls.from_port(geometry, port, base=base, **rest)
-
-    @classmethod
     def from_port(cls, geometry: Geometry, port: Port, *, base: Material, **rest: Any) -> Self:
         """The strip whose electrical port is the given one: EC (12)-(14) solved for the material.
 
@@ -346,6 +322,8 @@ class Actuator:
             for end in endings
         )
         added = {a.parameter.name: getattr(port, a.parameter.name) for a in ADDITIONS.values()}
+        constants |= {name: value for name, value in added.items() if value}
+        known: dict[str, Any] = {name: constants.pop(name) for name in _MODEL_FIELDS if name in constants}
         band = port.ladder.band if port.ladder is not None else (None, None)
         thickness = 1e-6 if port.electrode_resistance else 0.0
         material = Material(
@@ -361,8 +339,9 @@ class Actuator:
             ladder_lowest=band[0],
             ladder_highest=band[1],
             further_branches=tuple(others),
+            constants=constants,
+            **known,
         )
-        material = material.with_constants(constants | {name: value for name, value in added.items() if value})
         return cls(geometry, material, **rest)
 
 

@@ -6,10 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..errors import InputError
 from .actuator import CANTILEVER_EIGENVALUE, Actuator, Coupling
 from .ladder import LADDER_BAND, Ladders
-from .models import MODELS, ElectricalModel
 from .port import Port
 
 GRAVITY = 9.80665
@@ -45,49 +43,21 @@ def hanging_stiffness(density: float, width: float, thickness: float) -> float:
     return 3 / 8 * density * width * thickness * GRAVITY
 
 
-def horizontal_force(density: float, width: float, thickness: float, free_length: float) -> float:
-    """Tip force [N] that stands for the weight of a horizontal strip: (3/8) rho_m w b L0 g."""
-    return 3 / 8 * density * width * thickness * free_length * GRAVITY
-
-
 @dataclass(frozen=True)
 class Elements:
     """Lumped elements of one strip; the mechanical ones are at the load position L_F.
 
-    ``port`` is its electrical side; ``bending_ratio`` is 3 L_F^2/b^2: times d [m/V] and volts it is the displacement.
+    ``port`` is its electrical side; ``gravity`` [N/m] is the stiffness that gravity adds to a hanging strip;
+    ``bending_ratio`` is 3 L_F^2/b^2: times d [m/V] and volts it is the displacement.
     """
 
     port: Port
     stiffness: float
     mass: float
     damping: float
+    gravity: float
     bending_ratio: float
     coupling: Coupling | None
-
-    @property
-    def dc_resistance(self) -> float:
-        """Rdc [ohm], near 0 V."""
-        return self.port.dc_resistance
-
-    @property
-    def branches(self) -> tuple[tuple[float, float], ...]:
-        """The ionic (resistance [ohm], capacitance [F]) pairs; none where a ladder stands for the ions."""
-        return self.port.branches
-
-    @property
-    def electrode_resistance(self) -> float:
-        """Re [ohm]."""
-        return self.port.electrode_resistance
-
-    @property
-    def dynamic_resistance(self) -> float:
-        """Rd [ohm] of the first ionic branch, or the resistance before a ladder."""
-        return self.branches[0][0] if self.branches else self.port.series_resistance
-
-    @property
-    def capacitance(self) -> float:
-        """C [F]: sum over the ionic branches, or a ladder's."""
-        return self.port.capacitance
 
     def ion_impedance(self, s: complex) -> complex:
         """Zp(s) [ohm] of the ion path near 0 V; for one branch Rd + 1/(C s)."""
@@ -108,12 +78,14 @@ def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND)
     stiffness = tip_stiffness(m.youngs_modulus, g.width, g.thickness, g.load_distance)
     if m.bending_stiffness is not None:
         stiffness = 3 * m.bending_stiffness / g.load_distance**3
+    hanging = actuator.mounting.orientation == "hanging"
     mass = tip_mass(m.density, g.free_length, g.width, g.thickness, g.load_distance)
     return Elements(
         port=lumped_port(actuator, band),
         stiffness=stiffness,
         mass=mass,
         damping=tip_damping(m.beam_damping_ratio, stiffness, mass),
+        gravity=hanging_stiffness(m.density, g.width, g.thickness) if hanging else 0.0,
         bending_ratio=3 * g.load_distance**2 / g.thickness**2,
         coupling=actuator.coupling,
     )
@@ -135,12 +107,3 @@ def lumped_port(actuator: Actuator, band: tuple[float, float] = LADDER_BAND) -> 
     ) / (g.length * g.width)
     added: dict[str, Any] = {a.parameter.name: given[a.parameter.name] for a in model.additions}
     return replace(port, electrode_resistance=electrodes, **added)
-
-
-def electrical_model_of(actuator: Actuator) -> ElectricalModel:
-    """The model of `ilg_circuit.strip.models` that the strip's material is of."""
-    model = actuator.material.model
-    if model.plain not in MODELS:
-        count = len(actuator.material.branches)
-        raise InputError(f"{count} ionic branches make no model of the list; it has rc, rc2 and rc3")
-    return model

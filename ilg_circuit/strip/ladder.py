@@ -87,16 +87,13 @@ class Ladder:
         found = self.ions.element(np.array([self.constants]), points.reshape(-1))
         return np.asarray(found.reshape(points.shape))
 
-    def measured_error(self, per_decade: int = _PER_DECADE) -> float:
-        """Return the largest difference over the band, relative to the ideal impedance."""
-        low, high = self.band
-        s = 2j * np.pi * np.geomspace(low, high, max(int(per_decade * math.log10(high / low)), 2) + 1)
-        ideal = self.ideal(s)
-        return float((np.abs(self.impedance(s) - ideal) / np.abs(ideal)).max())
-
     def with_error(self) -> Ladder:
         """Return the ladder with its measured error; between the points of the scan it can be a little larger."""
-        return replace(self, error=1.02 * self.measured_error() + 1e-12)
+        low, high = self.band
+        s = 2j * np.pi * np.geomspace(low, high, max(int(_PER_DECADE * math.log10(high / low)), 2) + 1)
+        ideal = self.ideal(s)
+        error = float((np.abs(self.impedance(s) - ideal) / np.abs(ideal)).max())
+        return replace(self, error=1.02 * error + 1e-12)
 
 
 @dataclass(frozen=True)
@@ -111,30 +108,15 @@ class Relaxations:
     width: float = 1.0
 
 
-def relaxation_ladder(
-    ions: LadderPath, constants: tuple[float, ...], relaxations: Relaxations, ladders: Ladders
-) -> Ladder:
-    """Return the ladder of any sum of relaxations, gathered in sections by Gauss quadrature of their density.
-
-    Raises InputError for a band that is none, or no sections, or more than 200.
-    """
-    require_ladders(ladders)
-
-    def made(sections: int) -> Ladder:
-        found = gathered(relaxations, ladders.band, sections)
-        return Ladder(ions, constants, *found, ladders.band).with_error()
-
-    return enough(made, ladders.sections, ORDER, ORDER)
-
-
 def gathered(
     relaxations: Relaxations, band: tuple[float, float], sections: int
 ) -> tuple[float, float, tuple[tuple[float, float], ...]]:
     """Return the resistance [ohm], capacitance [F] and ``sections`` (R [ohm], C [F]) of a ladder over ``band`` [Hz].
 
-    The density w lambda dlog(lambda) is sampled on a grid that depends on the band alone, so the sections are smooth
-    functions of the constants. What lies beyond the grid is one resistor and one capacitor, which match the impedance
-    at the ends of the band.
+    It stands for any sum of relaxations, gathered in sections by Gauss quadrature of their density. The density w
+    lambda dlog(lambda) is sampled on a grid that depends on the band alone, so the sections are smooth functions of the
+    constants. What lies beyond the grid is one resistor and one capacitor, which match the impedance at the ends of the
+    band.
     """
     low, high = 2 * np.pi * band[0], 2 * np.pi * band[1]
     blocks = -(-sections // ORDER)

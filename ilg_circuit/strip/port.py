@@ -65,6 +65,11 @@ class Port:
         return self.ladder.capacitance if self.ladder is not None else sum(c for _, c in self.branches)
 
     @property
+    def dynamic_resistance(self) -> float:
+        """Rd [ohm] of the first ionic branch, or the resistance before a ladder."""
+        return self.branches[0][0] if self.branches else self.series_resistance
+
+    @property
     def steady_resistance(self) -> float:
         """Resistance [ohm] of the port near 0 V once the ions are at rest: Re + Rdc."""
         return self.electrode_resistance + self.dc_resistance

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -45,63 +46,34 @@ def assumptions(
     band: tuple[float, float] = (1e-4, 10.0),
     voltage: float | None = None,
     displacement: float | None = None,
-) -> list[Assumption]:
+) -> Iterator[Assumption]:
     """The table for use between ``band`` [Hz], up to ``voltage`` [V] and ``displacement`` [m] where known."""
     lumped, g = lumped_elements(actuator, band), actuator.geometry
     s = 2j * np.pi * np.geomspace(*band, 400)
     ion = np.array([lumped.ion_impedance(x) for x in s])
-    rows = []
     if lumped.coupling is not None:
         n = np.array([lumped.coupling_factor(x) for x in s])
         compliance, inertia = lumped.stiffness / s, lumped.mass * s + lumped.damping
         clamped = np.abs(n**2 * compliance / ion).max()
         free = np.abs(n**2 * compliance * inertia / ((compliance + inertia) * ion)).max()
-        rows.append(
-            Assumption(
-                "reflected impedance over Zp, EC (20), (21)",
-                float(max(clamped, free)),
-                1e-2,
-                "the motion acts back on the current: use the dynamic beam, not EC (26)-(29)",
-            )
-        )
-    rows.append(
-        Assumption(
-            "abs(Zp/Rdc), EC (23)",
-            float(np.abs(ion / lumped.dc_resistance).max()),
-            0.1,
-            "EC (24), (27) per current do not hold at the low end of the band; harmless under voltage drive",
-            under_current=True,
-        )
-    )
+        consequence = "the motion acts back on the current: use the dynamic beam, not EC (26)-(29)"
+        yield Assumption("reflected impedance over Zp, EC (20), (21)", float(max(clamped, free)), 1e-2, consequence)
+    consequence = "EC (24), (27) per current do not hold at the low end of the band; harmless under voltage drive"
+    over = float(np.abs(ion / lumped.port.dc_resistance).max())
+    yield Assumption("abs(Zp/Rdc), EC (23)", over, 0.1, consequence, under_current=True)
     if displacement is not None:
-        rows.append(
-            Assumption(
-                "deflection y/L_F",
-                abs(displacement) / g.load_distance,
-                LARGEST_DEFLECTION,
-                "the small-deflection beam overstates the tip's path",
-            )
-        )
-    rows.append(
-        Assumption(
-            "thickness over free length b/L0",
-            g.thickness / g.free_length,
-            LARGEST_SLENDERNESS,
-            "not slender: shear and clamp matter",
-        )
-    )
-    rows.append(gravity(actuator, lumped.stiffness))
-    rows += [Assumption(*row) for row in actuator.material.model.ions.assumptions(lumped.port, band)]
+        bent = abs(displacement) / g.load_distance
+        consequence = "the small-deflection beam overstates the tip's path"
+        yield Assumption("deflection y/L_F", bent, LARGEST_DEFLECTION, consequence)
+    consequence = "not slender: shear and clamp matter"
+    yield Assumption("thickness over free length b/L0", g.thickness / g.free_length, LARGEST_SLENDERNESS, consequence)
+    yield gravity(actuator, lumped.stiffness)
+    for row in actuator.material.model.ions.assumptions(lumped.port, band):
+        yield Assumption(*row)
     if voltage is not None:
-        rows.append(
-            Assumption(
-                "abs(u) over the electrochemical window of 4 V (BMIMBF4)",
-                abs(voltage) / ELECTROCHEMICAL_WINDOW,
-                1.0,
-                "the liquid decomposes: a linear circuit says nothing about that",
-            )
-        )
-    return rows
+        name = "abs(u) over the electrochemical window of 4 V (BMIMBF4)"
+        consequence = "the liquid decomposes: a linear circuit says nothing about that"
+        yield Assumption(name, abs(voltage) / ELECTROCHEMICAL_WINDOW, 1.0, consequence)
 
 
 def gravity(actuator: Actuator, stiffness: float) -> Assumption:

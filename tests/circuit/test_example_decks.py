@@ -143,8 +143,8 @@ def test_amplifier_limits_the_current_and_then_controls_the_voltage(results: Res
     assert current.max() == pytest.approx(0.1, rel=0.01)
     # under a constant current I the voltage is I Rdc (1 - Rdc/(Rdc + Rd) exp(-t/((Rdc + Rd) C))): when is it 4 V?
     lumped = lumped_elements(PAPER)
-    rdc, total = lumped.dc_resistance, lumped.dc_resistance + lumped.dynamic_resistance
-    limited = total * lumped.capacitance * np.log(rdc / total / (1 - 4.0 / (0.1 * rdc)))
+    rdc, total = lumped.port.dc_resistance, lumped.port.dc_resistance + lumped.port.dynamic_resistance
+    limited = total * lumped.port.capacitance * np.log(rdc / total / (1 - 4.0 / (0.1 * rdc)))
     assert 5 < limited < 10
     assert_allclose(current[(time > 0.01) & (time < 0.95 * limited)], 0.1, rtol=0.01)
     assert time[current > 0.098].max() == pytest.approx(limited, rel=0.03)

@@ -190,7 +190,7 @@ def test_electrodes_take_their_share_of_the_voltage(strips: dict[str, Actuator])
     slow = np.array([1e-9j])
     without = of_circuit(strip_netlist(PAPER, beam="static"), slow)["displacement"]
     with_electrodes = of_circuit(strip_netlist(strips["electrodes"], beam="static"), slow)["displacement"]
-    rdc = lumped_elements(PAPER).dc_resistance
+    rdc = lumped_elements(PAPER).port.dc_resistance
     assert with_electrodes / without == pytest.approx(rdc / (rdc + 2.0), rel=1e-6)
 
 
@@ -198,7 +198,7 @@ def test_electrodes_take_their_share_of_the_voltage(strips: dict[str, Actuator])
 @pytest.mark.parametrize("tip", ["free", "clamped"])
 def test_static_beam_reflects_nothing(strips: dict[str, Actuator], which: str, tip: str) -> None:
     lumped = lumped_elements(strips[which])
-    port = electrical_netlist(lumped.dc_resistance, lumped.branches, lumped.electrode_resistance)
+    port = electrical_netlist(lumped.port.dc_resistance, lumped.port.branches, lumped.port.electrode_resistance)
     found, alone = of_circuit(strip_netlist(strips[which], tip=tip, beam="static")), of_circuit(port)
     assert found["current"] == pytest.approx(alone["current"], rel=1e-12)
     assert found["charge"] == pytest.approx(alone["charge"], rel=1e-12)
@@ -217,7 +217,7 @@ def test_charge_is_that_on_the_capacitors(strips: dict[str, Actuator], tip: str)
     """Not the integral of the current: Rdc leaks. At rest it is C u."""
     slow = np.array([1e-9j])
     for which in ("paper", "rc2"):
-        total = lumped_elements(strips[which]).capacitance
+        total = lumped_elements(strips[which]).port.capacitance
         found = of_circuit(strip_netlist(strips[which], tip=tip, beam="static"), slow)
         assert found["charge"][0].real == pytest.approx(total, rel=1e-6)
 

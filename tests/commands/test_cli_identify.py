@@ -43,7 +43,7 @@ def test_it_writes_what_it_is_asked_for(run: Run, tmp_path: Path, kind: str) -> 
     assert strip.name == ("joint fit" if len(files) > 1 else Path(files[0]).stem)
     assert strip.uncertainty is not None
     assert ", ".join(names) in Path("fitted.toml").read_text()
-    assert lumped_elements(strip).dc_resistance == pytest.approx(content["parameters"]["dc_resistance"]["value"])
+    assert lumped_elements(strip).port.dc_resistance == pytest.approx(content["parameters"]["dc_resistance"]["value"])
     assert content["parameters"]["electrode_resistance"]["value"] == 1.0
     assert content["engine"] == engine
     assert list(dict.fromkeys(r["source"] for r in content["records"])) == names

@@ -260,5 +260,5 @@ def test_a_resolution_coarser_than_the_answer_is_said() -> None:
     """Current in steps of 10 mA under a steady 6 mA: Rdc 425 +- 4 ohm for 667, without a warning."""
     r = record(step(), 300.0, 601, rest=30, noise=0.003, seed=0)
     found = identified(r.changed(current=np.round(r.columns["current"], 2)), "rc")
-    truth = lumped_elements(PAPER).dc_resistance
+    truth = lumped_elements(PAPER).port.dc_resistance
     assert abs(found.fit.values[0] - truth) < 4 * found.fit.errors[0] or "resolution-coarse" in codes(found.findings)

@@ -25,8 +25,8 @@ Array = NDArray[np.float64]
 
 def truth(strip: Actuator) -> Array:
     lumped = lumped_elements(strip)
-    ordered = sorted(lumped.branches, key=lambda pair: pair[0] * pair[1])
-    return np.array([lumped.dc_resistance, *(x for pair in ordered for x in pair)])
+    ordered = sorted(lumped.port.branches, key=lambda pair: pair[0] * pair[1])
+    return np.array([lumped.port.dc_resistance, *(x for pair in ordered for x in pair)])
 
 
 def identified(r: Synthetic, model: str = "auto", engine: str = "ngspice") -> Identification:

@@ -43,7 +43,7 @@ def found(kind: str) -> Identification:
 def truth(strip: Actuator = PAPER) -> dict[str, float]:
     lumped, k = lumped_elements(strip), strip.coupling
     assert k is not None
-    values = (lumped.dc_resistance, lumped.dynamic_resistance, lumped.capacitance, 0.0)
+    values = (lumped.port.dc_resistance, lumped.port.dynamic_resistance, lumped.port.capacitance, 0.0)
     return dict(zip(UNITS, (*values, k.gain, k.zero, k.damping_ratio, k.natural_frequency), strict=True))
 
 
@@ -67,9 +67,9 @@ def test_the_truth_lies_within_the_errors(kind: str, found: Identification) -> N
 def test_the_actuator_answers_as_the_fit_says(kind: str, found: Identification) -> None:
     lumped = lumped_elements(found.actuator)
     values = {name: p.value for name, p in found.parameters.items()}
-    assert lumped.dc_resistance == pytest.approx(values["dc_resistance"], rel=1e-12)
-    assert lumped.branches[0] == pytest.approx((values["dynamic_resistance"], values["capacitance"]), rel=1e-12)
-    assert lumped.electrode_resistance == values["electrode_resistance"] == 0.0
+    assert lumped.port.dc_resistance == pytest.approx(values["dc_resistance"], rel=1e-12)
+    assert lumped.port.branches[0] == pytest.approx((values["dynamic_resistance"], values["capacitance"]), rel=1e-12)
+    assert lumped.port.electrode_resistance == values["electrode_resistance"] == 0.0
     k = found.actuator.coupling
     assert k is not None
     if kind in RECORDS:
@@ -208,7 +208,7 @@ def test_what_the_data_fix_does_not_depend_on_the_re_that_was_held(what: str) ->
     assert held.observations[0].rms_joint == pytest.approx(none.observations[0].rms_joint, rel=1e-6)
     assert held.parameters["dynamic_resistance"].value < 0.8 * none.parameters["dynamic_resistance"].value
     assert held.parameters["electrode_resistance"].value == 5.0
-    assert lumped_elements(held.actuator).electrode_resistance == pytest.approx(5.0)
+    assert lumped_elements(held.actuator).port.electrode_resistance == pytest.approx(5.0)
     why = "no current or spectrum of a linear port fixes it (any Re below 18.8"
     assert held.parameters["electrode_resistance"].fixed_because.startswith(why)
     assert held.parameters["electrode_resistance"].fixed_because.endswith("held at the value given")
@@ -322,7 +322,7 @@ def test_two_branches_are_named_by_number_and_load_back(what: str, tmp_path: Pat
     write_actuator(found, tmp_path / "fitted.toml")
     again = load_actuator(tmp_path / "fitted.toml")
     assert again == found.actuator
-    assert np.array(lumped_elements(again).branches) == pytest.approx(np.array(found.port.port.branches))
+    assert np.array(lumped_elements(again).port.branches) == pytest.approx(np.array(found.port.port.branches))
 
 
 def test_toml_loads_back_to_the_fitted_strip(found: Identification, tmp_path: Path) -> None:

@@ -272,4 +272,6 @@ def test_another_geometry_leaves_the_circuit_alone(measurement: Record, by_rc: I
     found = identify(m, base=replace(STRIP, geometry=geometry), model="rc", engine="exact")
     for name in ("dc_resistance", "dynamic_resistance", "capacitance"):
         assert found.parameters[name].value == pytest.approx(by_rc.parameters[name].value, rel=1e-9)
-    assert lumped_elements(found.actuator).branches[0] == pytest.approx(lumped_elements(by_rc.actuator).branches[0])
+    assert lumped_elements(found.actuator).port.branches[0] == pytest.approx(
+        lumped_elements(by_rc.actuator).port.branches[0]
+    )

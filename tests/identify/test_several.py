@@ -92,7 +92,7 @@ def test_very_different_sampling() -> None:
     dense = record(step(-1.0), 40.0, 4001, strip=PLAIN, rest=50, noise=2e-3, seed=4).measurement()
     found = identify([sparse, dense], model="rc", base=PLAIN)
     lumped = lumped_elements(PLAIN)
-    for p, value in zip(found.parameters.values(), (lumped.dc_resistance, *lumped.branches[0]), strict=False):
+    for p, value in zip(found.parameters.values(), (lumped.port.dc_resistance, *lumped.port.branches[0]), strict=False):
         assert_holds(p, value, 1.0)
     assert found.observations[0].rms_joint < 1.6 * found.observations[0].rms_individual
 
@@ -136,7 +136,7 @@ def test_a_spectrum_about_zero_and_a_step_tell_what_is_not_ohmic() -> None:
     about = [spectrum(SINH, 1e-4, 10.0), spectrum(SINH, 1e-4, 10.0, bias=1.0, seed=1, source="biased.csv")]
     found = identify([high, *about], model="rc+sinh", base=SINH, bias=[0.0, 0.0, 1.0])
     assert_holds(found.parameters["emission_voltage"], 0.8, 0.02)
-    assert_holds(found.parameters["dc_resistance"], lumped_elements(SINH).dc_resistance, 0.02)
+    assert_holds(found.parameters["dc_resistance"], lumped_elements(SINH).port.dc_resistance, 0.02)
     assert [o.voltage for o in found.observations] == [2.0, 0.0, 1.0]
 
 
@@ -185,7 +185,7 @@ def test_what_one_record_does_not_share_is_its_own() -> None:
     for p, chord in zip(own, chords, strict=True):
         assert_holds(p, chord, 1.0)
     assert found.parameters["dc_resistance"].value == pytest.approx(np.sqrt(own[0].value * own[1].value))
-    assert found.parameters["capacitance"].value == pytest.approx(lumped.capacitance, rel=0.01)
+    assert found.parameters["capacitance"].value == pytest.approx(lumped.port.capacitance, rel=0.01)
     assert all(o.rms_joint < 1.1 * o.rms_individual for o in found.observations)
     # of what is its own the others know only their mean
     assert all(o.rms_predicted is not None and o.rms_predicted > 3 * o.rms_individual for o in found.observations)

@@ -336,7 +336,7 @@ def test_a_coarsely_sampled_sine_gives_the_true_elements(frequency: float, inter
     )
     assert m.onset == 0.0
     found = identify(m, model="rc", engine="exact")
-    truth = lumped_elements(PAPER)
+    truth = lumped_elements(PAPER).port
     for name in ("dc_resistance", "dynamic_resistance", "capacitance"):
         p = found.parameters[name]
         assert p.stderr is not None
@@ -351,7 +351,7 @@ def test_the_paper_strip_is_what_the_records_are_made_of() -> None:
     lumped, k = lumped_elements(PAPER), PAPER.coupling
     assert k is not None
     t = r.columns["time"]
-    constants = formulas.current_constants(lumped.dc_resistance, *lumped.branches[0])
+    constants = formulas.current_constants(lumped.port.dc_resistance, *lumped.port.branches[0])
     assert r.columns["current"] == pytest.approx(4 * formulas.current_step(t, *constants), rel=1e-9)
     moved = formulas.displacement_step(t, k.gain, k.zero, k.damping_ratio, k.natural_frequency, lumped.bending_ratio)
     assert r.columns["displacement"] == pytest.approx(4 * moved, rel=1e-9, abs=1e-12)

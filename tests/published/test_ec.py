@@ -64,7 +64,7 @@ MADE: dict[tuple[str, str], Callable[[], float]] = {
     ("ec_table1", "dc_resistance"): lambda: resistances()[0],
     ("ec_table1", "dynamic_resistance"): lambda: resistances()[1],
     ("ec_table1", "capacitance"): lambda: resistances()[2],
-    ("ec_table1", "electrode_resistance"): lambda: lumped_elements(PAPER).electrode_resistance,
+    ("ec_table1", "electrode_resistance"): lambda: lumped_elements(PAPER).port.electrode_resistance,
     ("ec_table1", "length"): lambda: PAPER.geometry.length,
     ("ec_table1", "free_length"): lambda: PAPER.geometry.free_length,
     ("ec_table1", "width"): lambda: PAPER.geometry.width,
@@ -163,9 +163,9 @@ def test_recomputed(row: Published) -> None:
 @pytest.mark.parametrize(
     ("stem", "item", "value"),
     [
-        ("ec_table1", "dc_resistance", lambda: lumped_elements(PAPER).dc_resistance),
-        ("ec_table1", "dynamic_resistance", lambda: lumped_elements(PAPER).dynamic_resistance),
-        ("ec_table1", "capacitance", lambda: lumped_elements(PAPER).capacitance),
+        ("ec_table1", "dc_resistance", lambda: lumped_elements(PAPER).port.dc_resistance),
+        ("ec_table1", "dynamic_resistance", lambda: lumped_elements(PAPER).port.dynamic_resistance),
+        ("ec_table1", "capacitance", lambda: lumped_elements(PAPER).port.capacitance),
         ("ec_table2", "dc_resistivity", lambda: PAPER.material.dc_resistivity),
         ("ec_table2", "dynamic_resistivity", lambda: PAPER.material.dynamic_resistivity),
         ("ec_table2", "permittivity", lambda: PAPER.material.permittivity),

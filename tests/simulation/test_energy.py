@@ -87,7 +87,7 @@ def test_nothing_moves_nothing_is_given() -> None:
 def test_where_n_is_constant_the_transformer_loses_nothing(engine: str, text: str) -> None:
     """d(s) with one pole at -Zd, cancelled, and the other at -1/(Rd C): then N(s) = k Kd Rd, and u1 i1 is F1 v1."""
     lumped = lumped_elements(PAPER)
-    zero, rate = 0.3, 1 / (lumped.dynamic_resistance * lumped.capacitance)
+    zero, rate = 0.3, 1 / (lumped.port.dynamic_resistance * lumped.port.capacitance)
     natural = float(np.sqrt(zero * rate))
     coupling = Coupling(1.2e-7, zero, (zero + rate) / (2 * natural), natural)
     # stiff, so that what is reflected stands out of rounding

@@ -108,7 +108,9 @@ def test_energy_of_a_step(beam: str) -> None:
     """U times the integral of i = a0 + a1 exp(-lambda t)."""
     response = simulate(PAPER, parse_drive("step:4V", 100.0), T, beam=beam)
     lumped = lumped_elements(PAPER)
-    a0, a1, rate = formulas.current_constants(lumped.dc_resistance, lumped.dynamic_resistance, lumped.capacitance)
+    a0, a1, rate = formulas.current_constants(
+        lumped.port.dc_resistance, lumped.port.dynamic_resistance, lumped.port.capacitance
+    )
     expected = 16 * (a0 * T + a1 / rate * (1 - np.exp(-rate * T)))
     assert response.energy == pytest.approx(expected, abs=1e-8 * expected.max())
 
@@ -127,7 +129,9 @@ def test_energy_needs_no_dense_samples(text: str, samples: int) -> None:
 
 def test_energy_of_a_sine_against_quadrature() -> None:
     lumped = lumped_elements(PAPER)
-    constants = formulas.current_constants(lumped.dc_resistance, lumped.dynamic_resistance, lumped.capacitance)
+    constants = formulas.current_constants(
+        lumped.port.dc_resistance, lumped.port.dynamic_resistance, lumped.port.capacitance
+    )
     drive = parse_drive("sine:2V,0.05Hz", 60.0)
 
     def power(t: float) -> float:
@@ -143,12 +147,14 @@ def test_energy_of_a_sine_against_quadrature() -> None:
 def test_energy_is_stored_or_lost(strips: dict[str, Actuator], which: str, text: str) -> None:
     """q^2/2 C of the capacitor plus the losses in Re, Rdc and Rd; the motion of these strips takes 1e-10."""
     lumped = lumped_elements(strips[which])
-    ((rd, c),) = lumped.branches
+    ((rd, c),) = lumped.port.branches
     t = np.linspace(0, 60, 4001)
     response = simulate(strips[which], parse_drive(text, 60.0), t, engine="exact")
-    port = response.voltage - lumped.electrode_resistance * response.current
-    ionic = response.current - port / lumped.dc_resistance
-    losses = lumped.electrode_resistance * response.current**2 + port**2 / lumped.dc_resistance + rd * ionic**2
+    port = response.voltage - lumped.port.electrode_resistance * response.current
+    ionic = response.current - port / lumped.port.dc_resistance
+    losses = (
+        lumped.port.electrode_resistance * response.current**2 + port**2 / lumped.port.dc_resistance + rd * ionic**2
+    )
     lost = np.concatenate([[0.0], np.cumsum((losses[1:] + losses[:-1]) / 2 * np.diff(t))])
     # the trapezoidal sum over samples is what limits this comparison, at the edges most
     assert response.energy == pytest.approx(response.charge**2 / (2 * c) + lost, abs=5e-3 * response.energy.max())

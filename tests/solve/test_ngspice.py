@@ -26,7 +26,8 @@ GRID = np.linspace(0, 5, 501)
 
 def solve(circuit: str, vectors: list[str], grid: NDArray[np.float64] = GRID) -> NDArray[np.float64]:
     """A circuit without an external source, whose voltages then do not matter."""
-    return session().transient(circuit, grid, np.zeros_like(grid), vectors)
+    with session().loaded(circuit, float(grid[-1]), vectors) as run:
+        return run(grid, np.zeros_like(grid))
 
 
 def python(code: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -99,7 +100,8 @@ def test_a_circuit_that_ngspice_gives_up_on_is_an_error_not_a_crash(tmp_path: Pa
     from ilg_circuit.solve.ngspice import session
     for text in ({RC + "B1 x 0 v=foo(bar"!r}, {RC!r}):
         try:
-            session().transient(text + "\\n", np.linspace(0, 5, 51), np.zeros(51), ["out"])
+            with session().loaded(text + "\\n", 5.0, ["out"]) as run:
+                run(np.linspace(0, 5, 51), np.zeros(51))
         except SolveError as error:
             print(error)
     """

@@ -129,7 +129,7 @@ def test_poles_of_the_papers_strip() -> None:
     """The ionic branch, the two coupling filters and the tip: what EC (17) says they are without reflection."""
     lumped, k = lumped_elements(PAPER), PAPER.coupling
     assert k is not None
-    (rd, c), wn = lumped.branches[0], k.natural_frequency
+    (rd, c), wn = lumped.port.branches[0], k.natural_frequency
     # the copy of the ionic branch is fed by a current, so its pole is at 0 (Rd + C end open)
     branch = [-1 / (rd * c), 0.0]
     coupling = [*np.roots([1, 2 * k.damping_ratio * wn, wn**2])] * 2
@@ -150,7 +150,7 @@ def test_no_random_strip_runs_away(tip: str, beam: str, strip: Actuator) -> None
     # with a complex N the port need not be passive; where it reflects little, it is stable
     n = abs(lumped.coupling_factor(0))
     poles = state_space([strip_netlist(strip, tip=tip, beam=beam)]).poles()
-    if beam == "static" or n**2 * lumped.stiffness * lumped.capacitance < 1e-6:
+    if beam == "static" or n**2 * lumped.stiffness * lumped.port.capacitance < 1e-6:
         assert (poles.real <= 1e-6 * np.abs(poles).max()).all()
 
 

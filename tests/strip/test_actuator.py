@@ -25,6 +25,7 @@ from ilg_circuit.strip.actuator import (
     Mounting,
 )
 from ilg_circuit.strip.elements import lumped_elements
+from ilg_circuit.strip.port import Port
 
 RECORDS: dict[type, dict[str, float]] = {
     Geometry: {"length": 35e-3, "free_length": 30e-3, "width": 5e-3, "thickness": 0.5e-3},
@@ -128,20 +129,13 @@ def test_cantilever_eigenvalue() -> None:
 def test_the_strip_of_given_circuit_values_has_them(
     strip: Actuator, dc: float, pairs: list[tuple[float, float]], electrode: float
 ) -> None:
-    made = Actuator.from_circuit_values(
-        strip.geometry,
-        dc_resistance=dc,
-        branches=tuple(pairs),
-        electrode_resistance=electrode,
-        base=strip.material,
-        coupling=strip.coupling,
-        name="made",
-    )
+    port = Port(dc, tuple(pairs), electrode)
+    made = Actuator.from_port(strip.geometry, port, base=strip.material, coupling=strip.coupling, name="made")
     lumped = lumped_elements(made)
     close = {"rel": 1e-14, "abs": 0}
-    assert lumped.dc_resistance == pytest.approx(dc, **close)
-    assert lumped.electrode_resistance == pytest.approx(electrode, **close)
-    for (r, c), (wanted_r, wanted_c) in zip(lumped.branches, pairs, strict=True):
+    assert lumped.port.dc_resistance == pytest.approx(dc, **close)
+    assert lumped.port.electrode_resistance == pytest.approx(electrode, **close)
+    for (r, c), (wanted_r, wanted_c) in zip(lumped.port.branches, pairs, strict=True):
         assert r == pytest.approx(wanted_r, **close)
         assert c == pytest.approx(wanted_c, **close)
     assert made.material.youngs_modulus == strip.material.youngs_modulus
@@ -157,4 +151,4 @@ def test_the_strip_of_given_circuit_values_has_them(
 def test_impossible_circuit_values_are_refused(change: dict[str, Any]) -> None:
     values: dict[str, Any] = {"dc_resistance": 600.0, "branches": ((20.0, 0.3),), "electrode_resistance": 0.0}
     with pytest.raises(InputError):
-        Actuator.from_circuit_values(PAPER.geometry, base=PAPER.material, **values | change)
+        Actuator.from_port(PAPER.geometry, Port(**values | change), base=PAPER.material)

@@ -17,10 +17,10 @@ BAND = (1e-4, 10.0)
 def test_elements_are_those_of_the_strip() -> None:
     lumped = lumped_elements(PAPER)
     told = describe(PAPER, band=BAND)["elements"]
-    assert told["dc_resistance"]["value"] == lumped.dc_resistance
-    assert told["dynamic_resistance"]["value"] == lumped.dynamic_resistance
+    assert told["dc_resistance"]["value"] == lumped.port.dc_resistance
+    assert told["dynamic_resistance"]["value"] == lumped.port.dynamic_resistance
     assert told["capacitance"] == {
-        "value": lumped.capacitance,
+        "value": lumped.port.capacitance,
         "unit": "F",
         "equation": told["capacitance"]["equation"],
     }
@@ -46,7 +46,7 @@ def test_it_is_json(strips: dict[str, Actuator], which: str) -> None:
 
 def test_branches_are_numbered_where_there_are_several(strips: dict[str, Actuator]) -> None:
     told = describe(strips["rc2"], band=BAND)["elements"]
-    for k, (r, c) in enumerate(lumped_elements(strips["rc2"]).branches, 1):
+    for k, (r, c) in enumerate(lumped_elements(strips["rc2"]).port.branches, 1):
         assert told[f"resistance_{k}"]["value"] == r
         assert told[f"capacitance_{k}"]["value"] == c
     assert "dynamic_resistance" not in told

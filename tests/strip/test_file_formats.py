@@ -11,7 +11,7 @@ from every_model import VALUES
 from ilg_circuit.errors import InputError
 from ilg_circuit.provenance import Provenance
 from ilg_circuit.strip.actuator import PAPER
-from ilg_circuit.strip.elements import electrical_model_of, lumped_elements
+from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.strip.file import dumps, load_actuator, loads, save_actuator
 
 OLD = sorted((Path(__file__).parent / "files_0_1_0").glob("*.toml"))
@@ -24,7 +24,7 @@ def test_files_of_0_1_0_are_read(path: Path) -> None:
     if path.stem == "paper":
         assert strip == PAPER
         return
-    kind, port = electrical_model_of(strip), lumped_elements(strip).port
+    kind, port = strip.material.model, lumped_elements(strip).port
     assert kind.name.replace("+", "_") == path.stem
     assert kind.values(port) == pytest.approx([VALUES[name] for name in kind.names], rel=1e-12)
     assert port.electrode_resistance == pytest.approx(5.0)

@@ -14,12 +14,22 @@ from strategies import log_floats
 
 from ilg_circuit.errors import InputError
 from ilg_circuit.strip.actuator import PAPER
-from ilg_circuit.strip.ladder import LADDER_ERROR, Ladder
-from ilg_circuit.strip.models.cpe import cpe_impedance, cpe_ladder
-from ilg_circuit.strip.models.warburg import warburg_impedance, warburg_ladder
+from ilg_circuit.strip.ladder import LADDER_ERROR, Ladder, Ladders
+from ilg_circuit.strip.models.cpe import CPE, cpe_impedance
+from ilg_circuit.strip.models.warburg import WARBURG, warburg_impedance
 
 decades = st.floats(0.5, 8.0)
 counts = st.one_of(st.none(), st.integers(1, 200))
+
+
+def cpe_ladder(coefficient: float, exponent: float, band: tuple[float, float], sections: int | None = None) -> Ladder:
+    return CPE.ladder((coefficient, exponent), Ladders(band, sections))
+
+
+def warburg_ladder(
+    resistance: float, tau: float, band: tuple[float, float], sections: int | None = None, reach: float | None = None
+) -> Ladder:
+    return WARBURG.ladder((resistance, tau), Ladders(band, sections, reach))
 
 
 def band_of(low: float, wide: float) -> tuple[float, float]:

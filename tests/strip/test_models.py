@@ -30,7 +30,7 @@ from ilg_circuit.simulation.response import simulate, transient_band
 from ilg_circuit.solve import transient
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.describe import describe
-from ilg_circuit.strip.elements import electrical_model_of, lumped_elements
+from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.strip.file import dumps, loads
 from ilg_circuit.strip.models import Ladders, candidates, electrical_model, model_names
 from ilg_circuit.strip.models.cpe import cpe_impedance
@@ -87,7 +87,7 @@ def test_a_strip_keeps_its_port_through_a_file(model: str, electrodes: float) ->
     strip = strip_of(model, electrodes)
     again = loads(dumps(strip))
     assert again == strip
-    assert electrical_model_of(again).name == model
+    assert again.material.model.name == model
     s = 2j * np.pi * np.geomspace(1e-3, 1e3, 7)
     for bias in (0.0, 2.0):
         expected = port_of(model, electrodes).impedance(s, bias)
@@ -176,7 +176,7 @@ def test_a_deck_runs_by_plain_ngspice(model: str, tmp_path: Path) -> None:
 
 
 def test_the_paper_s_strip_is_of_the_simplest_model() -> None:
-    assert electrical_model_of(PAPER).name == "rc"
+    assert PAPER.material.model.name == "rc"
 
 
 # -- what a fit asks of a model ----------------------------------------------------------------------------------------
@@ -211,7 +211,7 @@ def test_order_puts_interchangeable_parts_by_time_constant(model: str) -> None:
 @pytest.mark.parametrize("model", MODELS)
 def test_starting_values_are_allowed_values(model: str) -> None:
     kind = electrical_model(model)
-    pairs = [(10.0 * k, 0.1 * k) for k in range(1, kind.branch_count + 1)]
+    pairs = [(10.0 * k, 0.1 * k) for k in range(1, kind.ions.branch_counts[0] + 1)]
     assert kind.port(kind.starts_from_branches(500.0, pairs, 3.0).tolist())
     z = kind.impedance(np.array([values_of(model)]), S)[0]
     if kind.linear:

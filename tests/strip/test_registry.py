@@ -21,7 +21,6 @@ from ilg_circuit.simulation.impedance import impedance
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.solve.spectrum import spectrum
 from ilg_circuit.strip.actuator import PAPER, Actuator
-from ilg_circuit.strip.elements import electrical_model_of
 from ilg_circuit.strip.file import dumps, load_actuator, loads, save_actuator
 from ilg_circuit.strip.models import (
     MODELS,
@@ -115,7 +114,7 @@ def test_it_goes_through_a_file(toy: str) -> None:
     del MODELS[toy]  # as in another session, where nobody has named it
     registry.loaded.discard(toy)
     assert loads(text) == strip
-    assert electrical_model_of(loads(text)).name == toy
+    assert loads(text).material.model.name == toy
 
 
 def test_its_ladder_its_netlist_and_its_closed_form_agree(toy: str) -> None:

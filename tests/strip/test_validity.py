@@ -78,7 +78,7 @@ def test_numbers_follow_their_definitions(strips: dict[str, Actuator]) -> None:
     lumped = lumped_elements(strips["rc2"])
     s = 2j * np.pi * 1e-3
     assert row("abs(Zp/Rdc)", strips["rc2"], band=(1e-3, 10.0)).number == pytest.approx(
-        abs(lumped.ion_impedance(s)) / lumped.dc_resistance
+        abs(lumped.ion_impedance(s)) / lumped.port.dc_resistance
     )
 
 

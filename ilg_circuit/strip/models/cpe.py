@@ -18,9 +18,9 @@ from ...errors import InputError
 from ...fit.parameter import Parameter
 from ..ladder import LADDER_ERROR, Ladder, Ladders, enough, require_ladders
 from ..port import Port
-from .ladder_path import LadderPath
+from .ladder_path import SCALED, LadderPath
 from .model import LibraryText, Pair, Shown
-from .starts import amounts, electron_path, places
+from .starts import amounts, scattered
 
 #: An exponent lies between diffusion's 1/2 and a capacitor's 1.
 _EXPONENT = 0.8
@@ -47,8 +47,12 @@ class ConstantPhase(LadderPath):
         return cpe_impedance(s, values[:, :1], values[:, 1:])
 
     def ladder(self, constants: Sequence[float], ladders: Ladders) -> Ladder:
+        """Return the ladder. Raises InputError for an exponent outside (0, 1) too."""
         coefficient, exponent = constants
-        return cpe_ladder(coefficient, exponent, ladders.band, ladders.sections)
+        require_ladders(ladders)
+        if not 0 < exponent < 1:
+            raise InputError(f"CPE exponent {exponent:g} must lie between 0 and 1")
+        return enough(lambda n: _ladder(coefficient, exponent, ladders.band, n).with_error(), ladders.sections, 4)
 
     def to_material(self, values: Sequence[float]) -> dict[str, float]:
         return dict(zip(("dynamic_resistivity", "permittivity", "cpe_exponent"), values, strict=True))
@@ -64,13 +68,13 @@ class ConstantPhase(LadderPath):
 
     def spectrum_starts(self, z: ComplexArray, omega: Array, random: np.random.Generator) -> Array:
         s = 1j * omega
-        found = []
-        for place in places(random):
-            dc, ions = electron_path(z, random)
+
+        def start(ions: ComplexArray, place: float) -> list[float]:
             exponent = 0.3 + 0.68 * place
             series, amount = amounts(np.column_stack([np.ones_like(s), cpe_impedance(s, 1.0, exponent)]), ions)
-            found.append([dc, series, 1 / amount, exponent])
-        return np.array(found)
+            return [series, 1 / amount, exponent]
+
+        return scattered(z, random, start)
 
     def shown_element(self, constants: Sequence[float]) -> list[Shown]:
         coefficient, exponent = constants
@@ -85,7 +89,7 @@ class ConstantPhase(LadderPath):
         assert ladder is not None
         q = ladder.constants[0]
         return LibraryText(
-            {"rion1": "dynamic_resistivity*thickness/area", "cion1": "permittivity*area/thickness"},
+            SCALED,
             tuple((f"{r * q!r}/cion1", f"{c / q!r}*cion1") for r, c in ladder.sections),
             f"rion1+{ladder.resistance * q!r}/cion1",
             f"{ladder.capacitance / q!r}*cion1",
@@ -98,17 +102,6 @@ CPE = ConstantPhase()
 def cpe_impedance(s: ArrayLike, coefficient: float | Array, exponent: float | Array) -> ComplexArray:
     """Return 1/(Q s^a) [ohm]."""
     return np.asarray(1 / (coefficient * np.asarray(s, dtype=complex) ** exponent))
-
-
-def cpe_ladder(coefficient: float, exponent: float, band: tuple[float, float], sections: int | None = None) -> Ladder:
-    """Return the ladder of a CPE over ``band`` [Hz].
-
-    Raises InputError for an exponent outside (0, 1), for a band that is none, for no sections, or more than 200.
-    """
-    require_ladders(Ladders(band, sections))
-    if not 0 < exponent < 1:
-        raise InputError(f"CPE exponent {exponent:g} must lie between 0 and 1")
-    return enough(lambda count: _ladder(coefficient, exponent, band, count).with_error(), sections, 4)
 
 
 def _ladder(coefficient: float, exponent: float, band: tuple[float, float], sections: int) -> Ladder:

@@ -11,10 +11,12 @@ import numpy as np
 from ...arrays import Array, ComplexArray
 from ...errors import InputError
 from ...fit.parameter import Parameter
-from ..ladder import Ladder, Ladders, Relaxations, relaxation_ladder
+from ..ladder import ORDER, Ladder, Ladders, Relaxations, enough, gathered, require_ladders
 from ..port import Port
 from .model import Assumed, IonPath, Shown
 
+#: Expressions in a library whose sections keep their proportions: series resistance and capacitance of the strip.
+SCALED = {"rion1": "dynamic_resistivity*thickness/area", "cion1": "permittivity*area/thickness"}
 SERIES = Parameter("series_resistance", "Rs", "ohm", "before the diffusing ions")
 
 
@@ -50,7 +52,14 @@ class LadderPath(IonPath):
 
     def ladder(self, constants: Sequence[float], ladders: Ladders) -> Ladder:
         """Return the ladder of the element. Raises InputError for a band or a number of sections that cannot be."""
-        return relaxation_ladder(self, tuple(constants), self.relaxations(constants), ladders)
+        require_ladders(ladders)
+        relaxations = self.relaxations(constants)
+
+        def made(sections: int) -> Ladder:
+            found = gathered(relaxations, ladders.band, sections)
+            return Ladder(self, tuple(constants), *found, ladders.band).with_error()
+
+        return enough(made, ladders.sections, ORDER, ORDER)
 
     def port(self, dc_resistance: float, values: Sequence[float], ladders: Ladders) -> Port:
         return Port(dc_resistance, ladder=self.ladder(values[1:], ladders), series_resistance=values[0])

@@ -53,6 +53,7 @@ class LibraryText:
 class IonPath(ABC):
     """The path of the ions: one subclass for each kind, usually without any fields.
 
+    ``library_note`` is what the header of a library says of a ladder's range.
     ``material`` are the keys in the section [material] of a strip's file that this path has beyond
     ``dynamic_resistivity`` and ``permittivity``; the set of them names the path. ``auto`` are the kinds of data,
     "record" and "spectrum", for which ``--model auto`` tries it, in the order of the registry. ``grows`` says whether
@@ -62,6 +63,7 @@ class IonPath(ABC):
     material: tuple[Parameter, ...] = ()
     auto: tuple[str, ...] = ()
     grows: bool = False
+    library_note: str = "the constants of the model are fixed"
 
     @property
     @abstractmethod
@@ -165,11 +167,6 @@ class IonPath(ABC):
         """Return the keys of [material] that `library` uses as parameters."""
         return ()
 
-    @property
-    def library_note(self) -> str:
-        """Return what the header of a library says of a ladder's range."""
-        return "the constants of the model are fixed"
-
 
 class Addition:
     """What a model has beyond its ion path, written after a ``+`` in its name.
@@ -252,11 +249,6 @@ class ElectricalModel:
     def linear(self) -> bool:
         """Return whether small signals show everything."""
         return all(a.linear for a in self.additions)
-
-    @property
-    def branch_count(self) -> int:
-        """Return the number of relaxations to look for in a record."""
-        return self.ions.branch_counts[0]
 
     @property
     def needs_several_voltages(self) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from ...fit.parameter import Parameter
 from ..ladder import Relaxations
 from .ladder_path import LadderPath
 from .model import Pair, Shown
-from .starts import amounts, electron_path, places
+from .starts import amounts, scattered
 from .warburg import DIFFUSION_TIME, WARBURG_RESISTANCE, coth_over
 
 #: Exponents of the density of relaxations stay so far below those at which its peaks are lines.
@@ -81,16 +81,16 @@ class Randles(LadderPath):
 
     def spectrum_starts(self, z: ComplexArray, omega: Array, random: np.random.Generator) -> Array:
         s: ComplexArray = np.asarray(1j * omega, dtype=complex)
-        found = []
-        for place in places(random):
-            dc, ions = electron_path(z, random)
+
+        def start(ions: ComplexArray, place: float) -> list[float]:
             tau = float((3 / omega[-1]) ** (1 - place) * (30 / omega[0]) ** place)
             t = float(math.exp(random.uniform(math.log(0.3 / omega[-1]), math.log(tau))))
             alpha, a = float(random.uniform(0.6, 0.95)), float(random.uniform(0.38, 0.495))
             shapes = (np.ones_like(s), arc_impedance(s, 1.0, t, alpha), diffusion_impedance(s, 1.0, tau, a))
             series, r, rw = amounts(np.column_stack(shapes), ions)
-            found.append([dc, series, r, t, alpha, rw, tau, a])
-        return np.array(found)
+            return [series, r, t, alpha, rw, tau, a]
+
+        return scattered(z, random, start)
 
     def derived(self, values: Sequence[float]) -> dict[str, tuple[float, str]]:
         _, r, t, alpha, rw, tau, _ = values

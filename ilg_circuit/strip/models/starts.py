@@ -6,6 +6,8 @@ least squares.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ...arrays import Array, ComplexArray
@@ -16,16 +18,20 @@ SETS = 60
 _LITTLE = 1e-3
 
 
-def places(random: np.random.Generator) -> list[float]:
-    """Return places in (0, 1), one in each of `SETS` equal parts, ascending, so that a search covers all of it."""
-    spread: list[float] = ((np.arange(SETS) + random.uniform(0, 1, SETS)) / SETS).tolist()
-    return spread
+def scattered(
+    z: ComplexArray, random: np.random.Generator, start: Callable[[ComplexArray, float], list[float]]
+) -> Array:
+    """Return starting values (m, n + 1), Rdc first, for a spectrum ``z`` (f,) [ohm].
 
-
-def electron_path(z: ComplexArray, random: np.random.Generator) -> tuple[float, ComplexArray]:
-    """Return an Rdc [ohm] at random, often so large that it is hardly seen, and the impedance (f,) beside it."""
-    dc = float(np.abs(z).max()) * 10 ** random.choice([random.uniform(0, 0.3), random.uniform(0, 3)])
-    return dc, np.asarray(1 / (1 / z - 1 / dc))
+    ``start`` makes those of the ion path from its impedance (f,) and a place in (0, 1). There is one place in each of
+    `SETS` equal parts, ascending, so that a search covers all of it.
+    """
+    found = []
+    for place in ((np.arange(SETS) + random.uniform(0, 1, SETS)) / SETS).tolist():
+        # at random, often so large that it is hardly seen
+        dc = float(np.abs(z).max()) * 10 ** random.choice([random.uniform(0, 0.3), random.uniform(0, 3)])
+        found.append([dc, *start(np.asarray(1 / (1 / z - 1 / dc)), place)])
+    return np.array(found)
 
 
 def amounts(columns: ComplexArray, target: ComplexArray) -> Array:

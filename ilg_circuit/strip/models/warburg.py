@@ -18,9 +18,9 @@ from ...arrays import Array, ComplexArray
 from ...fit.parameter import Parameter
 from ..ladder import LADDER_ERROR, ORDER, Ladder, Ladders, enough, gauss, require_ladders, shares
 from ..port import Port
-from .ladder_path import LadderPath
+from .ladder_path import SCALED, LadderPath
 from .model import LibraryText, Pair, Shown
-from .starts import amounts, electron_path, places
+from .starts import amounts, scattered
 
 WARBURG_RESISTANCE = Parameter("warburg_resistance", "Rw", "ohm", "diffusion, finite length, reflecting")
 DIFFUSION_TIME = Parameter("diffusion_time", "tau", "s", "length^2/diffusion coefficient; capacitance tau/Rw")
@@ -49,8 +49,19 @@ class Warburg(LadderPath):
         return warburg_impedance(s, values[:, :1], values[:, 1:])
 
     def ladder(self, constants: Sequence[float], ladders: Ladders) -> Ladder:
-        resistance, time_constant = constants
-        return warburg_ladder(resistance, time_constant, ladders.band, ladders.sections, ladders.reach)
+        """Return the ladder; those of equal ``reach`` and ``sections`` are scaled copies, smooth to a fit."""
+        require_ladders(ladders)
+        resistance, tau = constants
+        low, high = ladders.band
+        product = 2 * np.pi * high * tau if ladders.reach is None else ladders.reach
+        # rounded up to a decade: strips that differ little share one ladder
+        decade = max(math.ceil(math.log10(product) - 1e-9), 1)
+        lowest = 10.0 ** min(math.floor(math.log10(2 * np.pi * low * tau)), decade - 1)
+        unit = _unit_ladder(decade, lowest, ladders.sections)
+        farad = tau / resistance
+        scaled = tuple((resistance * r, farad * c) for r, c in unit.sections)
+        total, whole = resistance * unit.resistance, farad * unit.capacitance
+        return Ladder(self, (resistance, tau), total, whole, scaled, ladders.band).with_error()
 
     def ladders(self, typical: Sequence[float], band: tuple[float, float]) -> Ladders:
         ladders = Ladders(band, reach=2 * np.pi * band[1] * typical[2] * _REACH)
@@ -71,13 +82,12 @@ class Warburg(LadderPath):
 
     def spectrum_starts(self, z: ComplexArray, omega: Array, random: np.random.Generator) -> Array:
         s = 1j * omega
-        found = []
-        for place in places(random):
-            dc, ions = electron_path(z, random)
+
+        def start(ions: ComplexArray, place: float) -> list[float]:
             tau = float((0.3 / omega[-1]) ** (1 - place) * (30 / omega[0]) ** place)
-            series, amount = amounts(np.column_stack([np.ones_like(s), warburg_impedance(s, 1.0, tau)]), ions)
-            found.append([dc, series, amount, tau])
-        return np.array(found)
+            return [*amounts(np.column_stack([np.ones_like(s), warburg_impedance(s, 1.0, tau)]), ions), tau]
+
+        return scattered(z, random, start)
 
     def derived(self, values: Sequence[float]) -> dict[str, tuple[float, str]]:
         return {"diffusion_capacitance": (values[2] / values[1], "F")}
@@ -97,11 +107,7 @@ class Warburg(LadderPath):
         ohm, tau = ladder.constants
         farad = tau / ohm
         return LibraryText(
-            {
-                "rion1": "dynamic_resistivity*thickness/area",
-                "cion1": "permittivity*area/thickness",
-                "rdiffusion": "diffusion_time/cion1",
-            },
+            SCALED | {"rdiffusion": "diffusion_time/cion1"},
             tuple((f"{r / ohm!r}*rdiffusion", f"{c / farad!r}*cion1") for r, c in ladder.sections),
             f"rion1+{ladder.resistance / ohm!r}*rdiffusion",
             f"{ladder.capacitance / farad!r}*cion1",
@@ -119,31 +125,6 @@ def warburg_impedance(s: ArrayLike, resistance: float | Array, time_constant: fl
 def coth_over(x: ComplexArray, resistance: float | Array) -> ComplexArray:
     """Return Rw coth(x)/x; by exponentials that cannot overflow, Re x >= 0."""
     return np.asarray(resistance * (1 + np.exp(-2 * x)) / (-np.expm1(-2 * x)) / x)
-
-
-def warburg_ladder(
-    resistance: float,
-    time_constant: float,
-    band: tuple[float, float],
-    sections: int | None = None,
-    reach: float | None = None,
-) -> Ladder:
-    """Return the ladder of a finite Warburg element over ``band`` [Hz].
-
-    Ladders of equal ``reach`` and ``sections`` (see `Ladders`) are scaled copies of one another, so a fit sees a smooth
-    function. Raises InputError for a band that is none, for no sections, or more than 200.
-    """
-    require_ladders(Ladders(band, sections))
-    product = 2 * np.pi * band[1] * time_constant if reach is None else reach
-    # rounded up to a decade: strips that differ little share one ladder
-    decade = max(math.ceil(math.log10(product) - 1e-9), 1)
-    lowest = 10.0 ** min(math.floor(math.log10(2 * np.pi * band[0] * time_constant)), decade - 1)
-    unit = _unit_ladder(decade, lowest, sections)
-    farad = time_constant / resistance
-    scaled = tuple((resistance * r, farad * c) for r, c in unit.sections)
-    return Ladder(
-        WARBURG, (resistance, time_constant), resistance * unit.resistance, farad * unit.capacitance, scaled, band
-    ).with_error()
 
 
 @lru_cache(maxsize=64)
