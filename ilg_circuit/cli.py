@@ -31,7 +31,10 @@ class _Commands(click.Group):
             formatter.write_dl(rows)
 
 
-@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(
+    cls=_Commands,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100, "show_default": True},
+)
 @click.version_option(__version__, prog_name="ilg-circuit")
 def cli() -> None:
     """Ionic-liquid-gel strips as circuits: simulate them, fit them to measurements, hand out netlists.

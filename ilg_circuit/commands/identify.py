@@ -9,6 +9,7 @@ from typing import Any, Literal
 import click
 
 from ..errors import InputError
+from ..units import parse
 from .emit import emit, require_outputs
 from .options import ModelOption, engine_option, output_options, outputs
 from .progress import ProgressBar
@@ -17,7 +18,7 @@ from .progress import ProgressBar
 @click.command()
 @click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
-@click.option("--model", cls=ModelOption, default="auto", show_default=True)
+@click.option("--model", cls=ModelOption, default="auto")
 @click.option("--electrode-resistance", help="Held, such as 2ohm; fit: nonlinear models.  [default: the actuator's]")
 @click.option("--own", multiple=True, help="A parameter that each of several files has for itself; may be repeated.")
 @click.option("--bias", multiple=True, help="Of spectra: 1V, or FILE=1V for one of them.")
@@ -26,7 +27,6 @@ from .progress import ProgressBar
     "--intervals",
     type=click.Choice(["covariance", "bootstrap", "profile", "mcmc"]),
     default="covariance",
-    show_default=True,
     help="How 95 % intervals are made; covariance: by a block bootstrap where residuals are autocorrelated.",
 )
 @output_options("TOML file for the fitted actuator.", "Picture of data, fit and residuals (.png, .pdf, .svg).")
@@ -69,8 +69,6 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
 
 def resistance(text: str | None) -> float | Literal["fit"] | None:
     """Return what --electrode-resistance was given, in ohm."""
-    from ..units import parse
-
     if text == "fit":
         return "fit"
     return parse(text, "ohm", "--electrode-resistance") if text else None
@@ -78,8 +76,6 @@ def resistance(text: str | None) -> float | Literal["fit"] | None:
 
 def biases(paths: Sequence[Path], spectra: Sequence[bool], given: Sequence[str]) -> list[float]:
     """Return the bias [V] of every file from what ``--bias`` was given: VOLTAGE for all spectra, or FILE=VOLTAGE."""
-    from ..units import parse
-
     found = [0.0] * len(paths)
     for text in sorted(given, key=lambda t: "=" in t):
         name, _, voltage = text.rpartition("=")

@@ -19,13 +19,8 @@ from .options import FILE
 @click.option(
     "--terms", type=int, help="Ogden terms, 1 to 4.  [default: chosen by BIC, neo-Hookean and so on included]"
 )
-@click.option(
-    "--model",
-    type=click.Choice(["auto", "ogden", "neo-hookean", "mooney-rivlin"]),
-    default="auto",
-    show_default=True,
-)
-@click.option("--weights", type=click.Choice(["absolute", "relative"]), default="absolute", show_default=True)
+@click.option("--model", type=click.Choice(["auto", "ogden", "neo-hookean", "mooney-rivlin"]), default="auto")
+@click.option("--weights", type=click.Choice(["absolute", "relative"]), default="absolute")
 @click.option("--free-signs", is_flag=True, help="Do not impose mu_i alpha_i > 0, which keeps the material stable.")
 @click.option("--at", type=float, multiple=True, help="Stretch to predict the stress at; may be repeated.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..simulation.drives import DRIVE_FORMS
+from ..units import parse
 
 if TYPE_CHECKING:
     from ..arrays import Array
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
 
 FILE = click.Path(path_type=Path)
 
-engine_option = click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
-tip_option = click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
+engine_option = click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice")
+tip_option = click.option("--tip", type=click.Choice(["free", "clamped"]), default="free")
 beam_option = click.option(
     "--beam",
     type=click.Choice(["dynamic", "static"]),
@@ -77,7 +78,6 @@ def outputs(options: dict[str, Any]) -> dict[str, Path | None]:
 def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
     """Duration [s] and sample times [s] from ``--duration``, ``--samples`` and ``--step``."""
     from ..simulation.response import sample_times
-    from ..units import parse
 
     seconds = parse(duration, "s", "--duration")
     step = parse(options["step"], "s", "--step") if options["step"] else None

@@ -15,7 +15,7 @@ from .options import engine_option, output_options, outputs, sample_options, sam
 @click.argument("actuator")
 @click.option("--motion", required=True, help=f"Of the point L_F: {MOTION_FORMS}.")
 @click.option("--duration", required=True, help="Such as 300s.")
-@click.option("--terminals", type=click.Choice(["open", "short"]), default="open", show_default=True)
+@click.option("--terminals", type=click.Choice(["open", "short"]), default="open")
 @engine_option
 @sample_options
 @output_options("CSV file to write.", "Picture to write (.png, .pdf, .svg).")

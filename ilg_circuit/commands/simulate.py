@@ -40,8 +40,6 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
     Where the drive is a file that holds a measured current (and displacement) too, the prediction is compared with it.
     """
     from ..report import response as shown
-    from ..report.axes import save
-    from ..report.page import write_page
     from ..simulation.drives import parse_drive
     from ..simulation.response import simulate as solve
     from ..strip.file import load_actuator
@@ -63,10 +61,10 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
         response,
         outputs(options),
         inputs=(actuator, drive.removeprefix("file:"), options["compare"]),
-        writers={
-            "--out": lambda result, path: result.write_csv(path, energy=options["with_energy"]),
-            "--plot": lambda result, path: save(shown.figure(result, compared), path, result.provenance),
-            "--report": lambda result, path: write_page(shown.page(result, compared), path, result.provenance),
+        writers={"--out": lambda result, path: result.write_csv(path, energy=options["with_energy"])},
+        shown={
+            "--plot": lambda result: shown.figure(result, compared),
+            "--report": lambda result: shown.page(result, compared),
         },
         text=shown.text(response, compared),
     )
