@@ -14,8 +14,7 @@ from ..study.design import DesignReport, aim, design_drive
 from ..study.pareto import Front
 from ..study.problem import Design
 from ..study.search import INITIAL_POINTS
-from ..study.sensitivity import Sensitivity
-from ..study.sobol import SobolIndices
+from ..study.sensitivity import Sensitivity, SobolIndices
 from ..units import format_quantity
 from .tables import aligned
 

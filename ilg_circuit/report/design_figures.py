@@ -10,7 +10,7 @@ from ..arrays import Array
 from ..study.design import aim
 from ..study.pareto import Front
 from ..study.problem import Design
-from ..study.sobol import SobolIndices
+from ..study.sensitivity import SobolIndices
 from .axes import BLUE, GREY, ORANGE, engineering
 from .panels import COLOURS, axis_label, legend_below, logarithmic, tiles, wide
 

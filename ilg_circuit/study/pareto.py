@@ -21,7 +21,7 @@ from ..files import write_csv
 from ..strip.validity import LARGEST_DEFLECTION
 from .plan import sobol_points
 from .problem import DesignProblem, Objective, distinct, slacks
-from .quantities import quantity
+from .requirements import quantity
 from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Terms, Values, distant, local_search
 
 Progress = Callable[[int, int], None]

@@ -16,8 +16,7 @@ from ..arrays import Array
 from ..errors import InputError, SolveError
 from .parameters import Scenario
 from .plan import sobol_points
-from .quantities import Quantity
-from .requirements import Requirement
+from .requirements import Quantity, Requirement
 from .search import FEASIBLE, INITIAL_POINTS, Goal, Search, Terms, Values, local_search, search
 from .space import Space
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from .quantities import Quantity
+from .requirements import Quantity
 from .space import Space
 
 #: Values (k,) of k designs by name of the quantity.

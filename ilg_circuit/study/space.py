@@ -13,7 +13,7 @@ from ..errors import InputError
 from .evaluate import Evaluation, evaluate, scenario_of, scenarios_of
 from .parameters import Scenario, ScenarioTemplate, Value
 from .plan import Range, parse_each
-from .quantities import Designs, Quantity
+from .requirements import Designs, Quantity
 
 #: Called with the number of designs simulated since the last call.
 Counter = Callable[[int], None]

@@ -18,12 +18,11 @@ from ..provenance import Provenance
 from ..result import Result
 from ..strip.actuator import Actuator
 from ..strip.validity import deflection_warnings
-from .dataset import SweepTotals, read_sweep, write_dataset
+from .dataset import Store, SweepTotals, read_sweep, write_dataset
 from .evaluate import Evaluation, Progress
 from .parameters import scenario_template
 from .spec import SweepSpec, solve_task, sweep_spec
-from .store import Store
-from .workers import GivenPool, LokyPool, processes_possible, solve_on
+from .workers import GivenPool, LokyPool, cluster_pool, processes_possible, solve_on
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -118,8 +117,8 @@ def solve_sweep(
     """Solve ``spec`` into the netCDF file ``out``, or in memory without one.
 
     Solved by ``jobs`` processes (default: one a core; this one alone for a single task, or where processes cannot share
-    locks), on a dask ``cluster`` (see `study.cluster`), or on an ``executor`` like those of `concurrent.futures`; the
-    result is the same. Finished tasks are kept beside ``out`` until all are, so that an interrupted sweep is resumed.
+    locks), on a dask ``cluster`` (see `workers`), or on an ``executor`` like those of `concurrent.futures`; the result
+    is the same. Finished tasks are kept beside ``out`` until all are, so that an interrupted sweep is resumed.
     ``progress(done, total)`` counts designs, first called before any is solved. Raises InputError where the file cannot
     be written, SolveError where every design fails.
     """
@@ -185,8 +184,6 @@ def _usual_jobs(tasks: int) -> int:
 
 def _pool(workers: int, cluster: str | None, executor: Executor | None) -> AbstractContextManager[GivenPool]:
     if cluster is not None:
-        from .cluster import cluster_pool
-
         return cluster_pool(cluster)
     if executor is not None:
         width = int(getattr(executor, "_max_workers", 1))
