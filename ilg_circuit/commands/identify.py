@@ -44,27 +44,18 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     from ..report.identification import write_actuator
     from ..strip.file import load_actuator
 
-    require_outputs(outputs(options), {"DATA": data})
+    written = outputs(options)
+    require_outputs(written, {"DATA": data})
     base = load_actuator(actuator) if actuator else None
-    given = options["electrode_resistance"]
     files = [read(path) for path in data]
     spectra = [isinstance(file, Spectrum) for file in files]
-    bias = biases(data, spectra, options["bias"])
+    options["bias"] = biases(data, spectra, options["bias"])
     if all(spectra) and context.get_parameter_source("engine") is click.core.ParameterSource.COMMANDLINE:
         click.echo("warning: spectra are fitted by their closed form: --engine has no effect on them", err=True)
+    options["electrode_resistance"] = resistance(options["electrode_resistance"])
     with ProgressBar("evaluation", doing="fitting") as bar:
-        result = fit(
-            files,
-            base=base,
-            model=options["model"],
-            electrode_resistance=resistance(given),
-            own=options["own"],
-            bias=bias,
-            engine=options["engine"],
-            intervals=options["intervals"],
-            progress=bar.count,
-        )
-    emit(result, outputs(options), inputs=(*data, actuator), seed=result.seed, writers={"--out": write_actuator})
+        result = fit(files, base=base, progress=bar.count, **options)
+    emit(result, written, inputs=(*data, actuator), seed=result.seed, writers={"--out": write_actuator})
 
 
 def resistance(text: str | None) -> float | Literal["fit"] | None:

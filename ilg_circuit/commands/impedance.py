@@ -34,10 +34,11 @@ def impedance(actuator: str, low: str, high: str, **options: Any) -> None:
 
     strip = load_actuator(actuator)
     f = frequencies(parse(low, "Hz", "--from"), parse(high, "Hz", "--to"), options["points"])
-    require_outputs(outputs(options))
+    written = outputs(options)
+    require_outputs(written)
     how = mounted(strip, options) | {"bias": parse(options["bias"], "V", "--bias")}
     result = solve(strip, f, engine=options["engine"], **how)
-    emit(result, outputs(options), inputs=[actuator], text=text(result))
+    emit(result, written, inputs=[actuator], text=text(result))
     if options["check"]:
         from ..report.check import summary
         from ..simulation.check import check_impedance, require_agreement

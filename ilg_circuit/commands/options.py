@@ -71,8 +71,8 @@ class ModelOption(click.Option):
 
 
 def outputs(options: dict[str, Any]) -> dict[str, Path | None]:
-    """The files that `output_options` name, for `emit`."""
-    return {f"--{name}": options[name] for name in ("out", "json", "plot", "report")}
+    """The files that `output_options` name, for `emit`; ``options`` are without them then."""
+    return {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report")}
 
 
 def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:

@@ -48,7 +48,8 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
     seconds, times = sampled(duration, options)
     source = parse_drive(drive, seconds)
     how = mounted(strip, options)
-    require_outputs(outputs(options))
+    written = outputs(options)
+    require_outputs(written)
     solver = {"engine": options["engine"], "accuracy": options["accuracy"]}
     response = solve(strip, source, times, progress=ProgressBar(), **solver, **how)
     if options["band"]:
@@ -59,7 +60,7 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
     compared = _compared(strip, options, drive, seconds, how)
     emit(
         response,
-        outputs(options),
+        written,
         inputs=(actuator, drive.removeprefix("file:"), options["compare"]),
         writers={"--out": lambda result, path: result.write_csv(path, energy=options["with_energy"])},
         shown={

@@ -129,10 +129,8 @@ class SweepTotals:
                 continue
             if output.name == "relative_deflection":
                 self.bent += int((values > LARGEST_DEFLECTION).sum())
-            for ends, number, chosen in (
-                (self.lowest, int(np.nanargmin(values)), min),
-                (self.highest, int(np.nanargmax(values)), max),
-            ):
+            for ends, find, chosen in ((self.lowest, np.nanargmin, min), (self.highest, np.nanargmax, max)):
+                number = int(find(values))
                 end = float(values[number]), start + number
                 ends[output.name] = chosen(ends.get(output.name, end), end, key=itemgetter(0))
 

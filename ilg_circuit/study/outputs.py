@@ -68,10 +68,6 @@ def _by_name(name: str) -> Output:
     return OUTPUTS[name]
 
 
-def _energy(runs: BatchWaveforms) -> Array:
-    return runs.curve("current").integral(runs.voltage)
-
-
 def _overshoot(runs: BatchWaveforms) -> Array:
     final = runs.motion.final
     beyond = runs.motion.extreme(np.where(final < 0, -1.0, 1.0))[0]
@@ -112,7 +108,7 @@ _ALL = [
     ),
     *_of_waveform("current"),
     *_of_waveform("charge"),
-    Output("energy", "J", "energy delivered by the source", _energy),
+    Output("energy", "J", "energy delivered by the source", lambda r: r.curve("current").integral(r.voltage)),
 ]
 
 #: Every output by name.

@@ -67,14 +67,13 @@ class PiecewiseLegendre:
             result[:, some] = np.einsum("ntk,tk->nt", self.values[:, panel[some]], weights)
         return result
 
-    def integral(self, other: Array | None = None) -> Array:
-        """Return integrals (n,) over the run, of the product with ``other`` (m, NODES) where one is given."""
-        product = self.values if other is None else self.values * other
-        return product @ WEIGHTS @ self.panels.widths
+    def integral(self, other: Array) -> Array:
+        """Return the integrals (n,) over the run of the product with ``other`` (n, m, NODES)."""
+        return (self.values * other) @ WEIGHTS @ self.panels.widths
 
     def rms(self) -> Array:
         """Return the root mean square (n,) over the run."""
-        return np.sqrt((self.values**2 @ WEIGHTS @ self.panels.widths) / self.panels.end)
+        return np.sqrt(self.integral(self.values) / self.panels.end)
 
     def peak(self) -> tuple[Array, Array]:
         """Return the value of largest size (n,), with its sign, and its time [s]; the first of equal ones."""

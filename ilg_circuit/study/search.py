@@ -164,30 +164,28 @@ def local_search(goal: Goal, start: Array) -> LocalOptimum:
 
     n = len(start)
     local = _Evaluator(goal)
-    first = local.at(start)
+    first, _ = local.at(start)
     kept, bounded = first.constraints.shape[1], first.maximin.shape[1]
     extra = int(bounded > 0)  # t is there
     of_t = np.zeros((kept + bounded, extra))
     of_t[kept:] = -1.0
 
-    def objective(z: Array) -> float:
-        return float(local.at(z[:n]).objective[0] - z[n:].sum())
-
-    def gradient(z: Array) -> Array:
-        return np.append(local.slopes(z[:n])[0], [-1.0] * extra)
+    def objective(z: Array) -> tuple[float, Array]:
+        terms, slopes = local.at(z[:n])
+        return float(terms.objective[0] - z[n:].sum()), np.append(slopes[0], [-1.0] * extra)
 
     def constraints(z: Array) -> Array:
-        terms = local.at(z[:n])
+        terms, _ = local.at(z[:n])
         return np.concatenate([terms.constraints[0], terms.maximin[0] - z[n:].sum()])
 
     def jacobian(z: Array) -> Array:
-        return np.hstack([local.slopes(z[:n])[1:], of_t])
+        return np.hstack([local.at(z[:n])[1][1:], of_t])
 
     with suppress(_StalledError):
         minimize(
             objective,
             np.append(start, first.maximin[0].min()) if extra else start,
-            jac=gradient,
+            jac=True,
             bounds=Bounds([0.0] * n + [-np.inf] * extra, [1.0] * n + [np.inf] * extra),
             constraints=[{"type": "ineq", "fun": constraints, "jac": jacobian}] if len(of_t) else [],
             method="SLSQP",
@@ -207,11 +205,11 @@ class _Evaluator:
     def __init__(self, goal: Goal) -> None:
         self._goal, self._step = goal, _STEPS[goal.space.engine]
         self._point: Array | None = None
-        self._slopes: Array = np.zeros((0, 0))
         self._idle = 0
         self.best: LocalOptimum | None = None
 
-    def at(self, point: Array) -> Terms:
+    def at(self, point: Array) -> tuple[Terms, Array]:
+        """Return the terms at ``point`` (n,), and the slopes (1 + b + a, n) of objective, constraints, maximin."""
         point = np.clip(point, 0.0, 1.0)
         if self._point is None or (point != self._point).any():
             n = len(point)
@@ -222,17 +220,12 @@ class _Evaluator:
             table = np.nan_to_num(np.column_stack(columns), nan=-_IMPOSSIBLE, neginf=-_IMPOSSIBLE)
             table[np.isnan(around.objective), 0] = _IMPOSSIBLE
             widths = np.diagonal(up - down)[:, None]
-            self._slopes = ((table[1 : n + 1] - table[n + 1 :]) / widths).T
+            slopes = ((table[1 : n + 1] - table[n + 1 :]) / widths).T
             a = around.constraints.shape[1]
-            self._terms = Terms(table[:1, 0], table[:1, 1 + a :], table[:1, 1 : 1 + a])
+            self._found = Terms(table[:1, 0], table[:1, 1 + a :], table[:1, 1 : 1 + a]), slopes
             self._point = point
-            self._remember(self._terms.optimum(point[None]))
-        return self._terms
-
-    def slopes(self, point: Array) -> Array:
-        """Return (1 + b + a, n): slopes of objective, constraints, maximin."""
-        self.at(point)
-        return self._slopes
+            self._remember(self._found[0].optimum(point[None]))
+        return self._found
 
     def _remember(self, here: LocalOptimum) -> None:
         best = self.best
