@@ -32,7 +32,7 @@ VARY_FORMS = (
 class Range:
     """Range of one parameter: its ``values``, or all between ``low`` and ``high`` (by equal ratios if ``log``).
 
-    ``text`` is what it was parsed from; ``count`` the number of values that this asks for. Raises InputError where ``low``
+    ``text`` is what it was parsed from; ``count`` the number of values it asks for. Raises InputError where ``low``
     is not below ``high``, or not positive for equal ratios.
     """
 
