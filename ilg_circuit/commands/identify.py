@@ -10,7 +10,7 @@ import click
 
 from ..errors import InputError
 from ..units import parse
-from .emit import emit, require_outputs
+from .emit import emit
 from .options import ModelOption, engine_option, output_options, outputs
 from .progress import ProgressBar
 
@@ -44,8 +44,7 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     from ..report.identification import write_actuator
     from ..strip.file import load_actuator
 
-    written = outputs(options)
-    require_outputs(written, {"DATA": data})
+    written = outputs(options, DATA=data)
     base = load_actuator(actuator) if actuator else None
     files = [read(path) for path in data]
     spectra = [isinstance(file, Spectrum) for file in files]

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ..units import parse
-from .emit import emit, require_outputs
+from .emit import emit
 from .options import beam_option, engine_option, mounted, output_options, outputs, tip_option
 
 
@@ -35,7 +35,6 @@ def impedance(actuator: str, low: str, high: str, **options: Any) -> None:
     strip = load_actuator(actuator)
     f = frequencies(parse(low, "Hz", "--from"), parse(high, "Hz", "--to"), options["points"])
     written = outputs(options)
-    require_outputs(written)
     how = mounted(strip, options) | {"bias": parse(options["bias"], "V", "--bias")}
     result = solve(strip, f, engine=options["engine"], **how)
     emit(result, written, inputs=[actuator], text=text(result))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +11,7 @@ import click
 
 from ..simulation.drives import DRIVE_FORMS
 from ..units import parse
+from .emit import require_outputs
 
 if TYPE_CHECKING:
     from ..arrays import Array
@@ -70,9 +71,11 @@ class ModelOption(click.Option):
         return super().get_help_record(ctx)
 
 
-def outputs(options: dict[str, Any]) -> dict[str, Path | None]:
-    """The files that `output_options` name, for `emit`; ``options`` are without them then."""
-    return {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report")}
+def outputs(options: dict[str, Any], **inputs: Path | Iterable[Path] | None) -> dict[str, Path | None]:
+    """The files that `output_options` name, for `emit`, refused as by `require_outputs`; ``options`` lose them."""
+    written = {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report")}
+    require_outputs(written, inputs)
+    return written
 
 
 def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
-from .emit import emit, require_outputs
+from .emit import emit
 from .options import FILE, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
 from .progress import ProgressBar
 
@@ -49,7 +49,6 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
     source = parse_drive(drive, seconds)
     how = mounted(strip, options)
     written = outputs(options)
-    require_outputs(written)
     solver = {"engine": options["engine"], "accuracy": options["accuracy"]}
     response = solve(strip, source, times, progress=ProgressBar(), **solver, **how)
     if options["band"]:

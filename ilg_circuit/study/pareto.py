@@ -19,12 +19,11 @@ from ..arrays import Array
 from ..errors import InputError, SolveError
 from ..files import write_csv
 from ..strip.validity import LARGEST_DEFLECTION
+from .evaluate import Progress
 from .plan import sobol_points
 from .problem import DesignProblem, Objective, distinct, slacks
 from .requirements import quantity
 from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Terms, Values, distant, local_search
-
-Progress = Callable[[int, int], None]
 
 #: Default number of points of a front of two, of three objectives.
 POINTS = {2: 25, 3: 60}

@@ -48,8 +48,7 @@ class PiecewiseLegendre:
         """Truncation error (n, m) of every panel: the last terms of its series over the waveform's largest value."""
         tail = np.abs(self.values @ _TO_SERIES[:, -2:]).max(axis=2)
         largest = np.abs(self.values).max(axis=(1, 2))[:, None]
-        relative: Array = np.divide(tail, largest, out=np.zeros_like(tail), where=largest > 0)
-        return relative
+        return np.divide(tail, largest, out=np.zeros_like(tail), where=largest > 0)
 
     @cached_property
     def final(self) -> Array:
@@ -152,5 +151,4 @@ class PiecewiseLegendre:
 
 def _along(series: NDArray[np.floating], at: Array) -> Array:
     """Evaluate series k (n, degrees) at ``at[k]``, from 0 to 1."""
-    values: Array = (legendre.legvander(2 * at - 1, series.shape[1] - 1) * series).sum(axis=1)
-    return values
+    return (legendre.legvander(2 * at - 1, series.shape[1] - 1) * series).sum(axis=1)

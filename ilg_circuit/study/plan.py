@@ -178,8 +178,7 @@ def sobol_points(dimension: int, count: int, seed: int) -> Array:
     """Return points (count, n) of a scrambled Sobol sequence; count is rounded up to a power of two."""
     from scipy.stats import qmc
 
-    points: Array = qmc.Sobol(dimension, rng=np.random.default_rng(seed)).random_base2(math.ceil(math.log2(count)))
-    return points
+    return qmc.Sobol(dimension, rng=np.random.default_rng(seed)).random_base2(math.ceil(math.log2(count)))
 
 
 def read_plan(path: Path) -> Plan:

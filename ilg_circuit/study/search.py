@@ -122,8 +122,7 @@ class Search:
     @property
     def spread(self) -> Array:
         """Largest distance (n,) between the agreeing starts' designs, as fractions of the ranges; large: not unique."""
-        spread: Array = np.ptp([self.best.point, *(e.point for e in self._agreeing)], axis=0)
-        return spread
+        return np.ptp([self.best.point, *(e.point for e in self._agreeing)], axis=0)
 
 
 def search(goal: Goal, points: Array, values: Values, *, starts: int | None = None, seed: int = 0) -> Search:

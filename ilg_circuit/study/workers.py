@@ -73,8 +73,7 @@ class GivenPool:
 
     def submit(self, task: Task) -> Future[Evaluation]:
         """Submit a task."""
-        future: Future[Evaluation] = self._executor.submit(_solve, task, self._models)
-        return future
+        return self._executor.submit(_solve, task, self._models)
 
     def renew(self) -> None:
         """Make the pool usable again after a death. Raises SolveError where that is impossible."""
