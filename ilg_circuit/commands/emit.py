@@ -12,7 +12,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -20,6 +20,9 @@ from ..errors import InputError
 from ..files import require_writable, write_json
 from ..provenance import Provenance, command_line, provenance
 from ..result import Result
+
+if TYPE_CHECKING:
+    from ..simulation.check import Difference
 
 #: Options -> files to write; None where an option was not given.
 Outputs = Mapping[str, Path | None]
@@ -105,3 +108,12 @@ def origin(inputs: Iterable[str | Path | None] = (), seed: int | None = None) ->
 def plain_data(result: Result) -> dict[str, Any]:
     """Return ``result`` as plain data, its provenance last."""
     return result.to_dict() | {"provenance": result.provenance.to_dict()}
+
+
+def show_check(differences: list[Difference]) -> None:
+    """Print the ``differences`` from other solutions. Raises SolveError where one is too large."""
+    from ..report.check import summary
+    from ..simulation.check import require_agreement
+
+    click.echo(summary(differences))
+    require_agreement(differences)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
-from .emit import emit
+from .emit import emit, show_check
 from .options import FILE, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
 from .progress import ProgressBar
 
@@ -69,12 +69,9 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
         text=shown.text(response, compared),
     )
     if options["check"]:
-        from ..report.check import summary
-        from ..simulation.check import check, require_agreement
+        from ..simulation.check import check
 
-        differences = check(response, **how)
-        click.echo(summary(differences))
-        require_agreement(differences)
+        show_check(check(response, **how))
 
 
 def _compared(

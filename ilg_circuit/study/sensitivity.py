@@ -191,13 +191,8 @@ def sobol_indices(
     space: Space, quantities: Sequence[Quantity], *, samples: int | None = None, seed: int = 0
 ) -> SobolIndices:
     """Return the indices of ``quantities`` over the whole space; ``samples`` is a power of two. Raises as `indices`."""
-    return indices(
-        lambda points: space.evaluate(points, quantities),
-        space.names,
-        tuple(q.name for q in quantities),
-        samples=samples or SAMPLES[space.engine],
-        seed=seed,
-    )
+    names, samples = tuple(q.name for q in quantities), samples or SAMPLES[space.engine]
+    return indices(lambda points: space.evaluate(points, quantities), space.names, names, samples=samples, seed=seed)
 
 
 def indices(
