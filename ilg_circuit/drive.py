@@ -78,8 +78,7 @@ class Sine:
     def breakpoints(self, duration: float) -> Array:
         return np.empty(0)
 
-    def jumps(self, duration: float) -> Array:
-        return np.empty(0)
+    jumps = breakpoints
 
     def angular_frequency(self) -> float:
         return 2 * np.pi * self.frequency

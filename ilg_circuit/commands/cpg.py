@@ -15,12 +15,6 @@ from .progress import ProgressBar
 if TYPE_CHECKING:
     from ..cpg.run import RhythmRun
 
-#: Options of the network, as `ilg_circuit.cpg.network.wired` takes them.
-_WIRING = (
-    "neurons", "topology", "weights", "inhibition", "same", "cross", "adaptation", "tonic", "rise_time",
-    "adaptation_time",
-)  # fmt: skip
-
 
 @click.command()
 @click.option("--neurons", type=int, help="How many.  [default: 2; 3 in a ring; 30 in a chain]")
@@ -33,46 +27,46 @@ _WIRING = (
 @click.option("--inhibition", type=float, help="a, every weight of the topology.  [default: 2.5]")
 @click.option("--same", type=float, help="ks of a chain: + ks y_k from the unit before.  [default: 0.1]")
 @click.option("--cross", type=float, help="kc of a chain: - kc y_(other k) from the unit before.  [default: 0.1]")
-@click.option("--adaptation", type=float, default=3.0, show_default=True, help="d.")
-@click.option("--tonic", type=float, default=1.0, show_default=True, help="e.")
-@click.option("--rise-time", default="0.12s", show_default=True, help="Tr.")
-@click.option("--adaptation-time", default="0.3s", show_default=True, help="Ta.")
+@click.option("--adaptation", type=float, default=3.0, help="d.")
+@click.option("--tonic", type=float, default=1.0, help="e.")
+@click.option("--rise-time", default="0.12s", help="Tr.")
+@click.option("--adaptation-time", default="0.3s", help="Ta.")
 @click.option("--start", help="x of each neuron, then v of each: 0.12,0,0,0.  [default: the paper's]")
 @click.option("--duration", help="How long, such as 10s.")
 @click.option("--samples", type=int, help="Number of samples.  [default: 100 in the shorter time constant]")
 @click.option("--step", help="Time between samples, such as 1ms; instead of --samples.")
-@click.option("--engine", type=click.Choice(["ode", "ngspice"]), default="ode", show_default=True)
-@click.option("--sweep", help="inhibition=1:5:41: 41 values from 1 to 5; or tonic, rise-time=0.01s:1s:100...")
+@click.option("--engine", type=click.Choice(["ode", "ngspice"]), default="ode")
+@click.option("--sweep", "swept", help="inhibition=1:5:41: 41 values from 1 to 5; or tonic, rise-time=0.01s:1s:100...")
 @click.option("--out", type=FILE, help="CSV file to write.")
 @click.option("--plot", type=FILE, help="Picture to write (.png, .pdf, .svg).")
 @click.option("--netlist", type=FILE, help="Deck to write that plain ngspice -b runs.")
-@click.option("--json", is_flag=True, help="Print JSON.")
-def cpg(**options: Any) -> None:
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def cpg(duration: str | None, swept: str | None, as_json: bool, **options: Any) -> None:
     """A central pattern generator: whether it oscillates, period, amplitude, phases, outputs over time."""
-    outputs = {f"--{name}": options[name] for name in ("out", "plot", "netlist")}
+    outputs = {f"--{name}": options.pop(name) for name in ("out", "plot", "netlist")}
     require_outputs(outputs, {"--weights": options["weights"]})
-    how = {name: options[name] for name in _WIRING} | {"start": _start(options["start"])}
-    files = {"inputs": (options["weights"],), "as_json": options["json"]}
-    if options["sweep"]:
+    options["start"] = _start(options["start"])
+    files: dict[str, Any] = {"inputs": (options["weights"],), "as_json": as_json}
+    if swept:
         from ..cpg.sweep import cpg_sweep
 
-        _require_sweepable(options)
-        emit(cpg_sweep(options["sweep"], progress=ProgressBar("networks"), **how), outputs, **files)
+        sampling = {name: options.pop(name) for name in ("engine", "samples", "step")}
+        _require_sweepable(outputs, {"duration": duration, **sampling})
+        emit(cpg_sweep(swept, progress=ProgressBar("networks"), **options), outputs, **files)
         return
     from ..cpg.run import cpg as run
 
-    if options["duration"] is None:
+    if duration is None:
         raise InputError("--duration is missing; say how long, such as --duration 10s")
-    sampling = {name: options[name] for name in ("samples", "step", "engine")}
-    result = run(options["duration"], progress=ProgressBar("s"), **sampling, **how)
+    result = run(duration, progress=ProgressBar("s"), **options)
     emit(result, outputs, writers={"--netlist": _write_deck}, **files)
 
 
-def _require_sweepable(options: dict[str, Any]) -> None:
+def _require_sweepable(outputs: dict[str, Any], sampling: dict[str, Any]) -> None:
     """Refuse options that a sweep has no use for."""
-    if options["engine"] != "ode" or options["netlist"]:
+    if sampling.pop("engine") != "ode" or outputs["--netlist"]:
         raise InputError("a sweep is solved by --engine ode and writes no netlist; leave out --engine and --netlist")
-    unused = [k for k in ("duration", "samples", "step") if options[k] is not None]
+    unused = [name for name, value in sampling.items() if value is not None]
     if unused:
         raise InputError(f"a sweep follows each network to its end; leave out --{unused[0]}")
 

@@ -10,7 +10,7 @@ from .options import FILE
 
 
 @click.command()
-@click.option("--out", type=FILE, default=Path("demo"), show_default=True, help="Folder for the results.")
+@click.option("--out", type=FILE, default=Path("demo"), help="Folder for the results.")
 def demo(out: Path) -> None:
     """The whole flow once, with pictures: simulate, check, measure with noise, identify, hand out."""
     from ..reproduce.demo import run

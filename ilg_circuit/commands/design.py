@@ -30,10 +30,9 @@ from .progress import ProgressBar
     "--engine",
     type=click.Choice(["ngspice", "exact", "auto"]),
     default="auto",
-    show_default=True,
     help="Of the search; auto: exact for linear circuits, else ngspice. ngspice always simulates the answer.",
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the scattered designs.")
+@click.option("--seed", type=int, default=0, help="Of the scattered designs.")
 @click.option("--sensitivity", is_flag=True, help="What the uncertainty of the fit makes of the design.")
 @click.option(
     "--confidence", help="Meet each requirement with this probability, such as 95%, whatever the fit left open."

@@ -10,20 +10,23 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from ..errors import InputError
+from ..files import require_writable, write_json
+from ..provenance import Provenance, command_line, provenance
+from ..result import Result
 
 if TYPE_CHECKING:
-    from ..provenance import Provenance
-    from ..result import Result
+    from ..simulation.check import Difference
 
 #: Options -> files to write; None where an option was not given.
 Outputs = Mapping[str, Path | None]
-R = TypeVar("R", bound="Result")
+R = TypeVar("R", bound=Result)
 
 
 def require_outputs(outputs: Outputs, inputs: Mapping[str, Path | Iterable[Path] | None] | None = None) -> None:
@@ -46,8 +49,6 @@ def require_outputs(outputs: Outputs, inputs: Mapping[str, Path | Iterable[Path]
 
             require_picture(path)
         else:
-            from ..files import require_writable
-
             require_writable(path)
 
 
@@ -58,6 +59,7 @@ def emit(
     inputs: Iterable[str | Path | None] = (),
     seed: int | None = None,
     writers: Mapping[str, Callable[[R, Path], object]] | None = None,
+    shown: Mapping[str, Callable[[R], Any]] | None = None,
     text: str | None = None,
     as_json: bool = False,
 ) -> R:
@@ -65,24 +67,29 @@ def emit(
 
     The result that is written and returned carries its provenance: version, command line, hashes of those ``inputs``
     that are files, ``seed`` if numbers were drawn at random. ``--json``, ``--plot`` and ``--report`` are written from
-    `Result.to_dict`, `Result.figure` and `Result.page`, ``--out`` by the result's own ``write_csv``. Any other option
-    needs a function in ``writers``, which may also replace one of these four: it is called with the result and the
-    path. ``text`` is printed in place of `Result.summary`; with ``as_json`` the plain data are. Warnings are
-    ``result.warnings``, if it has any.
+    `Result.to_dict`, `Result.figure` and `Result.page`, or from what the option's function in ``shown`` makes of the
+    result; ``--out`` by the result's own ``write_csv``. Any other option needs a function in ``writers``, which may
+    also replace one of these four: it is called with the result and the path. ``text`` is printed in place of
+    `Result.summary`; with ``as_json`` the plain data are. Warnings are ``result.warnings``, if it has any.
     """
-    from dataclasses import replace
-
     made = replace(result, provenance=origin(inputs, seed))
-    writing: dict[str, Callable[[R, Path], object]] = {
-        "--out": _csv,
-        "--json": _json,
-        "--plot": _plot,
-        "--report": _report,
-        **(writers or {}),
-    }
     for option, path in outputs.items():
-        if path is not None:
-            writing[option](made, path)
+        if path is None:
+            continue
+        if writers and option in writers:
+            writers[option](made, path)
+        elif option == "--out":
+            made.write_csv(path)
+        elif option == "--json":
+            write_json(path, plain_data(made))
+        elif option == "--plot":
+            from ..report.axes import save
+
+            save((shown or {}).get(option, Result.figure)(made), path, made.provenance)
+        else:
+            from ..report.page import write_page
+
+            write_page((shown or {}).get(option, Result.page)(made), path, made.provenance)
     if as_json:
         click.echo(json.dumps(plain_data(made), indent=2))
     else:
@@ -94,8 +101,6 @@ def emit(
 
 def origin(inputs: Iterable[str | Path | None] = (), seed: int | None = None) -> Provenance:
     """Return the provenance of what the present command makes; ``inputs`` that are no files have no hash."""
-    from ..provenance import command_line, provenance
-
     call = command_line(click.get_current_context().find_root().obj)
     return provenance(call, [path for path in inputs if path], seed)
 
@@ -105,23 +110,10 @@ def plain_data(result: Result) -> dict[str, Any]:
     return result.to_dict() | {"provenance": result.provenance.to_dict()}
 
 
-def _csv(result: Any, path: Path) -> None:
-    result.write_csv(path)
+def show_check(differences: list[Difference]) -> None:
+    """Print the ``differences`` from other solutions. Raises SolveError where one is too large."""
+    from ..report.check import summary
+    from ..simulation.check import require_agreement
 
-
-def _json(result: Result, path: Path) -> None:
-    from ..files import write_json
-
-    write_json(path, plain_data(result))
-
-
-def _plot(result: Result, path: Path) -> None:
-    from ..report.axes import save
-
-    save(result.figure(), path, result.provenance)
-
-
-def _report(result: Result, path: Path) -> None:
-    from ..report.page import write_page
-
-    write_page(result.page(), path, result.provenance)
+    click.echo(summary(differences))
+    require_agreement(differences)

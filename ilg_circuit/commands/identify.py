@@ -9,7 +9,8 @@ from typing import Any, Literal
 import click
 
 from ..errors import InputError
-from .emit import emit, require_outputs
+from ..units import parse
+from .emit import emit
 from .options import ModelOption, engine_option, output_options, outputs
 from .progress import ProgressBar
 
@@ -17,7 +18,7 @@ from .progress import ProgressBar
 @click.command()
 @click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
-@click.option("--model", cls=ModelOption, default="auto", show_default=True)
+@click.option("--model", cls=ModelOption, default="auto")
 @click.option("--electrode-resistance", help="Held, such as 2ohm; fit: nonlinear models.  [default: the actuator's]")
 @click.option("--own", multiple=True, help="A parameter that each of several files has for itself; may be repeated.")
 @click.option("--bias", multiple=True, help="Of spectra: 1V, or FILE=1V for one of them.")
@@ -27,7 +28,6 @@ from .progress import ProgressBar
     "--intervals",
     type=click.Choice(["covariance", "bootstrap", "profile", "mcmc"]),
     default="covariance",
-    show_default=True,
     help="How 95 % intervals are made; covariance: by a block bootstrap where residuals are autocorrelated.",
 )
 @output_options("TOML file for the fitted actuator.", "Picture of data, fit and residuals (.png, .pdf, .svg).")
@@ -45,36 +45,24 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     from ..report.identification import write_actuator
     from ..strip.file import load_actuator
 
-    require_outputs(outputs(options), {"DATA": data})
+    written = outputs(options, DATA=data)
     base = load_actuator(actuator) if actuator else None
-    given = options["electrode_resistance"]
-    begun = onsets(data, options["onset"])
+    begun = onsets(data, options.pop("onset"))
     files = [read(path, onset=begun[k]) for k, path in enumerate(data)]
     spectra = [isinstance(file, Spectrum) for file in files]
-    bias = biases(data, spectra, options["bias"])
+    options["bias"] = biases(data, spectra, options["bias"])
     if all(spectra) and context.get_parameter_source("engine") is click.core.ParameterSource.COMMANDLINE:
         click.echo("warning: spectra are fitted by their closed form: --engine has no effect on them", err=True)
+    options["electrode_resistance"] = resistance(options["electrode_resistance"])
     with ProgressBar("evaluation", doing="fitting") as bar:
-        result = fit(
-            files,
-            base=base,
-            model=options["model"],
-            electrode_resistance=resistance(given),
-            own=options["own"],
-            bias=bias,
-            engine=options["engine"],
-            intervals=options["intervals"],
-            progress=bar.count,
-        )
-    emit(result, outputs(options), inputs=(*data, actuator), seed=result.seed, writers={"--out": write_actuator})
+        result = fit(files, base=base, progress=bar.count, **options)
+    emit(result, written, inputs=(*data, actuator), seed=result.seed, writers={"--out": write_actuator})
     if not result.success:
         context.exit(1)
 
 
 def resistance(text: str | None) -> float | Literal["fit"] | None:
     """Return what --electrode-resistance was given, in ohm."""
-    from ..units import parse
-
     if text == "fit":
         return "fit"
     return parse(text, "ohm", "--electrode-resistance") if text else None
@@ -82,8 +70,6 @@ def resistance(text: str | None) -> float | Literal["fit"] | None:
 
 def biases(paths: Sequence[Path], spectra: Sequence[bool], given: Sequence[str]) -> list[float]:
     """Return the bias [V] of every file from what ``--bias`` was given: VOLTAGE for all spectra, or FILE=VOLTAGE."""
-    from ..units import parse
-
     found = [0.0] * len(paths)
     chosen = [k for k, yes in enumerate(spectra) if yes]
     for k, voltage in each_file(paths, chosen, given, "--bias", "the spectra among the files"):
@@ -93,8 +79,6 @@ def biases(paths: Sequence[Path], spectra: Sequence[bool], given: Sequence[str])
 
 def onsets(paths: Sequence[Path], given: Sequence[str]) -> list[Any]:
     """Return what ``--onset`` says of every file: a time [s], the name of a reading, or None."""
-    from ..units import parse
-
     found: list[Any] = [None] * len(paths)
     for k, text in each_file(paths, range(len(paths)), given, "--onset", "the files"):
         found[k] = text if text in ("last-rest", "first-level") else parse(text, "s", "--onset")

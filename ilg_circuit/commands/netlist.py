@@ -8,14 +8,15 @@ from typing import Any
 import click
 
 from ..errors import InputError
+from ..units import parse
 from .emit import origin
 from .options import FILE, beam_option, mounted, tip_option
 
 
 @click.command()
 @click.argument("actuator")
-@click.option("--drive", default="step:4V", show_default=True, help="Drive of a .cir deck, as for simulate.")
-@click.option("--duration", default="300s", show_default=True, help="Duration of a .cir deck.")
+@click.option("--drive", default="step:4V", help="Drive of a .cir deck, as for simulate.")
+@click.option("--duration", default="300s", help="Duration of a .cir deck.")
 @tip_option
 @beam_option
 @click.option("--load", help="As for simulate.")
@@ -28,7 +29,6 @@ def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any)
     from ..files import write_text
     from ..simulation.drives import parse_drive
     from ..strip.file import load_actuator
-    from ..units import parse
 
     strip = load_actuator(actuator)
     if out.suffix.lower() == ".lib":

@@ -19,13 +19,8 @@ from .options import FILE
 @click.option(
     "--terms", type=int, help="Ogden terms, 1 to 4.  [default: chosen by BIC, neo-Hookean and so on included]"
 )
-@click.option(
-    "--model",
-    type=click.Choice(["auto", "ogden", "neo-hookean", "mooney-rivlin"]),
-    default="auto",
-    show_default=True,
-)
-@click.option("--weights", type=click.Choice(["absolute", "relative"]), default="absolute", show_default=True)
+@click.option("--model", type=click.Choice(["auto", "ogden", "neo-hookean", "mooney-rivlin"]), default="auto")
+@click.option("--weights", "weighting", type=click.Choice(["absolute", "relative"]), default="absolute")
 @click.option("--free-signs", is_flag=True, help="Do not impose mu_i alpha_i > 0, which keeps the material stable.")
 @click.option("--at", type=float, multiple=True, help="Stretch to predict the stress at; may be repeated.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
@@ -33,12 +28,13 @@ from .options import FILE
 @click.option("--report", type=FILE, help="One HTML file with all of it.")
 @click.option("--actuator", help="Strip that --out gives the fitted Young's modulus: TOML file or preset.")
 @click.option("--out", type=FILE, help="TOML file for that strip.")
-def ogden(actuator: str | None, out: Path | None, plot: Path | None, report: Path | None, **options: Any) -> None:
+def ogden(actuator: str | None, out: Path | None, as_json: bool, free_signs: bool, **options: Any) -> None:
     """Fit a hyperelastic material to load tests, all of them together.
 
     Each file has the columns stretch and stress_<unit> (nominal), such as stress_MPa, with that header.
     """
-    files = {mode: options[mode] for mode in ("uniaxial", "equibiaxial", "planar") if options[mode] is not None}
+    given = {mode: options.pop(mode) for mode in ("uniaxial", "equibiaxial", "planar")}
+    files = {mode: path for mode, path in given.items() if path is not None}
     if not files:
         raise InputError("no test was given; give at least one of --uniaxial, --equibiaxial, --planar with its file")
     if (out is None) != (actuator is None):
@@ -49,22 +45,16 @@ def ogden(actuator: str | None, out: Path | None, plot: Path | None, report: Pat
     from ..report.ogden import write_actuator
     from ..strip.file import load_actuator
 
-    outputs = {"--out": out, "--plot": plot, "--report": report}
+    outputs = {"--out": out, "--plot": options.pop("plot"), "--report": options.pop("report")}
     require_outputs(outputs, {f"--{mode}": path for mode, path in files.items()})
     base = load_actuator(actuator or "paper")
-    result = characterise(
-        [read_load_test(path, mode) for mode, path in files.items()],
-        model=options["model"],
-        terms=options["terms"],
-        constrained=not options["free_signs"],
-        weighting=options["weights"],
-        at=options["at"],
-    )
+    tests = [read_load_test(path, mode) for mode, path in files.items()]
+    result = characterise(tests, constrained=not free_signs, **options)
     emit(
         result,
         outputs,
         inputs=(*files.values(), actuator),
         seed=result.seed,
         writers={"--out": lambda found, path: write_actuator(found, base, path)},
-        as_json=options["as_json"],
+        as_json=as_json,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..simulation.drives import DRIVE_FORMS
+from ..units import parse
+from .emit import require_outputs
 
 if TYPE_CHECKING:
     from ..arrays import Array
@@ -17,8 +19,8 @@ if TYPE_CHECKING:
 
 FILE = click.Path(path_type=Path)
 
-engine_option = click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice", show_default=True)
-tip_option = click.option("--tip", type=click.Choice(["free", "clamped"]), default="free", show_default=True)
+engine_option = click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice")
+tip_option = click.option("--tip", type=click.Choice(["free", "clamped"]), default="free")
 beam_option = click.option(
     "--beam",
     type=click.Choice(["dynamic", "static"]),
@@ -69,15 +71,16 @@ class ModelOption(click.Option):
         return super().get_help_record(ctx)
 
 
-def outputs(options: dict[str, Any]) -> dict[str, Path | None]:
-    """The files that `output_options` name, for `emit`."""
-    return {f"--{name}": options[name] for name in ("out", "json", "plot", "report")}
+def outputs(options: dict[str, Any], **inputs: Path | Iterable[Path] | None) -> dict[str, Path | None]:
+    """The files that `output_options` name, for `emit`, refused as by `require_outputs`; ``options`` lose them."""
+    written = {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report")}
+    require_outputs(written, inputs)
+    return written
 
 
 def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
     """Duration [s] and sample times [s] from ``--duration``, ``--samples`` and ``--step``."""
     from ..simulation.response import sample_times
-    from ..units import parse
 
     seconds = parse(duration, "s", "--duration")
     step = parse(options["step"], "s", "--step") if options["step"] else None

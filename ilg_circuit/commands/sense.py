@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ..simulation.drives import MOTION_FORMS
-from .emit import emit, require_outputs
+from .emit import emit
 from .options import engine_option, output_options, outputs, sample_options, sampled
 
 
@@ -15,7 +15,7 @@ from .options import engine_option, output_options, outputs, sample_options, sam
 @click.argument("actuator")
 @click.option("--motion", required=True, help=f"Of the point L_F: {MOTION_FORMS}.")
 @click.option("--duration", required=True, help="Such as 300s.")
-@click.option("--terminals", type=click.Choice(["open", "short"]), default="open", show_default=True)
+@click.option("--terminals", type=click.Choice(["open", "short"]), default="open")
 @engine_option
 @sample_options
 @output_options("CSV file to write.", "Picture to write (.png, .pdf, .svg).")
@@ -29,6 +29,6 @@ def sense(actuator: str, motion: str, duration: str, **options: Any) -> None:
     strip = load_actuator(actuator)
     seconds, times = sampled(duration, options)
     source = parse_drive(motion, seconds, "m")
-    require_outputs(outputs(options))
+    written = outputs(options)
     result = solve(strip, source, times, terminals=options["terminals"], engine=options["engine"])
-    emit(result, outputs(options), inputs=(actuator, motion.removeprefix("file:")), text=text(result))
+    emit(result, written, inputs=(actuator, motion.removeprefix("file:")), text=text(result))

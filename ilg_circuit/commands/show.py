@@ -7,12 +7,13 @@ import json
 import click
 
 from ..errors import InputError
+from ..units import parse
 
 
 @click.command()
 @click.argument("actuator")
-@click.option("--from", "low", default="0.1mHz", show_default=True, help="Low end of the band of use.")
-@click.option("--to", "high", default="10Hz", show_default=True, help="High end of the band of use.")
+@click.option("--from", "low", default="0.1mHz", help="Low end of the band of use.")
+@click.option("--to", "high", default="10Hz", help="High end of the band of use.")
 @click.option("--voltage", help="Largest voltage, for the electrochemical window and the deflection.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def show(actuator: str, low: str, high: str, voltage: str | None, as_json: bool) -> None:
@@ -20,7 +21,6 @@ def show(actuator: str, low: str, high: str, voltage: str | None, as_json: bool)
     from ..report.strip import summary
     from ..strip.describe import describe
     from ..strip.file import load_actuator
-    from ..units import parse
 
     band = (parse(low, "Hz", "--from"), parse(high, "Hz", "--to"))
     if not 0 < band[0] < band[1]:

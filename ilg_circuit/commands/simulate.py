@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
-from .emit import emit, require_outputs
+from .emit import emit, show_check
 from .options import FILE, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
 from .progress import ProgressBar
 
@@ -40,8 +40,6 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
     Where the drive is a file that holds a measured current (and displacement) too, the prediction is compared with it.
     """
     from ..report import response as shown
-    from ..report.axes import save
-    from ..report.page import write_page
     from ..simulation.drives import parse_drive
     from ..simulation.response import simulate as solve
     from ..strip.file import load_actuator
@@ -50,7 +48,7 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
     seconds, times = sampled(duration, options)
     source = parse_drive(drive, seconds)
     how = mounted(strip, options)
-    require_outputs(outputs(options))
+    written = outputs(options)
     solver = {"engine": options["engine"], "accuracy": options["accuracy"]}
     response = solve(strip, source, times, progress=ProgressBar(), **solver, **how)
     if options["band"]:
@@ -61,22 +59,19 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
     compared = _compared(strip, options, drive, seconds, how)
     emit(
         response,
-        outputs(options),
+        written,
         inputs=(actuator, drive.removeprefix("file:"), options["compare"]),
-        writers={
-            "--out": lambda result, path: result.write_csv(path, energy=options["with_energy"]),
-            "--plot": lambda result, path: save(shown.figure(result, compared), path, result.provenance),
-            "--report": lambda result, path: write_page(shown.page(result, compared), path, result.provenance),
+        writers={"--out": lambda result, path: result.write_csv(path, energy=options["with_energy"])},
+        shown={
+            "--plot": lambda result: shown.figure(result, compared),
+            "--report": lambda result: shown.page(result, compared),
         },
         text=shown.text(response, compared),
     )
     if options["check"]:
-        from ..report.check import summary
-        from ..simulation.check import check, require_agreement
+        from ..simulation.check import check
 
-        differences = check(response, **how)
-        click.echo(summary(differences))
-        require_agreement(differences)
+        show_check(check(response, **how))
 
 
 def _compared(

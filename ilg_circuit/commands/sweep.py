@@ -35,10 +35,9 @@ from .progress import ProgressBar
     "--engine",
     type=click.Choice(["ngspice", "exact", "auto"]),
     default="ngspice",
-    show_default=True,
     help="auto: exact for linear circuits, ngspice for others.",
 )
-@click.option("--accuracy", type=float, default=1e-6, show_default=True, help="Of ngspice, relative to each maximum.")
+@click.option("--accuracy", type=float, default=1e-6, help="Of ngspice, relative to each maximum.")
 @click.option("--jobs", type=int, help="Processes.  [default: one a core]")
 @click.option("--cluster", help="Workers of a dask cluster: tcp://HOST:PORT, or local:4.")
 @click.option("--out", type=FILE, required=True, help="netCDF file to write.")
@@ -52,7 +51,6 @@ def sweep(actuator: str, **options: Any) -> None:
     load_mass, load_stiffness, load_damping, orientation.
     """
     from ..extras import require_study
-    from ..report.axes import save
     from ..report.sweep import figure
     from ..study.outputs import DEFAULT_OUTPUTS
     from ..study.sweep import sweep as solve
@@ -76,7 +74,7 @@ def sweep(actuator: str, **options: Any) -> None:
         {"--plot": plot},
         inputs=inputs,
         seed=seed,
-        writers={"--plot": lambda made, path: save(figure(made, drawn), path, made.provenance)},
+        shown={"--plot": lambda made: figure(made, drawn)},
     )
 
 

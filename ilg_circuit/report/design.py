@@ -13,8 +13,7 @@ from ..study.design import DesignReport, aim, design_drive
 from ..study.pareto import Front
 from ..study.problem import Design
 from ..study.search import INITIAL_POINTS
-from ..study.sensitivity import Sensitivity
-from ..study.sobol import SobolIndices
+from ..study.sensitivity import Sensitivity, SobolIndices
 from ..units import format_quantity
 from .axes import BLUE, COLOURS, GREY, ORANGE, Figure, axis_label, engineering, legend_below, logarithmic, tiles, wide
 from .tables import aligned
@@ -198,7 +197,7 @@ def design_figure(design: Design) -> Figure:
     columns = min(n, 3)
     figure, axes = tiles(n, columns, height=2.7, width=3.4)
     shares = np.linspace(0, 1, _SLICE)
-    points = np.tile(design.optimum.point, (n, _SLICE, 1))
+    points = np.tile(design.search.best.point, (n, _SLICE, 1))
     points[range(n), :, range(n)] = shares
     values = space.at(points.reshape(-1, n), problem.quantities)
     values = {name: column.reshape(n, _SLICE) for name, column in values.items()}

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..units import format_quantity
-from .plan import Range, sobol_points
+from .plan import sobol_points
 from .problem import Design, DesignProblem
 from .requirements import Requirement
 from .search import local_search, search
@@ -53,7 +53,7 @@ class WithoutRequirement:
 
 def active_constraints(design: Design) -> list[ActiveConstraint]:
     """Return the active requirements and ends of ranges of ``design``, largest gain first."""
-    problem, point = design.problem, design.optimum.point
+    problem, point = design.problem, design.search.best.point
     feasible = design.feasible
     active = []
     level = 0.0 if feasible and problem.objective else design.worst_score
@@ -66,10 +66,13 @@ def active_constraints(design: Design) -> list[ActiveConstraint]:
         active.append(ActiveConstraint(r.text, max(_gain(design, _relaxed(problem, r, part)) for part in parts)))
     for interval, share in zip(problem.space.ranges, point, strict=True):
         name, unit = interval.parameter.name, interval.parameter.unit
-        for relation, end, distance in ((">=", interval.low, share), ("<=", interval.high, 1 - share)):
+        for side, relation, outwards, distance in (("low", ">=", -1, share), ("high", "<=", 1, 1 - share)):
             if distance > _AT:
                 continue
-            ranges = tuple(_widened(r, relation) if r is interval else r for r in problem.space.ranges)
+            end = getattr(interval, side)
+            step = RELAXED * (abs(end) or interval.high - interval.low)
+            widened = replace(interval, **{side: end + outwards * step})
+            ranges = tuple(widened if r is interval else r for r in problem.space.ranges)
             gain = _gain(design, replace(problem, space=replace(problem.space, ranges=ranges)))
             active.append(ActiveConstraint(f"{name} {relation} {format_quantity(end, unit, 6)}", gain, name, end))
     return sorted(active, key=lambda constraint: -constraint.gain)
@@ -86,8 +89,8 @@ def without_each_requirement(design: Design) -> list[WithoutRequirement]:
             continue
         rest = replace(problem, requirements=others, objective=None)
         points = sobol_points(len(space.ranges), _INITIAL_POINTS[space.engine], seed)
-        terms = rest.elastic_terms(space.at(points, rest.quantities))
-        nearest = search(space, rest.elastic(), points, terms, starts=_STARTS, seed=seed)
+        values = space.at(points, rest.quantities)
+        nearest = search(rest.goal(elastic=True), points, values, starts=_STARTS, seed=seed)
         results.append(WithoutRequirement(r, float(np.expm1(-nearest.best.score))))
     return results
 
@@ -98,23 +101,14 @@ def _relaxed(problem: DesignProblem, eased: Requirement, part: float) -> DesignP
     return replace(problem, requirements=tuple(requirements))
 
 
-def _widened(interval: Range, relation: str) -> Range:
-    """Return a range with its lower (``>=``) or upper end moved outwards by one percent of its size."""
-    end = interval.low if relation == ">=" else interval.high
-    step = RELAXED * (abs(end) or interval.high - interval.low)
-    if relation == ">=":
-        return replace(interval, low=end - step)
-    return replace(interval, high=end + step)
-
-
 def _gain(design: Design, relaxed: DesignProblem) -> float:
     """Return the gain of the local optimum of ``relaxed``, searched from ``design``."""
     problem = design.problem
-    start = relaxed.space.point(problem.space.values(design.optimum.point))
-    end = local_search(relaxed.space, relaxed.goal() if design.feasible else relaxed.elastic(), start)
+    start = relaxed.space.point(problem.space.values(design.search.best.point))
+    end = local_search(relaxed.goal(elastic=not design.feasible), start)
     if not end.feasible:
         return 0.0
-    before, after, objective = design.optimum.score, end.score, problem.objective
+    before, after, objective = design.search.best.score, end.score, problem.objective
     if not (design.feasible and objective):
         return max(float(np.exp(-after) - np.exp(-before)), 0.0)
     gain = 1 - np.exp(after - before) if objective.sense > 0 else np.exp(before - after) - 1

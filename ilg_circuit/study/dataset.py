@@ -1,4 +1,9 @@
-"""The netCDF file of a sweep, written task by task so that it may exceed the memory, and the sweep's totals."""
+"""The files of a sweep: its finished tasks, the netCDF file made of them, and the sweep's totals.
+
+Finished tasks, from which an interrupted sweep is resumed, lie beside the sweep's file in a folder named after the
+specification's key, so that tasks of different sweeps are never mixed. Each file is written whole or not at all; the
+netCDF file is written task by task, so that it may exceed the memory.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +11,10 @@ import json
 import math
 import platform
 import re
+import shutil
+import zipfile
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from operator import itemgetter
 from pathlib import Path
@@ -21,16 +29,69 @@ from ..provenance import Provenance
 from ..strip.file import dumps
 from ..strip.validity import LARGEST_DEFLECTION
 from .evaluate import Evaluation
-from .outputs import OUTPUTS, WAVEFORMS
+from .outputs import OUTPUTS, WAVEFORMS, choose_outputs
 from .parameters import PARAMETERS
 from .spec import SweepSpec
-from .store import Store
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
 #: Dimension of designs that are no grid.
 DESIGN = "design"
+
+
+class Store:
+    """Finished tasks of one sweep, whose result goes to ``out``. Raises InputError where its folder cannot be made."""
+
+    def __init__(self, out: Path, spec: SweepSpec) -> None:
+        self._spec = spec
+        self.parent = out.with_name(out.name + ".part")
+        self.folder = self.parent / spec.key[:16]
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"cannot make the folder '{self.folder}': {error.strerror or error}") from None
+
+    def _path(self, number: int) -> Path:
+        return self.folder / f"{number:06d}.npz"
+
+    def finished(self) -> set[int]:
+        """Return the numbers of the finished tasks."""
+        names = {path.name for path in self.folder.glob("*.npz")}
+        return {k for k in range(self._spec.task_count) if self._path(k).name in names}
+
+    def write(self, number: int, result: Evaluation) -> None:
+        """Write a task's result. Raises InputError where that is impossible."""
+        arrays: dict[str, Any] = {f"waveform_{name}": values for name, values in result.waveforms.items()}
+        failures = json.dumps(sorted(result.failures.items()))
+        with replacing(self._path(number)) as temporary, temporary.open("wb") as file:
+            arrays |= {"values": result.values, "errors": result.errors, "failures": np.array(failures)}
+            np.savez(file, **arrays)
+
+    def read(self, number: int) -> Evaluation:
+        """Read a task's result. Raises InputError for a damaged file, which is removed."""
+        path = self._path(number)
+        try:
+            with np.load(path) as file:
+                waveforms = {n.removeprefix("waveform_"): file[n] for n in file.files if n.startswith("waveform_")}
+                failures = {int(k): str(reason) for k, reason in json.loads(str(file["failures"]))}
+                values, errors = file["values"], file["errors"]
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile):
+            with suppress(OSError):
+                path.unlink()
+            raise InputError(f"'{path}' was damaged and has been removed; start again to solve what it held") from None
+        return Evaluation(choose_outputs(self._spec.outputs), values, errors, failures, self._spec.times, waveforms)
+
+    def remove(self) -> None:
+        """Remove the folder, and its parent unless another sweep has tasks in it."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.remove_if_empty()
+
+    def remove_if_empty(self) -> None:
+        """Remove empty folders."""
+        for folder in (self.folder, self.parent):
+            with suppress(OSError):
+                folder.rmdir()
 
 
 @dataclass
@@ -68,10 +129,8 @@ class SweepTotals:
                 continue
             if output.name == "relative_deflection":
                 self.bent += int((values > LARGEST_DEFLECTION).sum())
-            for ends, number, chosen in (
-                (self.lowest, int(np.nanargmin(values)), min),
-                (self.highest, int(np.nanargmax(values)), max),
-            ):
+            for ends, find, chosen in ((self.lowest, np.nanargmin, min), (self.highest, np.nanargmax, max)):
+                number = int(find(values))
                 end = float(values[number]), start + number
                 ends[output.name] = chosen(ends.get(output.name, end), end, key=itemgetter(0))
 

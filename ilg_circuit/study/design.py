@@ -19,17 +19,15 @@ from ..strip.file import save_actuator
 from ..strip.validity import deflection_warnings, run_warnings
 from ..units import format_quantity, parse
 from .constraints import ActiveConstraint, WithoutRequirement, active_constraints, without_each_requirement
+from .evaluate import one_thread
 from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, rewritten, scenario_template
 from .pareto import Front, pareto_front, parse_objectives
 from .problem import Design, DesignProblem, Objective, best_design, distinct
-from .quantities import quantity
-from .requirements import parse_requirements
+from .requirements import parse_requirements, quantity
 from .search import INITIAL_POINTS
-from .sensitivity import Sensitivity, confident_design
+from .sensitivity import Sensitivity, SobolIndices, confident_design, sobol_indices
 from .sensitivity import sensitivity as sensitivity_of
-from .sobol import SobolIndices, sobol_indices
 from .space import Counter, Space, parse_ranges, resolve_engine
-from .threads import one_thread
 
 #: A whole number, which needs no .0.
 _WHOLE = re.compile(r"(\d)\.0(?=\D|$)")

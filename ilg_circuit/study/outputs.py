@@ -68,10 +68,6 @@ def _by_name(name: str) -> Output:
     return OUTPUTS[name]
 
 
-def _energy(runs: BatchWaveforms) -> Array:
-    return runs.curve("current").integral(runs.voltage)
-
-
 def _overshoot(runs: BatchWaveforms) -> Array:
     final = runs.motion.final
     beyond = runs.motion.extreme(np.where(final < 0, -1.0, 1.0))[0]
@@ -88,23 +84,21 @@ def _of_waveform(name: str) -> list[Output]:
     ]
 
 
+def _deflection(runs: BatchWaveforms) -> Array:
+    return np.abs(runs.curve("displacement").peak()[0]) / runs.load_distance
+
+
+def _settled(runs: BatchWaveforms) -> Array:
+    return runs.motion.settled(SETTLING_BAND)
+
+
 _ALL = [
     *_of_waveform("displacement"),
-    Output(
-        "relative_deflection",
-        "",
-        "largest displacement over L_F; the model holds up to 0.2",
-        lambda runs: np.abs(runs.curve("displacement").peak()[0]) / runs.load_distance,
-    ),
+    Output("relative_deflection", "", "largest displacement over L_F; the model holds up to 0.2", _deflection),
     Output("time_of_peak", "s", "when the motion is largest", lambda runs: runs.motion.peak()[1]),
     Output("overshoot", "", "how far the motion goes beyond its end, as a part of that", _overshoot),
     Output("time_of_90", "s", "when the motion first reaches 90 % of its end", lambda runs: runs.motion.reached(0.9)),
-    Output(
-        "settling_time",
-        "s",
-        f"from when on the motion stays within {SETTLING_BAND:.0%} of its end",
-        lambda runs: runs.motion.settled(SETTLING_BAND),
-    ),
+    Output("settling_time", "s", f"from when on the motion stays within {SETTLING_BAND:.0%} of its end", _settled),
     *_of_waveform("force"),
     Output("force_blocked", "N", "force at the end, L_F being clamped", lambda runs: runs.curve("force").final, True),
     Output(
@@ -112,7 +106,7 @@ _ALL = [
     ),
     *_of_waveform("current"),
     *_of_waveform("charge"),
-    Output("energy", "J", "energy delivered by the source", _energy),
+    Output("energy", "J", "energy delivered by the source", lambda r: r.curve("current").integral(r.voltage)),
 ]
 
 #: Every output by name.

@@ -32,18 +32,15 @@ Value = float | str
 
 NO_LOAD = Load()
 
-_MOST_BRANCHES = 3
 _LOAD_UNITS = {"mass": "kg", "stiffness": "N/m", "damping": "N*s/m"}
-#: Number in a drive's text -> unit, meaning, kinds of drive that have it.
+#: Number in a drive's text -> unit, meaning, kinds of drive that have it, place after the colon.
 DRIVE_KEYS = {
-    "voltage": ("V", "largest voltage of the drive", ("step", "square", "sine", "file")),
-    "period": ("s", "period of a square wave", ("square",)),
-    "duty": ("", "part of the period for which a square wave is high", ("square",)),
-    "frequency": ("Hz", "frequency of a sine", ("sine",)),
-    "rate": ("V/s", "slope of a ramp", ("ramp",)),
+    "voltage": ("V", "largest voltage of the drive", ("step", "square", "sine", "file"), 0),
+    "period": ("s", "period of a square wave", ("square",), 1),
+    "duty": ("", "part of the period for which a square wave is high", ("square",), 2),
+    "frequency": ("Hz", "frequency of a sine", ("sine",), 1),
+    "rate": ("V/s", "slope of a ramp", ("ramp",), 0),
 }
-
-
 #: Kinds of drive whose text begins with their voltage; others are scaled.
 FIRST_IS_VOLTAGE = ("step", "sine")
 
@@ -127,25 +124,26 @@ def scenario_template(
     return ScenarioTemplate(strip, drive, seconds, tip, beam or strip.usual_beam(loaded=bool(hung)), hung)
 
 
-def _of_record(kind: type, part: str, prefix: str = "", suffix: str = "") -> list[VariedParameter]:
+def _of_record(kind: type, part: str, suffix: str = "") -> list[VariedParameter]:
     return [
-        VariedParameter(f"{prefix}{f.name}{suffix}", part, f.metadata["unit"], f.metadata["meaning"])
+        VariedParameter(f"{f.name}{suffix}", part, f.metadata["unit"], f.metadata["meaning"])
         for f in fields(kind)
         if "unit" in f.metadata
     ]
 
 
-def _registry() -> dict[str, VariedParameter]:
-    found = _of_record(Geometry, "geometry") + _of_record(Material, "material") + _of_record(Coupling, "coupling")
-    for k in range(2, _MOST_BRANCHES + 1):
-        found += _of_record(IonBranch, "branch", suffix=f"_{k}")
-    found += [VariedParameter(f"load_{n}", "load", u, f"{n} of the load at L_F") for n, u in _LOAD_UNITS.items()]
-    found += [VariedParameter(n, "drive", unit, meaning) for n, (unit, meaning, _) in DRIVE_KEYS.items()]
-    found.append(VariedParameter("orientation", "mounting", "", "how the strip is held against gravity", ORIENTATIONS))
-    return {p.name: p for p in found}
-
-
-PARAMETERS = _registry()
+_ALL = [
+    *_of_record(Geometry, "geometry"),
+    *_of_record(Material, "material"),
+    *_of_record(Coupling, "coupling"),
+    *_of_record(IonBranch, "branch", "_2"),
+    *_of_record(IonBranch, "branch", "_3"),
+    *(VariedParameter(f"load_{n}", "load", u, f"{n} of the load at L_F") for n, u in _LOAD_UNITS.items()),
+    *(VariedParameter(n, "drive", unit, meaning) for n, (unit, meaning, _, _) in DRIVE_KEYS.items()),
+    VariedParameter("orientation", "mounting", "", "how the strip is held against gravity", ORIENTATIONS),
+]
+#: Every parameter by name.
+PARAMETERS = {parameter.name: parameter for parameter in _ALL}
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
@@ -174,10 +172,8 @@ def apply(template: ScenarioTemplate, values: Mapping[str, Value]) -> Scenario:
         item = varied_parameter(name)
         changed.setdefault(item.part, {})[name] = value if item.words else _number(name, value)
     actuator = _actuator(template.actuator, changed)
-    load = template.load
-    if "load" in changed:
-        load = replace(load, **{name.removeprefix("load_"): v for name, v in changed["load"].items()})
     drive = _drive(template.drive, template.duration, changed.get("drive", {}))
+    load = replace(template.load, **{name.removeprefix("load_"): v for name, v in changed.get("load", {}).items()})
     return Scenario(actuator, drive, template.duration, template.tip, template.beam, load)
 
 
@@ -229,9 +225,7 @@ def _geometry(geometry: Geometry, changed: dict[str, float]) -> Geometry:
     return replace(geometry, **changed)
 
 
-@lru_cache(maxsize=4096)
-def _parsed(text: str, duration: float) -> Drive:
-    return parse_drive(text, duration)
+_parsed = lru_cache(maxsize=4096)(parse_drive)
 
 
 def _drive(given: str | Drive, duration: float, changed: Mapping[str, float]) -> Drive:
@@ -254,14 +248,9 @@ def rewritten(text: str, changed: Mapping[str, float]) -> str:
     """Return a drive's text with some numbers replaced; a voltage that only scales it (square, file) is left out."""
     kind, _, rest = text.partition(":")
     parts = rest.split(",")
-    texts = {name: f"{value!r} {DRIVE_KEYS[name][0]}".strip() for name, value in changed.items()}
-    if "rate" in changed or ("voltage" in changed and kind in FIRST_IS_VOLTAGE):
-        parts[0] = texts.get("rate") or texts["voltage"]
-    for name in ("period", "frequency"):
-        if name in changed:
-            parts[1:2] = [texts[name]]
-    if "duty" in changed:
-        parts[2:] = [texts["duty"]]
+    for name, (unit, _, _, place) in DRIVE_KEYS.items():
+        if name in changed and (name != "voltage" or kind in FIRST_IS_VOLTAGE):
+            parts[place : place + 1] = [f"{changed[name]!r} {unit}".strip()]
     return f"{kind}:{','.join(parts)}"
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +19,11 @@ from ..arrays import Array
 from ..errors import InputError, SolveError
 from ..files import write_csv
 from ..strip.validity import LARGEST_DEFLECTION
+from .evaluate import Progress
 from .plan import sobol_points
-from .problem import DesignProblem, Objective, Values, distinct, slacks
-from .quantities import quantity
-from .search import FEASIBLE, INITIAL_POINTS, Goal, Terms, distant, local_search
-
-Progress = Callable[[int, int], None]
+from .problem import DesignProblem, Objective, distinct, slacks
+from .requirements import quantity
+from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Terms, Values, distant, local_search
 
 #: Default number of points of a front of two, of three objectives.
 POINTS = {2: 25, 3: 60}
@@ -110,7 +110,6 @@ def pareto_front(
     Raises InputError for an impossible number of points, SolveError where no design meets the requirements.
     """
     front = _FrontInProgress(problem, objectives, points or POINTS[len(objectives)])
-    front.begin()
     while front.fill():
         if progress:
             progress(min(len(front.points), front.wanted - 1), front.wanted)
@@ -129,9 +128,10 @@ class _FrontInProgress:
         self.quantities = distinct([r.quantity for r in problem.requirements] + [o.quantity for o in objectives])
         self.space = problem.space
         self.tried: set[tuple[float, ...]] = set()
+        self._begin()
         self.misses = 0
 
-    def begin(self) -> None:
+    def _begin(self) -> None:
         """Find the best design of each objective, and improve a few distant nondominated initial points."""
         sampled = sobol_points(len(self.space.ranges), 2 * INITIAL_POINTS[self.space.engine], self.problem.seed)
         values = self.space.at(sampled, self.quantities)
@@ -141,8 +141,8 @@ class _FrontInProgress:
         m = len(self.objectives)
         ends = []
         for cost, weights in zip(costs.T, np.where(np.eye(m), 1.0, _SUM), strict=True):
-            best = _minimised(np.where(np.isfinite(cost), cost, np.inf), constraints).order()[0]
-            ends.append(local_search(self.space, self._weighted(weights), sampled[int(best)]))
+            best = Terms(np.where(np.isfinite(cost), cost, np.inf), costs[:, :0], constraints).order()[0]
+            ends.append(self._search(partial(_weighted, weights), sampled[int(best)]))
         extremes = np.array([end.point for end in ends if end.feasible])
         if not len(extremes):
             raise SolveError("no design within the ranges meets the requirements, so there is no front")
@@ -158,7 +158,6 @@ class _FrontInProgress:
             shape = (costs[others] - self.low) / self.extent
             for k in distant(shape, np.arange(len(shape)), more):
                 self._improve(points[others[k]], costs[others[k]])
-        self.misses = 0
 
     def fill(self) -> bool:
         """Fill the longest gap between neighbours; return False when the front is complete."""
@@ -177,14 +176,12 @@ class _FrontInProgress:
 
     def _improve(self, start: Array, reference: Array) -> bool:
         """Add the point reached from ``reference`` (m,); return False if the front has it, or a better one."""
-        m = len(self.objectives)
 
-        def goal(points: Array) -> Terms:
-            costs, constraints = self._evaluate(points)
+        def improvements(costs: Array) -> tuple[Array, Array]:
             improvement = (reference - costs) / self.extent
-            return Terms(-_SUM / m * improvement.sum(axis=1), improvement, constraints)
+            return -_SUM / len(self.objectives) * improvement.sum(axis=1), improvement
 
-        end = local_search(self.space, goal, start)
+        end = self._search(improvements, start)
         if not end.feasible:
             return False
         cost = self._evaluate(end.point[None])[0]
@@ -231,16 +228,19 @@ class _FrontInProgress:
         costs = np.stack([o.cost(values[o.quantity.name]) for o in self.objectives], axis=1)
         return costs, slacks(self.problem.requirements, values)
 
-    def _weighted(self, weights: Array) -> Goal:
-        def goal(points: Array) -> Terms:
-            costs, constraints = self._evaluate(points)
-            return _minimised(costs @ weights, constraints)
+    def _search(self, aims: Callable[[Array], tuple[Array, Array]], start: Array) -> LocalOptimum:
+        """Return the local optimum of what ``aims`` makes of costs: an objective and terms of a maximin."""
 
-        return goal
+        def judge(values: Values) -> Terms:
+            costs, constraints = self._judge(values)
+            return Terms(*aims(costs), constraints)
+
+        return local_search(Goal(self.space, self.quantities, judge), start)
 
 
-def _minimised(objective: Array, constraints: Array) -> Terms:
-    return Terms(objective, np.zeros((len(objective), 0)), constraints)
+def _weighted(weights: Array, costs: Array) -> tuple[Array, Array]:
+    """Return the weighted sum of costs (k, m) as an objective, and no terms of a maximin."""
+    return costs @ weights, costs[:, :0]
 
 
 def nondominated(costs: Array, tolerance: float = 0.0) -> NDArray[np.intp]:

@@ -48,8 +48,7 @@ class PiecewiseLegendre:
         """Truncation error (n, m) of every panel: the last terms of its series over the waveform's largest value."""
         tail = np.abs(self.values @ _TO_SERIES[:, -2:]).max(axis=2)
         largest = np.abs(self.values).max(axis=(1, 2))[:, None]
-        relative: Array = np.divide(tail, largest, out=np.zeros_like(tail), where=largest > 0)
-        return relative
+        return np.divide(tail, largest, out=np.zeros_like(tail), where=largest > 0)
 
     @cached_property
     def final(self) -> Array:
@@ -67,14 +66,13 @@ class PiecewiseLegendre:
             result[:, some] = np.einsum("ntk,tk->nt", self.values[:, panel[some]], weights)
         return result
 
-    def integral(self, other: Array | None = None) -> Array:
-        """Return integrals (n,) over the run, of the product with ``other`` (m, NODES) where one is given."""
-        product = self.values if other is None else self.values * other
-        return product @ WEIGHTS @ self.panels.widths
+    def integral(self, other: Array) -> Array:
+        """Return the integrals (n,) over the run of the product with ``other`` (n, m, NODES)."""
+        return (self.values * other) @ WEIGHTS @ self.panels.widths
 
     def rms(self) -> Array:
         """Return the root mean square (n,) over the run."""
-        return np.sqrt((self.values**2 @ WEIGHTS @ self.panels.widths) / self.panels.end)
+        return np.sqrt(self.integral(self.values) / self.panels.end)
 
     def peak(self) -> tuple[Array, Array]:
         """Return the value of largest size (n,), with its sign, and its time [s]; the first of equal ones."""
@@ -153,5 +151,4 @@ class PiecewiseLegendre:
 
 def _along(series: NDArray[np.floating], at: Array) -> Array:
     """Evaluate series k (n, degrees) at ``at[k]``, from 0 to 1."""
-    values: Array = (legendre.legvander(2 * at - 1, series.shape[1] - 1) * series).sum(axis=1)
-    return values
+    return (legendre.legvander(2 * at - 1, series.shape[1] - 1) * series).sum(axis=1)

@@ -32,7 +32,8 @@ VARY_FORMS = (
 class Range:
     """Range of one parameter: its ``values``, or all between ``low`` and ``high`` (by equal ratios if ``log``).
 
-    Raises InputError where ``low`` is not below ``high``, or not positive for equal ratios.
+    ``text`` is what it was parsed from; ``count`` the number of values it asks for. Raises InputError where ``low``
+    is not below ``high``, or not positive for equal ratios.
     """
 
     parameter: VariedParameter
@@ -40,6 +41,8 @@ class Range:
     low: float = 0.0
     high: float = 0.0
     log: bool = False
+    count: int | None = None
+    text: str = ""
 
     def __post_init__(self) -> None:
         if self.values:
@@ -99,11 +102,8 @@ class Plan:
         return {name: column[k] for (name, column), k in zip(self.columns.items(), index, strict=True)}
 
 
-def parse_range(text: str) -> tuple[Range, int | None]:
-    """Parse a text such as ``thickness=0.2mm:1mm:20`` into a range and the number of values, None if not given.
-
-    Raises InputError for a text that is not understood.
-    """
+def parse_range(text: str) -> Range:
+    """Parse a text such as ``thickness=0.2mm:1mm:20``. Raises InputError for a text that is not understood."""
     name, separator, rest = (part.strip() for part in text.partition("="))
     if not separator or not rest:
         raise InputError(f"'{text[:60]}' is not understood; write {VARY_FORMS}")
@@ -112,36 +112,36 @@ def parse_range(text: str) -> tuple[Range, int | None]:
     log = len(parts) > 2 and parts[-1] == "log"
     parts = parts[:-1] if log else parts
     if len(parts) == 1:
-        return Range(item, tuple(item.value(cell.strip()) for cell in rest.split(","))), None
+        return Range(item, tuple(item.value(cell.strip()) for cell in rest.split(",")), text=text)
     if item.words or len(parts) > 3 or (len(parts) == 3 and not parts[2].isdecimal()):
         raise InputError(f"'{text[:60]}' is not understood; write {VARY_FORMS}")
     low, high = (float(item.value(part)) for part in parts[:2])
-    return Range(item, low=low, high=high, log=log), int(parts[2]) if len(parts) == 3 else None
+    return Range(item, low=low, high=high, log=log, count=int(parts[2]) if len(parts) == 3 else None, text=text)
 
 
-def parse_each(texts: Iterable[str]) -> list[tuple[str, Range, int | None]]:
-    """Return each text with what `parse_range` gives. Raises InputError as it does, and for a repeated parameter."""
-    parsed = [(text, *parse_range(text)) for text in texts]
-    names = [interval.parameter.name for _, interval, _ in parsed]
+def parse_each(texts: Iterable[str]) -> list[Range]:
+    """Return the range of each text. Raises InputError as `parse_range` does, and for a repeated parameter."""
+    ranges = [parse_range(text) for text in texts]
+    names = [interval.parameter.name for interval in ranges]
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{name} is varied twice; give it once")
-    return parsed
+    return ranges
 
 
 def grid_plan(texts: Sequence[str]) -> Plan:
     """Return the full grid of axes such as ``thickness=0.2mm:1mm:20`` and ``width=2mm,5mm``. Raises InputError."""
     columns: dict[str, Column] = {}
-    for text, interval, count in parse_each(texts):
-        name = interval.parameter.name
+    for interval in parse_each(texts):
+        name, text = interval.parameter.name, interval.text
         if interval.values:
             columns[name] = np.asarray(interval.values)
             continue
-        if count is None:
+        if interval.count is None:
             raise InputError(f"'{text}' does not say how many values; write {text}:20, or give --random")
-        if count == 1:
+        if interval.count == 1:
             raise InputError(f"'{text}': one value is no range; write {text.partition(':')[0].strip()}")
-        columns[name] = interval.at(np.linspace(0.0, 1.0, count))
+        columns[name] = interval.at(np.linspace(0.0, 1.0, interval.count))
         columns[name][-1:] = interval.high
     return Plan(columns, True, "grid of " + ", ".join(texts))
 
@@ -157,11 +157,10 @@ def random_plan(texts: Sequence[str], count: int, method: str = "lhs", seed: int
         raise InputError(f"method is '{method}'; choose one of {', '.join(METHODS)}")
     if not 1 <= count <= MOST_DESIGNS:
         raise InputError(f"{count} random designs: give 1 to {MOST_DESIGNS}")
-    ranges = []
-    for text, interval, values in parse_each(texts):
-        if values is not None:
-            raise InputError(f"'{text}': random designs have no number of values a parameter; leave out ':{values}'")
-        ranges.append(interval)
+    ranges = parse_each(texts)
+    for r in ranges:
+        if r.count is not None:
+            raise InputError(f"'{r.text}': random designs have no number of values a parameter; leave out ':{r.count}'")
     if not ranges:
         raise InputError(f"no designs: say what to vary, such as {VARY_FORMS}")
     random = np.random.default_rng(seed)
@@ -179,8 +178,7 @@ def sobol_points(dimension: int, count: int, seed: int) -> Array:
     """Return points (count, n) of a scrambled Sobol sequence; count is rounded up to a power of two."""
     from scipy.stats import qmc
 
-    points: Array = qmc.Sobol(dimension, rng=np.random.default_rng(seed)).random_base2(math.ceil(math.log2(count)))
-    return points
+    return qmc.Sobol(dimension, rng=np.random.default_rng(seed)).random_base2(math.ceil(math.log2(count)))
 
 
 def read_plan(path: Path) -> Plan:

@@ -6,7 +6,7 @@ tighter. Where no design meets every requirement, the nearest one is found: its 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,13 +16,10 @@ from ..arrays import Array
 from ..errors import InputError, SolveError
 from .parameters import Scenario
 from .plan import sobol_points
-from .quantities import Quantity
-from .requirements import Requirement
-from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Search, Terms, local_search, search
+from .requirements import Quantity, Requirement
+from .search import FEASIBLE, INITIAL_POINTS, Goal, Search, Terms, Values, local_search, search
 from .space import Space
 
-#: Values (k,) of k designs by name of the quantity.
-Values = Mapping[str, Array]
 #: Lowest and highest value.
 Reach = tuple[float, float]
 
@@ -64,11 +61,7 @@ def distinct(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:
 def slacks(requirements: Iterable[Requirement], values: Values) -> Array:
     """Return the slacks (k, b) of the requirements' sides."""
     columns = [side.slack(values[r.quantity.name]) for r in requirements for side in r.sides()]
-    return np.stack(columns, axis=1) if columns else np.zeros((_count(values), 0))
-
-
-def _count(values: Values) -> int:
-    return len(next(iter(values.values())))
+    return np.stack(columns, axis=1) if columns else np.zeros((len(next(iter(values.values()))), 0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,28 +85,19 @@ class DesignProblem:
         wanted = [r.quantity for r in self.requirements] + ([self.objective.quantity] if self.objective else [])
         return distinct(wanted)
 
-    def goal(self) -> Goal:
-        """Return the goal of the best feasible design."""
-        return lambda points: self.terms(self.space.at(points, self.quantities))
+    def goal(self, *, elastic: bool = False) -> Goal:
+        """Return the goal of the best feasible design; ``elastic``: of the one nearest to meeting every requirement."""
+        objective = None if elastic else self.objective
+        improved = [r for r in self.requirements if elastic or r.maximised] or self.requirements
+        maximin = () if objective else improved
+        others = [r for r in self.requirements if r not in maximin]
 
-    def elastic(self) -> Goal:
-        """Return the goal of the design nearest to meeting every requirement."""
-        return lambda points: self.elastic_terms(self.space.at(points, self.quantities))
+        def judge(values: Values) -> Terms:
+            margins, constraints = slacks(maximin, values), slacks(others, values)
+            cost = objective.cost(values[objective.quantity.name]) if objective else np.zeros(len(margins))
+            return Terms(cost, margins, constraints)
 
-    def terms(self, values: Values) -> Terms:
-        """Return the terms of `goal`."""
-        if self.objective:
-            cost = self.objective.cost(values[self.objective.quantity.name])
-            return Terms(cost, slacks((), values), slacks(self.requirements, values))
-        maximised = [r for r in self.requirements if r.maximised]
-        if not maximised:
-            return self.elastic_terms(values)
-        others = [r for r in self.requirements if not r.maximised]
-        return Terms(np.zeros(_count(values)), slacks(maximised, values), slacks(others, values))
-
-    def elastic_terms(self, values: Values) -> Terms:
-        """Return the terms of `elastic`."""
-        return Terms(np.zeros(_count(values)), slacks(self.requirements, values), slacks((), values))
+        return Goal(self.space, self.quantities, judge)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,11 +118,6 @@ class Design:
     error: float
     reach: dict[str, Reach]
     failures: int
-
-    @property
-    def optimum(self) -> LocalOptimum:
-        """The best end of the search, before its values were rounded."""
-        return self.search.best
 
     def score(self, requirement: Requirement) -> float:
         """Return a requirement's score by ngspice, as in `Requirement.score`."""
@@ -205,14 +184,13 @@ def _why_none(space: Space, problem: DesignProblem, points: Array) -> str:
 
 def _search(problem: DesignProblem, points: Array, values: Values) -> Search:
     """Search by the goal itself; where that ends infeasible, from the point nearest to meeting every requirement."""
-    space, seed = problem.space, problem.seed
-    result = search(space, problem.goal(), points, problem.terms(values), seed=seed)
+    result = search(problem.goal(), points, values, seed=problem.seed)
     if result.best.feasible:
         return result
-    nearest = search(space, problem.elastic(), points, problem.elastic_terms(values), seed=seed)
+    nearest = search(problem.goal(elastic=True), points, values, seed=problem.seed)
     if nearest.best.score > FEASIBLE:
         return nearest
-    end = local_search(space, problem.goal(), nearest.best.point)
+    end = local_search(problem.goal(), nearest.best.point)
     return Search(end, (end,)) if end.feasible else nearest
 
 

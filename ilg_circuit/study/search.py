@@ -1,12 +1,12 @@
 """Constrained optimisation over a unit cube: Sobol points first, then sequential quadratic programming from the best.
 
-A goal maps points to `Terms`: an objective to minimise, terms whose minimum is maximised, and constraints. Gradients
+A goal judges designs by `Terms`: an objective to minimise, terms whose minimum is maximised, and constraints. Gradients
 are central differences, all solved in one batch with the value itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -14,7 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
+from .requirements import Quantity
 from .space import Space
+
+#: Values (k,) of k designs by name of the quantity.
+Values = Mapping[str, Array]
 
 #: A constraint counts as met if it is missed by no more than this; far less than `GUARD`.
 FEASIBLE = 1e-5
@@ -54,7 +58,7 @@ class Terms:
 
     def violation(self) -> Array:
         """Return (k,) the amount by which the worst constraint is missed, at least 0."""
-        worst = self.constraints.min(axis=1) if self.constraints.shape[1] else np.zeros(len(self.objective))
+        worst = self.constraints.min(axis=1, initial=np.inf)
         return np.maximum(-np.nan_to_num(worst, nan=-_IMPOSSIBLE), 0.0)
 
     def order(self) -> NDArray[np.intp]:
@@ -67,8 +71,17 @@ class Terms:
         return LocalOptimum(points[k], float(self.score()[k]), float(self.violation()[k]))
 
 
-#: From points (k, n) to terms.
-Goal = Callable[[Array], Terms]
+@dataclass(frozen=True, eq=False)
+class Goal:
+    """What is looked for in a ``space``: the best designs as ``judge`` sees their ``quantities``."""
+
+    space: Space
+    quantities: tuple[Quantity, ...]
+    judge: Callable[[Values], Terms]
+
+    def at(self, points: Array) -> Terms:
+        """Return the terms of the designs at ``points`` (k, n)."""
+        return self.judge(self.space.at(points, self.quantities))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,20 +122,17 @@ class Search:
     @property
     def spread(self) -> Array:
         """Largest distance (n,) between the agreeing starts' designs, as fractions of the ranges; large: not unique."""
-        spread: Array = np.ptp([self.best.point, *(e.point for e in self._agreeing)], axis=0)
-        return spread
+        return np.ptp([self.best.point, *(e.point for e in self._agreeing)], axis=0)
 
 
-def search(
-    space: Space, goal: Goal, points: Array, terms: Terms, *, starts: int | None = None, seed: int = 0
-) -> Search:
-    """Return the best point for ``goal``, searched from the best of ``points`` (k, n), whose ``terms`` are known."""
-    chosen = distant(points, terms.order(), starts or STARTS[space.engine])
-    ends = [local_search(space, goal, points[k]) for k in chosen]
+def search(goal: Goal, points: Array, values: Values, *, starts: int | None = None, seed: int = 0) -> Search:
+    """Return the best point for ``goal``, searched from the best of ``points`` (k, n), whose ``values`` are known."""
+    chosen = distant(points, goal.judge(values).order(), starts or STARTS[goal.space.engine])
+    ends = [local_search(goal, points[k]) for k in chosen]
     best = _best(ends)
-    polished = _polished(space, goal, best, seed)
+    polished = _polished(goal, best, seed)
     if polished is not best:  # a kink had stopped the search: continue beyond it
-        ends.append(local_search(space, goal, polished.point))
+        ends.append(local_search(goal, polished.point))
         best = _best([polished, ends[-1]])
     return Search(best, tuple(ends))
 
@@ -144,7 +154,7 @@ def distant(points: Array, order: NDArray[np.intp], count: int) -> list[int]:
     return chosen
 
 
-def local_search(space: Space, goal: Goal, start: Array) -> LocalOptimum:
+def local_search(goal: Goal, start: Array) -> LocalOptimum:
     """Return the local optimum reached from ``start`` (n,), or the best point evaluated if SLSQP does not converge.
 
     With maximin terms the variables are (point, t): t is maximised under maximin - t >= 0.
@@ -152,35 +162,33 @@ def local_search(space: Space, goal: Goal, start: Array) -> LocalOptimum:
     from scipy.optimize import Bounds, minimize
 
     n = len(start)
-    local = _Evaluator(goal, _STEPS[space.engine])
-    first = local.at(start)
+    local = _Evaluator(goal)
+    first, _ = local.at(start)
     kept, bounded = first.constraints.shape[1], first.maximin.shape[1]
     extra = int(bounded > 0)  # t is there
     of_t = np.zeros((kept + bounded, extra))
     of_t[kept:] = -1.0
 
-    def objective(z: Array) -> float:
-        return float(local.at(z[:n]).objective[0] - z[n:].sum())
-
-    def gradient(z: Array) -> Array:
-        return np.append(local.slopes(z[:n])[0], [-1.0] * extra)
+    def objective(z: Array) -> tuple[float, Array]:
+        terms, slopes = local.at(z[:n])
+        return float(terms.objective[0] - z[n:].sum()), np.append(slopes[0], [-1.0] * extra)
 
     def constraints(z: Array) -> Array:
-        terms = local.at(z[:n])
+        terms, _ = local.at(z[:n])
         return np.concatenate([terms.constraints[0], terms.maximin[0] - z[n:].sum()])
 
     def jacobian(z: Array) -> Array:
-        return np.hstack([local.slopes(z[:n])[1:], of_t])
+        return np.hstack([local.at(z[:n])[1][1:], of_t])
 
     with suppress(_StalledError):
         minimize(
             objective,
             np.append(start, first.maximin[0].min()) if extra else start,
-            jac=gradient,
+            jac=True,
             bounds=Bounds([0.0] * n + [-np.inf] * extra, [1.0] * n + [np.inf] * extra),
             constraints=[{"type": "ineq", "fun": constraints, "jac": jacobian}] if len(of_t) else [],
             method="SLSQP",
-            options={"maxiter": _MOST_ITERATIONS[space.engine], "ftol": 1e-9},
+            options={"maxiter": _MOST_ITERATIONS[goal.space.engine], "ftol": 1e-9},
         )
     assert local.best is not None
     return local.best
@@ -193,35 +201,30 @@ class _StalledError(Exception):
 class _Evaluator:
     """Terms and slopes of a goal: evaluated together, kept while the point stays the same; ``best`` point so far."""
 
-    def __init__(self, goal: Goal, step: float) -> None:
-        self._goal, self._step = goal, step
+    def __init__(self, goal: Goal) -> None:
+        self._goal, self._step = goal, _STEPS[goal.space.engine]
         self._point: Array | None = None
-        self._slopes: Array = np.zeros((0, 0))
         self._idle = 0
         self.best: LocalOptimum | None = None
 
-    def at(self, point: Array) -> Terms:
+    def at(self, point: Array) -> tuple[Terms, Array]:
+        """Return the terms at ``point`` (n,), and the slopes (1 + b + a, n) of objective, constraints, maximin."""
         point = np.clip(point, 0.0, 1.0)
         if self._point is None or (point != self._point).any():
             n = len(point)
             up = np.minimum(point + self._step * np.eye(n), 1.0)
             down = np.maximum(point - self._step * np.eye(n), 0.0)
-            around = self._goal(np.concatenate([point[None], up, down]))
+            around = self._goal.at(np.concatenate([point[None], up, down]))
             columns = [around.objective, around.constraints, around.maximin]
             table = np.nan_to_num(np.column_stack(columns), nan=-_IMPOSSIBLE, neginf=-_IMPOSSIBLE)
             table[np.isnan(around.objective), 0] = _IMPOSSIBLE
             widths = np.diagonal(up - down)[:, None]
-            self._slopes = ((table[1 : n + 1] - table[n + 1 :]) / widths).T
+            slopes = ((table[1 : n + 1] - table[n + 1 :]) / widths).T
             a = around.constraints.shape[1]
-            self._terms = Terms(table[:1, 0], table[:1, 1 + a :], table[:1, 1 : 1 + a])
+            self._found = Terms(table[:1, 0], table[:1, 1 + a :], table[:1, 1 : 1 + a]), slopes
             self._point = point
-            self._remember(self._terms.optimum(point[None]))
-        return self._terms
-
-    def slopes(self, point: Array) -> Array:
-        """Return (1 + b + a, n): slopes of objective, constraints, maximin."""
-        self.at(point)
-        return self._slopes
+            self._remember(self._found[0].optimum(point[None]))
+        return self._found
 
     def _remember(self, here: LocalOptimum) -> None:
         best = self.best
@@ -234,13 +237,13 @@ class _Evaluator:
             raise _StalledError
 
 
-def _polished(space: Space, goal: Goal, best: LocalOptimum, seed: int) -> LocalOptimum:
+def _polished(goal: Goal, best: LocalOptimum, seed: int) -> LocalOptimum:
     """Return the best of ``best`` and of random points around it, nearer in each round."""
     random = np.random.default_rng(seed)
-    rounds, count = POLISHING[space.engine]
+    rounds, count = POLISHING[goal.space.engine]
     for k in range(rounds):
         width = 0.1 * 0.3**k
         points = np.clip(best.point + width * random.uniform(-1, 1, (count, len(best.point))), 0, 1)
-        terms = goal(points)
+        terms = goal.at(points)
         best = _best([best, terms.optimum(points, int(terms.order()[0]))])
     return best

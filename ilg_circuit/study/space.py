@@ -13,7 +13,7 @@ from ..errors import InputError
 from .evaluate import Evaluation, evaluate, scenario_of, scenarios_of
 from .parameters import Scenario, ScenarioTemplate, Value
 from .plan import Range, parse_each
-from .quantities import Designs, Quantity
+from .requirements import Designs, Quantity
 
 #: Called with the number of designs simulated since the last call.
 Counter = Callable[[int], None]
@@ -31,10 +31,10 @@ def parse_ranges(texts: Sequence[str]) -> tuple[tuple[Range, ...], dict[str, Val
     """
     ranges: list[Range] = []
     fixed: dict[str, Value] = {}
-    for text, interval, count in parse_each(texts):
-        name = interval.parameter.name
-        if count is not None or len(interval.values) > 1:
-            raise InputError(f"'{text[:60]}': a design is looked for in a whole range; write it like {name}=from:to")
+    for interval in parse_each(texts):
+        name, text = interval.parameter.name, interval.text[:60]
+        if interval.count is not None or len(interval.values) > 1:
+            raise InputError(f"'{text}': a design is looked for in a whole range; write it like {name}=from:to")
         if interval.values:
             fixed[name] = interval.values[0]
         else:

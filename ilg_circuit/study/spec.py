@@ -19,11 +19,10 @@ from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..simulation.response import sample_times
 from ..strip.file import FORMAT, dumps
-from .evaluate import STUDY_ACCURACY, Evaluation, Progress, evaluate_designs, require_known
+from .evaluate import STUDY_ACCURACY, Evaluation, Progress, evaluate_designs, one_thread, require_known
 from .outputs import DEFAULT_OUTPUTS, choose_outputs
 from .parameters import ScenarioTemplate
 from .plan import Column, Plan, grid_plan, random_plan, read_plan
-from .threads import one_thread
 
 #: Designs of a task, for linear and for nonlinear circuits; largest size of its waveforms in bytes.
 _DESIGNS, _DESIGNS_NONLINEAR = 256, 16

@@ -18,12 +18,11 @@ from ..provenance import Provenance
 from ..result import Result
 from ..strip.actuator import Actuator
 from ..strip.validity import deflection_warnings
-from .dataset import SweepTotals, read_sweep, write_dataset
+from .dataset import Store, SweepTotals, read_sweep, write_dataset
 from .evaluate import Evaluation, Progress
 from .parameters import scenario_template
 from .spec import SweepSpec, solve_task, sweep_spec
-from .store import Store
-from .workers import GivenPool, LokyPool, processes_possible, solve_on
+from .workers import GivenPool, LokyPool, cluster_pool, processes_possible, solve_on
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -118,8 +117,8 @@ def solve_sweep(
     """Solve ``spec`` into the netCDF file ``out``, or in memory without one.
 
     Solved by ``jobs`` processes (default: one a core; this one alone for a single task, or where processes cannot share
-    locks), on a dask ``cluster`` (see `study.cluster`), or on an ``executor`` like those of `concurrent.futures`; the
-    result is the same. Finished tasks are kept beside ``out`` until all are, so that an interrupted sweep is resumed.
+    locks), on a dask ``cluster`` (see `workers`), or on an ``executor`` like those of `concurrent.futures`; the result
+    is the same. Finished tasks are kept beside ``out`` until all are, so that an interrupted sweep is resumed.
     ``progress(done, total)`` counts designs, first called before any is solved. Raises InputError where the file cannot
     be written, SolveError where every design fails.
     """
@@ -141,10 +140,8 @@ def solve_sweep(
         finished = store.finished()
         missing = [k for k in range(spec.task_count) if k not in finished]
         resumed = spec.plan.count - sum(stop - start for start, stop in map(spec.bounds, missing))
-        workers = jobs or _usual_jobs(len(missing))
-        alone = not missing or (workers == 1 and cluster is None and executor is None)
-        with nullcontext() if alone else _pool(workers, cluster, executor) as pool:
-            _solve(spec, missing, store, pool, progress or (lambda done, total: None))
+        with _pool(len(missing), jobs, cluster, executor) if missing else nullcontext() as pool:
+            _solve(spec, missing, resumed, store, pool, progress or (lambda done, total: None))
         try:
             totals = write_dataset(path, spec, store, made_by)
         except SolveError:  # nothing is worth keeping where every design failed
@@ -157,10 +154,11 @@ def solve_sweep(
     return SweepResult(spec, totals, path, resumed, leftover, provenance=made_by)
 
 
-def _solve(spec: SweepSpec, missing: list[int], store: Store, pool: GivenPool | None, progress: Progress) -> None:
-    """Solve the ``missing`` tasks into the store, in this process where there is no ``pool``."""
+def _solve(
+    spec: SweepSpec, missing: list[int], done: int, store: Store, pool: GivenPool | None, progress: Progress
+) -> None:
+    """Solve the ``missing`` tasks into the store, in this process where there is no ``pool``; ``done`` designs are."""
     total = spec.plan.count
-    done = total - sum(stop - start for start, stop in map(spec.bounds, missing))
     progress(done, total)
 
     def save(number: int, result: Evaluation) -> None:
@@ -176,19 +174,16 @@ def _solve(spec: SweepSpec, missing: list[int], store: Store, pool: GivenPool | 
         save(number, solve_task(spec.task(number), lambda solved, _: progress(done + solved, total)))
 
 
-def _usual_jobs(tasks: int) -> int:
-    """Return one process a core; one for a single task, or where more are impossible."""
+def _pool(
+    tasks: int, jobs: int | None, cluster: str | None, executor: Executor | None
+) -> AbstractContextManager[GivenPool | None]:
+    """Return the workers for so many tasks, None where this process is enough or others are impossible."""
     from loky import cpu_count
 
-    return min(cpu_count(), tasks) if tasks > 1 and processes_possible() else 1
-
-
-def _pool(workers: int, cluster: str | None, executor: Executor | None) -> AbstractContextManager[GivenPool]:
     if cluster is not None:
-        from .cluster import cluster_pool
-
         return cluster_pool(cluster)
     if executor is not None:
         width = int(getattr(executor, "_max_workers", 1))
         return nullcontext(GivenPool(executor, lambda: width, (BrokenExecutor,)))
-    return closing(LokyPool(workers))
+    workers = jobs or (min(cpu_count(), tasks) if tasks > 1 and processes_possible() else 1)
+    return closing(LokyPool(workers)) if workers > 1 else nullcontext()

@@ -1,5 +1,7 @@
 """Tasks on many processes: one a core by loky, on any `concurrent.futures` executor, or on a dask cluster.
 
+Electrical models registered from outside the package travel with the tasks.
+
 Workers die: of too little memory, of a crash in ngspice, or because they are killed. loky then fails all submitted
 tasks and accepts no more, so few are submitted at a time; these are solved again, one by one, on a new executor. A
 design that kills its worker twice when solved alone is a failed design.
@@ -9,25 +11,35 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
+import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from ..errors import SolveError
+from .. import __version__
+from ..errors import InputError, SolveError
+from ..strip.models import registry
 from .evaluate import Evaluation, evaluate
 from .spec import Task, solve_task
-from .travelling import packed_models, unpack_models
 
 #: Tasks submitted for each worker: one in work, one waiting, so that none is idle.
 _AHEAD = 2
 #: Times that a task may kill its worker when solved alone before it is divided.
 _DEATHS = 2
+#: Modules that a worker can import: everything else is pickled by value.
+_IMPORTABLE = ("ilg_circuit", "numpy", "scipy", "builtins")
+_CLUSTERS = "tcp://HOST:PORT of a dask scheduler, or local:4 for four workers on this machine"
+#: Longest wait [s] for a cluster's scheduler and its first worker.
+_PATIENCE = 30
 
 
 def processes_possible() -> bool:
@@ -61,8 +73,7 @@ class GivenPool:
 
     def submit(self, task: Task) -> Future[Evaluation]:
         """Submit a task."""
-        future: Future[Evaluation] = self._executor.submit(_solve, task, self._models)
-        return future
+        return self._executor.submit(_solve, task, self._models)
 
     def renew(self) -> None:
         """Make the pool usable again after a death. Raises SolveError where that is impossible."""
@@ -95,7 +106,7 @@ def _processes(workers: int) -> Any:
 
 
 def _solve(task: Task, models: bytes) -> Evaluation:
-    """In a worker: solve a task, with the ``models`` of `travelling.packed_models`."""
+    """In a worker: solve a task, with the ``models`` of `packed_models`."""
     unpack_models(models)
     return solve_task(task)
 
@@ -172,3 +183,80 @@ def _alone(pool: GivenPool, task: Task) -> Evaluation:
         failures=first.failures | {middle + k: reason for k, reason in second.failures.items()},
         waveforms={name: np.concatenate([waves, second.waveforms[name]]) for name, waves in first.waveforms.items()},
     )
+
+
+def packed_models() -> bytes:
+    """Return the outside models, pickled by value with the modules that define them; empty where there are none."""
+    models = tuple(registry.registered())
+    if not models:
+        return b""
+    cloudpickle: Any = import_module("cloudpickle")  # untyped
+    parts = [part for model in models for part in (type(model), *vars(model).values()) if hasattr(part, "__module__")]
+    names = {str(part.__module__) for part in parts}
+    modules = [sys.modules[n] for n in names if n in sys.modules and n.partition(".")[0] not in _IMPORTABLE]
+    for module in modules:
+        cloudpickle.register_pickle_by_value(module)
+    try:
+        return bytes(cloudpickle.dumps(models))
+    finally:
+        for module in modules:
+            cloudpickle.unregister_pickle_by_value(module)
+
+
+def unpack_models(packed: bytes) -> None:
+    """In a worker: register the models of `packed_models` that are not there yet."""
+    known = {model.name for model in registry.registered()}
+    for model in pickle.loads(packed) if packed else ():
+        if model.name not in known:
+            registry.register(model)
+
+
+@contextmanager
+def cluster_pool(address: str) -> Iterator[GivenPool]:
+    """Yield the workers at ``address``: ``tcp://host:port``, or ``local:N``.
+
+    Raises InputError where there are none, or of another version of this package.
+    """
+    library: Any = import_module("distributed")  # most of it is untyped
+    kind, _, number = address.partition(":")
+    local = kind == "local" and number.isdecimal() and 1 <= int(number) <= 1024
+    if not local and kind not in ("tcp", "tls", "ucx", "ws", "wss"):
+        raise InputError(f"cluster '{address}' is not understood; write {_CLUSTERS}")
+    with ExitStack() as stack:
+        scheduler: Any = address
+        if local:
+            require_processes()
+            # no dashboard: it would need a port and a web server
+            scheduler = library.LocalCluster(n_workers=int(number), threads_per_worker=1, dashboard_address=None)
+            stack.enter_context(scheduler)
+        try:
+            client = stack.enter_context(library.Client(scheduler, timeout=_PATIENCE))
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except (OSError, ValueError) as error:  # TimeoutError is an OSError
+            reason = " ".join(str(error).split())[:120]
+            raise InputError(f"no cluster with workers at '{address}' within {_PATIENCE} s: {reason}") from None
+        _require_same_version(client)
+        deaths = (library.scheduler.KilledWorker,)
+        yield GivenPool(client.get_executor(pure=False), lambda: sum(client.ncores().values()), deaths)
+
+
+def _require_same_version(client: Any) -> None:
+    """Raise InputError for a cluster whose scheduler or workers lack this package, or have another version of it.
+
+    The scheduler unpickles tasks, too, and other versions may give other results.
+    """
+    answers = {f"worker {name}": answer for name, answer in client.run(_version, on_error="return").items()}
+    try:
+        answers["the scheduler"] = client.run_on_scheduler(_version)
+    except Exception as error:  # unpickling a function of a missing package may raise anything
+        answers["the scheduler"] = error
+    for place, answer in answers.items():
+        if answer != __version__:
+            found = f"version {answer}" if isinstance(answer, str) else f"none of use: {str(answer)[:80]}"
+            raise InputError(
+                f"{place} of the cluster needs ilg_circuit {__version__} with its extra 'cluster', and has {found}"
+            )
+
+
+def _version() -> str:
+    return __version__

@@ -81,7 +81,7 @@ def test_without_the_arm_the_rest_is_made(run: Run, tmp_path: Path, monkeypatch:
 def test_every_command_of_the_page_exists(line: str) -> None:
     program, name, *arguments = shlex.split(line)
     assert program == "ilg-circuit"
-    command = cli.get_command(click.Context(cli), name)
+    _, command, _ = cli.resolve_command(click.Context(cli), [name])
     assert command is not None
     assert isinstance(command, click.Command)
     command.make_context(name, arguments, parent=click.Context(cli, **cli.context_settings))

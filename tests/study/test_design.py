@@ -13,8 +13,7 @@ from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study.constraints import active_constraints, without_each_requirement
 from ilg_circuit.study.parameters import ScenarioTemplate
 from ilg_circuit.study.problem import Design, DesignProblem, Objective, best_design
-from ilg_circuit.study.quantities import quantity
-from ilg_circuit.study.requirements import GUARD, parse_requirements
+from ilg_circuit.study.requirements import GUARD, parse_requirements, quantity
 from ilg_circuit.study.space import Space, parse_ranges, resolve_engine
 
 pytestmark = pytest.mark.usefixtures("brisk")

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from ilg_circuit.errors import InputError
 from ilg_circuit.strip.actuator import PAPER
-from ilg_circuit.study.quantities import quantity
-from ilg_circuit.study.requirements import Requirement, parse_requirement, parse_requirements
+from ilg_circuit.study.requirements import Requirement, parse_requirement, parse_requirements, quantity
 
 VARIED = ("thickness", "voltage")
 

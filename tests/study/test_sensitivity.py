@@ -9,8 +9,7 @@ from test_design import SIZES, STATIC, design, problem
 
 from ilg_circuit.errors import InputError
 from ilg_circuit.strip.actuator import PAPER, Uncertainty
-from ilg_circuit.study.sensitivity import confident_design, sensitivity
-from ilg_circuit.study.sobol import indices, sobol_indices
+from ilg_circuit.study.sensitivity import confident_design, indices, sensitivity, sobol_indices
 
 pytestmark = pytest.mark.usefixtures("brisk")
 

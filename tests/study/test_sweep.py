@@ -19,10 +19,10 @@ from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study import spec as questions
+from ilg_circuit.study.dataset import Store
 from ilg_circuit.study.evaluate import Evaluation
 from ilg_circuit.study.plan import Plan, grid_plan, random_plan
 from ilg_circuit.study.spec import SweepSpec, Task, solve_task
-from ilg_circuit.study.store import Store
 from ilg_circuit.study.sweep import solve_sweep, sweep
 
 pytest.importorskip("h5netcdf", reason="netCDF files are an extra")

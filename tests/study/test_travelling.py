@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 pytest.importorskip("loky", reason="workers are an extra")
-from ilg_circuit.study.travelling import packed_models, unpack_models
+from ilg_circuit.study.workers import packed_models, unpack_models
 
 USER = """
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class Registry:
 @pytest.fixture
 def registry(monkeypatch: pytest.MonkeyPatch) -> Registry:
     found = Registry()
-    monkeypatch.setattr("ilg_circuit.study.travelling._registry", lambda: found)
+    monkeypatch.setattr("ilg_circuit.study.workers.registry", found)
     return found
 
 
