@@ -35,7 +35,8 @@ class Synthetic:
         return Table(self.columns, "record.csv")
 
     def measurement(self, source: str = "record.csv") -> Record:
-        return replace(prepare(self.table()), source=source)
+        """The record made ready; its samples at jumps are right limits, so that the onset is at the first of them."""
+        return replace(prepare(self.table(), "first-level"), source=source)
 
     def changed(self, **columns: Array | None) -> Synthetic:
         """With some columns replaced, or left out where None is given."""

@@ -19,6 +19,7 @@ from ..fit.bounded import likeliest
 from ..fit.fitting import fit, with_starts
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
+from ..measurements.prepare import LEAST_REST
 from ..measurements.record import Channel, Record
 from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
@@ -29,11 +30,10 @@ from .current_search import fit_from_several, search_starts
 from .modal import Ports, modal_currents
 from .port_model import BRACKET, IndividualFit, PortModel, observed, port_problem
 from .start import model_start
+from .stored import decaying_terms
 
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
 _NONLINEAR_ACCURACY = 1e-6
-#: So many samples before the onset tell the instrument's offset.
-_REST = 5
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class CurrentData:
     @property
     def has_offset(self) -> bool:
         """True if there are enough samples before the onset to fit the current offset."""
-        return int(self.record.current.rest.sum()) >= _REST
+        return int(self.record.current.rest.sum()) >= LEAST_REST
 
     @cached_property
     def rows(self) -> NDArray[np.intp]:
@@ -141,8 +141,15 @@ class CurrentData:
     def observation(self, model: PortModel, sigma: float = 1.0, *, of_record: bool = False) -> Observation:
         closed = model.kind.linear and not of_record
         predict = self.modal(model, self.since) if closed else self._by_engine(model)
-        nuisance = np.ones((len(self.data), int(self.has_offset)))
-        return observed(self, model.names, predict, nuisance, sigma)
+        return observed(self, model.names, predict, self.nuisance, sigma)
+
+    @cached_property
+    def nuisance(self) -> Array:
+        """Linear terms (samples, q): the offset, and in a record that begins within a run what was stored before."""
+        offset = np.ones((len(self.data), int(self.has_offset)))
+        if self.record.beginning != "run":
+            return offset
+        return np.column_stack([offset, decaying_terms(self.since, centred=self.has_offset)])
 
     def _by_engine(self, model: PortModel) -> Predict:
         t, ports = self.since, self.ports(model)
@@ -191,7 +198,8 @@ class CurrentData:
     def _individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         t, data = self.since, self.data
         offset = float(data[t < 0].mean()) if self.has_offset else 0.0
-        start = model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held)
+        stored = self.nuisance[t >= 0, int(self.has_offset) :]
+        start = model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held, stored)
         model = PortModel(kind, held, tuple(start.tolist()))
         problem = port_problem((self,), model, (1.0,))
         if not kind.linear:

@@ -33,14 +33,20 @@ _COARSE = 0.01
 
 
 def current_start(
-    t: Array, current: Array, drive: PiecewiseLinear, electrode_resistance: float, branches: int
+    t: Array,
+    current: Array,
+    drive: PiecewiseLinear,
+    electrode_resistance: float,
+    branches: int,
+    nuisance: Array | None = None,
 ) -> tuple[float, list[tuple[float, float]]]:
     """(Rdc, [(R, C), ...] by ascending time constant) for samples at ``t`` >= 0 [s] from which any offset is taken.
 
-    The current at the port is g0 u + sum of g_k times a high-pass of u; rates from a grid, g by least squares.
+    ``nuisance`` (samples, q) are linear terms beside the model. The current at the port is g0 u + sum of g_k times a high-pass of u; rates from a grid, g by least squares.
     """
     keep = thinned(t)
     t, current = t[keep], current[keep]
+    beside = np.linalg.qr(nuisance[keep])[0] if nuisance is not None else np.zeros((len(t), 0))
     drive = _coarse(drive)
     rates = _rate_grid(t, _RATES)
     waves = superpose(drive, t, lambda kind, time: _high_pass(kind, time, rates[:, None]))
@@ -48,12 +54,12 @@ def current_start(
     best, choice = np.inf, None
     every = range(0, len(rates), 1 if branches < 3 else 2)
     for chosen in combinations(every, branches):
-        g, cost = _linear_fit(basis[[0, *(k + 1 for k in chosen)]].T, current)
+        g, cost = _linear_fit(basis[[0, *(k + 1 for k in chosen)]].T, current, beside)
         if cost < best * (1 - 1e-9) and (g[1:] > 0).all():
             best, choice = cost, (g, rates[list(chosen)])
     if choice is None:
         raise InputError("the current does not follow the voltage as a resistive and capacitive strip's does")
-    g, chosen_rates = _refined(t, current, drive, choice[1]) or choice
+    g, chosen_rates = _refined(t, current, drive, choice[1], beside) or choice
     peak = float(np.abs(g[0]) + g[1:].sum())
     g[0] = max(g[0], _LEAST_STEADY * peak)
     dc = max(1 / g[0] - electrode_resistance, 1e-3 / g[0])
@@ -63,7 +69,9 @@ def current_start(
     return dc, sorted(pairs, key=lambda pair: pair[0] * pair[1])
 
 
-def _refined(t: Array, current: Array, drive: PiecewiseLinear, rates: Array) -> tuple[Array, Array] | None:
+def _refined(
+    t: Array, current: Array, drive: PiecewiseLinear, rates: Array, beside: Array
+) -> tuple[Array, Array] | None:
     """Conductances and rates after a simplex search from the grid's best; None where it ends at no sensible answer.
 
     The grid is coarse, and under waveforms of both signs that is enough to make the steady conductance negative.
@@ -74,7 +82,7 @@ def _refined(t: Array, current: Array, drive: PiecewiseLinear, rates: Array) -> 
 
     def solved(logs: Array) -> tuple[Array, float]:
         waves = superpose(drive, t, lambda kind, time: _high_pass(kind, time, np.exp(logs)[:, None]))
-        return _linear_fit(np.vstack([u, waves]).T, current)
+        return _linear_fit(np.vstack([u, waves]).T, current, beside)
 
     found = minimize(lambda logs: solved(logs)[1], np.log(rates), method="Nelder-Mead", options={"maxiter": 100})
     g, _ = solved(found.x)
@@ -82,19 +90,27 @@ def _refined(t: Array, current: Array, drive: PiecewiseLinear, rates: Array) -> 
 
 
 def model_start(
-    model: ElectricalModel, t: Array, current: Array, drive: PiecewiseLinear, electrode_resistance: float
+    model: ElectricalModel,
+    t: Array,
+    current: Array,
+    drive: PiecewiseLinear,
+    electrode_resistance: float,
+    nuisance: Array | None = None,
 ) -> Array:
     """Return starting values (n,) of ``model``'s parameters in their order; arguments as for `current_start`.
 
     Where the record does not show as many relaxations as the model looks for first, it may do with fewer.
     """
     *counts, last = model.ions.branch_counts
+
+    def start(count: int) -> Array:
+        found = current_start(t, current, drive, electrode_resistance, count, nuisance)
+        return model.starts_from_branches(*found, drive.largest())
+
     for count in counts:
         with suppress(InputError):
-            return model.starts_from_branches(
-                *current_start(t, current, drive, electrode_resistance, count), drive.largest()
-            )
-    return model.starts_from_branches(*current_start(t, current, drive, electrode_resistance, last), drive.largest())
+            return start(count)
+    return start(last)
 
 
 class CouplingSearch:
@@ -192,6 +208,9 @@ def _second_order(kind: str, time: Array, zeta: float, wn: float) -> Array:
     return np.stack([first, answer(time, wn, wn, zeta, wn, 1.0) - first])
 
 
-def _linear_fit(basis: Array, data: Array) -> tuple[Array, float]:
+def _linear_fit(basis: Array, data: Array, beside: Array | None = None) -> tuple[Array, float]:
+    """Return amounts and the sum of squares that is left, ``beside`` (samples, q) being orthonormal linear terms."""
+    if beside is not None and beside.shape[1]:
+        basis, data = basis - beside @ (beside.T @ basis), data - beside @ (beside.T @ data)
     found: Array = np.asarray(np.linalg.lstsq(basis, data, rcond=1e-10)[0], dtype=np.float64)
     return found, float(((basis @ found - data) ** 2).sum())

@@ -22,6 +22,8 @@ from .voltage import MeasuredDrive, answers_noise, measured_drive
 _LEAST_READING = 1e-30
 #: Samples after the onset that a fit needs.
 _LEAST_CURRENT, _LEAST_DISPLACEMENT = 10, 20
+#: So many samples before the onset tell the instrument's offset.
+LEAST_REST = 5
 #: Readings at rest stand before the onset by at least this time [s], relative to the record.
 _BEFORE = 1e-12
 
@@ -64,6 +66,12 @@ def prepare(table: Table, onset: Stated = None) -> Record:
         at = f"the onset at {found.time:g} s"
         raise InputError(f"{name}: {count} current samples after {at}; {_LEAST_CURRENT} are needed")
     _require_response(current, drive.drive, name)
+    if found.beginning == "run":
+        notes.append(Finding("begins-within-run"))
+    elif found.beginning == "step" and not found.first:
+        notes.append(Finding("onset-assumed", values={"at": found.time}))
+    if int(current.rest.sum()) < LEAST_REST:
+        notes.append(Finding("offset-assumed"))
     step = _step_level(drive.drive)
     if step is not None:
         notes += current_drift(current.time, current.values, step - found.rest)

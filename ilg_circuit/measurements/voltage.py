@@ -25,6 +25,8 @@ _PARTS = 8
 _WOBBLE = 2.5
 #: A strip answers a voltage's noise where its current's noise follows by this part of the conductance, this surely.
 _ANSWERS, _SURE = 0.3, 6.0
+#: A digit of the voltage is less than this part of its range, else it is a jump.
+_LEAST_JUMP = 0.01
 #: A jump moved to its last reading before stands behind that reading by this part of the interval.
 _BEHIND = 1e-6
 
@@ -113,7 +115,9 @@ def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> boo
         return False
     fast_u, fast_i = np.diff(u, 2), np.diff(current, 2)
     # a few jumps do not count
-    quiet = np.abs(fast_u) <= 12 * max(float(np.median(np.abs(fast_u))), resolution(u))
+    digit = resolution(u)
+    digit = digit if digit < _LEAST_JUMP * float(np.ptp(u)) else 0.0
+    quiet = np.abs(fast_u) <= max(12 * float(np.median(np.abs(fast_u))), 3 * digit)
     fast_u, fast_i = fast_u[quiet], fast_i[quiet]
     power = float(fast_u @ fast_u)
     if not power:

@@ -24,6 +24,7 @@ from ilg_circuit.errors import InputError
 from ilg_circuit.identify.impedance import ImpedanceData
 from ilg_circuit.identify.port_fit import fit_port
 from ilg_circuit.measurements.record import Channel, Record
+from ilg_circuit.measurements.voltage import MeasuredDrive
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate, transient_band
@@ -137,7 +138,7 @@ def test_every_fit_finds_the_truth(model: str) -> None:
     net = port_netlist(port_of(model, 2.0, band=transient_band(t)))
     true = transient(net, STAIRS, t, accuracy=1e-6, acceptable=1e-5).output("current")
     noise = 2e-4 * np.abs(true).max() * np.random.default_rng(5).standard_normal(len(t))
-    measured = Record("made up", 0.0, STAIRS, None, Channel(t, true + noise), None)
+    measured = Record("made up", 0.0, MeasuredDrive(STAIRS, np.zeros(1)), None, Channel(t, true + noise), None)
     found = fit_current(measured, model, 2.0)
     assert found.fit.labels == electrical_model(model).names
     assert (np.abs(found.fit.values - values_of(model)) <= 4 * found.fit.errors).all()

@@ -1,0 +1,30 @@
+"""What a strip had stored before a record that begins within a run: decaying terms, fitted and not assumed to be zero.
+
+The answer to an unknown initial state is a sum of exponentials whose rates the model has and whose amounts nothing
+tells. A dense grid of rates spans them all; the few combinations of it that differ are linear terms of the fit,
+whatever the model.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+
+#: Rates a decade, and the least singular value, relative to the largest, of a combination that counts.
+_A_DECADE, _COUNTS = 4, 1e-3
+
+
+def decaying_terms(t: Array, *, centred: bool) -> Array:
+    """Return orthogonal terms (samples, q) that decay from ``t`` = 0 [s] on; ``centred`` beside a constant term."""
+    after = t[t > 0]
+    if len(after) < 2:
+        return np.zeros((len(t), 0))
+    slowest, fastest = 0.5 / float(after[-1]), 1.0 / float(np.median(np.diff(after[:20])))
+    count = 1 + int(np.ceil(_A_DECADE * np.log10(fastest / slowest)))
+    rates = np.geomspace(slowest, fastest, count)
+    terms = np.where(t[:, None] >= 0, np.exp(-rates * np.maximum(t, 0.0)[:, None]), 0.0)
+    if centred:
+        terms -= terms.mean(axis=0)
+    left, sizes, _ = np.linalg.svd(terms / np.linalg.norm(terms, axis=0), full_matrices=False)
+    return np.asarray(left[:, sizes > _COUNTS * sizes[0]] * np.sqrt(len(t)))
