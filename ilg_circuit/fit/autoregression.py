@@ -167,7 +167,7 @@ def _noise(residuals: Array, tangent: Array, candidates: tuple[Array, ...]) -> _
         costs = [cost(x) for x in grid]
         k = int(np.argmin(costs))
         within = (grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)])
-        best = minimize_scalar(cost, bounds=within, method="bounded", options={"xatol": 1e-4})
+        best = minimize_scalar(cost, bounds=within, method="bounded", options={"xatol": 1e-6})
         x = float(best.x) if best.fun < costs[k] else float(grid[k])
         found.append((min(float(best.fun), costs[k]), _Noise(float(np.exp(x)), np.exp(-distances / np.exp(x)))))
     return min(found, key=lambda pair: pair[0])[1]

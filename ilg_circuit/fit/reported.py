@@ -42,7 +42,8 @@ class Reported:
 def with_autocorrelation(fit: FitResult) -> Reported:
     """Return errors and intervals of a ``fit`` of one component that allow for autocorrelated residuals."""
     noise, blocks = autoregression(fit), block_bootstrap(fit)
-    wider = np.maximum(blocks.errors / noise.errors, 1.0)
+    errors = np.maximum(noise.errors, np.finfo(float).tiny)  # zero where the data are met exactly
+    wider = np.maximum(blocks.errors / errors, 1.0)
     ends = np.array([fit.intervals_by(noise.errors, noise.freedom), blocks.intervals])
     return Reported(
         covariance=noise.covariance * np.outer(wider, wider),
