@@ -47,7 +47,11 @@ def main() -> None:
     sets = parser.parse_args().sets
     lines, failures, begin = [], [], perf_counter()
     for script, page in PAGES.items():
-        arguments = [str(sets), "spectrum", "step:rc", "step:rc2", "step:rc3"] if script == "intervals" else []
+        arguments = (
+            [str(sets), "spectrum", "step:rc", "step:rc2", "step:rc3", "autocorrelated"]
+            if script == "intervals"
+            else []
+        )
         if script == "intervals" and not sets:
             continue
         print(f"== {script} ({perf_counter() - begin:.0f} s so far)", flush=True)

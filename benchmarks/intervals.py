@@ -3,7 +3,8 @@
 python benchmarks/intervals.py [data sets a model, default 1000] [models to do, default all]     writes INTERVALS.md
 
 Spectra are fitted by their closed form, steps and waveforms with the exact engine, in whose place ngspice gives the
-same fit (the tests say so), each from all its starts.
+same fit (the tests say so), each from all its starts. Steps under autocorrelated noise, AR(1), are fitted by the closed
+form from the truth, and their intervals are those that are reported.
 """
 
 from __future__ import annotations
@@ -20,9 +21,12 @@ from tqdm import tqdm
 
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import SolveError
+from ilg_circuit.fit.fitting import fit
+from ilg_circuit.fit.intervals import uncertainties
 from ilg_circuit.identify.current import CurrentData, currents
 from ilg_circuit.identify.impedance import ImpedanceData
-from ilg_circuit.identify.port_model import IndividualFit
+from ilg_circuit.identify.modal import modal_currents
+from ilg_circuit.identify.port_model import IndividualFit, PortModel, port_problem, quickened
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
@@ -33,7 +37,7 @@ Array = NDArray[np.float64]
 #: A random generator -> name of each parameter and its interval
 Trial = Callable[[np.random.Generator], dict[str, tuple[float, float]]]
 
-BOUNDS = (0.93, 0.97)
+BOUNDS, CORRELATED_BOUNDS = (0.93, 0.97), (0.90, 0.97)
 OUT = Path(__file__).with_name("INTERVALS.md")
 
 
@@ -65,6 +69,9 @@ LEVELS = {
     "rc+growing": Case((400.0, 20.0, 0.2, 0.3), 0.0, 0.005),
 }
 POINTS, SAMPLES, DURATION, STEP = 61, 301, 60.0, 2.0
+#: Under noise whose neighbours correlate by phi, after so many samples of rest: ten correlation times or more.
+CORRELATED = {f"{model}, phi {phi}": STEPS[model] for model in ("rc", "rc2", "warburg") for phi in (0.7, 0.9)}
+RESTING, READINGS, SPACING, LARGER_STEP = 100, 500, 0.12, 4.0
 
 
 def spectrum_trial(model: str) -> Trial:
@@ -116,6 +123,28 @@ def _current_trial(model: str, case: Case, drive: PiecewiseLinear, engine: str) 
     return trial
 
 
+def correlated_trial(name: str) -> Trial:
+    """Fits of the current after a step of 4 V, 500 samples over 60 s, the first 100 at rest, under AR(1) noise."""
+    model, phi, case = name.split(",")[0], float(name.split()[-1]), CORRELATED[name]
+    kind, t = electrical_model(model), np.asarray((np.arange(READINGS) - RESTING) * SPACING, dtype=np.float64)
+    port, drive = PortModel(kind, case.held, case.values), PiecewiseLinear.step(LARGER_STEP)
+    clean = np.zeros(READINGS)
+    clean[t >= 0] = modal_currents([port.port(np.array(case.values))], drive, t[t >= 0])[0]
+    size = case.noise * float(np.abs(clean).max())
+
+    def trial(random: np.random.Generator) -> dict[str, tuple[float, float]]:
+        noise = random.standard_normal(READINGS)
+        for k in range(1, READINGS):
+            noise[k] = phi * noise[k - 1] + np.sqrt(1 - phi**2) * noise[k]
+        voltage = np.where(t >= 0, LARGER_STEP, 0.0)
+        table = Table({"time": t - t[0], "voltage": voltage, "current": clean + size * noise}, "synthetic.csv")
+        data = (CurrentData(prepare(table), "exact", "synthetic.csv"),)
+        found = fit(quickened(port_problem(data, port, (1.0,)), data, port), np.array(case.values))
+        return {label: estimate.reported[1] for label, estimate in uncertainties(found).estimates.items()}
+
+    return trial
+
+
 def coverage(
     trial: Trial, truth: dict[str, float], count: int, seed: int = 0, quiet: bool = False
 ) -> tuple[dict[str, float], int]:
@@ -141,11 +170,12 @@ GROUPS: dict[str, tuple[dict[str, Case], Callable[[str], Trial]]] = {
     "spectrum": (SPECTRA, spectrum_trial),
     "step": (STEPS, step_trial),
     "levels": (LEVELS, level_trial),
+    "autocorrelated": (CORRELATED, correlated_trial),
 }
 
 
 def truth_of(model: str, case: Case) -> dict[str, float]:
-    return dict(zip(electrical_model(model).names, case.values, strict=True))
+    return dict(zip(electrical_model(model.split(",")[0]).names, case.values, strict=True))
 
 
 def main() -> list[Figure]:
@@ -164,10 +194,11 @@ def main() -> list[Figure]:
             row = f"| {group} | {model} | {count} | {failed} | {mean:.1f} | {each} |"
             print(row, flush=True)
             _record(f"| {group} | {model} |", row)
-            outside = [name for name, part in found.items() if not BOUNDS[0] <= part <= BOUNDS[1]]
+            least, most = CORRELATED_BOUNDS if group == "autocorrelated" else BOUNDS
+            outside = [name for name, part in found.items() if not least <= part <= most]
             told = f"{mean:.1f} % of {count - failed}"
             if outside:
-                told += f"; OUTSIDE {BOUNDS[0]:.0%} to {BOUNDS[1]:.0%}: {', '.join(outside)}"
+                told += f"; OUTSIDE {least:.0%} to {most:.0%}: {', '.join(outside)}"
             figures.append(Figure(f"95 % intervals that hold the truth: {group}, {model}", told))
     return figures
 

@@ -26,9 +26,9 @@ from .progress import ProgressBar
 @engine_option
 @click.option(
     "--intervals",
-    type=click.Choice(["covariance", "bootstrap", "profile", "mcmc"]),
+    type=click.Choice(["covariance", "bootstrap", "profile", "mcmc", "autoregression"]),
     default="covariance",
-    help="How 95 % intervals are made; covariance: by a block bootstrap where residuals are autocorrelated.",
+    help="How 95 % intervals are made; covariance: by an autoregression where residuals are autocorrelated.",
 )
 @output_options("TOML file for the fitted actuator.", "Picture of data, fit and residuals (.png, .pdf, .svg).")
 @click.pass_context

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from .criteria import autocorrelation, structured
+from .criteria import autocorrelation
 from .result import FitResult
 
 DRAWS = 2000
@@ -65,39 +65,6 @@ def block_bootstrap(fit: FitResult, draws: int = DRAWS, seed: int = SEED) -> Boo
         covariance=np.atleast_2d(np.cov(moves.T)) * np.outer(fit.units, fit.units),
         block=longest,
     )
-
-
-def reported_covariance(fit: FitResult) -> Array:
-    """Return the covariance (n, n) of the values: the bootstrap's where residuals are autocorrelated.
-
-    Components of a fit are treated one by one.
-    """
-    n = len(fit.values)
-    if fit.components:
-        covariance = np.zeros((n, n))
-        for part in fit.components:
-            at = [fit.labels.index(label) for label in part.labels]
-            covariance[np.ix_(at, at)] = reported_covariance(part)
-        return covariance
-    return block_bootstrap(fit).covariance if correlated(fit) else fit.covariance[:n, :n]
-
-
-def reported_errors(fit: FitResult) -> Array:
-    """Return the standard errors (n,) of `reported_covariance`."""
-    return np.sqrt(np.diag(reported_covariance(fit)))
-
-
-def widening(fit: FitResult) -> Array:
-    """Return the factor (n,) by which reported errors exceed those of independent residuals of one variance.
-
-    Its square is the adjustment of the profile likelihood of Royall and Tsou (2003).
-    """
-    return reported_errors(fit) / fit.pooled_errors
-
-
-def correlated(fit: FitResult) -> bool:
-    """Return True if the residuals of any observation are autocorrelated."""
-    return any(structured(fit.residuals[part]) for part in fit.problem.slices)
 
 
 def block_length(residuals: Array) -> int:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-Method = Literal["covariance", "bootstrap", "profile", "mcmc"]
+Method = Literal["covariance", "bootstrap", "profile", "mcmc", "autoregression"]
 Interval = tuple[float, float]
 
 
@@ -14,9 +14,10 @@ Interval = tuple[float, float]
 class Estimate:
     """A value with its unit, standard error and 95 % interval; ``fixed_because`` says why it was not fitted.
 
-    ``bootstrap`` is the standard error, ``ci95_bootstrap`` the interval, of the block bootstrap, made where residuals
-    are autocorrelated; ``ci95_profile`` (0 or infinite where open) and ``ci95_mcmc`` where asked for. ``method`` names
-    the interval that is reported, ``note`` what is to be said of it.
+    Where residuals are autocorrelated ``autoregression`` is the standard error, ``ci95_autoregression`` the interval,
+    that allow for it, and ``bootstrap``, ``ci95_bootstrap`` those of the block bootstrap, which are never the wider
+    ones; ``ci95_profile`` (0 or infinite where open) and ``ci95_mcmc`` are there where asked for. ``method`` names the
+    interval that is reported, ``note`` what is to be said of it.
     """
 
     value: float
@@ -28,6 +29,8 @@ class Estimate:
     ci95_bootstrap: Interval | None = None
     ci95_profile: Interval | None = None
     ci95_mcmc: Interval | None = None
+    autoregression: float | None = None
+    ci95_autoregression: Interval | None = None
     method: Method = "covariance"
     note: str = ""
 
@@ -39,8 +42,9 @@ class Estimate:
 
     @property
     def reported(self) -> tuple[float, Interval]:
-        """Standard error, the bootstrap's where there is one, and the interval of ``method``."""
-        error = self.stderr if self.bootstrap is None else self.bootstrap
+        """Standard error, the one that allows for autocorrelation where there is one, and interval of ``method``."""
+        errors = (self.bootstrap if self.method == "bootstrap" else self.autoregression, self.bootstrap, self.stderr)
+        error = next((e for e in errors if e is not None), None)
         interval = self.ci95 if self.method == "covariance" else getattr(self, f"ci95_{self.method}")
         assert error is not None
         assert interval is not None
@@ -56,7 +60,9 @@ class Estimate:
         }
         if self.bootstrap is not None:
             entry["stderr_bootstrap"] = self.bootstrap
-        for method in ("bootstrap", "profile", "mcmc"):
+        if self.autoregression is not None:
+            entry["stderr_autoregression"] = self.autoregression
+        for method in ("bootstrap", "profile", "mcmc", "autoregression"):
             interval = getattr(self, f"ci95_{method}")
             if interval is not None:
                 entry[f"ci95_{method}"] = _plain(interval)

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import IlgError
-from .bootstrap import reported_errors
 from .fitting import fit
+from .reported import reported_errors
 from .result import FitResult
 
 #: A parameter whose standard error exceeds this part of it is not determined by the data.

@@ -1,8 +1,9 @@
 """95 % intervals of a fit's parameters, by the method that the user asks for.
 
-``covariance`` is the default: from the slopes at the fit, by a block bootstrap where residuals are autocorrelated.
-``bootstrap`` is that bootstrap whatever the residuals, ``profile`` the profile likelihood, which falls back to the
-bootstrap parameter by parameter where it fails, ``mcmc`` the posterior's quantiles.
+``covariance`` is the default: from the slopes at the fit, by ``autoregression`` where residuals are autocorrelated.
+``autoregression`` allows for that whatever the residuals (see `fit.reported`), ``bootstrap`` is a block bootstrap,
+``profile`` the profile likelihood, which falls back parameter by parameter where it fails: to the autoregression where
+residuals are autocorrelated, else to the bootstrap. ``mcmc`` are the posterior's quantiles.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ from typing import Any, get_args
 
 from ..errors import InputError
 from ..findings import Finding
-from .bootstrap import Bootstrap, block_bootstrap, correlated, widening
+from .bootstrap import Bootstrap, block_bootstrap
 from .estimate import Estimate, Method
 from .mcmc import sample
 from .problem import Progress
 from .profile import REACH, profile
+from .reported import Reported, autocorrelated, widening, with_autocorrelation
 from .result import FitResult
 
 
@@ -54,40 +56,50 @@ def uncertainties(fit: FitResult, method: Method = "covariance", progress: Progr
 
 
 def _of_component(fit: FitResult, method: Method, progress: Progress) -> Uncertainties:
-    blocks = block_bootstrap(fit) if correlated(fit) or method == "bootstrap" else None
+    noise = with_autocorrelation(fit) if method == "autoregression" or autocorrelated(fit) else None
     rows = zip(
         fit.labels, fit.problem.moved, fit.values.tolist(), fit.errors.tolist(), fit.intervals.tolist(), strict=True
     )
     plain = {label: Estimate(value, p.unit, error, (low, high)) for label, p, value, error, (low, high) in rows}
-    if blocks is not None:
-        plain = _with_bootstrap(plain, blocks)
+    if method == "bootstrap" or noise is not None:
+        plain = _with_bootstrap(plain, noise.blocks if noise is not None else block_bootstrap(fit))
+    if noise is not None and method != "bootstrap":
+        plain = _with_autoregression(plain, noise)
     if method == "profile":
-        return _profiled(fit, plain, blocks, progress)
+        return _profiled(fit, plain, progress)
     if method == "mcmc":
         return _sampled(fit, plain, progress)
     return Uncertainties(plain)
 
 
-def _with_bootstrap(estimates: dict[str, Estimate], blocks: Bootstrap, note: str = "") -> dict[str, Estimate]:
-    rows = zip(estimates.items(), blocks.errors.tolist(), blocks.intervals.tolist(), strict=True)
+def _with_autoregression(estimates: dict[str, Estimate], noise: Reported) -> dict[str, Estimate]:
+    rows = zip(estimates.items(), noise.errors.tolist(), noise.intervals.tolist(), strict=True)
     return {
-        label: replace(e, bootstrap=error, ci95_bootstrap=(low, high), method="bootstrap", note=note)
+        label: replace(e, autoregression=error, ci95_autoregression=(low, high), method="autoregression")
         for (label, e), error, (low, high) in rows
     }
 
 
-def _profiled(
-    fit: FitResult, plain: dict[str, Estimate], blocks: Bootstrap | None, progress: Progress
-) -> Uncertainties:
+def _with_bootstrap(estimates: dict[str, Estimate], blocks: Bootstrap) -> dict[str, Estimate]:
+    rows = zip(estimates.items(), blocks.errors.tolist(), blocks.intervals.tolist(), strict=True)
+    return {
+        label: replace(e, bootstrap=error, ci95_bootstrap=(low, high), method="bootstrap")
+        for (label, e), error, (low, high) in rows
+    }
+
+
+def _profiled(fit: FitResult, plain: dict[str, Estimate], progress: Progress) -> Uncertainties:
     found = dict(zip(fit.labels, profile(fit, widening(fit), progress), strict=True))
     result, findings = {}, []
     fallback = plain
-    if blocks is None and any(p.failure for p in found.values()):
+    if any(p.failure and plain[label].autoregression is None for label, p in found.items()):
         fallback = _with_bootstrap(plain, block_bootstrap(fit))
     for label, p in found.items():
         if p.failure:
-            result[label] = replace(fallback[label], note=f"{p.failure}; a bootstrap's instead")
-            findings.append(Finding("profile-failed", values={"parameter": label, "reason": p.failure}))
+            instead = fallback[label].method
+            result[label] = replace(fallback[label], note=f"{p.failure}; by {instead} instead")
+            failed = {"parameter": label, "reason": p.failure, "instead": instead}
+            findings.append(Finding("profile-failed", values=failed))
             continue
         sides = [side for side, missing in (("lower", p.open_below), ("upper", p.open_above)) if missing]
         note = f"no {' and no '.join(sides)} limit within a factor of {REACH:.0e}" if sides else ""

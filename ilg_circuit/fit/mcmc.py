@@ -59,7 +59,7 @@ def sample(
     seed: int = 0,
     most_steps: int = _MOST_STEPS,
 ) -> Chain:
-    """Return the chain of ``fit``; ``widening`` (n,) is `bootstrap.widening`.
+    """Return the chain of ``fit``; ``widening`` (n,) is `reported.widening`.
 
     It ends when it is long enough to be trusted, or after ``most_steps``, and says which. The walkers of half the
     ensemble move together: their circuits are solved at once. Raises InputError where emcee is not installed.

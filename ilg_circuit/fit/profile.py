@@ -1,7 +1,7 @@
 """Profile likelihood: how far a parameter can be moved, all others fitted anew, before the data object.
 
 lmfit's `conf_interval` walks and finds the ends; the criterion is the F test's. Where residuals are autocorrelated the
-likelihood is adjusted by the block bootstrap's standard error (Royall and Tsou 2003, J. R. Stat. Soc. B 65, 391). A
+likelihood is adjusted by the standard error that is reported (Royall and Tsou 2003, J. R. Stat. Soc. B 65, 391). A
 profile that never reaches the criterion is open on that side: the data set no limit there.
 """
 
@@ -53,7 +53,7 @@ class ProfileInterval:
 
 
 def profile(fit: FitResult, widening: Array, progress: Progress = None) -> tuple[ProfileInterval, ...]:
-    """Return profile intervals of the parameters of ``fit``; ``widening`` (n,) is `bootstrap.widening`."""
+    """Return profile intervals of the parameters of ``fit``; ``widening`` (n,) is `reported.widening`."""
     return tuple(_interval(fit, k, float(widening[k]), progress) for k in range(len(fit.values)))
 
 

@@ -102,13 +102,17 @@ class FitResult:
 
     @cached_property
     def intervals(self) -> Array:
-        """95 % intervals (n, 2) by the covariance and Student's t, symmetric about the coordinates.
+        """95 % intervals (n, 2) by the covariance and Student's t, see `intervals_by`."""
+        return self.intervals_by(self.errors, self.freedom)
+
+    def intervals_by(self, errors: Array, freedom: Array) -> Array:
+        """Return 95 % intervals (n, 2) by Student's t of ``errors`` (n,) in the values' units, about the coordinates.
 
         No end leaves the parameter's limits, and a resistance is treated as the conductance that it is the inverse of.
         """
         from scipy.stats import t as student
 
-        middle, half = self.coordinates, student.ppf(0.975, self.freedom) * self.errors / self.units
+        middle, half = self.coordinates, student.ppf(0.975, freedom) * errors / self.units
         return np.column_stack([self.problem.scales.values(middle + sign * half) for sign in (-1.0, 1.0)])
 
     @property

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
-from ..fit.bootstrap import reported_covariance
 from ..fit.estimate import Estimate
 from ..fit.intervals import Uncertainties
+from ..fit.reported import reported_covariance
 from ..fit.result import FitResult
 from ..simulation import closed_forms
 from ..strip.actuator import Uncertainty

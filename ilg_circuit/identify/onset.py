@@ -80,7 +80,7 @@ class Onsets:
         more = np.maximum(reaches - quantile * reported / fit.units, 0.0).sum(axis=0)
         spread = np.sqrt(np.diag(self.covariance(fit)))
         scales, estimates = fit.problem.scales, dict(found.estimates)
-        for name in ("ci95", "ci95_bootstrap", "ci95_profile", "ci95_mcmc"):
+        for name in ("ci95", "ci95_bootstrap", "ci95_autoregression", "ci95_profile", "ci95_mcmc"):
             ends = [getattr(found.estimates[label], name) for label in fit.labels]
             for side in (0, 1):
                 at = np.array([v if e is None else e[side] for e, v in zip(ends, fit.values.tolist(), strict=True)])

@@ -9,11 +9,11 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import IlgError, InputError, SolveError
-from ..fit.bootstrap import correlated
 from ..fit.fitting import fit, with_starts
 from ..fit.identifiability import Identifiability, diagnose
 from ..fit.multistart import StartSummary
 from ..fit.problem import Problem, Progress
+from ..fit.reported import correlated
 from ..fit.result import FitResult
 from ..fit.selection import EVIDENCE
 from ..strip.models import ElectricalModel, Ladders, electrical_model

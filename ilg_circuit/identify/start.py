@@ -42,7 +42,8 @@ def current_start(
 ) -> tuple[float, list[tuple[float, float]]]:
     """(Rdc, [(R, C), ...] by ascending time constant) for samples at ``t`` >= 0 [s] from which any offset is taken.
 
-    ``nuisance`` (samples, q) are linear terms beside the model. The current at the port is g0 u + sum of g_k times a high-pass of u; rates from a grid, g by least squares.
+    ``nuisance`` (samples, q) are linear terms beside the model. The current at the port is g0 u + sum of g_k times a
+    high-pass of u; rates from a grid, g by least squares.
     """
     keep = thinned(t)
     t, current = t[keep], current[keep]

@@ -24,6 +24,11 @@ _METHODS: dict[Method, tuple[str, str]] = {
         "standard errors and intervals from a block bootstrap",
         "Those marked (bootstrap) allow for autocorrelated residuals, by a block bootstrap.",
     ),
+    "autoregression": (
+        "standard errors and intervals from an autoregression of the residuals, no narrower than a block bootstrap's",
+        "Those marked (autoregression) allow for autocorrelated residuals, taken for an AR(1); none is narrower than a "
+        "block bootstrap's.",
+    ),
     "profile": (
         "intervals from the profile likelihood",
         "Those marked (profile) are where the profile likelihood leaves its 95 % level.",
@@ -103,7 +108,9 @@ def _cells(name: str, e: Estimate) -> tuple[str, str, str, str]:
     value = format_quantity(e.value, e.unit, 5)
     if e.stderr is None or e.ci95 is None:
         return name, value, _not_fitted(e), e.fixed_because
-    error = format_quantity(e.reported[0], e.unit, 2) + (" (blocks)" if e.bootstrap is not None else "")
+    size = e.reported[0]
+    marks = ((e.autoregression, " (autoregression)"), (e.bootstrap, " (blocks)"), (size, ""))
+    error = format_quantity(size, e.unit, 2) + next(mark for known, mark in marks if known == size)
     return name, value, error, interval_text(e) + ("" if e.method == "covariance" else f" ({e.method})")
 
 

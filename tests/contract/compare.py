@@ -126,13 +126,15 @@ def _of_quantity(path: str, name: str, reference: dict[str, Any], got: dict[str,
     """An entry of a quantity: its value, standard errors and intervals each have a tolerance of their own."""
     expected, answer, error = reference[name], got[name], reference.get("stderr")
     derived = "/derived/" in path  # whose standard errors are a bootstrap's where those of the parameters are
-    draws = DRAWS if name.endswith("_bootstrap") else rule.draws
+    # an autoregression's are no narrower than the bootstrap's, so that they may be drawn, too
+    blocks = name.endswith(("_bootstrap", "_autoregression"))
+    draws = DRAWS if blocks else rule.draws
     if name == "value" and _is_number(answer):
         allowed = VALUES[rule.klass] * abs(expected)
         if rule.klass == "ngspice" and error:
             allowed = min(allowed, STANDARD_ERRORS * error)
         yield from _number(path, expected, answer, allowed, error)
-    elif expected is not None and (name.endswith(("_bootstrap", "_mcmc")) or (derived and rule.draws < math.inf)):
+    elif expected is not None and (blocks or name.endswith("_mcmc") or (derived and rule.draws < math.inf)):
         spread = reference.get("stderr_bootstrap") or error
         single = _QUANTILE if name.startswith("ci95") else math.sqrt(0.5)
         drawn = replace(rule, tolerance=ERRORS * math.sqrt(2 / draws) * single, size=spread)

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 from scipy.optimize import curve_fit
 
 from ilg_circuit.errors import SolveError
-from ilg_circuit.fit.bootstrap import block_bootstrap, correlated
+from ilg_circuit.fit.bootstrap import block_bootstrap
 from ilg_circuit.fit.fitting import fit, fit_without
 from ilg_circuit.fit.observation import Observation
 from ilg_circuit.fit.parameter import Parameter
 from ilg_circuit.fit.problem import Problem
+from ilg_circuit.fit.reported import correlated
 from ilg_circuit.fit.result import FitResult
 from ilg_circuit.identify.port_start import combined
 

@@ -243,7 +243,7 @@ def test_one_branch_for_two_is_warned_of() -> None:
     found = identified(record(step(), 300.0, 601, strip=two_branches(), noise=1e-3, seed=43), "rc")
     assert {"one-pole-not-enough", "residuals-autocorrelated"} <= codes(found.findings)
     assert any("one pole is not enough" in w and "--model rc2" in w for w in found.warnings)
-    assert any("standard errors are from a block bootstrap" in w for w in found.warnings)
+    assert any("standard errors allow for it, by an autoregression" in w for w in found.warnings)
 
 
 def test_what_the_data_do_not_determine_is_named() -> None:

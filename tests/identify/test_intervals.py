@@ -30,6 +30,10 @@ def test_the_method_asked_for_is_in_table_json_and_report(method: str, kind: str
     check_method(method, write(kind, tmp_path), run)
 
 
+def test_an_autoregression_is_in_table_json_and_report(run: Run, tmp_path: Path) -> None:
+    check_method("autoregression", write("step", tmp_path), run)
+
+
 def test_a_markov_chain_is_in_table_json_and_report(run: Run, tmp_path: Path) -> None:
     pytest.importorskip("emcee")
     check_method("mcmc", write("spectrum", tmp_path), run)
@@ -39,7 +43,12 @@ def check_method(method: str, files: list[str], run: Run) -> None:
     asked = () if method == "covariance" else ("--intervals", method)  # the default
     done = run("identify", *files, *RC, *asked, "--json", "fit.json", "--report", "fit.html")
     assert done.code == 0, done.err
-    words = {"bootstrap": "block bootstrap", "profile": "profile likelihood", "mcmc": "Markov chain"}
+    words = {
+        "autoregression": "an autoregression of the residuals",
+        "bootstrap": "block bootstrap",
+        "profile": "profile likelihood",
+        "mcmc": "Markov chain",
+    }
     assert method not in words or words[method] in done.out
     fit = json.loads(Path("fit.json").read_text())
     truth = lumped_elements(PAPER).port

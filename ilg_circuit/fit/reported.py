@@ -1,0 +1,98 @@
+"""What is reported of a fit's errors: its covariance, or where residuals are autocorrelated a wider one.
+
+That is by an autoregression of the residuals, but no smaller than the block bootstrap's: where residuals are no noise
+but what the model does not describe, an autoregression need not hold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from .autoregression import autoregression, sequences
+from .bootstrap import Bootstrap, block_bootstrap
+from .criteria import autocorrelation, structured
+from .result import FitResult
+
+#: A correlation of neighbours beyond so many standard errors of white noise's is allowed for.
+_BEYOND_CHANCE = 2.5
+
+
+@dataclass(frozen=True)
+class Reported:
+    """Of autocorrelated residuals: ``covariance`` (n, n) of the values and 95 % ``intervals`` (n, 2), in their units.
+
+    ``freedom`` (n,) are the degrees of freedom of the errors.
+    Each error is the larger of the autoregression's and of the bootstrap's (``blocks``), each interval holds both.
+    """
+
+    covariance: Array
+    freedom: Array
+    intervals: Array
+    blocks: Bootstrap
+
+    @property
+    def errors(self) -> Array:
+        """Standard errors (n,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+def with_autocorrelation(fit: FitResult) -> Reported:
+    """Return errors and intervals of a ``fit`` of one component that allow for autocorrelated residuals."""
+    noise, blocks = autoregression(fit), block_bootstrap(fit)
+    errors = np.maximum(noise.errors, np.finfo(float).tiny)  # zero where the data are met exactly
+    wider = np.maximum(blocks.errors / errors, 1.0)
+    ends = np.array([fit.intervals_by(noise.errors, noise.freedom), blocks.intervals])
+    return Reported(
+        covariance=noise.covariance * np.outer(wider, wider),
+        freedom=noise.freedom,
+        intervals=np.column_stack([ends[:, :, 0].min(axis=0), ends[:, :, 1].max(axis=0)]),
+        blocks=blocks,
+    )
+
+
+def reported_covariance(fit: FitResult) -> Array:
+    """Return the covariance (n, n) of the values: by `with_autocorrelation` where residuals are autocorrelated.
+
+    Components of a fit are treated one by one.
+    """
+    n = len(fit.values)
+    if fit.components:
+        covariance = np.zeros((n, n))
+        for part in fit.components:
+            at = [fit.labels.index(label) for label in part.labels]
+            covariance[np.ix_(at, at)] = reported_covariance(part)
+        return covariance
+    return with_autocorrelation(fit).covariance if autocorrelated(fit) else fit.covariance[:n, :n]
+
+
+def reported_errors(fit: FitResult) -> Array:
+    """Return the standard errors (n,) of `reported_covariance`."""
+    return np.sqrt(np.diag(reported_covariance(fit)))
+
+
+def widening(fit: FitResult) -> Array:
+    """Return the factor (n,) by which reported intervals are wider than those of independent residuals of one variance.
+
+    Its square is the adjustment of the profile likelihood of Royall and Tsou (2003).
+    """
+    from scipy.stats import t as student
+
+    if not autocorrelated(fit):
+        return fit.errors / fit.pooled_errors
+    found = with_autocorrelation(fit)
+    students = student.ppf(0.975, found.freedom) / student.ppf(0.975, fit.degrees_of_freedom)
+    return np.asarray(students * found.errors / fit.pooled_errors)
+
+
+def autocorrelated(fit: FitResult) -> bool:
+    """Return True if residuals of any row are correlated beyond chance, however little: errors allow for it."""
+    rows = [fit.residuals[row.index] for row in sequences(fit)]
+    return any(autocorrelation(r) > _BEYOND_CHANCE / np.sqrt(len(r)) for r in rows)
+
+
+def correlated(fit: FitResult) -> bool:
+    """Return True if the residuals of any observation have so much correlation that they are a structure, not noise."""
+    return any(structured(fit.residuals[part]) for part in fit.problem.slices)
