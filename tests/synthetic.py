@@ -24,6 +24,11 @@ Array = NDArray[np.float64]
 UNITS = {"time": "s", "voltage": "V", "current": "A", "displacement": "m"}
 
 
+def ready(table: Table) -> Record:
+    """The record of a table whose samples at jumps are right limits, so that its onset is at the first of them."""
+    return prepare(table, "first-level")
+
+
 @dataclass(frozen=True)
 class Synthetic:
     """Columns [SI] of a measurement and the strip that was measured."""
@@ -35,8 +40,7 @@ class Synthetic:
         return Table(self.columns, "record.csv")
 
     def measurement(self, source: str = "record.csv") -> Record:
-        """The record made ready; its samples at jumps are right limits, so that the onset is at the first of them."""
-        return replace(prepare(self.table(), "first-level"), source=source)
+        return replace(ready(self.table()), source=source)
 
     def changed(self, **columns: Array | None) -> Synthetic:
         """With some columns replaced, or left out where None is given."""

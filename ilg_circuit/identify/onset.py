@@ -95,8 +95,9 @@ class Onsets:
                 estimates[label] = replace(estimates[label], **{name: interval})
         for label, extra in zip(fit.labels, spread.tolist(), strict=True):
             e = estimates[label]
-            stderr, bootstrap = (x and float(np.hypot(x, extra)) for x in (e.stderr, e.bootstrap))
-            estimates[label] = replace(e, stderr=stderr, bootstrap=bootstrap)
+            errors = (x and float(np.hypot(x, extra)) for x in (e.stderr, e.bootstrap, e.autoregression))
+            stderr, bootstrap, autoregression = errors
+            estimates[label] = replace(e, stderr=stderr, bootstrap=bootstrap, autoregression=autoregression)
         findings = [p.finding(fit, reported) for p in self.profiles]
         return replace(found, estimates=estimates, findings=(*found.findings, *(f for f in findings if f)))
 

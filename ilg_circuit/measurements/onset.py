@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..errors import InputError
-from .smoothing import noise_level, resolution
+from .smoothing import digit, noise_level, resolution
 
 #: A change between two samples by this part of the voltage's range is a jump, if its neighbours change much less.
 _JUMP = 0.2
@@ -136,7 +136,7 @@ def voltage_jumps(u: Array) -> NDArray[np.intp]:
     least = max(
         _JUMP * float(np.ptp(u)),
         _LEAST_JUMP * float(np.abs(u).max()),
-        _JUMP_OVER_RESOLUTION * resolution(u) if len(np.unique(u)) > 2 else 0.0,
+        _JUMP_OVER_RESOLUTION * digit(u),
         _JUMP_OVER_NOISE * float(np.median(change)) if len(change) else 0.0,
     )
     jumps = []

@@ -105,7 +105,7 @@ def _current(table: Table, onset: Onset, drive: PiecewiseLinear) -> tuple[Channe
     until = onset.time + float(jumps[0]) if len(jumps) else np.inf
     found = answer_bracket(t, v, onset, until)
     between, rows = found or (onset.between, 0)
-    if onset.stated is not None and onset.bracket(between) == between and onset.bracket(onset.between) == onset.between:
+    if onset.stated is not None and not any(a <= onset.stated <= b for a, b in (between, onset.between)):
         between_rows = f"{format_quantity(between[0], 's', 6)} and {format_quantity(between[1], 's', 6)}"
         raise InputError(
             f"{table.source}: --onset {format_quantity(onset.stated, 's', 6)} is excluded by the readings: the current "

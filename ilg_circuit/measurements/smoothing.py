@@ -18,6 +18,8 @@ from ..arrays import Array
 WIDTHS = (1, 5, 9, 17, 33, 65, 129)
 #: Half the length of the intervals that must intersect, in standard errors.
 _CONFIDENCE = 2.0
+#: A digit is less than this part of the range of the readings.
+_DIGIT = 0.01
 #: So many numbers are worked on at once, which bounds the memory.
 _CHUNK = 1_000_000
 
@@ -50,6 +52,12 @@ def resolution(values: Array) -> float:
     """Return the smallest difference between any two readings: the instrument's resolution, where it has one."""
     differences = np.diff(np.unique(values))
     return float(differences.min()) if len(differences) else 0.0
+
+
+def digit(values: Array) -> float:
+    """Return the instrument's `resolution`, 0 where the smallest difference is a part of the signal."""
+    step = resolution(values)
+    return step if step < _DIGIT * float(np.ptp(values)) else 0.0
 
 
 def smoothed(t: Array, y: Array) -> Smoothed:

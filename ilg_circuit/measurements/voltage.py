@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..drive import PiecewiseLinear
 from .onset import Onset, voltage_jumps
-from .smoothing import resolution, smoothed
+from .smoothing import digit, resolution, smoothed
 
 #: What is left out of a measured voltage: this part of its largest value.
 _NEGLIGIBLE = 1e-6
@@ -25,8 +25,6 @@ _PARTS = 8
 _WOBBLE = 2.5
 #: A strip answers a voltage's noise where its current's noise follows by this part of the conductance, this surely.
 _ANSWERS, _SURE = 0.3, 6.0
-#: A digit of the voltage is less than this part of its range, else it is a jump.
-_LEAST_JUMP = 0.01
 #: A jump moved to its last reading before stands behind that reading by this part of the interval.
 _BEHIND = 1e-6
 
@@ -115,9 +113,7 @@ def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> boo
         return False
     fast_u, fast_i = np.diff(u, 2), np.diff(current, 2)
     # a few jumps do not count
-    digit = resolution(u)
-    digit = digit if digit < _LEAST_JUMP * float(np.ptp(u)) else 0.0
-    quiet = np.abs(fast_u) <= max(12 * float(np.median(np.abs(fast_u))), 3 * digit)
+    quiet = np.abs(fast_u) <= max(12 * float(np.median(np.abs(fast_u))), 3 * digit(u))
     fast_u, fast_i = fast_u[quiet], fast_i[quiet]
     power = float(fast_u @ fast_u)
     if not power:
@@ -139,10 +135,10 @@ def is_level(u: Array) -> bool:
     half = len(u) // 2
     if len(u) < 20:
         return bool(spread < 1e-3 * abs(u.mean()))
-    digits = resolution(u)
+    grain = resolution(u)
     levels = len(np.unique(u))
-    if spread <= _WOBBLE * digits and levels < len(u) / 4:
-        return bool(abs(u[:half].mean() - u[half:].mean()) <= digits)
+    if spread <= _WOBBLE * grain and levels < len(u) / 4:
+        return bool(abs(u[:half].mean() - u[half:].mean()) <= grain)
     deviation = u - u.mean()
     variance = float(deviation @ deviation)
     correlation = float(deviation[1:] @ deviation[:-1]) / variance

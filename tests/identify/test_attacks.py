@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from synthetic import Synthetic, current_data, fit_current, record, step
+from synthetic import Synthetic, current_data, fit_current, ready, record, step
 from test_current_fit import assert_recovered, identified
 from test_ipmc import DATA, STRIP
 
@@ -21,7 +21,6 @@ from ilg_circuit.errors import IlgError
 from ilg_circuit.findings import codes
 from ilg_circuit.identify import identify
 from ilg_circuit.identify.displacement import fit_displacement
-from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements
@@ -107,7 +106,7 @@ def test_a_noisy_level_is_one_level(noise: float, samples: int) -> None:
 def test_rounding_is_not_noise() -> None:
     voltage = np.where(np.arange(130) < 30, 0.0, 0.02)
     current = voltage * np.exp(-np.arange(130) / 20)
-    m = prepare(Table({"time": np.arange(130.0), "voltage": voltage, "current": current}))
+    m = ready(Table({"time": np.arange(130.0), "voltage": voltage, "current": current}))
     assert m.notes == ()
 
 
@@ -127,7 +126,7 @@ def test_a_step_from_a_bias_is_fitted_or_said(before: float, after: float) -> No
     random = np.random.default_rng(64)
     columns = {"time": t, "voltage": np.where(on, after, before), "current": change + before * 0.0015}
     columns["current"] = columns["current"] + 1e-4 * random.standard_normal(400)
-    found, error = outcome(lambda: identify(prepare(Table(columns)), model="rc"))
+    found, error = outcome(lambda: identify(ready(Table(columns)), model="rc"))
     assert "element" not in error
     if error:
         return
@@ -162,7 +161,7 @@ def test_the_real_strip_without_its_zero_stretch() -> None:
     cut = Table(
         {n: v[first:] for n, v in zip(("time", "voltage", "current", "displacement"), (t, u, i, y * 1e-3), strict=True)}
     )
-    found = identify(prepare(cut), base=STRIP, model="rc", engine="exact")
+    found = identify(ready(cut), base=STRIP, model="rc", engine="exact")
     assert found.coupling is not None, found.warnings
     assert found.coupling.individual[0].rest == pytest.approx(5.58e-3, abs=0.3e-3)
 

@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from synthetic import Synthetic, drives, record, step
+from synthetic import Synthetic, drives, ready, record, step
 
 from ilg_circuit.measurements.kind import RECORD
-from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.read import read_columns
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.strip.actuator import PAPER
@@ -59,7 +58,7 @@ def ipmc(shared_data: Callable[[str], Path]) -> Callable[..., Record]:
     table = read_columns(shared_data("ipmc_step/step_1V5.csv"), RECORD)
 
     def changed(change: Callable[[Array], Array], quantity: str = "current") -> Record:
-        return prepare(replace(table, columns={**table.columns, quantity: change(table.columns[quantity])}))
+        return ready(replace(table, columns={**table.columns, quantity: change(table.columns[quantity])}))
 
     return changed
 

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from synthetic import Synthetic, record, step
+from synthetic import Synthetic, ready, record, step
 
 from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.errors import InputError
 from ilg_circuit.findings import codes
 from ilg_circuit.identify import identify
-from ilg_circuit.measurements.prepare import between_samples, prepare, simplified
 from ilg_circuit.measurements.read import read_record
 from ilg_circuit.measurements.smoothing import noise_level
 from ilg_circuit.measurements.table import Table
+from ilg_circuit.measurements.voltage import between_samples, simplified
 from ilg_circuit.simulation.response import simulate
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements
@@ -47,7 +47,7 @@ def with_voltage(table: Table, voltage: np.ndarray) -> Table:
 @pytest.mark.parametrize("voltage", [4.0, -4.0, 0.02, 400.0])
 @pytest.mark.parametrize("start", [0.0, -30.0, 1e6])
 def test_onset_after_a_zero_stretch(voltage: float, start: float) -> None:
-    m = prepare(step_table(voltage=voltage, start=start))
+    m = ready(step_table(voltage=voltage, start=start))
     assert m.onset == start + 15.0
     assert m.step == pytest.approx(voltage, rel=1e-12)
     assert m.current.time[0] == -15.0
@@ -58,14 +58,14 @@ def test_onset_after_a_zero_stretch(voltage: float, start: float) -> None:
 
 @pytest.mark.parametrize("voltage", [4.0, -4.0])
 def test_a_step_at_the_first_sample(voltage: float) -> None:
-    m = prepare(step_table(rest=0, voltage=voltage, start=7.0))
+    m = ready(step_table(rest=0, voltage=voltage, start=7.0))
     assert (m.onset, m.step) == (7.0, voltage)
     assert not m.current.rest.any()
 
 
 @pytest.mark.parametrize("rest", [1, 2, 5, 11, 300])
 def test_the_length_of_the_rest_does_not_matter(rest: int) -> None:
-    m = prepare(step_table(rest=rest))
+    m = ready(step_table(rest=rest))
     assert m.onset == rest * 0.5
     assert m.step == 4.0
 
@@ -74,7 +74,7 @@ def test_a_jump_through_one_intermediate_sample_starts_there() -> None:
     table = step_table()
     voltage = table.columns["voltage"].copy()
     voltage[30] = 1.7  # the instrument averaged over the step
-    m = prepare(with_voltage(table, voltage))
+    m = ready(with_voltage(table, voltage))
     assert 14.5 <= m.onset <= 15.0
     assert m.drive.value([1.0, 40.0]) == pytest.approx([4.0, 4.0])
     assert m.drive.values.max() <= 4.0
@@ -84,7 +84,7 @@ def test_a_jump_through_one_intermediate_sample_starts_there() -> None:
 def test_a_quantised_voltage_is_one_level() -> None:
     table, random = step_table(samples=400), np.random.default_rng(1)
     voltage = np.round((table.columns["voltage"] + 1e-3 * random.standard_normal(430)) / 1e-3) * 1e-3
-    m = prepare(with_voltage(table, voltage))
+    m = ready(with_voltage(table, voltage))
     assert m.onset == 15.0
     assert m.step == pytest.approx(4.0, abs=2e-4)
     assert np.abs(m.drive.value(m.current.time[~m.current.rest]) - 4.0).max() < 5e-3
@@ -92,7 +92,7 @@ def test_a_quantised_voltage_is_one_level() -> None:
 
 def test_noise_on_the_voltage_does_not_move_the_onset() -> None:
     table, random = step_table(samples=400), np.random.default_rng(2)
-    m = prepare(with_voltage(table, table.columns["voltage"] + 5e-3 * random.standard_normal(430)))
+    m = ready(with_voltage(table, table.columns["voltage"] + 5e-3 * random.standard_normal(430)))
     assert m.onset == 15.0
     assert m.step is not None
     assert np.abs(m.drive.value(m.current.time[~m.current.rest]) - 4.0).max() < 0.025
@@ -102,7 +102,7 @@ def test_noise_on_the_voltage_does_not_move_the_onset() -> None:
 @pytest.mark.parametrize("offset", [-0.05, 0.01, 0.1])
 def test_an_offset_at_rest_is_still_rest(offset: float) -> None:
     table = step_table()
-    m = prepare(with_voltage(table, table.columns["voltage"] + offset))
+    m = ready(with_voltage(table, table.columns["voltage"] + offset))
     assert m.onset == 15.0
     assert m.step == pytest.approx(4.0 + offset)
 
@@ -137,7 +137,7 @@ def test_a_pulse_and_a_staircase_are_no_single_step() -> None:
     since = table.time - 15.0
     for levels in ((4.0, 0.0), (2.0, 4.0), (4.0, -4.0)):
         voltage = np.where(since < 0, 0.0, np.where(since < 60.0, *levels))
-        m = prepare(with_voltage(table, voltage))
+        m = ready(with_voltage(table, voltage))
         assert m.onset == 15.0
         assert m.step is None
         assert m.drive.value([59.9, 60.0]) == pytest.approx(levels)
@@ -156,7 +156,7 @@ def test_clipped_current_is_left_out_and_said() -> None:
     current = np.minimum(table.columns["current"], 0.12)
     clipped = int((current == 0.12).sum())
     assert clipped > 3
-    m = prepare(Table({**table.columns, "current": current}, "step.csv"))
+    m = ready(Table({**table.columns, "current": current}, "step.csv"))
     assert len(m.current.values) == len(current) - clipped
     assert m.current.values.max() < 0.12
     (note,) = (str(n) for n in m.notes if n.code == "current-clipped")
@@ -167,15 +167,15 @@ def test_clipped_current_is_left_out_and_said() -> None:
 def test_negative_current_is_clipped_alike_and_a_peak_is_not() -> None:
     table = step_table(voltage=-4.0)
     current = np.maximum(table.columns["current"], -0.12)
-    m = prepare(Table({**table.columns, "current": current}, "step.csv"))
+    m = ready(Table({**table.columns, "current": current}, "step.csv"))
     assert "current-clipped" in codes(m.notes)
-    assert "current-clipped" not in codes(prepare(table).notes)
+    assert "current-clipped" not in codes(ready(table).notes)
 
 
 def test_a_steady_end_that_is_not_the_peak_is_not_clipping() -> None:
     table = step_table(samples=400)
     current = np.maximum(table.columns["current"], 0.0062) * (table.columns["voltage"] > 0)
-    m = prepare(Table({**table.columns, "current": current}, "step.csv"))
+    m = ready(Table({**table.columns, "current": current}, "step.csv"))
     assert len(m.current.values) == len(current)
 
 
@@ -195,15 +195,15 @@ def test_blanks_are_gaps_in_their_own_column_only() -> None:
 
 
 def test_without_a_displacement_column_there_is_no_displacement() -> None:
-    assert prepare(step_table()).displacement is None
+    assert ready(step_table()).displacement is None
     empty = {**step_table().columns, "displacement": np.full(130, np.nan)}
-    assert prepare(Table(empty)).displacement is None
+    assert ready(Table(empty)).displacement is None
 
 
 def test_few_displacement_samples_are_not_fitted_and_said() -> None:
     displacement = np.full(130, np.nan)
     displacement[20:45] = 1e-3
-    m = prepare(Table({**step_table().columns, "displacement": displacement}))
+    m = ready(Table({**step_table().columns, "displacement": displacement}))
     assert m.displacement is None
     assert "fewer than 20 displacement samples after the onset: no displacement fit" in map(str, m.notes)
 
@@ -226,7 +226,7 @@ def test_columns_that_are_not_understood_are_named(tmp_path: Path) -> None:
 def test_no_voltage_at_all() -> None:
     table = step_table()
     with pytest.raises(InputError, match="voltage is zero throughout"):
-        prepare(with_voltage(table, np.zeros(130)))
+        ready(with_voltage(table, np.zeros(130)))
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-5])
@@ -234,7 +234,7 @@ def test_a_constant_voltage_with_a_constant_current_holds_no_step(noise: float) 
     random = np.random.default_rng(0)
     columns = {"time": np.arange(200.0), "voltage": np.full(200, 4.0)}
     with pytest.raises(InputError, match="no step in the record"):
-        prepare(Table({**columns, "current": 0.006 + noise * random.standard_normal(200)}))
+        ready(Table({**columns, "current": 0.006 + noise * random.standard_normal(200)}))
 
 
 def test_a_record_cut_off_at_its_steady_end_holds_no_step() -> None:
@@ -264,8 +264,8 @@ def test_files_that_hold_too_little(tmp_path: Path, text: str, reason: str) -> N
 
 def test_too_few_samples_after_the_onset() -> None:
     with pytest.raises(InputError, match=r"9 current samples after the onset at 15 s; 10 are needed"):
-        prepare(step_table(samples=9))
-    assert prepare(step_table(samples=10)).duration == 4.5
+        ready(step_table(samples=9))
+    assert ready(step_table(samples=10)).duration == 4.5
 
 
 # -- helpers -----------------------------------------------------------------------------------------------------------
@@ -331,7 +331,7 @@ def test_a_coarsely_sampled_sine_gives_the_true_elements(frequency: float, inter
     t = np.arange(0, 300, interval)
     response = simulate(PAPER, Sine(2.0, frequency), t, engine="exact")
     noise = np.random.default_rng(20).normal(0, 1e-5, len(t))
-    m = prepare(
+    m = ready(
         Table({"time": t, "voltage": response.voltage, "current": response.current + noise}, "sine.csv"),
     )
     assert m.onset == 0.0

@@ -24,8 +24,8 @@ from ilg_circuit.errors import InputError
 from ilg_circuit.identify.impedance import ImpedanceData
 from ilg_circuit.identify.port_fit import fit_port
 from ilg_circuit.measurements.record import Channel, Record
-from ilg_circuit.measurements.voltage import MeasuredDrive
 from ilg_circuit.measurements.spectrum import Spectrum
+from ilg_circuit.measurements.voltage import MeasuredDrive
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate, transient_band
 from ilg_circuit.solve import transient
