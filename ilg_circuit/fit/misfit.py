@@ -59,13 +59,13 @@ def misfit_over_time(time: Array, residuals: Array, noise: float, size: float) -
     counts = np.array([w.count for w in windows])
     squares = np.array([w.rms**2 for w in windows])
     chance = 1 + _DEVIATIONS * float(np.sqrt((2 / counts).sum())) / len(windows)
-    share = np.sqrt(max(float(squares.mean()) - noise**2 * chance, 0.0)) / size
+    share = float(np.sqrt(max(float(squares.mean()) - noise**2 * chance, 0.0))) / size
     shares = np.array([_beyond(w, noise) for w in windows]) / size
     k = int(np.argmax(shares))
     worst = float(shares[k])
     return Misfit(
-        float(share), worst, windows[k].start, windows[k].end,
-        warn=share > WARN, fail=share > FAIL or worst > FAIL_WINDOW,
+        share, worst, windows[k].start, windows[k].end,
+        warn=bool(share > WARN), fail=bool(share > FAIL or worst > FAIL_WINDOW),
     )  # fmt: skip
 
 
