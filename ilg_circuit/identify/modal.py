@@ -1,4 +1,4 @@
-"""The current into a linear port as a sum of decaying modes, whose answer to a measured drive is a closed form.
+"""Current and displacement of a linear strip as sums of modes, whose answer to a measured drive is a closed form.
 
 Many parameter sets at once, and far cheaper than an engine: for the thousands of predictions that a search of many
 starts, a profile likelihood or a Markov chain needs.
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from ..arrays import Array
+from ..circuit.netlist import Netlist
 from ..circuit.strip import port_netlist
 from ..drive import PiecewiseLinear
 from ..solve.exact import modal_output
@@ -22,3 +23,8 @@ Ports = Callable[[Array], list[Port]]
 def modal_currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
     """Return the currents [A] (ports, samples) into linear ``ports`` of one model at ``t`` >= 0 [s]."""
     return modal_output(state_space([port_netlist(port) for port in ports]), "current", drive, t)
+
+
+def modal_displacements(netlists: Sequence[Netlist], drive: PiecewiseLinear, t: Array) -> Array:
+    """Return the displacements [m] (strips, samples) of linear strips of one topology at ``t`` >= 0 [s]."""
+    return modal_output(state_space(netlists), "displacement", drive, t)
