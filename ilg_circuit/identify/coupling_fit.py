@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import IlgError
 from ..findings import Finding
 from ..fit.fitting import fit
+from ..fit.judge import judged
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..strip.actuator import Actuator, Coupling
@@ -38,10 +39,10 @@ class CouplingFit:
 
     @property
     def data(self) -> tuple[DisplacementData, ...]:
-        """The displacements that were fitted, each relative to its rest."""
+        """The displacements that were fitted, each relative to where its own fit begins."""
         if len(self.individual) == 1:
             return (self.individual[0].data,)
-        return tuple(replace(i.data, reference=i.rest) for i in self.individual)
+        return tuple(replace(i.data, reference=i.level) for i in self.individual)
 
     def sigmas(self) -> tuple[float, ...]:
         """Return the units [m] in which the residuals of each record count."""
@@ -78,7 +79,11 @@ def fit_coupling(
     start = combined(COUPLING, [i.fit for i in fits], [i.fit.independent_samples(0) for i in fits])
     at = dict(zip(NAMES, start.tolist(), strict=True))
     try:
-        joint = fit(problem, np.array([at[p.name] for p in problem.moved]), progress)
+        begin = np.array([at[p.name] for p in problem.moved])
+        if not found.motion.linear:
+            return replace(found, fit=fit(problem, begin, progress)), findings
+        quick = problem.predicting([d.quick(found.motion) for d in found.data])
+        joint, _ = judged(fit(quick, begin, progress), problem, progress)
     except IlgError as error:
         findings.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
         return None, findings

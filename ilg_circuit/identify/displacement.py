@@ -1,20 +1,20 @@
-"""The fit of d(s) to one record's displacement: how far d(s) describes it, whether it drifts, which beam it shows."""
+"""The fit of d(s) to one record's displacement: how far d(s) describes it, whether it drifts, which beam it shows.
+
+The window is the longest stretch from the onset that d(s) describes; what lies outside counts in no fit and no BIC.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError, SolveError
 from ..findings import Finding
-from ..fit.criteria import effective_samples, information_criterion, structured
+from ..fit.criteria import effective_samples, information_criterion
 from ..fit.fitting import fit, with_starts
-from ..fit.identifiability import DETERMINED
+from ..fit.judge import Judgement, judged
 from ..fit.multistart import StartSummary
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
@@ -24,20 +24,23 @@ from ..solve.transient import DEFAULT_ACCURACY
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_elements
 from .current import CurrentData
+from .displacement_findings import Misfit, displacement_findings
 from .motion import COUPLING, DisplacementData, Motion
+from .rest import Rest
 from .start import CouplingSearch
 
-#: Residuals up to this part of the answer's span count as described by the model.
-_DESCRIBED = 0.02
-_OVER_NOISE = 1.5
-#: Residuals below this part of the span are of no interest, whatever their structure.
-_NEGLIGIBLE = 1e-4
-#: Tolerance of a fit that only finds out how far d(s) goes.
-_TRIAL = 1e-5
+#: Residuals up to this part of the readings' span count as described by the model.
+DESCRIBED = 0.02
+#: So do those up to so many times the noise.
+OVER_NOISE = 1.5
+#: Tolerance of a fit that only finds out how far d(s) goes, and of the one that is reported.
+_TRIAL, _FINAL = 1e-5, 1e-10
 #: Starts of the fit that is reported, the tolerance of those that confirm it, and which misfits are the same.
 _STARTS, _CONFIRMING, _SAME_MISFIT = 3, 1e-7, 1e-4
 _WINDOW_RATIO = 1.25
 _FEWEST_SAMPLES = 40
+#: A beam whose residuals are so many times the other's is not chosen, however few of them are independent.
+_CLEARLY_WORSE = 1.5
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,11 @@ class DisplacementFit:
     """Fit of d(s) to one record.
 
     ``data`` says how far the fit goes; ``fitted`` [m] (samples,) is the model at all samples; ``per_volt`` [m/V] the
-    static displacement. The fit's residuals cover rest and window.
+    static displacement. The fit's residuals cover rest and window. ``at_rest`` is what the rest says by itself, and
+    ``supported`` whether that tells a drift over the window; ``wanted`` [m/s] is the drift that the fit would have,
+    where the rest does not allow it. ``bic_gain`` is the BIC of the static beam less that of the dynamic one, None
+    where only one of them could be fitted; ``judgement`` is the engine's of the closed form, None where the engine
+    fitted from the first.
     """
 
     data: DisplacementData
@@ -53,7 +60,13 @@ class DisplacementFit:
     fit: FitResult
     fitted: Array
     per_volt: float
+    at_rest: Rest
+    supported: bool
+    misfit: Misfit
     findings: tuple[Finding, ...]
+    wanted: float | None = None
+    bic_gain: float | None = None
+    judgement: Judgement | None = None
 
     @property
     def coupling(self) -> Coupling:
@@ -61,212 +74,216 @@ class DisplacementFit:
 
     @property
     def rest(self) -> float:
-        """Position at rest [m]."""
+        """Position at rest [m] by the readings before the onset; where there are none, the first reading."""
+        return self.at_rest.onset if self.supported else self.at_rest.middle
+
+    @property
+    def level(self) -> float:
+        """Position [m] from which the model moves: the fit's constant."""
         return self.data.reference + float(self.fit.nuisance[0])
 
     @property
     def drift(self) -> float | None:
-        """Slow linear drift [m/s], None where the data show none."""
-        return float(self.fit.nuisance[1]) if self.data.drift else None
-
-    @property
-    def full_span(self) -> float:
-        """Span of the fit over the whole record [m]."""
-        return float(np.ptp(self.fitted))
-
-    @property
-    def span(self) -> float:
-        """Span of the fit over its window [m]."""
-        return float(np.ptp(self.fitted[: len(self.data.part.time)]))
+        """Slow linear drift [m/s] beside d(s), None where the rest supports none."""
+        if self.data.drift:
+            return float(self.fit.nuisance[1])
+        return self.data.held if self.supported else None
 
 
 @dataclass(frozen=True)
 class _Attempt:
-    """A fit up to ``data.window``; ``described`` if d(s) holds there."""
+    """A fit up to ``data.window``; ``described`` if d(s) holds there.
+
+    ``wanted`` [m/s] is the drift that it would have, where the rest does not allow it.
+    """
 
     data: DisplacementData
     motion: Motion
     fit: FitResult
     described: bool
+    wanted: float | None = None
 
-
-@dataclass(frozen=True)
-class _Begin:
-    beam: str
-    start: Array
-    sign: float
+    @property
+    def begin(self) -> tuple[Array, float]:
+        return self.fit.values, self.data.sign
 
 
 def fit_displacement(record: CurrentData, actuator: Actuator, progress: Progress = None) -> DisplacementFit:
     """Return the fit of d(s) to the displacement of a strip whose circuit is known.
 
-    The whole record if the model describes it; else the longest stretch from the onset that it does describe, because
-    what comes later is drift. Raises InputError or SolveError where no stretch can be fitted.
+    The whole record if the model describes it; else the longest stretch from the onset that it does describe, or the
+    whole record after all where it describes none. A linear strip is fitted by the closed form of its modes, and judged
+    by the engine of record. Raises InputError or SolveError where no stretch can be fitted.
     """
     search = _WindowSearch(record, actuator, progress)
-    end = float(search.base.channel.time[-1])
-    whole = best = search.whole(end)
-    while best is None or not best.described:
-        end /= _WINDOW_RATIO
-        if (search.after <= end).sum() < _FEWEST_SAMPLES:
-            if whole is None:
-                raise InputError("the displacement does not follow the voltage as the coupling d(s) does")
-            best = whole
-            break
-        with suppress(InputError, SolveError):
-            best = search.attempt(end)
-    return search.finish(*search.confirmed(search.leanest(best)), shortened=best is not whole)
+    best, bic_gain = search.by_evidence(search.longest())
+    return search.finish(*search.confirmed(best), bic_gain)
 
 
 class _WindowSearch:
-    """One record, fitted over several windows, with and without drift, by both beams."""
+    """One record, fitted over several windows and by both beams; what has failed is not tried again."""
 
     def __init__(self, record: CurrentData, actuator: Actuator, progress: Progress) -> None:
         channel = record.record.displacement
         assert channel is not None
-        at_rest = channel.values[channel.rest]
+        self.rest = Rest.of(channel)
+        drive, end = record.record.drive, float(channel.time[-1])
         # data are fitted relative to a reference near rest, so that a rest position far away does not dominate
-        reference = float(np.median(at_rest)) if len(at_rest) else 0.0
-        drive, voltage = record.record.drive, record.voltage
-        end, engine = float(channel.time[-1]), record.engine
-        self.base = DisplacementData(channel, drive, record.source, voltage, end, reference, engine)
+        reference = self.rest.middle if self.rest.count else 0.0
+        self.base = DisplacementData(channel, drive, record.source, record.voltage, end, reference, record.engine)
         self.motions = {beam: Motion(actuator, beam, record.engine) for beam in ("static", "dynamic")}
         self.progress = progress
         self.ratio = lumped_elements(actuator).bending_ratio
         self.after = channel.time[~channel.rest]
         self.search = CouplingSearch(channel.time, drive, self.ratio)
-        self.relative = channel.values - reference
         self.linear = np.column_stack([np.ones(len(channel.time)), channel.time])
+        self.failed: set[tuple[str, float]] = set()
 
-    def attempt(self, end: float, like: _Attempt | None = None) -> _Attempt:
-        """Return a quick fit up to ``end`` [s] with a drift: whether d(s) can describe this stretch at all.
+    def longest(self) -> _Attempt:
+        """Return a quick fit of the longest stretch that d(s) describes, or of the whole record where there is none.
 
-        With the static beam, as the paper's own fit, or with the beam's mass and compliance from where ``like`` ended.
+        By the static beam, as the paper's own fit, and for the whole record by the dynamic one too if it takes that.
         """
-        return self._fit(end, drift=True, like=like, tolerance=_TRIAL)
-
-    def whole(self, end: float) -> _Attempt | None:
-        """Return the attempt at the whole record, with the beam's inertia if it takes that; None where none fits."""
-        with suppress(InputError, SolveError):
-            static = self.attempt(end)
-            with suppress(InputError, SolveError):
-                return static if static.described else self.attempt(end, like=static)
-            return static
-        return None
-
-    def leanest(self, richest: _Attempt) -> _Attempt:
-        """Return the fit of the same stretch with a drift, and the dynamic beam, only on very strong evidence."""
-        end = richest.data.window
-        try:
-            best = self._fit(end, drift=False)
-        except (InputError, SolveError):  # a drift may hide d(s) unless it has a term
-            best = self._fit(end, drift=True)
-        best = self._better(best, partial(self._fit, end, drift=best.data.drift, like=best))
-        like = best if best.motion.beam == "dynamic" else None
-        best = self._better(best, partial(self._fit, end, drift=True, like=like))
-        if richest.described and not best.described:
-            best = self._fit(end, drift=True, like=like)
+        end = float(self.base.channel.time[-1])
+        whole = best = self.attempt("static", end, tolerance=_TRIAL)
+        if whole is not None and not whole.described:
+            rival = self.attempt("dynamic", end, whole, _TRIAL)
+            best = rival if rival is not None and rival.described else whole
+        while best is None or not best.described:
+            end /= _WINDOW_RATIO
+            if (self.after <= end).sum() < _FEWEST_SAMPLES:
+                if whole is None:
+                    raise InputError("the displacement does not follow the voltage as the coupling d(s) does")
+                return whole
+            best = self.attempt("static", end, best, _TRIAL)
         return best
 
-    def _better(self, simple: _Attempt, make_rival: Callable[[], _Attempt]) -> _Attempt:
-        try:
-            rival = make_rival()
-        except (InputError, SolveError):
-            return simple
-        residuals = [a.fit.residuals for a in (simple, rival)]
-        samples = max(map(effective_samples, residuals))
-        costs = [
-            information_criterion(r, a.fit.count, samples) for r, a in zip(residuals, (simple, rival), strict=True)
-        ]
-        return rival if costs[0] - costs[1] > EVIDENCE else simple
+    def by_evidence(self, found: _Attempt) -> tuple[_Attempt, float | None]:
+        """Return the fit of the same stretch by the static beam, or by the dynamic one on very strong evidence.
+
+        Both beams have the same parameters, since E, density and damping are the actuator's: the BIC tells them apart
+        by their residuals alone, on as many samples as the better one's are independent.
+        """
+        end = found.data.window
+        static = self.attempt("static", end, found)
+        dynamic = self.attempt("dynamic", end, static or found)
+        if static is None or dynamic is None:
+            return static or dynamic or found, None
+        better = min((static, dynamic), key=lambda a: a.fit.rmse)
+        samples = effective_samples(better.fit.residuals)
+        bics = [information_criterion(a.fit.residuals, a.fit.count, samples) for a in (static, dynamic)]
+        gain = bics[0] - bics[1]
+        clear = gain > EVIDENCE or static.fit.rmse > _CLEARLY_WORSE * dynamic.fit.rmse
+        return (dynamic if clear else static), gain
 
     def confirmed(self, best: _Attempt) -> tuple[_Attempt, StartSummary]:
         """Return the attempt after others of the same kind from different starts; a better one takes its place."""
         agreeing = 1
-        linear = self.linear[:, : 1 + best.data.drift]
-        others = self.search.starts(best.data.window, self.relative, linear, _STARTS)[1:]
-        again = partial(self._fit, best.data.window, drift=best.data.drift)
-        for start, sign in others:
-            with suppress(InputError, SolveError):
-                rival = again(begin=_Begin(best.motion.beam, start, sign), tolerance=_CONFIRMING)
-                if rival.fit.rmse < best.fit.rmse * (1 - _SAME_MISFIT):
-                    best, agreeing = again(begin=_Begin(best.motion.beam, rival.fit.values, sign)), 1
-                elif rival.fit.rmse < best.fit.rmse * (1 + _SAME_MISFIT):
+        negligible = DEFAULT_ACCURACY * best.data.size
+        others = self.search.starts(best.data.window, *self._data(best.data), _STARTS)[1:]
+        for values, sign in others:
+            data = replace(best.data, sign=sign)
+            try:
+                rival = self._fitted(data, best.motion, values, _CONFIRMING)
+                if not self._allowed(rival):
+                    continue
+                if negligible < rival.fit.rmse < best.fit.rmse * (1 - _SAME_MISFIT):
+                    better = self._fitted(data, best.motion, rival.fit.values, _FINAL)
+                    best, agreeing = replace(better, wanted=best.wanted), 1
+                elif rival.fit.rmse < max(best.fit.rmse * (1 + _SAME_MISFIT), negligible):
                     agreeing += 1
+            except (InputError, SolveError):
+                continue
         return best, StartSummary(1 + len(others), agreeing)
 
-    def finish(self, best: _Attempt, starts: StartSummary, *, shortened: bool) -> DisplacementFit:
-        channel, data = self.base.channel, best.data
-        answer = best.motion.displacements(data.drive, channel.time, best.fit.values[None], DEFAULT_ACCURACY)[0]
-        linear = self.linear[:, : 1 + data.drift] @ best.fit.nuisance
-        fitted = data.reference + data.sign * answer + linear
-        coupling = Coupling(*best.fit.values.tolist())
-        return DisplacementFit(
-            data=data,
-            motion=best.motion,
-            fit=with_starts(best.fit, starts),
-            fitted=fitted,
-            per_volt=data.sign * self.ratio * coupling.static,
-            findings=(*self._findings(best, fitted, shortened), *start_findings(starts, "displacement")),
-        )
+    def attempt(
+        self, beam: str, end: float, like: _Attempt | None = None, tolerance: float = _FINAL
+    ) -> _Attempt | None:
+        """Return the fit up to ``end`` [s], from where ``like`` ended or the search's start; None where it fails.
 
-    def _fit(
-        self,
-        end: float,
-        *,
-        drift: bool,
-        like: _Attempt | None = None,
-        begin: _Begin | None = None,
-        tolerance: float = 1e-10,
-    ) -> _Attempt:
-        """Return one fit; with the static beam from the search's start, or the dynamic one from where ``like`` ended.
-
-        ``begin`` gives beam and start in place of either.
+        Where the rest supports a drift over that stretch it is fitted; a slope beyond the rest's own interval is held
+        at its end, so that what d(s) does not describe is no drift. What was held over that stretch stays so.
         """
-        if begin is None and like is None:
-            start, sign = self.search.start(end, self.relative, self.linear[:, : 1 + drift])
-            begin = _Begin("static", start, sign)
-        elif begin is None:
-            assert like is not None
-            begin = _Begin("dynamic", like.fit.values, like.data.sign)
-        data = replace(self.base, window=end, sign=begin.sign, drift=drift)
-        motion = self.motions[begin.beam]
-        observation = data.observation(motion, accuracy=max(0.1 * tolerance, DEFAULT_ACCURACY))
-        found = fit(Problem((observation,), COUPLING), begin.start, self.progress, tolerance)
-        t, values = observation.x, observation.data
-        span = float(np.ptp(values - found.residuals - data.nuisance @ found.nuisance))
-        limit = max(_OVER_NOISE * noise_level(values), _DESCRIBED * span)
-        # a fit that goes astray at its end has taken in the beginning of a drift
-        last = found.residuals[t > 0.9 * end]
-        astray = len(last) > 0 and float(np.sqrt(np.mean(last**2))) > 1.5 * limit
-        return _Attempt(data, motion, found, found.rmse <= limit and not astray)
-
-    def _findings(self, best: _Attempt, fitted: Array, shortened: bool) -> list[Finding]:
-        channel, data, found = self.base.channel, best.data, []
-        if shortened:
-            away = float(np.abs(channel.values - fitted)[channel.time > data.window].max())
-            found.append(Finding("displacement-shortened", values={"window": data.window, "away": away}))
-        elif not best.described:
-            found.append(Finding("displacement-not-described"))
-        if data.sign < 0:
-            found.append(Finding("displacement-axis-reversed"))
-        if data.drift:
-            found.append(Finding("displacement-drifts", values={"rate": float(best.fit.nuisance[-1])}))
-        if best.motion.beam == "dynamic":
-            found.append(Finding("displacement-shows-inertia"))
-        uneasy = max(_OVER_NOISE * noise_level(channel.values), _NEGLIGIBLE * float(np.ptp(channel.values)))
-        if structured(best.fit.residuals) and best.fit.rmse > uneasy:
-            found.append(Finding("displacement-autocorrelated"))
-        errors = zip(best.fit.labels, best.fit.values, best.fit.errors, strict=True)
-        loose = [label for label, value, error in errors if error > DETERMINED * value]
-        if loose:
-            reason = f"standard error over {DETERMINED:.0%}: {', '.join(loose)}"
-            found.append(Finding("not-determined", values={"reason": reason}))
+        if (beam, end) in self.failed:
+            return None
+        motion, data = self.motions[beam], replace(self.base, window=end)
+        try:
+            if like is not None and like.data.window == end and like.wanted is not None:
+                data = replace(data, held=like.data.held)
+                return replace(self._fitted(data, motion, None, tolerance, like), wanted=like.wanted)
+            data = replace(data, drift=self.rest.supports(end, data.size))
+            found = self._fitted(data, motion, None, tolerance, like)
+            if not self._allowed(found):
+                wanted = float(found.fit.nuisance[1])
+                data = replace(data, drift=False, held=self.rest.nearest(wanted))
+                found = replace(self._fitted(data, motion, None, tolerance, found), wanted=wanted)
+        except (InputError, SolveError):
+            self.failed.add((beam, end))
+            return None
         return found
 
+    def _allowed(self, found: _Attempt) -> bool:
+        """Return True if the fit's drift, where it has one, lies within the interval of the rest's own slope."""
+        return not found.data.drift or self.rest.nearest(slope := float(found.fit.nuisance[1])) == slope
 
-def start_findings(starts: StartSummary, quantity: str = "") -> list[Finding]:
-    """Return the finding on a best minimum that was reached from one start only."""
-    if starts.confirmed:
-        return []
-    return [Finding("start-not-confirmed", quantity, {"starts": starts.starts})]
+    def finish(self, best: _Attempt, starts: StartSummary, bic_gain: float | None) -> DisplacementFit:
+        channel, data, motion = self.base.channel, best.data, best.motion
+        found, judgement = best.fit, None
+        if motion.linear:
+            found, judgement = judged(found, Problem((data.observation(motion),), COUPLING), self.progress)
+        accuracy = None if motion.linear else DEFAULT_ACCURACY
+        answer = motion.displacements(data.drive, channel.time, found.values[None], accuracy)[0]
+        drifting = self.linear[:, : 1 + data.drift] @ found.nuisance + data.held * channel.time
+        result = DisplacementFit(
+            data=data,
+            motion=motion,
+            fit=with_starts(found, starts),
+            fitted=data.reference + data.sign * answer + drifting,
+            per_volt=data.sign * self.ratio * Coupling(*found.values.tolist()).static,
+            at_rest=self.rest,
+            supported=self.rest.supports(data.window, data.size),
+            misfit=Misfit.of(data.abscissa, found.residuals, data.size, float(channel.time[-1])),
+            wanted=best.wanted,
+            findings=(),
+            bic_gain=bic_gain,
+            judgement=judgement,
+        )
+        return replace(result, findings=tuple(displacement_findings(result, best.described)))
+
+    def _data(self, data: DisplacementData) -> tuple[Array, Array]:
+        """Return displacements (samples,) of the whole record and the linear terms (samples, k) of its fit."""
+        t = data.channel.time
+        return data.channel.values - data.reference - data.held * t, self.linear[:, : 1 + data.drift]
+
+    def _fitted(
+        self,
+        data: DisplacementData,
+        motion: Motion,
+        start: Array | None,
+        tolerance: float,
+        like: _Attempt | None = None,
+    ) -> _Attempt:
+        """Return one fit of ``data`` from ``start`` (4,), or from the search's start or where ``like`` ended.
+
+        The one of these that leaves less is taken; the same beam over the same stretch only goes on.
+        """
+        starts = [] if like is None else [like.begin]
+        if start is not None:
+            starts = [(start, data.sign)]
+        elif like is None or (like.data.window, like.data.held, like.motion) != (data.window, data.held, motion):
+            starts.append(self.search.start(data.window, *self._data(data)))
+        accuracy = max(0.1 * tolerance, DEFAULT_ACCURACY)
+        tried = []
+        for values, sign in starts:
+            signed = replace(data, sign=sign)
+            problem = Problem((signed.observation(motion, accuracy=accuracy),), COUPLING)
+            problem = problem.predicting([signed.quick(motion)])
+            squares = problem.sum_of_squares(problem.scales.coordinates(values[None]))[0] if len(starts) > 1 else 0.0
+            tried.append((float(squares), signed, problem, values))
+        _, data, problem, values = min(tried, key=lambda each: each[0])
+        found = fit(problem, values, self.progress, tolerance)
+        limit = max(OVER_NOISE * noise_level(data.data), DESCRIBED * data.size)
+        # a fit that goes astray at its end has taken in the beginning of something else
+        last = found.residuals[data.abscissa > 0.9 * data.window]
+        astray = len(last) > 0 and float(np.sqrt(np.mean(last**2))) > 1.5 * limit
+        return _Attempt(data, motion, found, found.rmse <= limit and not astray)

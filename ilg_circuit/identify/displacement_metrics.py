@@ -24,15 +24,22 @@ _SEEN = 4.0
 
 @dataclass(frozen=True)
 class DisplacementMetrics:
-    """Figures over the first ``until`` [s] under a constant voltage; rest and drift taken off, positive to the anode.
+    """Figures under a constant voltage, positive to the anode: ``measured`` and ``model`` over the first ``until`` [s].
 
-    ``measured`` are those of the smoothed curve, by local parabolas over ``windows`` (least, most) samples; ``error``
-    [m] is its standard error at the peak. ``model`` are the fit's at the same times.
+    ``measured`` are those of the readings less the position ``rest`` [m] and of nothing else, smoothed by local
+    parabolas over ``windows`` (least, most) samples; ``error`` [m] is the smoothed curve's standard error at its peak.
+    ``model`` are those of d(s) alone at the same times. Where the fit ends before the voltage does, ``record`` are the
+    measured figures up to ``record_until`` [s]. ``resting`` is the number of readings that tell the rest position: with
+    none it is the first reading.
     """
 
     until: float
     measured: StepMetrics
     model: StepMetrics
+    record: StepMetrics | None
+    record_until: float
+    rest: float
+    resting: int
     windows: tuple[int, int]
     error: float
     time: Array
@@ -45,8 +52,12 @@ class DisplacementMetrics:
             "settling_band": SETTLING_BAND,
             "smoothing_samples": list(self.windows),
             "peak_stderr": self.error,
+            "rest_position_m": self.rest,
+            "rest_samples": self.resting,
             "measured": _json(self.measured),
             "model": _json(self.model),
+            "record_until_s": self.record_until,
+            "measured_over_record": _json(self.record or self.measured),
         }
 
     @property
@@ -57,32 +68,45 @@ class DisplacementMetrics:
 
 
 def displacement_metrics(fit: DisplacementFit) -> DisplacementMetrics | None:
-    """Return the metrics over the first stretch of constant voltage, as far as the fit goes.
+    """Return the metrics over the first stretch of constant voltage, as far as the fit goes, and over all of it.
 
     A step's stretch is the record, a square wave's its first part. None for a drive that is not constant at first, or
     a stretch of fewer than 20 samples: they are not defined there.
     """
-    until = min(constant_until(fit.data.drive), fit.data.window)
-    channel = fit.data.channel
-    inside = (channel.time >= 0) & (channel.time <= until)
+    constant = constant_until(fit.data.drive)
+    channel, sign = fit.data.channel, fit.data.sign
+    held = (channel.time >= 0) & (channel.time <= constant)
+    inside = held & (channel.time <= fit.data.window)
     if inside.sum() < _FEWEST_SAMPLES:
         return None
     t = channel.time[inside]
-    base = fit.rest + (fit.drift or 0.0) * t
-    sign = fit.data.sign
-    data, model = sign * (channel.values[inside] - base), sign * (fit.fitted[inside] - base)
-    curve = smoothed(t, data)
-    error = float(curve.stderr[np.argmax(np.abs(curve.values))])
-    resolution = _SEEN * float(np.hypot(error, float(np.median(curve.stderr))))
+    measured, curve, error = _measured(t, sign * (channel.values[inside] - fit.rest))
+    model = sign * (fit.fitted[inside] - fit.level - (fit.drift or 0.0) * t)
+    longer = channel.time[held]
+    record = None
+    if len(longer) > len(t):
+        record, _, _ = _measured(longer, sign * (channel.values[held] - fit.rest))
     return DisplacementMetrics(
         until=float(t[-1]),
-        measured=_with_summit(step_metrics(t, curve.values, tail=TAIL, resolution=resolution), t, data, curve),
+        measured=measured,
         model=step_metrics(t, model, tail=TAIL, resolution=1e-6 * float(np.ptp(model))),
+        record=record,
+        record_until=float(longer[-1]),
+        rest=fit.rest,
+        resting=fit.at_rest.count,
         windows=(int(curve.widths.min()), int(curve.widths.max())),
         error=error,
         time=t,
         smooth=curve.values,
     )
+
+
+def _measured(t: Array, data: Array) -> tuple[StepMetrics, Smoothed, float]:
+    """Return the metrics of the smoothed curve of ``data`` (n,), the curve, and its standard error at its peak."""
+    curve = smoothed(t, data)
+    error = float(curve.stderr[np.argmax(np.abs(curve.values))])
+    resolution = _SEEN * float(np.hypot(error, float(np.median(curve.stderr))))
+    return _with_summit(step_metrics(t, curve.values, tail=TAIL, resolution=resolution), t, data, curve), curve, error
 
 
 def _with_summit(figures: StepMetrics, t: Array, data: Array, curve: Smoothed) -> StepMetrics:

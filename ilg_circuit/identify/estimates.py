@@ -11,6 +11,7 @@ from ..fit.reported import reported_covariance
 from ..fit.result import FitResult
 from ..simulation import closed_forms
 from ..strip.actuator import Uncertainty
+from ..units import format_quantity
 from .current import CurrentData
 from .displacement import DisplacementFit
 from .impedance import ImpedanceData
@@ -122,14 +123,25 @@ def file_quantities(data: PortData, fit: FitResult, k: int) -> Estimates:
     return found
 
 
-def displacement_quantities(own: DisplacementFit, reference: float, amounts: Array, per_volt: float) -> Estimates:
-    """Return what is derived of one displacement; ``amounts`` are its linear terms, relative to ``reference`` [m]."""
-    found = {
-        "rest_position": Estimate(reference + float(amounts[0]), "m"),
+def displacement_quantities(own: DisplacementFit, amounts: Array, per_volt: float) -> Estimates:
+    """Return what is derived of one displacement; ``amounts`` are its linear terms in the fit of all."""
+    return {
+        "rest_position": Estimate(own.rest, "m"),
         "displacement_per_volt": Estimate(per_volt, "m/V"),
         "displacement_window": Estimate(own.data.window, "s"),
+        "displacement_drift": _drift(own, amounts),
     }
-    return found | ({"displacement_drift": Estimate(float(amounts[1]), "m/s")} if own.data.drift else {})
+
+
+def _drift(own: DisplacementFit, amounts: Array) -> Estimate:
+    if own.data.drift:
+        return Estimate(float(amounts[1]), "m/s", float(own.fit.nuisance_errors[1]))
+    if own.supported:
+        return Estimate(own.data.held, "m/s", fixed_because="held at the end of the rest's own interval")
+    rest, over = own.at_rest, format_quantity(own.data.window, "s", 4)
+    known = f"a rest of {format_quantity(rest.length, 's', 3)} does not tell a drift over {over}"
+    why = known if rest.count else "no rest before the onset tells a drift"
+    return Estimate(0.0, "m/s", fixed_because=f"left out: {why}")
 
 
 def correlations(fit: FitResult) -> dict[str, float]:

@@ -321,6 +321,6 @@ def _observations(
     moved = observation_fits(coupling.data, own, coupling.fit, left_out, fit, first)
     for k, (i, data) in enumerate(zip(coupling.individual, coupling.data, strict=True)):
         per_volt = data.sign * ratio * coupling.coupling.static
-        derived = displacement_quantities(i, data.reference, fit.nuisance_of(first + k), per_volt)
-        moved[k] = replace(moved[k], size=i.span, derived=derived, metrics=displacement_metrics(i))
+        derived = displacement_quantities(i, fit.nuisance_of(first + k), per_volt)
+        moved[k] = replace(moved[k], derived=derived, metrics=displacement_metrics(i))
     return [*rows, *moved], without

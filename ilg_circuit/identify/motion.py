@@ -1,7 +1,8 @@
 """The measured displacement as an observation of the coupling d(s), EC (31).
 
-Rest position and drift are linear terms of each record. Where the electrodes have a resistance the displacement depends
-on the port's parameters too; elsewhere the port has no say (physics: the displacement is d(s) times the port voltage).
+Rest position and drift are linear terms of each record. A linear strip is predicted by the closed form of its modes
+too, which is far cheaper than an engine. Where the electrodes have a resistance the displacement depends on the port's
+parameters too; elsewhere the port has no say (physics: the displacement is d(s) times the port voltage).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
 from ..errors import SolveError
-from ..fit.observation import Observation
+from ..fit.observation import Observation, Predict
 from ..fit.parameter import Parameter
 from ..measurements.record import Channel
 from ..simulation.response import transient_band
@@ -22,6 +23,7 @@ from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_port
 from ..strip.port import Port
+from .modal import modal_displacements
 from .port_model import PortModel, observed
 
 #: The parameters of d(s) as a fit names them, in the order of the fields of `Coupling`.
@@ -53,20 +55,28 @@ class Motion:
     def names(self) -> tuple[str, ...]:
         return tuple(p.name for p in self.parameters)
 
-    def displacements(self, drive: PiecewiseLinear, t: Array, values: Array, accuracy: float) -> Array:
+    @property
+    def linear(self) -> bool:
+        """True if the displacement is linear in the voltage, so that it has a closed form."""
+        return self.port.kind.linear if self.port is not None else lumped_elements(self._simplest()).port.linear
+
+    def displacements(self, drive: PiecewiseLinear, t: Array, values: Array, accuracy: float | None = None) -> Array:
         """Return displacements [m] (k, samples) at ``t`` [s], zero before 0, of parameters ``values`` (k, n).
 
-        Raises SolveError for constants that ring for longer than any record resolves.
+        By the engine to ``accuracy``, or without one by the closed form of a linear strip. Raises SolveError for
+        constants that ring for longer than any record resolves.
         """
         after = t >= 0
         zeta, wn = values[0, -2:]
         if min(wn * t[-1], 20 / zeta) > _MOST_RINGING:
             raise SolveError("the fit of d(s) left what the record can resolve")
         netlists = [strip_netlist(strip, beam=self.beam) for strip in self._strips(values, t)]
-        index = [o.name for o in netlists[0].outputs].index("displacement")
         result = np.zeros((len(values), len(t)))
-        found = transient(netlists, drive, t[after], engine=self.engine, accuracy=accuracy)
-        result[:, after] = found.values[:, index]
+        if accuracy is None:
+            result[:, after] = modal_displacements(netlists, drive, t[after])
+        else:
+            found = transient(netlists, drive, t[after], engine=self.engine, accuracy=accuracy)
+            result[:, after] = found.values[:, found.names.index("displacement")]
         return result
 
     def _strips(self, values: Array, t: Array) -> list[Actuator]:
@@ -92,7 +102,7 @@ class DisplacementData:
     """The displacement of a record up to ``window`` [s] since the onset, relative to ``reference`` [m].
 
     ``sign`` is -1 where the camera's axis points away from the anode; with ``drift`` a slow linear one is a term of the
-    fit beside the rest position.
+    fit beside the rest position. ``held`` [m/s] is a drift that is taken off before the fit.
     """
 
     channel: Channel
@@ -104,6 +114,7 @@ class DisplacementData:
     engine: str
     sign: float = 1.0
     drift: bool = False
+    held: float = 0.0
 
     quantity = "displacement"
     unit = "m"
@@ -119,14 +130,15 @@ class DisplacementData:
 
     @property
     def data(self) -> Array:
-        return self.part.values - self.reference
+        return self.part.values - self.reference - self.held * self.abscissa
 
     @property
     def size(self) -> float:
-        return float(np.ptp(self.data))
+        """The span of the readings [m]."""
+        return float(np.ptp(self.part.values))
 
     def shown(self, numbers: Array) -> Array:
-        return numbers + self.reference
+        return numbers + self.reference + self.held * self.abscissa
 
     @property
     def nuisance(self) -> Array:
@@ -142,6 +154,15 @@ class DisplacementData:
             return self.sign * motion.displacements(self.drive, t, values, accuracy)
 
         return observed(self, motion.names, predict, self.nuisance, sigma)
+
+    def quick(self, motion: Motion) -> Predict | None:
+        """Return the prediction by the closed form of a linear strip, as exact as the engine's; None for another."""
+        t = self.abscissa
+
+        def predict(values: Array) -> Array:
+            return self.sign * motion.displacements(self.drive, t, values)
+
+        return predict if motion.linear else None
 
 
 def strip_of(actuator: Actuator, port: Port) -> Actuator:

@@ -12,7 +12,7 @@ from ..fit.selection import Candidate
 from ..measurements.smoothing import noise_level
 from ..strip.actuator import Actuator
 from .coupling_fit import CouplingFit
-from .displacement import start_findings
+from .displacement_findings import start_findings
 from .impedance import DC, ImpedanceData
 from .port_fit import PortFit
 from .port_model import PortData

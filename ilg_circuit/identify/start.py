@@ -26,6 +26,8 @@ _DAMPINGS = (0.15, 0.3, 0.5, 0.7, 1.0, 1.5, 2.5, 4.0, 8.0, 16.0)
 _FREQUENCIES = 24
 #: Starts of d(s) whose damping ratio or natural frequency differs by this factor lie apart.
 _APART = 1.8
+#: Two building blocks that leave less than this part of each other are one.
+_ALIKE = 1e-12
 #: The steady conductance starts from no less than this part of the peak's.
 _LEAST_STEADY = 1e-2
 #: The drive may be so coarse, in parts of its range, where only starting values are wanted.
@@ -144,27 +146,39 @@ class CouplingSearch:
         """The best ``count`` starts, as `start`, of places that lie apart; the best one first."""
         part = self._t <= end
         data, extra, after = displacement[self._keep][part], nuisance[self._keep][part], self._after[part]
-        basis = np.zeros((len(data), 2 + extra.shape[1]))
-        basis[:, 2:] = extra
-        tried: list[tuple[float, Array, tuple[float, float]]] = []
-        for at, waves in zip(self._grid, self._waves, strict=True):
-            basis[after, :2] = waves[:, : after.sum()].T
-            found, cost = _linear_fit(basis, data)
-            # y = k d0 [x1 + (wn/Zd) x2]: both amounts of one sign
-            if found[0] * found[1] > 0:
-                tried.append((cost, found[:2], at))
-        if not tried:
+        basis = np.zeros((len(self._grid), 2, len(data)))
+        basis[:, :, after] = self._waves[:, :, : after.sum()]
+        terms = np.linalg.qr(extra)[0]
+        amounts, gained = _two_terms(basis - (basis @ terms) @ terms.T, data - terms @ (terms.T @ data))
+        # y = k d0 [x1 + (wn/Zd) x2]: both amounts of one sign
+        allowed = np.flatnonzero((amounts[:, 0] * amounts[:, 1] > 0) & (gained > 0))
+        if not len(allowed):
             raise InputError("the displacement does not follow the voltage as the coupling d(s) does")
         chosen: list[tuple[float, float]] = []
         starts: list[tuple[Array, float]] = []
-        for _, (low, high), (zeta, wn) in sorted(tried, key=lambda each: each[0]):
+        for k in allowed[np.argsort(-gained[allowed], kind="stable")].tolist():
             if len(starts) == count:
                 break
+            (low, high), (zeta, wn) = amounts[k].tolist(), self._grid[k]
             if all(max(zeta / z, z / zeta) > _APART or max(wn / w, w / wn) > _APART for z, w in chosen):
                 chosen.append((zeta, wn))
                 zero = wn * low / high
                 starts.append((np.array([abs(low) / self._ratio * wn**2 / zero, zero, zeta, wn]), float(np.sign(low))))
         return starts
+
+
+def _two_terms(basis: Array, data: Array) -> tuple[Array, Array]:
+    """Amounts (n, 2) of the least squares of ``data`` (m,) by each ``basis`` (n, 2, m), and the squares they explain.
+
+    Amounts are zero where the two are one.
+    """
+    size = np.linalg.norm(basis, axis=2)
+    size[size == 0] = 1.0
+    along = (basis @ data) / size
+    cosine = np.einsum("nm,nm->n", basis[:, 0], basis[:, 1]) / size.prod(axis=1)
+    apart = 1 - cosine**2
+    found = (along - cosine[:, None] * along[:, ::-1]) / np.where(apart > _ALIKE, apart, np.inf)[:, None]
+    return found / size, (found * along).sum(axis=1)
 
 
 def _coarse(drive: PiecewiseLinear) -> PiecewiseLinear:

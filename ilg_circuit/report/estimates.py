@@ -56,9 +56,10 @@ def _not_fitted(e: Estimate) -> str:
 
 
 def derived_line(name: str, e: Estimate) -> str:
-    """Return a line of the table of derived quantities."""
+    """Return a line of the table of derived quantities, with why one was not fitted."""
     error = f"{format_quantity(e.stderr, e.unit, 2):>18}" if e.stderr is not None else ""
-    return f"{name:<28}{format_quantity(e.value, e.unit, 5):>16}{error}"
+    held = f"{_not_fitted(e):>18}   {e.fixed_because}" if e.fixed_because else ""
+    return f"{name:<28}{format_quantity(e.value, e.unit, 5):>16}{error}{held}"
 
 
 def interval_text(e: Estimate) -> str:
@@ -116,8 +117,13 @@ def _cells(name: str, e: Estimate) -> tuple[str, str, str, str]:
 
 def derived_section(derived: Mapping[str, Estimate]) -> Section:
     """Return quantities that follow from the parameters or from the record."""
-    rows = [(name, format_quantity(e.value, e.unit, 5)) for name, e in derived.items()]
-    return Section("What follows from them", [Grid(("quantity", "value"), rows)])
+    rows = [(name, format_quantity(e.value, e.unit, 5), e.fixed_because) for name, e in derived.items()]
+    grid = Grid(("quantity", "value", "why it was not fitted"), rows, words=frozenset({0, 2}))
+    return Section("What follows from them", [grid if any(why for *_, why in rows) else _values_only(rows)])
+
+
+def _values_only(rows: Sequence[tuple[str, str, str]]) -> Grid:
+    return Grid(("quantity", "value"), [(name, value) for name, value, _ in rows])
 
 
 def correlation_section(names: Sequence[str], correlations: Mapping[str, float]) -> Section:

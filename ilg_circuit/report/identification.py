@@ -254,8 +254,7 @@ def _window_rows(result: Identification) -> Iterator[tuple[str, list[tuple[str, 
         cells = []
         for name, o in by_quantity.items():
             part = next((x for x in windows[name] if x.start == w.start), None)
-            size = o.size if name == "current" else result.coupling.individual[0].full_span if result.coupling else 1.0
-            share = f"{part.rms / size:.2%}" if part else ""
+            share = f"{part.rms / o.size:.2%}" if part else ""
             cells.append((format_quantity(part.rms, o.unit, 3), share, f"{part.count}") if part else ("", "", ""))
         yield f"{format_quantity(w.start, 's', 3)} to {format_quantity(w.end, 's', 3)}", cells
 
@@ -276,10 +275,15 @@ def _windows(result: Identification) -> Grid:
     return Grid(header, [[window, *(cell for row in cells for cell in row)] for window, cells in _window_rows(result)])
 
 
-def metrics_rows(metrics: DisplacementMetrics) -> list[tuple[str, str, str]]:
-    """Return name, measured and modelled value of each metric, as text."""
-    measured, model = metrics.measured, metrics.model
-    return [(title, metric_text(n, measured), metric_text(n, model)) for n, (_, title) in _METRICS.items()]
+def metrics_rows(metrics: DisplacementMetrics) -> list[tuple[str, ...]]:
+    """Return name, measured and modelled value of each metric, and the measured one over the longer record, as text."""
+    columns = [metrics.measured, metrics.model, *([metrics.record] if metrics.record else [])]
+    return [(title, *(metric_text(name, column) for column in columns)) for name, (_, title) in _METRICS.items()]
+
+
+def _metrics_header(metrics: DisplacementMetrics) -> tuple[str, ...]:
+    longer = f"measured to {format_quantity(metrics.record_until, 's', 4)}"
+    return ("measured", "model", *([longer] if metrics.record else []))
 
 
 def metric_text(name: str, metrics: StepMetrics) -> str:
@@ -292,26 +296,32 @@ def metric_text(name: str, metrics: StepMetrics) -> str:
 
 def metrics_lines(metrics: DisplacementMetrics) -> list[str]:
     """Return the metrics as a table for a terminal."""
-    rows = [f"{'figures of the displacement':<28}{'measured':>16}{'model':>18}"]
-    rows += [f"{name:<28}{measured:>16}{model:>18}" for name, measured, model in metrics_rows(metrics)]
-    where, how = _metrics_notes(metrics)
-    return [*rows, f"({where};", f"{how})"]
+
+    def row(name: str, measured: str, model: str, *record: str) -> str:
+        return f"{name:<28}{measured:>16}{model:>18}" + "".join(f"{text:>22}" for text in record)
+
+    rows = [row("figures of the displacement", *_metrics_header(metrics)), *(row(*r) for r in metrics_rows(metrics))]
+    where, *how = _metrics_notes(metrics)
+    return [*rows, f"({where};", *(f"{line};" for line in how[:-1]), f"{how[-1]})"]
 
 
-def _metrics_notes(metrics: DisplacementMetrics) -> tuple[str, str]:
-    """Return over which part of the record the metrics are taken, and what was done to the data."""
+def _metrics_notes(metrics: DisplacementMetrics) -> tuple[str, ...]:
+    """Return over which part of the record the metrics are taken, from where, and what was done to the data."""
     until = format_quantity(metrics.until, "s", 4)
-    where = f"over the first {until} under constant voltage, rest and drift taken off, positive towards the anode"
+    where = f"over the first {until} under constant voltage, positive towards the anode"
+    count = metrics.resting
+    known = f"by {count} reading{'' if count == 1 else 's'} before the onset" if count else "the first reading"
+    rest = f"measured: readings less the rest position of {format_quantity(metrics.rest, 'm', 5)} ({known})"
     low, high = metrics.windows
     smoothing = f"smoothed by parabolas over {low} to {high} samples" if high > 1 else "not smoothed"
-    return where, f"measured: {smoothing}; final value: mean of the last {TAIL:.0%}"
+    return where, rest, f"{smoothing}; final value: mean of the last {TAIL:.0%}; model: d(s) alone"
 
 
 def _metrics_sections(result: Identification) -> list[Section]:
     if result.metrics is None:
         return []
-    grid = Grid(("figure", "measured", "model"), metrics_rows(result.metrics))
-    note = Prose(" ".join(f"{line.capitalize()}." for line in _metrics_notes(result.metrics)))
+    grid = Grid(("figure", *_metrics_header(result.metrics)), metrics_rows(result.metrics))
+    note = Prose(" ".join(f"{line[0].upper()}{line[1:]}." for line in _metrics_notes(result.metrics)))
     return [Section("Displacement: peak, settling, back-relaxation", [grid, note])]
 
 

@@ -71,7 +71,7 @@ def _pair(
     inside = t <= window
     upper.plot(t[inside], factor * fitted[inside], color=BLUE, linewidth=1.5, label="fit")
     if not inside.all():
-        upper.plot(t[~inside], factor * fitted[~inside], "--", color=BLUE, linewidth=1.0, label="beyond the fit: drift")
+        upper.plot(t[~inside], factor * fitted[~inside], "--", color=BLUE, linewidth=1.0, label="beyond the fit")
     upper.set_ylabel(f"{name} [{label}]")
     upper.legend(frameon=False, fontsize=8)
     residuals = (data - fitted)[inside]
@@ -92,16 +92,19 @@ def _annotate(panel: Any, result: Identification) -> None:
     def words(m: Any) -> str:
         if metrics.peak is None:
             return metric_text("final", m)
+        if not np.isfinite(m.peak_time):
+            return f"no peak, {metric_text('final', m)} at the end"
         over = f"{metric_text('overshoot', m)} over the final value"
         return f"{metric_text('peak', m)} at {metric_text('peak_time', m)}, {over}"
 
     what = "peak" if metrics.peak is not None else "final value"
-    panel.set_title(f"{what} {words(metrics.measured)}; model {words(metrics.model)}", fontsize=8, loc="left")
+    part = f"first {format_quantity(metrics.until, 's', 3)}: " if metrics.record is not None else ""
+    panel.set_title(f"{part}{what} {words(metrics.measured)}; model {words(metrics.model)}", fontsize=8, loc="left")
     if metrics.peak is not None:
         (moved,) = result.coupling.individual
         at, height = metrics.peak
         factor, _ = engineering(moved.data.channel.values, "m")
-        position = moved.rest + (moved.drift or 0.0) * at + moved.data.sign * height
+        position = metrics.rest + moved.data.sign * height
         marker = "v" if moved.data.sign > 0 else "^"
         panel.plot(at, factor * position, marker, color=ORANGE, markersize=5, label="peak")
         panel.legend(frameon=False, fontsize=8)

@@ -7,8 +7,10 @@ equation, whose exponential is exact. It checks ngspice and makes huge linear sw
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..drive import Drive
@@ -18,8 +20,14 @@ from .state_space import StateSpace
 
 #: Intervals whose states are kept before they become outputs.
 _BLOCK = 2000
-#: A drive with fewer edges than one in so many samples is solved from edge to edge, not from sample to sample.
-_FEW_EDGES = 8
+#: Intervals of a sum of modes that are added up at once.
+_CHUNK = 32
+#: A mode whose part in an output is smaller is not felt.
+_FELT = 1e-13
+#: Modes that cancel by more than this factor lose as many digits.
+_CANCELLING = 1e5
+#: Below this a Taylor series of five terms is exact to the last digits.
+_SMALL = 1e-2
 #: Exponentials kept at most: an irregular grid asks for as many as it has intervals.
 _MOST_KEPT = 256
 
@@ -49,58 +57,78 @@ def exact_on_panels(system: StateSpace, drive: Drive, panels: Panels) -> Array:
 def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) -> Array:
     """Return one output at ``times`` [s] (ascending, >= 0) as a sum of modes; shape (n, times).
 
-    For circuits of resistors and capacitors, whose poles are real, under a piecewise linear drive. It costs a small
-    part of `exact_outputs`: one multiplication advances a mode. But it needs eigenvectors, which other circuits may
-    not have to the same accuracy.
+    For systems whose poles have negative real parts, under a piecewise linear drive. It costs a small part of
+    `exact_outputs`, which answers instead where modes cancel: at poles so near to each other that their eigenvectors
+    are nearly one, as those of a critically damped filter.
     """
     row = system.output_names.index(output)
-    poles, shapes = np.linalg.eig(system.a)
-    excited = np.linalg.solve(shapes, system.b[:, :, :1])[:, :, 0]
-    # the poles are real: an imaginary part is rounding
-    amounts = np.real(np.einsum("ns,nsk->nk", system.c[:, row], shapes) * excited)
-    rates = -np.real(poles)
-    result = np.asarray(system.d[:, row, :1] * drive.value(times))
-    edges = interval_grid(drive, times[-1:])
-    if len(edges) * _FEW_EDGES > len(times):
-        return result + _modes_step_by_step(rates, amounts, drive, times)
-    state = np.zeros_like(rates)
-    starts, slopes = drive_lines(drive, edges[:-1], np.diff(edges))
-    bounds = np.searchsorted(times, edges)
-    bounds[-1] = len(times)
-    for k, (start, slope) in enumerate(zip(starts.tolist(), slopes.tolist(), strict=True)):
-        for first in range(bounds[k], bounds[k + 1], _BLOCK):
-            part = slice(first, min(first + _BLOCK, bounds[k + 1]))
-            modes = _advanced(state, start, slope, rates, (times[part] - edges[k])[:, None, None])
-            result[:, part] += np.einsum("tns,ns->nt", modes, amounts)
-        state = _advanced(state, start, slope, rates, np.array(edges[k + 1] - edges[k]))
-    return result
-
-
-def _advanced(state: Array, start: float, slope: float, rates: Array, time: Array) -> Array:
-    """Return modes x' = -rate x + u after ``time`` [s] under a line that begins at ``start``."""
-    kept = np.exp(-rates * time)
-    held = (1 - kept) / rates
-    return np.asarray(kept * state + start * held + slope * (time - held) / rates)
-
-
-def _modes_step_by_step(rates: Array, amounts: Array, drive: Drive, times: Array) -> Array:
-    """Return sums of modes (n, times) of a drive with about as many edges as there are times."""
+    poles, amounts = _modes(system, row)
+    with np.errstate(all="ignore"):
+        held = amounts / poles  # what each mode makes of a constant input in the end
+        total = np.maximum(np.abs(held.sum(axis=1)), np.abs(system.d[:, row, 0]))
+        size = np.abs(held)
+        tell_apart = (size.sum(axis=1) < _CANCELLING * total).all()
+    if not tell_apart:
+        return exact_outputs(system, drive, times)[:, row]
+    felt = (size > _FELT * total[:, None]).any(axis=0)
+    poles, amounts = poles[:, felt], amounts[:, felt]
     grid = interval_grid(drive, times)
     widths = np.diff(grid)
     start, slopes = drive_lines(drive, grid[:-1], widths)
-    moved = np.zeros((len(grid), len(rates)))
-    state = np.zeros_like(rates)
+    moved = np.zeros((len(grid), len(poles)))
+    state = np.zeros_like(poles)
     for first in range(0, len(widths), _BLOCK):
         part = slice(first, first + _BLOCK)
         width = widths[part, None, None]
-        kept = np.exp(-rates * width)
-        held = (1 - kept) / rates
-        gained = start[part, None, None] * held + slopes[part, None, None] * (width - held) / rates
-        states = np.empty_like(kept)
-        for k in range(len(kept)):
-            states[k] = state = kept[k] * state + gained[k]
-        moved[first + 1 : first + 1 + len(kept)] = np.einsum("tns,ns->tn", states, amounts)
-    return np.asarray(moved[np.searchsorted(grid, times)].T)
+        z = poles * width
+        gained = width * (start[part, None, None] * _phi(z, 1) + slopes[part, None, None] * width * _phi(z, 2))
+        states = _recursion(np.exp(z), gained, state)
+        state = states[-1]
+        moved[first + 1 : first + 1 + len(states)] = np.real((states * amounts).sum(axis=2))
+    return np.asarray(system.d[:, row, :1] * drive.value(times) + moved[np.searchsorted(grid, times)].T)
+
+
+def _modes(system: StateSpace, row: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return poles (n, s) and what each contributes to output ``row`` (n, s), real numbers where all poles are."""
+    poles, shapes = np.linalg.eig(system.a)
+    try:
+        excited = np.linalg.solve(shapes, system.b[:, :, :1])[:, :, 0]
+    except np.linalg.LinAlgError:
+        excited = np.full(poles.shape, np.nan)
+    return poles, np.einsum("ns,nsk->nk", system.c[:, row], shapes) * excited
+
+
+def _phi(z: NDArray[Any], order: int) -> NDArray[Any]:
+    """Return (e^z - 1)/z, or (e^z - 1 - z)/z^2 for ``order`` 2, by its series where z is small."""
+    small = np.abs(z) < _SMALL
+    far = np.where(small, 1.0, z)
+    first = np.expm1(far) / far
+    if order == 1:
+        return np.where(small, 1 + z / 2 * (1 + z / 3 * (1 + z / 4 * (1 + z / 5))), first)
+    return np.where(small, (1 + z / 3 * (1 + z / 4 * (1 + z / 5 * (1 + z / 6)))) / 2, (first - 1) / far)
+
+
+def _recursion(kept: NDArray[Any], gained: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
+    """Return x_k = kept_k x_(k-1) + gained_k (k, ...), x_(-1) = ``before``: inside chunks all at once, then along them.
+
+    Within a chunk the sums of 2, 4, 8, ... terms are made of those of half as many.
+    """
+    length = len(kept)
+    chunks = -(-length // _CHUNK)
+    shape = (chunks, _CHUNK, *kept.shape[1:])
+    factor, x = np.zeros((2, chunks * _CHUNK, *kept.shape[1:]), dtype=np.result_type(kept, gained))
+    factor[:length], x[:length] = kept, gained
+    factor, x = factor.reshape(shape), x.reshape(shape)
+    step = 1
+    while step < _CHUNK:
+        x[:, step:] += factor[:, step:] * x[:, :-step]
+        factor[:, step:] *= factor[:, :-step].copy()
+        step *= 2
+    state = before
+    for k in range(chunks):
+        x[k] += factor[k] * state
+        state = x[k, -1]
+    return np.asarray(x.reshape(chunks * _CHUNK, *kept.shape[1:])[:length])
 
 
 def interval_grid(drive: Drive, times: Array) -> Array:

@@ -29,7 +29,6 @@ def metrics(drive: Drive, duration: float = 300.0, samples: int = 601, **how: An
         (4.0, {"noise": 0.003, "rest_position": 5e-3, "axis": -1.0}),
         (-4.0, {"noise": 0.003}),
         (-4.0, {"noise": 0.003, "axis": -1.0}),
-        (4.0, {"noise": 0.003, "drift": 2e-6, "rest_position": -1e-3}),
     ],
 )
 def test_the_papers_step_whatever_the_camera(voltage: float, how: dict[str, float]) -> None:
@@ -43,6 +42,18 @@ def test_the_papers_step_whatever_the_camera(voltage: float, how: dict[str, floa
         assert part.overshoot == pytest.approx(0.09, abs=0.008)
         assert part.settling_time == pytest.approx(75.4, abs=2.0)
         assert part.back_relaxation == pytest.approx(3.585e-4, abs=3e-5)
+
+
+def test_measured_figures_keep_the_drift_that_the_model_is_fitted_beside() -> None:
+    drift = 2e-6
+    r = record(step(), 300.0, 601, rest=60, displacement=True, seed=3, noise=0.003, drift=drift, rest_position=-1e-3)
+    fit = fit_displacement(current_data(r, "exact"), PAPER)
+    found = displacement_metrics(fit)
+    assert found is not None
+    assert fit.drift == pytest.approx(drift, rel=0.05)
+    assert found.model.final == pytest.approx(3.9805e-3, abs=2e-5)
+    assert found.measured.final == pytest.approx(3.9805e-3 + 0.975 * 300 * drift, abs=2e-5)
+    assert found.rest == pytest.approx(-1e-3, abs=2e-5)
 
 
 def test_a_record_that_ends_before_the_peak_has_none() -> None:

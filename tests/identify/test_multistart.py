@@ -15,7 +15,7 @@ from ilg_circuit.fit.fitting import fit_data
 from ilg_circuit.fit.multistart import StartSummary, search
 from ilg_circuit.identify import current
 from ilg_circuit.identify.current_search import fit_from_several, search_starts
-from ilg_circuit.identify.displacement import start_findings
+from ilg_circuit.identify.displacement_findings import start_findings
 from ilg_circuit.identify.port_model import PortModel, port_problem
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.models import electrical_model

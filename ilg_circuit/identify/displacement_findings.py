@@ -1,0 +1,103 @@
+"""What is to be said of a fit of d(s): misfit by windows of time, window, drift, beam, and what is not determined."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arrays import Array
+from ..findings import Finding
+from ..fit.criteria import residual_windows, structured
+from ..fit.identifiability import DETERMINED
+from ..fit.multistart import StartSummary
+from ..measurements.smoothing import noise_level
+
+if TYPE_CHECKING:
+    from .displacement import DisplacementFit
+
+#: A misfit from this part of the span on is said.
+_SAID = 0.02
+#: Residuals below this part of the span are of no interest, whatever their structure.
+_NEGLIGIBLE = 1e-4
+_OVER_NOISE = 1.5
+#: A drift is pointed out that exceeds so many of its standard errors.
+_SEEN = 3.0
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """What a fit leaves beyond noise, in parts of the readings' span.
+
+    ``share`` is the root mean square over windows of time even in its logarithm, and over the rest, less the white
+    noise; ``worst`` that of the largest window, from ``start`` to ``end`` [s] since the onset.
+    """
+
+    share: float
+    worst: float
+    start: float
+    end: float
+
+    @classmethod
+    def of(cls, t: Array, residuals: Array, span: float, last: float) -> Misfit:
+        """Return the misfit of ``residuals`` [m] at ``t`` [s] (samples,) beside readings that ``span`` [m].
+
+        The windows are those of a record that ends at ``last`` [s].
+        """
+        rows = [(w.start, w.end, w.rms) for w in residual_windows(t, residuals, last)]
+        if (t < 0).any():
+            rows.insert(0, (float(t[0]), 0.0, float(np.sqrt(np.mean(residuals[t < 0] ** 2)))))
+        noise, size = noise_level(residuals), span or 1.0
+        beyond = [float(np.sqrt(max(rms**2 - noise**2, 0.0))) / size for _, _, rms in rows]
+        worst = int(np.argmax(beyond))
+        return cls(float(np.sqrt(np.mean(np.square(beyond)))), beyond[worst], *rows[worst][:2])
+
+    def to_dict(self) -> dict[str, float]:
+        return {"share": self.share, "worst": self.worst, "from_s": self.start, "to_s": self.end}
+
+
+def displacement_findings(found: DisplacementFit, described: bool) -> list[Finding]:
+    """Return the findings on a fit, which holds as ``described`` says."""
+    data, fit, channel = found.data, found.fit, found.data.channel
+    said: list[Finding] = []
+    if data.window < channel.time[-1]:
+        away = float(np.abs(channel.values - found.fitted)[channel.time > data.window].max())
+        said.append(Finding("displacement-shortened", values={"window": data.window, "away": away}))
+    elif not described:
+        said.append(Finding("displacement-not-described"))
+    if found.misfit.share > _SAID:
+        said.append(Finding("displacement-misfit", values=found.misfit.to_dict()))
+    if data.sign < 0:
+        said.append(Finding("displacement-axis-reversed"))
+    said += _drift_findings(found)
+    if found.motion.beam == "dynamic":
+        said.append(Finding("displacement-shows-inertia", values={"bic_gain": found.bic_gain}))
+    uneasy = max(_OVER_NOISE * noise_level(channel.values), _NEGLIGIBLE * float(np.ptp(channel.values)))
+    if structured(fit.residuals) and fit.rmse > uneasy:
+        said.append(Finding("displacement-autocorrelated"))
+    errors = zip(fit.labels, fit.values, fit.errors, strict=True)
+    loose = [label for label, value, error in errors if error > DETERMINED * value]
+    if loose:
+        reason = f"standard error over {DETERMINED:.0%}: {', '.join(loose)}"
+        said.append(Finding("not-determined", values={"reason": reason}))
+    return said + start_findings(fit.starts, "displacement")
+
+
+def _drift_findings(found: DisplacementFit) -> list[Finding]:
+    data, rest = found.data, found.at_rest
+    if data.drift:
+        rate, error = float(found.fit.nuisance[1]), float(found.fit.nuisance_errors[1])
+        seen = abs(rate) > _SEEN * error and abs(rate) * data.window > _NEGLIGIBLE * data.size
+        return [Finding("displacement-drifts", values={"rate": rate, "stderr": error})] if seen else []
+    if found.wanted is None or abs(found.wanted - data.held) * data.window <= _SAID * data.size:
+        return []
+    values = {"wanted": found.wanted, "held": data.held, "slope": rest.slope, "half": rest.half}
+    return [Finding("displacement-drift-held", values=values)]
+
+
+def start_findings(starts: StartSummary, quantity: str = "") -> list[Finding]:
+    """Return the finding on a best minimum that was reached from one start only."""
+    if starts.confirmed:
+        return []
+    return [Finding("start-not-confirmed", quantity, {"starts": starts.starts})]
