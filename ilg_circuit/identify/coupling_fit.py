@@ -13,7 +13,6 @@ import numpy as np
 from ..errors import IlgError
 from ..findings import Finding
 from ..fit.fitting import fit
-from ..fit.judge import judged
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..strip.actuator import Actuator, Coupling
@@ -80,10 +79,7 @@ def fit_coupling(
     at = dict(zip(NAMES, start.tolist(), strict=True))
     try:
         begin = np.array([at[p.name] for p in problem.moved])
-        if not found.motion.linear:
-            return replace(found, fit=fit(problem, begin, progress)), findings
-        quick = problem.predicting([d.quick(found.motion) for d in found.data])
-        joint, _ = judged(fit(quick, begin, progress), problem, progress)
+        joint = fit(problem, begin, progress)
     except IlgError as error:
         findings.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
         return None, findings

@@ -138,8 +138,8 @@ class CurrentData:
         ladders = model.kind.ladders(np.array(model.typical), self.band)
         return lambda values: [model.port(v, ladders) for v in values]
 
-    def observation(self, model: PortModel, sigma: float = 1.0, *, of_record: bool = False) -> Observation:
-        closed = model.kind.linear and not of_record
+    def observation(self, model: PortModel, sigma: float | Array = 1.0, *, of_record: bool = False) -> Observation:
+        closed = model.kind.linear and not (of_record and self.engine != "exact")
         predict = self.modal(model, self.since) if closed else self._by_engine(model)
         return observed(self, model.names, predict, self.nuisance, sigma)
 

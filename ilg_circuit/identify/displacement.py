@@ -14,7 +14,6 @@ from ..errors import InputError, SolveError
 from ..findings import Finding
 from ..fit.criteria import effective_samples, information_criterion
 from ..fit.fitting import fit, with_starts
-from ..fit.judge import Judgement, judged
 from ..fit.multistart import StartSummary
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
@@ -24,7 +23,7 @@ from ..solve.transient import DEFAULT_ACCURACY
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_elements
 from .current import CurrentData
-from .displacement_findings import Misfit, displacement_findings
+from .displacement_findings import displacement_findings
 from .motion import COUPLING, DisplacementData, Motion
 from .rest import Rest
 from .start import CouplingSearch
@@ -51,8 +50,7 @@ class DisplacementFit:
     static displacement. The fit's residuals cover rest and window. ``at_rest`` is what the rest says by itself, and
     ``supported`` whether that tells a drift over the window; ``wanted`` [m/s] is the drift that the fit would have,
     where the rest does not allow it. ``bic_gain`` is the BIC of the static beam less that of the dynamic one, None
-    where only one of them could be fitted; ``judgement`` is the engine's of the closed form, None where the engine
-    fitted from the first.
+    where only one of them could be fitted.
     """
 
     data: DisplacementData
@@ -62,11 +60,9 @@ class DisplacementFit:
     per_volt: float
     at_rest: Rest
     supported: bool
-    misfit: Misfit
     findings: tuple[Finding, ...]
     wanted: float | None = None
     bic_gain: float | None = None
-    judgement: Judgement | None = None
 
     @property
     def coupling(self) -> Coupling:
@@ -112,8 +108,7 @@ def fit_displacement(record: CurrentData, actuator: Actuator, progress: Progress
     """Return the fit of d(s) to the displacement of a strip whose circuit is known.
 
     The whole record if the model describes it; else the longest stretch from the onset that it does describe, or the
-    whole record after all where it describes none. A linear strip is fitted by the closed form of its modes, and judged
-    by the engine of record. Raises InputError or SolveError where no stretch can be fitted.
+    whole record after all where it describes none. Raises InputError or SolveError where no stretch can be fitted.
     """
     search = _WindowSearch(record, actuator, progress)
     best, bic_gain = search.by_evidence(search.longest())
@@ -127,15 +122,18 @@ class _WindowSearch:
         channel = record.record.displacement
         assert channel is not None
         self.rest = Rest.of(channel)
-        drive, end = record.record.drive, float(channel.time[-1])
+        end = float(channel.time[-1])
         # data are fitted relative to a reference near rest, so that a rest position far away does not dominate
         reference = self.rest.middle if self.rest.count else 0.0
-        self.base = DisplacementData(channel, drive, record.source, record.voltage, end, reference, record.engine)
+        measured, source = record.record.voltage, record.source
+        self.base = DisplacementData(
+            channel, measured, source, record.voltage, end, reference, record.engine, share=record.share
+        )
         self.motions = {beam: Motion(actuator, beam, record.engine) for beam in ("static", "dynamic")}
         self.progress = progress
         self.ratio = lumped_elements(actuator).bending_ratio
         self.after = channel.time[~channel.rest]
-        self.search = CouplingSearch(channel.time, drive, self.ratio)
+        self.search = CouplingSearch(channel.since(record.share), self.base.drive.from_rest(), self.ratio)
         self.linear = np.column_stack([np.ones(len(channel.time)), channel.time])
         self.failed: set[tuple[str, float]] = set()
 
@@ -228,11 +226,9 @@ class _WindowSearch:
 
     def finish(self, best: _Attempt, starts: StartSummary, bic_gain: float | None) -> DisplacementFit:
         channel, data, motion = self.base.channel, best.data, best.motion
-        found, judgement = best.fit, None
-        if motion.linear:
-            found, judgement = judged(found, Problem((data.observation(motion),), COUPLING), self.progress)
+        found = best.fit
         accuracy = None if motion.linear else DEFAULT_ACCURACY
-        answer = motion.displacements(data.drive, channel.time, found.values[None], accuracy)[0]
+        answer = motion.displacements(data.drive, channel.since(data.share), found.values[None], accuracy)[0]
         drifting = self.linear[:, : 1 + data.drift] @ found.nuisance + data.held * channel.time
         result = DisplacementFit(
             data=data,
@@ -242,11 +238,9 @@ class _WindowSearch:
             per_volt=data.sign * self.ratio * Coupling(*found.values.tolist()).static,
             at_rest=self.rest,
             supported=self.rest.supports(data.window, data.size),
-            misfit=Misfit.of(data.abscissa, found.residuals, data.size, float(channel.time[-1])),
             wanted=best.wanted,
             findings=(),
             bic_gain=bic_gain,
-            judgement=judgement,
         )
         return replace(result, findings=tuple(displacement_findings(result, best.described)))
 
@@ -277,7 +271,6 @@ class _WindowSearch:
         for values, sign in starts:
             signed = replace(data, sign=sign)
             problem = Problem((signed.observation(motion, accuracy=accuracy),), COUPLING)
-            problem = problem.predicting([signed.quick(motion)])
             squares = problem.sum_of_squares(problem.scales.coordinates(values[None]))[0] if len(starts) > 1 else 0.0
             tried.append((float(squares), signed, problem, values))
         _, data, problem, values = min(tried, key=lambda each: each[0])

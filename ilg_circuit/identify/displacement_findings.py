@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arrays import Array
 from ..findings import Finding
-from ..fit.criteria import residual_windows, structured
+from ..fit.criteria import structured
 from ..fit.identifiability import DETERMINED
 from ..fit.multistart import StartSummary
 from ..measurements.smoothing import noise_level
@@ -26,37 +24,6 @@ _OVER_NOISE = 1.5
 _SEEN = 3.0
 
 
-@dataclass(frozen=True)
-class Misfit:
-    """What a fit leaves beyond noise, in parts of the readings' span.
-
-    ``share`` is the root mean square over windows of time even in its logarithm, and over the rest, less the white
-    noise; ``worst`` that of the largest window, from ``start`` to ``end`` [s] since the onset.
-    """
-
-    share: float
-    worst: float
-    start: float
-    end: float
-
-    @classmethod
-    def of(cls, t: Array, residuals: Array, span: float, last: float) -> Misfit:
-        """Return the misfit of ``residuals`` [m] at ``t`` [s] (samples,) beside readings that ``span`` [m].
-
-        The windows are those of a record that ends at ``last`` [s].
-        """
-        rows = [(w.start, w.end, w.rms) for w in residual_windows(t, residuals, last)]
-        if (t < 0).any():
-            rows.insert(0, (float(t[0]), 0.0, float(np.sqrt(np.mean(residuals[t < 0] ** 2)))))
-        noise, size = noise_level(residuals), span or 1.0
-        beyond = [float(np.sqrt(max(rms**2 - noise**2, 0.0))) / size for _, _, rms in rows]
-        worst = int(np.argmax(beyond))
-        return cls(float(np.sqrt(np.mean(np.square(beyond)))), beyond[worst], *rows[worst][:2])
-
-    def to_dict(self) -> dict[str, float]:
-        return {"share": self.share, "worst": self.worst, "from_s": self.start, "to_s": self.end}
-
-
 def displacement_findings(found: DisplacementFit, described: bool) -> list[Finding]:
     """Return the findings on a fit, which holds as ``described`` says."""
     data, fit, channel = found.data, found.fit, found.data.channel
@@ -66,8 +33,6 @@ def displacement_findings(found: DisplacementFit, described: bool) -> list[Findi
         said.append(Finding("displacement-shortened", values={"window": data.window, "away": away}))
     elif not described:
         said.append(Finding("displacement-not-described"))
-    if found.misfit.share > _SAID:
-        said.append(Finding("displacement-misfit", values=found.misfit.to_dict()))
     if data.sign < 0:
         said.append(Finding("displacement-axis-reversed"))
     said += _drift_findings(found)

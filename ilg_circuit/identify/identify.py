@@ -9,14 +9,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..arrays import Array
 from ..errors import IlgError, InputError, SolveError
 from ..findings import Finding
 from ..fit.bootstrap import SEED
-from ..fit.fitting import composed
 from ..fit.identifiability import DETERMINED
 from ..fit.intervals import require_method, uncertainties
-from ..fit.observation import Observation
 from ..fit.problem import Progress
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
@@ -42,7 +39,7 @@ from .estimates import (
 from .identification import Identification
 from .impedance import ImpedanceData, Weighting
 from .joint import joined
-from .motion import NAMES, DisplacementData, port_matters
+from .motion import NAMES
 from .observation_fit import (
     LeftOut,
     ObservationFit,
@@ -52,13 +49,12 @@ from .observation_fit import (
     misfit_findings,
     observation_fits,
 )
-from .onset import Onsets, settled
 from .outliers import without_outliers
 from .port_findings import base_findings, port_findings
 from .port_fit import PortFit
 from .port_model import Measured, PortData
 from .selection import fit_best, fit_named
-from .statistics import statistics_of
+from .statistics import statistics_of, told
 
 Data = Record | Spectrum
 
@@ -126,20 +122,17 @@ def identify(
     records = [d for d in ports if isinstance(d, CurrentData)]
     coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress)
     try:
-        fit = joined(port, coupling, actuator, names, progress)
+        joint = joined(port, coupling, actuator, names, progress)
     except SolveError as error:
+        if coupling is None:
+            raise
         about_coupling.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
-        coupling, fit = None, port.fit
-    together = coupling is not None and port_matters(actuator, port.model)
-    if together:
-        port = replace(port, fit=fit)
+        joint = joined(port, None, actuator, names, progress)
+    fit, port, coupling, onsets = joint.fit, joint.port, joint.coupling, joint.onsets
     actuator = _actuator(port, strip, base, ports)
     if coupling is not None:
-        motion = replace(coupling.motion, actuator=actuator)
-        coupling = replace(coupling, motion=motion, fit=fit if together else coupling.fit)
+        coupling = replace(coupling, motion=replace(coupling.motion, actuator=actuator))
         actuator = replace(actuator, coupling=coupling.coupling)
-    fit, port, coupling, onsets = _with_onsets(fit, port, coupling, together, progress)
-    actuator = _actuator(port, strip, base, ports)
     uncertainty = uncertainty_of(port.kind.name, fit, onsets.covariance(fit))
     actuator = replace(actuator, uncertainty=uncertainty)
     estimated = onsets.widened(fit, uncertainties(fit, method, progress))
@@ -165,7 +158,7 @@ def identify(
         parameters=parameters,
         own=each,
         derived=derived,
-        statistics=statistics_of(port, coupling, fit, rows, candidates, estimated),
+        statistics=statistics_of(port, coupling, fit, rows, candidates, estimated) | told(joint.judgement),
         correlations=correlations(fit),
         observations=tuple(rows),
         candidates=candidates,
@@ -280,26 +273,6 @@ def _actuator(port: PortFit, strip: Actuator, base: Actuator | None, data: Seque
     coupling = base.coupling if base is not None else None
     how = {"coupling": coupling, "mounting": strip.mounting, "name": name}
     return Actuator.from_port(strip.geometry, port.port, base=strip.material, **how)
-
-
-def _with_onsets(
-    fit: FitResult, port: PortFit, coupling: CouplingFit | None, together: bool, progress: Progress
-) -> tuple[FitResult, PortFit, CouplingFit | None, Onsets]:
-    """Return fit, port and coupling with the onsets where the data put them, and what they leave open of the onsets."""
-    data = [*port.data, *(coupling.data if coupling is not None else ())]
-
-    def observe(d: Measured, sigma: float | Array) -> Observation:
-        if isinstance(d, DisplacementData):
-            assert coupling is not None
-            return d.observation(coupling.motion, sigma)
-        return d.observation(port.model, sigma)
-
-    count = len(port.data)
-    found, moved, onsets = settled(fit, data, observe, costly=not port.kind.linear, progress=progress)
-    if found is fit:
-        return fit, port, coupling, onsets
-    electrical = found if together else composed(found.problem.of(range(count)), found.parts)
-    return found, replace(port, data=moved[:count], fit=electrical), coupling, onsets
 
 
 def _observations(

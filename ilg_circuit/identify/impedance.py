@@ -131,7 +131,7 @@ class ImpedanceData:
         """Return the rms of the real and imaginary parts of ``residuals`` (2 f,), over abs(Z)."""
         return float(np.sqrt(np.mean((np.abs(self.shown(residuals)) / self.spectrum.modulus) ** 2) / 2))
 
-    def observation(self, model: PortModel, sigma: float = 1.0, *, of_record: bool = False) -> Observation:
+    def observation(self, model: PortModel, sigma: float | Array = 1.0, *, of_record: bool = False) -> Observation:
         s, kind = self.s, model.kind
 
         def linear(values: Array) -> Array:

@@ -1,19 +1,40 @@
-"""The last step of an identification: one fit of all observations in one parameter space."""
+"""The last step of an identification: one fit of all observations in one parameter space, judged by the engine."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from ..arrays import Array
 from ..fit.fitting import composed, fit
+from ..fit.judge import Judgement, judged
+from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..strip.actuator import Actuator
 from .coupling_fit import CouplingFit
-from .motion import COUPLING, Motion, port_matters
+from .motion import COUPLING, DisplacementData, Motion, port_matters
+from .onset import Onsets, settled
 from .port_fit import PortFit
-from .port_model import port_problem, sigma_of
+from .port_model import Measured, PortData, PortModel, sigma_of
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """The fit of all observations: currents and impedances in their order, then displacements.
+
+    ``port`` and ``coupling`` are views of it; ``onsets`` are what the readings leave open of when the voltage jumped.
+    ``judgement`` says how far the engine of record would move the answer, None where it made it.
+    """
+
+    fit: FitResult
+    port: PortFit
+    coupling: CouplingFit | None
+    onsets: Onsets
+    judgement: Judgement | None
 
 
 def joined(
@@ -22,27 +43,90 @@ def joined(
     actuator: Actuator,
     per_record: frozenset[str],
     progress: Progress = None,
-) -> FitResult:
-    """Return the fit of all observations: currents and impedances in their order, then displacements.
+) -> Joint:
+    """Return the fit of all observations, from where port and coupling ended by themselves.
 
-    Without an electrode resistance port and coupling share no parameter, and their fits are those of the components;
-    with one they are fitted together, from where they ended by themselves. Raises SolveError where the common fit
-    fails.
+    Without an electrode resistance they share no parameter, and their fits are those of the components. Raises
+    SolveError where the common fit or the engine fails.
     """
+    together = coupling is not None and port_matters(actuator, port.model)
+    data: tuple[Measured, ...] = (*port.data, *(coupling.data if coupling is not None else ()))
+    motion = None if coupling is None else coupling.motion
+    if motion is not None and together:
+        typical = tuple(port.values[name] for name in port.kind.names)
+        motion = replace(motion, actuator=actuator, port=replace(port.model, typical=typical))
+    observe = partial(_observation, port.model, motion)
+    found = _fit_all(port, coupling, data, motion, per_record, progress) if together else _composed(port, coupling)
+    found, data, onsets = settled(found, data, observe, costly=not port.kind.linear, progress=progress)
+    judgement = None
+    if any(d.engine == "ngspice" for d in data) and port.kind.linear:
+        pairs = zip(data, found.problem.observations, strict=True)
+        record = replace(found.problem, observations=tuple(observe(d, o.sigma, of_record=True) for d, o in pairs))
+        found, judgement = judged(found, record, progress)
+    return _views(found, port, coupling, data, together, onsets, judgement)
+
+
+def _observation(
+    model: PortModel, motion: Motion | None, data: Measured, sigma: float | Array, *, of_record: bool = False
+) -> Observation:
+    if isinstance(data, DisplacementData):
+        assert motion is not None
+        return data.observation(motion, sigma, of_record=of_record)
+    assert isinstance(data, PortData)
+    return data.observation(model, sigma, of_record=of_record)
+
+
+def _composed(port: PortFit, coupling: CouplingFit | None) -> FitResult:
+    """Return the fit of all that the fits of port and coupling make side by side."""
     if coupling is None:
         return port.fit
-    if not port_matters(actuator, port.model):
-        parts = (*port.fit.parts, *coupling.fit.parts)
-        observations = (*port.fit.problem.observations, *coupling.fit.problem.observations)
-        parameters = (*port.model.parameters, *COUPLING)
-        return composed(Problem(observations, parameters, per_record, dict(port.fit.problem.fixed)), parts)
-    typical = tuple(port.values[name] for name in port.kind.names)
-    motion = Motion(actuator, coupling.motion.beam, coupling.motion.engine, replace(port.model, typical=typical))
-    sigmas = tuple(sigma_of(i.fit, d.size) for d, i in zip(port.data, port.individual, strict=True))
-    electrical = port_problem(port.data, port.model, sigmas).observations
-    pairs = zip(coupling.data, coupling.sigmas(), strict=True)
-    mechanical = tuple(d.observation(motion, sigma) for d, sigma in pairs)
-    problem = Problem((*electrical, *mechanical), motion.parameters, per_record, dict(port.fit.problem.fixed))
+    problems = (port.fit.problem, coupling.fit.problem)
+    problem = Problem(
+        tuple(o for p in problems for o in p.observations),
+        (*port.model.parameters, *COUPLING),
+        problems[0].per_record | problems[1].per_record,
+        dict(problems[0].fixed),
+    )
+    return composed(problem, (*port.fit.parts, *coupling.fit.parts))
+
+
+def _fit_all(
+    port: PortFit,
+    coupling: CouplingFit | None,
+    data: Sequence[Measured],
+    motion: Motion | None,
+    per_record: frozenset[str],
+    progress: Progress,
+) -> FitResult:
+    """Return the fit of currents and displacements that share the port's parameters."""
+    assert coupling is not None
+    assert motion is not None
+    electrical = [sigma_of(i.fit, d.size) for d, i in zip(port.data, port.individual, strict=True)]
+    sigmas = (*electrical, *coupling.sigmas())
+    observations = tuple(_observation(port.model, motion, d, sigma) for d, sigma in zip(data, sigmas, strict=True))
+    problem = Problem(observations, motion.parameters, per_record, dict(port.fit.problem.fixed))
     known = {**port.fit.by_label(), **coupling.fit.by_label()}
     found = fit(problem, np.array([known[label] for label in problem.labels]), progress)
     return replace(found, starts=port.fit.starts)
+
+
+def _views(
+    found: FitResult,
+    port: PortFit,
+    coupling: CouplingFit | None,
+    data: Sequence[Measured],
+    together: bool,
+    onsets: Onsets,
+    judgement: Judgement | None,
+) -> Joint:
+    count, total = len(port.data), len(data)
+    moved = tuple(d for d in data[:count] if isinstance(d, PortData))
+    if together or coupling is None:
+        port = replace(port, data=moved, fit=found)
+        coupling = coupling and replace(coupling, fit=found)
+        return Joint(found, port, coupling, onsets, judgement)
+    electrical = composed(found.problem.of(range(count)), found.parts)
+    mechanical = composed(found.problem.of(range(count, total)), found.parts)
+    port = replace(port, data=moved, fit=replace(electrical, starts=port.fit.starts))
+    coupling = replace(coupling, fit=replace(mechanical, starts=coupling.fit.starts))
+    return Joint(found, port, coupling, onsets, judgement)

@@ -15,13 +15,14 @@ from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
 from ..errors import SolveError
-from ..fit.observation import Observation, Predict
+from ..fit.observation import Observation
 from ..fit.parameter import Parameter
 from ..measurements.record import Channel
+from ..measurements.voltage import MeasuredDrive
 from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.actuator import Actuator, Coupling
-from ..strip.elements import lumped_port
+from ..strip.elements import lumped_elements, lumped_port
 from ..strip.port import Port
 from .modal import modal_displacements
 from .port_model import PortModel, observed
@@ -61,7 +62,7 @@ class Motion:
         return self.port.kind.linear if self.port is not None else lumped_elements(self._simplest()).port.linear
 
     def displacements(self, drive: PiecewiseLinear, t: Array, values: Array, accuracy: float | None = None) -> Array:
-        """Return displacements [m] (k, samples) at ``t`` [s], zero before 0, of parameters ``values`` (k, n).
+        """Return displacements [m] (k, samples) at ``t`` [s] from the rest before 0, of parameters ``values`` (k, n).
 
         By the engine to ``accuracy``, or without one by the closed form of a linear strip. Raises SolveError for
         constants that ring for longer than any record resolves.
@@ -70,13 +71,18 @@ class Motion:
         zeta, wn = values[0, -2:]
         if min(wn * t[-1], 20 / zeta) > _MOST_RINGING:
             raise SolveError("the fit of d(s) left what the record can resolve")
-        netlists = [strip_netlist(strip, beam=self.beam) for strip in self._strips(values, t)]
+        strips = self._strips(values, t)
         result = np.zeros((len(values), len(t)))
         if accuracy is None:
-            result[:, after] = modal_displacements(netlists, drive, t[after])
-        else:
-            found = transient(netlists, drive, t[after], engine=self.engine, accuracy=accuracy)
-            result[:, after] = found.values[:, found.names.index("displacement")]
+            netlists = [strip_netlist(strip, beam=self.beam) for strip in strips]
+            result[:, after] = modal_displacements(netlists, drive.from_rest(), t[after])
+            return result
+        if self.linear:
+            drive = drive.from_rest()
+        netlists = [strip_netlist(strip, beam=self.beam, rest=drive.rest) for strip in strips]
+        found = transient(netlists, drive, t[after], engine=self.engine, accuracy=accuracy)
+        still = [steady_displacement(strip, drive.rest) for strip in strips]
+        result[:, after] = found.values[:, found.names.index("displacement")] - np.array(still)[:, None]
         return result
 
     def _strips(self, values: Array, t: Array) -> list[Actuator]:
@@ -102,11 +108,12 @@ class DisplacementData:
     """The displacement of a record up to ``window`` [s] since the onset, relative to ``reference`` [m].
 
     ``sign`` is -1 where the camera's axis points away from the anode; with ``drift`` a slow linear one is a term of the
-    fit beside the rest position. ``held`` [m/s] is a drift that is taken off before the fit.
+    fit beside the rest position. ``held`` [m/s] is a drift that is taken off before the fit. The onset is taken by
+    ``share`` (-0.5 to 0.5) of its bracket from the middle.
     """
 
     channel: Channel
-    drive: PiecewiseLinear
+    measured: MeasuredDrive
     source: str
     voltage: float
     window: float
@@ -115,9 +122,23 @@ class DisplacementData:
     sign: float = 1.0
     drift: bool = False
     held: float = 0.0
+    share: float = 0.0
 
     quantity = "displacement"
     unit = "m"
+
+    @property
+    def drive(self) -> PiecewiseLinear:
+        """The voltage since the onset."""
+        return self.measured.moved(self.share, self.channel.width)
+
+    @property
+    def bracketed(self) -> bool:
+        """True if the readings leave open when the voltage jumped."""
+        return bool(self.measured.widths.any())
+
+    def at_share(self, share: float) -> DisplacementData:
+        return replace(self, share=share)
 
     @property
     def part(self) -> Channel:
@@ -146,23 +167,33 @@ class DisplacementData:
         t = self.abscissa
         return np.column_stack([np.ones(len(t)), t])[:, : 1 + self.drift]
 
-    def observation(self, motion: Motion, sigma: float = 1.0, accuracy: float = DEFAULT_ACCURACY) -> Observation:
-        """Return the observation that ``motion`` predicts."""
-        t = self.abscissa
+    def observation(
+        self,
+        motion: Motion,
+        sigma: float | Array = 1.0,
+        *,
+        of_record: bool = False,
+        accuracy: float = DEFAULT_ACCURACY,
+    ) -> Observation:
+        """Return the observation that ``motion`` predicts: by the closed form of a linear strip, else by the engine.
+
+        The prediction ``of_record`` is the engine's that was asked for.
+        """
+        t, drive = self.part.since(self.share), self.drive
+        closed = motion.linear and not (of_record and self.engine != "exact")
 
         def predict(values: Array) -> Array:
-            return self.sign * motion.displacements(self.drive, t, values, accuracy)
+            return self.sign * motion.displacements(drive, t, values, None if closed else accuracy)
 
         return observed(self, motion.names, predict, self.nuisance, sigma)
 
-    def quick(self, motion: Motion) -> Predict | None:
-        """Return the prediction by the closed form of a linear strip, as exact as the engine's; None for another."""
-        t = self.abscissa
 
-        def predict(values: Array) -> Array:
-            return self.sign * motion.displacements(self.drive, t, values)
-
-        return predict if motion.linear else None
+def steady_displacement(strip: Actuator, voltage: float) -> float:
+    """Return the displacement [m] of a strip at rest under ``voltage`` [V]."""
+    lumped = lumped_elements(strip)
+    if not voltage or lumped.coupling is None:
+        return 0.0
+    return lumped.bending_ratio * lumped.coupling.static * lumped.port.inner_voltage(voltage)
 
 
 def strip_of(actuator: Actuator, port: Port) -> Actuator:

@@ -150,11 +150,6 @@ def fit_port(
     return PortFit(description, data, individual, found)
 
 
-def by_engine_of_record(found: PortFit, progress: Progress = None) -> PortFit:
-    """Return the fit judged by the engine that was asked for, where a closed form made it."""
-    return found
-
-
 def require_suitable(kind: ElectricalModel, data: Sequence[PortData]) -> None:
     """Raise InputError where these data or their engine cannot show what a model has."""
     if kind.spectra_only and all(d.quantity == "current" for d in data):

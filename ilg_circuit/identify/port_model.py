@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,6 +128,7 @@ class Measured(Protocol):
         """Return ``numbers`` as they were measured [A], [ohm] or [m], one a point of ``abscissa``."""
 
 
+@runtime_checkable
 class PortData(Measured, Protocol):
     """One file's currents or impedances.
 
@@ -142,7 +143,7 @@ class PortData(Measured, Protocol):
     @property
     def notes(self) -> tuple[Finding, ...]: ...
 
-    def observation(self, model: PortModel, sigma: float = 1.0, *, of_record: bool = False) -> Observation:
+    def observation(self, model: PortModel, sigma: float | Array = 1.0, *, of_record: bool = False) -> Observation:
         """Return the observation that ``model`` predicts: by a closed form, or where there is none, or for the
         prediction ``of_record``, by the engine that was asked for."""
 
@@ -163,7 +164,7 @@ class PortData(Measured, Protocol):
 
 
 def observed(
-    data: Measured, names: tuple[str, ...], predict: Predict, nuisance: Array, sigma: float, channels: int = 1
+    data: Measured, names: tuple[str, ...], predict: Predict, nuisance: Array, sigma: float | Array, channels: int = 1
 ) -> Observation:
     """Return the observation of ``data`` that ``predict`` makes of the parameters ``names``."""
     return Observation(

@@ -14,7 +14,7 @@ from ..fit.problem import Progress
 from ..fit.selection import EVIDENCE, Candidate, Status, bic_on_independent, simplest_of_best
 from ..strip.models import candidates, electrical_model, model_names
 from .impedance import ImpedanceData
-from .port_fit import NEGLIGIBLE, PortFit, by_engine_of_record, fit_port, levels_differ
+from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
 from .port_model import PortData
 
 #: Tried even where a simpler model's residuals are only noise: the check that one pole is enough.
@@ -25,7 +25,7 @@ def fit_named(
     data: Sequence[PortData], model: str, held: float | None, per_record: frozenset[str], progress: Progress
 ) -> tuple[PortFit, tuple[Candidate, ...]]:
     """Return the fit of the model asked for, as the only candidate."""
-    found = by_engine_of_record(fit_port(data, model, held, per_record, progress), progress)
+    found = fit_port(data, model, held, per_record, progress)
     identifiability = found.identifiability()
     row = _row(found, _bic(found, found.independent()), identifiability, _against(found, identifiability))
     return found, (_judged(row, "asked for", chosen=True),)
@@ -51,7 +51,7 @@ def fit_best(
     contest.enter_nonlinear(contest.best(linear) if linear else first)
     winner = contest.best(list(contest.fits))
     rows = contest.rows(winner)
-    return by_engine_of_record(contest.fits[winner], progress), rows
+    return contest.fits[winner], rows
 
 
 class _Contest:

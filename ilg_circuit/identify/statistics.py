@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..fit.intervals import Uncertainties
+from ..fit.judge import Judgement
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
 from .coupling_fit import CouplingFit
@@ -63,6 +64,13 @@ def statistics_of(
         flat = next(iter(details.values())) if list(details) == ["impedance"] else {}
         statistics["intervals"] = {**details, **flat}
     return statistics
+
+
+def told(judgement: Judgement | None) -> dict[str, Any]:
+    """Return what the engine of record says of a fit that a closed form made."""
+    if judgement is None:
+        return {"judgement": None}
+    return {"judgement": {"largest_move_in_standard_errors": judgement.move, "refitted": judgement.refitted}}
 
 
 def _displacement_statistics(
