@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import overload
 
@@ -48,7 +49,7 @@ def read(path: str | Path, mode: str | None = None) -> Record | Spectrum | LoadT
             )
         return load_test_of(_table(file, format_, kind), mode)
     table = _table(file, format_, kind)
-    return spectrum_of(table) if kind == SPECTRUM else prepare(table)
+    return spectrum_of(table) if kind == SPECTRUM else _record(table)
 
 
 def read_record(path: str | Path) -> Record:
@@ -59,7 +60,7 @@ def read_record(path: str | Path) -> Record:
     InputError
         The file cannot be read, holds no record, or nothing was excited in it; see `prepare`.
     """
-    return prepare(read_columns(path, RECORD))
+    return _record(read_columns(path, RECORD))
 
 
 def read_spectrum(path: str | Path) -> Spectrum:
@@ -87,14 +88,16 @@ def read_load_test(path: str | Path, mode: str) -> LoadTest:
 
 
 def read_waveform(path: str | Path, quantity: str) -> tuple[Array, Array]:
-    """Read the times [s] and values [SI] of one quantity of a record, both (n,), blanks left out.
+    """Read the times [s] and values [SI] of one quantity of a waveform, both (n,), blanks left out.
+
+    Times do not decrease; one that stands twice is an edge.
 
     Raises
     ------
     InputError
         The file cannot be read, or its column for ``quantity`` is missing or blank.
     """
-    table = read_columns(path, RECORD.requiring("time", quantity))
+    table = read_columns(path, RECORD.drawn("time", quantity))
     values = table.columns[quantity]
     known = np.isfinite(values)
     if not known.any():
@@ -112,6 +115,10 @@ def read_columns(path: str | Path, kind: Kind) -> Table:
     """
     file = read_lines(path, kind)
     return _table(file, _format(file, kind), kind)
+
+
+def _record(table: Table) -> Record:
+    return replace(prepare(table), headers=table.headers)
 
 
 def _recognised(file: TextFile) -> tuple[Format, Kind]:

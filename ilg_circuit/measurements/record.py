@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
 from ..findings import Finding
+from .table import Headers
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Record:
     """A record made ready: ``onset`` [s] in the file's time, the ``drive`` from the onset on, and the channels.
 
     ``step`` [V] is the height of a step that begins the record, None for another waveform. ``notes`` say what was
-    left out of the file and what is doubtful about it.
+    left out of the file and what is doubtful about it, ``headers`` the column and unit that each quantity was read from.
     """
 
     source: str
@@ -45,6 +46,7 @@ class Record:
     current: Channel
     displacement: Channel | None
     notes: tuple[Finding, ...] = ()
+    headers: Headers = field(default_factory=dict)
 
     @property
     def duration(self) -> float:
