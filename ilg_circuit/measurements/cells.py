@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import repeat
 
 import numpy as np
 
@@ -71,7 +72,7 @@ class Rows:
     def _at_once(self, chunk: Sequence[str], places: Sequence[int]) -> Array | None:
         """Return the numbers of rows that have nothing but numbers and blanks in them, None for others."""
         sign, text = self.delimiter, "\n".join(["", *chunk, ""])
-        widest = max(line.count(sign) + 1 if sign else len(line.split()) for line in chunk)
+        widest = max(map(str.count, chunk, repeat(sign))) + 1 if sign else max(len(line.split()) for line in chunk)
         if '"' in text or "_" in text or widest > len(self.titles):
             return None
         plain = text if sign == "," else text.replace(",", ".")

@@ -18,6 +18,7 @@ _COMMENTS = ("#", "%")
 _SEPARATORS = ",;\t"
 #: A line of nothing else is blank: so spreadsheets fill up a table.
 _SPACE = " \t,;\"\r"
+_FIRST = frozenset((*_SPACE, *_COMMENTS))
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,8 @@ def table_end(lines: Sequence[str], layout: Layout, kind: Kind) -> int:
 
 def left_out(lines: Sequence[str]) -> list[int]:
     """Return the lines (from 0) that are blank, but for separators, or comments."""
-    return [k for k, line in enumerate(lines) if line[:1] in "#%" or not line.strip(_SPACE)]
+    possible = [k for k, line in enumerate(lines) if not line or line[0] in _FIRST]
+    return [k for k in possible if is_left_out(lines[k])]
 
 
 def is_left_out(line: str) -> bool:
@@ -133,7 +135,7 @@ def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:
     line = lines[k].lstrip("#% ") if lines[k].startswith(_COMMENTS) else lines[k]
     below = [j for j in range(k + 1, min(k + 50, len(lines))) if not is_left_out(lines[j])][: _BETWEEN + 1]
     ways = sorted((s for s in _SEPARATORS if s in line), key=line.count, reverse=True)
-    for delimiter in (*ways, "  ", ""):
+    for delimiter in ways or ("  ", ""):
         titles = tuple(_cells(line, delimiter))
         if len(titles) < 2 and delimiter:
             continue
@@ -146,15 +148,21 @@ def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:
         columns = tuple(columns_of(titles, units, kind.quantities))
         readable = {c.quantity for c in columns if not c.complaint}
         places = [c.place for c in columns if c.quantity in kind.required and not c.complaint]
-        found = _first_row(lines, below, places, delimiter) if readable.issuperset(kind.required) else None
+        complete = readable.issuperset(kind.required)
+        found = _first_row(lines, below, places, delimiter, len(titles)) if complete else None
         if found is None:
             yield Layout(k, titles, columns, first, _likely(lines[first]) if first < len(lines) else "", False)
         else:
             yield Layout(k, titles, columns, *found, True)
 
 
-def _first_row(lines: Sequence[str], below: Sequence[int], places: Sequence[int], like: str) -> tuple[int, str] | None:
-    """Return the first of some lines that has a number at the first of ``places``, and what separates its cells."""
+def _first_row(
+    lines: Sequence[str], below: Sequence[int], places: Sequence[int], like: str, width: int
+) -> tuple[int, str] | None:
+    """Return the first of some lines that has a number at the first of ``places``, and what separates its cells.
+
+    Where that is not what separates the names (``like``), the line must have as many cells as there are names.
+    """
     for j in below:
         line = lines[j]
         if len(line) > 10 * LONGEST_HEADER:
@@ -162,6 +170,8 @@ def _first_row(lines: Sequence[str], below: Sequence[int], places: Sequence[int]
         present = [s for s in _SEPARATORS if s in line and s != like]
         for delimiter in (*([like] if like.strip(" ") and like in line else []), *present[::-1], ""):
             cells = _cells(line, delimiter)
+            if (delimiter != like or not delimiter) and len(cells) != width:
+                continue
             at = [cells[p].strip() if p < len(cells) else "" for p in places]
             if is_number(at[0], delimiter) and all(not c or is_number(c, delimiter) or is_mark(c) for c in at):
                 return j, delimiter
