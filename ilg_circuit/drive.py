@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array
 from .errors import InputError
+from .findings import Finding
 from .units import format_quantity
 
 if TYPE_CHECKING:
@@ -89,12 +90,14 @@ class Sine:
 class PiecewiseLinear:
     """Straight lines through (times, values); a time that stands twice is a jump; held before and after.
 
-    ``times`` [s] do not decrease; ``values`` [V], same length. Raises InputError otherwise.
+    ``times`` [s] do not decrease; ``values`` [V], same length. Raises InputError otherwise. ``findings`` say what a run
+    makes of a file that holds another time than it.
     """
 
     times: Array
     values: Array
     text: str = "waveform"
+    findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
         times, values = np.asarray(self.times, dtype=float), np.asarray(self.values, dtype=float)
@@ -203,6 +206,11 @@ class PiecewiseLinear:
             return 0.0
         start, middle = self.value([t, (t + duration) / 2])
         return float(2 * (middle - start) / (duration - t))
+
+
+def drive_findings(drive: Drive) -> tuple[Finding, ...]:
+    """Return what is to be told of a drive; nothing of one without findings."""
+    return tuple(getattr(drive, "findings", ()))
 
 
 def drive_times(drive: Drive, times: Array) -> Array:

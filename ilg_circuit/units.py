@@ -22,19 +22,20 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?
 _UNIT = re.compile(r"[A-Za-z\u00b5\u03bc\u03a9\u2126\u00b7 _*/^().0-9+-]{0,40}|%")
 _COUNTS = re.compile("degree|turn|revolution|cycle|count|per_minute|per_second|bel|neper|decade|octave")
 
-#: Without a scale these are no length, voltage or anything else, though a unit library knows some (a pixel of 1/96 inch,
-#: au as the astronomical unit).
+#: Without a scale these are no length, voltage or anything else, though a unit library knows some: a pixel as
+#: 1/96 inch, au as the astronomical unit.
 _NEEDS_SCALE = re.compile(
-    r"px|pix|pixels?|dots?|pels?|counts?|cts?|steps?|ticks?|div|divs|divisions?|lsb|bits?|digits?|frames?|samples?|points?|pts?"
-    r"|a\.?u\.?|arb\.?( ?u(nits?)?\.?)?|arbitrary( units?)?|didots?|ciceros?|picas?|%? ?fs",
+    r"px|pix|pixels?|dots?|pels?|counts?|cts?|steps?|ticks?|divs?|divisions?|lsb|bits?|digits?|frames?|samples?|points?"
+    r"|pts?|a\.?u\.?|arb\.?( ?u(nits?)?\.?)?|arbitrary( units?)?|didots?|ciceros?|picas?|%? ?fs",
     re.IGNORECASE,
 )
 #: What instruments and data sheets give, by pint's names without prefixes.
-_IN_USE = frozenset(
-    "meter micron angstrom inch thou mil foot second minute hour day week hertz volt ampere ohm siemens farad henry coulomb "
-    "ampere_hour newton dyne pond force_kilogram force_pound force_gram gram pound ounce metric_ton pascal bar barye "
-    "standard_atmosphere torr pound_force_per_square_inch kip_per_square_inch joule erg calorie electron_volt watt watt_hour "
-    "liter radian degree revolutions_per_minute percent kelvin degree_Celsius delta_degree_Celsius mole molar tesla weber".split()
+_IN_USE = re.compile(
+    "meter|micron|angstrom|inch|thou|mil|foot|second|minute|hour|day|week|hertz|volt|ampere|ohm|siemens|farad|henry"
+    "|coulomb|ampere_hour|newton|dyne|pond|force_kilogram|force_pound|force_gram|gram|pound|ounce|metric_ton|pascal|bar"
+    "|barye|standard_atmosphere|torr|pound_force_per_square_inch|kip_per_square_inch|joule|erg|calorie|electron_volt"
+    "|watt|watt_hour|liter|radian|degree|revolutions_per_minute|percent|kelvin|(delta_)?degree_Celsius|mole|molar|tesla"
+    "|weber"
 )
 
 #: SI prefixes used when a value is written; larger or smaller values are written without one.
@@ -53,8 +54,9 @@ def _registry() -> UnitRegistry[Any]:
 def scale(unit: str, si_unit: str) -> Fraction:
     """Exact factor that turns a number in ``unit`` into one in ``si_unit``.
 
-    Raises InputError when ``unit`` is unknown, is a unit of something else, or none that an instrument gives. Hertz and radians per second are
-    kept apart (pint holds them equal), because the silent factor 2 pi is the classic slip in this field.
+    Raises InputError when ``unit`` is unknown, is a unit of something else, or none that an instrument gives. Hertz and
+    radians per second are kept apart (pint holds them equal), because the silent factor 2 pi is the classic slip in
+    this field.
     """
     import pint
 
@@ -63,9 +65,8 @@ def scale(unit: str, si_unit: str) -> Fraction:
     if not _UNIT.fullmatch(unit) or re.search(r"\d\d|\*\*.*\*\*|\^.*\^", unit):
         raise InputError(f"unknown unit '{unit[:30]}'; use '{si_unit}' or a multiple of it")
     if si_unit and _NEEDS_SCALE.fullmatch(unit.strip()):
-        raise InputError(
-            f"unit '{unit}' needs a scale, for pixels so many mm to a pixel; give the values in '{si_unit}' or a multiple of it"
-        )
+        how = f"give the values in '{si_unit}' or a multiple of it"
+        raise InputError(f"unit '{unit}' needs a scale, for pixels so many mm to a pixel; {how}")
     if unit == "%" and not si_unit:
         return Fraction(1, 100)
     try:
@@ -78,10 +79,11 @@ def scale(unit: str, si_unit: str) -> Fraction:
     cycles = "hertz" in str(given)
     if cycles != ("hertz" in str(wanted)) and "rad" in f"{si_unit} {given}":
         raise InputError(f"unit '{unit}' is ambiguous by 2 pi here; use '{si_unit}'")
-    strange = [name for name in given._units if _without_prefix(registry, name) not in _IN_USE]
+    strange = [name for name in given._units if not _IN_USE.fullmatch(_without_prefix(registry, name))]
     if strange and si_unit:
         raise InputError(
-            f"unit '{unit}' ({strange[0].replace('_', ' ')}) is none that an instrument gives; use '{si_unit}' or a multiple of it"
+            f"unit '{unit}' ({strange[0].replace('_', ' ')}) is none that an instrument gives; use '{si_unit}' or a "
+            "multiple of it"
         )
     if _COUNTS.search(str(given)) or not si_unit:
         raise InputError(f"unit '{unit}' counts turns, degrees or ratios; use '{si_unit or 'a plain number'}'")

@@ -20,12 +20,12 @@ NO_READING = 9.9e36
 _CHUNK = 20_000
 _LONGEST_LINE = 100_000
 
-_MARKS = frozenset(
-    "nan nanq nans qnan na n/a n.a. #n/a #na null none nil missing inf infinity ol o.l o.l. 0l 0.l ovl ovld ovrld ovrl ovr "
-    "ovf ovfl over overload overloaded overflow ovflw overrange overrng ovrng ovrange orng err error invalid undef "
-    "undefined #num! #value! #div/0! #ref! #null! 1.#qnan 1.#snan 1.#ind 1.#inf 1.#qnan0 1.#ind00 1.#inf00".split()
+_MARKS = re.compile(
+    r"[sq]?nan[sq]?|#?n/?a|n\.a\.|null|none|nil|missing|inf(?:inity)?|err|error|invalid|undef(?:ined)?"
+    r"|[o0]\.?l\.?|ovl?d?|ovrl?d?|ovfl?|ovflw|over[ -]?(?:load(?:ed)?|range|flow)?|over?rng|ovrange|orng"
+    r"|#(?:num!|value!|div/0!|ref!|null!)|1\.#\w{1,8}|\?"
 )
-_STROKES = re.compile(r"[-\u2013\u2014*?]+(?:\.[-\u2013\u2014*?]*)?|1\.#\w{1,8}")
+_STROKES = re.compile(r"[-\u2013\u2014*?]+(?:\.[-\u2013\u2014*?]*)?")
 
 
 @dataclass
@@ -152,8 +152,9 @@ def split(line: str, delimiter: str) -> list[str]:
 
 def number(cell: str, delimiter: str = ",") -> float | None:
     """Return the number in a cell, None where there is none; a comma is decimal where it does not separate cells."""
+    plain = cell.replace("\u2212", "-")
     try:
-        value = float(cell if delimiter == "," else cell.replace(",", "."))
+        value = float(plain if delimiter == "," else plain.replace(",", "."))
     except ValueError:
         return None
     return value if math.isfinite(value) and "_" not in cell else None
@@ -167,7 +168,7 @@ def is_number(cell: str, delimiter: str = ",") -> bool:
 def is_mark(cell: str) -> bool:
     """Tell whether a cell holds what instruments write where they have no reading: NaN, OVL, inf, --."""
     text = cell.strip().lower().lstrip("+-")
-    return text in _MARKS or bool(_STROKES.fullmatch(cell.strip())) or _overflows(text)
+    return bool(_MARKS.fullmatch(text)) or bool(_STROKES.fullmatch(cell.strip())) or _overflows(text)
 
 
 def _overflows(text: str) -> bool:

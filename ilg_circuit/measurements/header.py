@@ -24,9 +24,14 @@ _RANKS = {
 
 #: Words beside a quantity's name. What was set counts where nothing was measured, a time of a part where no other is.
 _OF_THE_SOURCE = frozenset(
-    "set setpoint source sourced applied app command control programmed target nominal step cycle segment corrected".split()
+    (
+        *("set", "setpoint", "source", "sourced", "applied", "app", "command", "control", "programmed", "target"),
+        *("nominal", "step", "cycle", "segment", "corrected"),
+    )
 )
-_AFTER = frozenset("applied set measured meas avg mean we signal value reading 1 ch1".split())
+_AFTER = frozenset(
+    ("applied", "set", "measured", "meas", "avg", "mean", "we", "signal", "value", "reading", "ch", "channel")
+)
 #: A title that says no more is of the quantity that its unit measures.
 _ANY = frozenset(("value", "reading", "measure", "measurement", "source"))
 
@@ -98,7 +103,7 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
         if not readable:
             continue
         first, *others = readable
-        if others and others[0].rank == first.rank:
+        if others and others[0].rank == first.rank and quantity != "time":  # one time in two units is one time
             if quantity not in kind.needed:
                 continue
             raise InputError(
@@ -107,7 +112,9 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
         taken[quantity] = first
         if others:
             beside = [c.title for c in others]
-            notes.append(Finding("column-taken", values={"quantity": quantity, "column": first.title, "beside": beside}))
+            notes.append(
+                Finding("column-taken", values={"quantity": quantity, "column": first.title, "beside": beside})
+            )
     return taken, tuple(notes)
 
 
@@ -135,7 +142,7 @@ def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> 
     whole = _match(_word(plain), words)
     if whole and (unit_below.strip() or not quantities[whole[0]][0]):
         return _read(place, title, *whole, unit_below, quantities)
-    wrong = None
+    wrong: Column | None = None
     if whole:
         said = f" has no unit; write it like '{plain[:80]}_{quantities[whole[0]][0]}'"
         wrong = Column(place, title, whole[0], "", 0.0, whole[1], said)
@@ -149,9 +156,9 @@ def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> 
                 wrong = wrong or column
         elif word.rpartition("_")[2] in _ANY:
             rank = _SET if _OF_THE_SOURCE.intersection(word.split("_")) else _EXACT + _GENERIC
-            column = _by_unit(place, title, unit, quantities, rank)
-            if column is not None:
-                return column
+            measured = _by_unit(place, title, unit, quantities, rank)
+            if measured is not None:
+                return measured
     return wrong
 
 
@@ -237,7 +244,7 @@ def _splits(title: str) -> Iterator[tuple[str, str]]:
     for separator in (",", "_", " "):
         word, found, unit = title.rpartition(separator)
         if found and word.strip():
-            yield _word(word), unit.strip()
+            yield _word(word.removesuffix(" in")), unit.strip()
 
 
 def _opening(title: str) -> int:
@@ -279,8 +286,10 @@ def _match(word: str, quantities: Words) -> tuple[str, int] | None:
                 continue
             if word.endswith("_" + w):
                 beside = word[: -len(w) - 1].split("_")
-            elif word.startswith(w + "_") and _AFTER.issuperset(word[len(w) + 1 :].split("_")):
+            elif word.startswith(w + "_"):
                 beside = word[len(w) + 1 :].split("_")
+                if not all(part.lstrip("ch").isdigit() or part in _AFTER for part in beside):
+                    continue
             else:
                 continue
             ending = _GENERIC if quantity != "time" else _ENDING

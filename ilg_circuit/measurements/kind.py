@@ -67,8 +67,8 @@ RECORD = Kind(
 )
 
 _RE = ("re(z)", "re", "z'", "z'(a)", "zre", "z_re", "zreal", "z_real", "re_z", "real", "real(z)", "z(re)", "real_part")
-_IM = ("im(z)", "im", "z''", "z''(b)", 'z"', "zim", "z_im", "zimag", "z_imag", "im_z", "imag", "imag(z)", "z(im)")
-_IM = (*_IM, "imaginary_part")
+_IMAG = ("im(z)", "im", "z''", "z''(b)", 'z"', "zim", "z_im", "zimag", "z_imag", "im_z", "imag", "imag(z)", "z(im)")
+_IM = (*_IMAG, "imaginary_part")
 
 SPECTRUM = Kind(
     "spectrum",

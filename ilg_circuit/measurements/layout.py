@@ -17,7 +17,7 @@ _BETWEEN = 4
 _COMMENTS = ("#", "%")
 _SEPARATORS = ",;\t"
 #: A line of nothing else is blank: so spreadsheets fill up a table.
-_SPACE = " \t,;\"\r"
+_SPACE = ' \t,;"\r'
 _FIRST = frozenset((*_SPACE, *_COMMENTS))
 
 
@@ -181,7 +181,7 @@ def _first_row(
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line; "  " separates by two spaces or more, "" by any, with brackets kept to their names."""
+    """Return the cells of a line; "  " stands for two spaces or more, "" for any, brackets kept to their names."""
     if delimiter == "  ":
         return [cell.strip() for cell in line.split("  ") if cell.strip()]
     if delimiter:
@@ -216,6 +216,7 @@ def _is_text(line: str, place: int, delimiter: str) -> bool:
         return True
     cells = _cells(line, delimiter)
     cell = cells[place].strip() if place < len(cells) else ""
-    if not cell:
-        return not any(is_number(c, delimiter) for c in cells)
-    return cell[:1].isalpha() and not is_mark(cell)
+    if is_number(cell, delimiter):
+        return False
+    others = any(is_number(c.strip(), delimiter) for k, c in enumerate(cells) if k != place)
+    return not others or (cell[:1].isalpha() and not is_mark(cell))

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
+from ..findings import Finding
 from .formats import FORMATS, Format
 from .kind import LOAD_TEST, RECORD, SPECTRUM, Kind
 from .load_test import LOAD_MODES, LoadTest, load_test_of
@@ -87,8 +88,8 @@ def read_load_test(path: str | Path, mode: str) -> LoadTest:
     return load_test_of(read_columns(path, LOAD_TEST), mode)
 
 
-def read_waveform(path: str | Path, quantity: str) -> tuple[Array, Array]:
-    """Read the times [s] and values [SI] of one quantity of a waveform, both (n,), blanks left out.
+def read_waveform(path: str | Path, quantity: str) -> tuple[Array, Array, tuple[Finding, ...]]:
+    """Read the times [s] and values [SI] of one quantity of a waveform, both (n,), and findings; gaps are left out.
 
     Times do not decrease; one that stands twice is an edge.
 
@@ -102,7 +103,7 @@ def read_waveform(path: str | Path, quantity: str) -> tuple[Array, Array]:
     known = np.isfinite(values)
     if not known.any():
         raise InputError(f"{table.source}: the column for {quantity} has no number in it")
-    return table.time[known], values[known]
+    return table.time[known], values[known], table.notes
 
 
 def read_columns(path: str | Path, kind: Kind) -> Table:

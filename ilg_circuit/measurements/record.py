@@ -36,7 +36,7 @@ class Record:
     """A record made ready: ``onset`` [s] in the file's time, the ``drive`` from the onset on, and the channels.
 
     ``step`` [V] is the height of a step that begins the record, None for another waveform. ``notes`` say what was
-    left out of the file and what is doubtful about it, ``headers`` the column and unit that each quantity was read from.
+    left out of the file and what is doubtful about it, ``headers`` the column and unit that each quantity has there.
     """
 
     source: str

@@ -103,7 +103,7 @@ def parse_table(lines: Sequence[str], name: str, kind: Kind, numbers: Sequence[i
         notes = (*notes, *more)
     quantities = {c.place: quantity for quantity, c in taken.items()}
     for place, marked in rows.marked.items():
-        values = {"quantity": quantities[place], "count": marked.count, "mark": marked.mark[:20]}
+        values = {"quantity": quantities[place], "count": marked.count, "mark": marked.mark[:30]}
         notes = (*notes, Finding("readings-marked", values=values))
     headers = {quantity: (c.title.strip(), c.unit) for quantity, c in taken.items()}
     return Table(columns, name, tuple(left), notes, headers)

@@ -62,7 +62,9 @@ def page(sensed: Sensed) -> Page:
         picture(figure(sensed), "the terminals' answer and the force over time, the motion beneath"),
         Grid(_HEADER, _rows(sensed)),
     ]
-    return Page(f"{sensed.actuator.name} as a sensor", headline(sensed), facts, (), [Section("Waveforms", blocks)])
+    return Page(
+        f"{sensed.actuator.name} as a sensor", headline(sensed), facts, sensed.warnings, [Section("Waveforms", blocks)]
+    )
 
 
 def _rows(sensed: Sensed) -> list[tuple[str, str, str]]:

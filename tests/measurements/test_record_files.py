@@ -75,7 +75,7 @@ def test_overloaded_readings_have_no_current(tmp_path: Path) -> None:
 
 def test_they_are_drives_too(tmp_path: Path, run: Run) -> None:
     Path("step.DTA").write_text(gamry(), encoding="utf-8")
-    times, values = read_waveform(Path("step.DTA"), "voltage")
+    times, values, _ = read_waveform(Path("step.DTA"), "voltage")
     assert values == pytest.approx(U)
     assert times == pytest.approx(T)
     outcome = run("simulate", "paper", "--drive", "file:step.DTA", "--duration", "12s", "--engine", "exact")

@@ -309,7 +309,7 @@ def test_garbage_is_refused_as_input(read: Reader, content: bytes) -> None:
 def test_waveforms_leave_blanks_out(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
     path.write_text("time_s,voltage_V,current_A\n0,1,\n1,,5\n2,3,6\n")
-    times, values = read_waveform(path, "voltage")
+    times, values, _ = read_waveform(path, "voltage")
     assert (times.tolist(), values.tolist()) == ([0.0, 2.0], [1.0, 3.0])
 
 

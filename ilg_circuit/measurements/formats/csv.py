@@ -31,7 +31,9 @@ def recognises(lines: Sequence[str]) -> Kind:
     stretched = find_layout(lines, LOAD_TEST)
     time = find_layout(lines, RECORD)
     if stretched is not None and any(c.quantity == "stretch" for c in stretched.columns):
-        return RECORD if time is not None and any(c.quantity in ("time", "voltage") for c in time.columns) else LOAD_TEST
+        return (
+            RECORD if time is not None and any(c.quantity in ("time", "voltage") for c in time.columns) else LOAD_TEST
+        )
     return RECORD
 
 
