@@ -11,7 +11,7 @@ from itertools import repeat
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Mask
 from ..errors import InputError
 
 #: Instruments write a number from here on for "no reading": 9.9E37, 9.91E37, 3.4E38, 1.8E308.
@@ -35,9 +35,9 @@ class Marked:
     count: int = 0
     mark: str = ""
 
-    def add(self, mark: str) -> None:
+    def add(self, mark: str, count: int = 1) -> None:
         self.mark = self.mark or mark
-        self.count += 1
+        self.count += count
 
 
 @dataclass
@@ -62,7 +62,7 @@ class Rows:
         InputError
             A cell is neither, or a row has more cells than there are titles; the message names line and column.
         """
-        result = np.empty((len(self.lines), len(places)))
+        result = np.empty((len(self.lines), len(places)), order="F")
         for start in range(0, len(self.lines), _CHUNK):
             chunk = self.lines[start : start + _CHUNK]
             found = self._at_once(chunk, places)
@@ -76,7 +76,8 @@ class Rows:
         if '"' in text or "_" in text or widest > len(self.titles):
             return None
         plain = text if sign == "," else text.replace(",", ".")
-        if sign and any(pair in plain for pair in (2 * sign, f"\n{sign}", f"{sign}\n")):
+        blanks = bool(sign) and any(pair in plain for pair in (2 * sign, f"\n{sign}", f"{sign}\n"))
+        if blanks:
             for _ in range(2):  # of three separators in a row the first pass leaves two
                 plain = plain.replace(2 * sign, f"{sign}nan{sign}")
             plain = plain.replace(f"\n{sign}", f"\nnan{sign}").replace(f"{sign}\n", f"{sign}nan\n")
@@ -88,8 +89,18 @@ class Rows:
         if len(found) != len(chunk) or np.abs(found).max(initial=0.0, where=~np.isnan(found)) >= NO_READING:
             return None
         if np.isnan(found).any() and any("n" in line or "N" in line for line in chunk):
-            return None  # marks are counted
+            if blanks:
+                return None  # blanks and NaN are told apart
+            self._count(chunk, places, np.isnan(found))
         return found
+
+    def _count(self, chunk: Sequence[str], places: Sequence[int], marked: Mask) -> None:
+        """Count what is NaN in rows without blanks."""
+        for j, place in enumerate(places):
+            if marked[:, j].any():
+                row = chunk[int(marked[:, j].argmax())]
+                cells = row.split(self.delimiter or None)
+                self.marked.setdefault(place, Marked()).add(cells[place].strip(), int(marked[:, j].sum()))
 
     def _by_cell(self, chunk: Sequence[str], start: int, places: Sequence[int]) -> Array:
         result = np.full((len(chunk), len(places)), np.nan)

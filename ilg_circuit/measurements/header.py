@@ -164,11 +164,17 @@ def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> 
 
 def _read(place: int, title: str, quantity: str, rank: int, unit: str, quantities: Quantities) -> Column:
     unit = unit.strip()
+    factor, complaint = _tried(unit, quantities[quantity][0])
+    return Column(place, title, quantity, unit, factor, rank, complaint)
+
+
+@lru_cache(maxsize=4096)
+def _tried(unit: str, si: str) -> tuple[float, str]:
+    """Return the factor from a unit to SI and no complaint, or zero and the complaint."""
     try:
-        factor = _factor(unit, quantities[quantity][0])
+        return _factor(unit, si), ""
     except InputError as error:
-        return Column(place, title, quantity, unit, 0.0, rank, f": {error}")
-    return Column(place, title, quantity, unit, factor, rank)
+        return 0.0, f": {error}"
 
 
 def _by_unit(place: int, title: str, unit: str, quantities: Quantities, rank: int) -> Column | None:

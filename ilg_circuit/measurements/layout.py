@@ -14,6 +14,8 @@ from .kind import LONGEST_HEADER, PREAMBLE, Kind
 
 #: So many rows of units and remarks may stand between the names and the numbers.
 _BETWEEN = 4
+#: No table is wider.
+_MOST_COLUMNS = 1000
 _COMMENTS = ("#", "%")
 _SEPARATORS = ",;\t"
 #: A line of nothing else is blank: so spreadsheets fill up a table.
@@ -137,7 +139,7 @@ def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:
     ways = sorted((s for s in _SEPARATORS if s in line), key=line.count, reverse=True)
     for delimiter in ways or ("  ", ""):
         titles = tuple(_cells(line, delimiter))
-        if len(titles) < 2 and delimiter:
+        if len(titles) > _MOST_COLUMNS or (len(titles) < 2 and delimiter):
             continue
         units: list[str] = []
         first = below[0] if below else k + 1

@@ -12,7 +12,7 @@ from ..arrays import Array
 from ..errors import InputError
 from ..findings import Finding
 from .cells import Rows as CellRows
-from .cells import require_short
+from .cells import is_mark, number, require_short
 from .header import Column
 from .kind import EDGE, LATER, Kind
 from .layout import choose, find_layout, left_out, table_end
@@ -96,7 +96,8 @@ def parse_table(lines: Sequence[str], name: str, kind: Kind, numbers: Sequence[i
     rows = CellRows(body, at, layout.delimiter, titles, name)
     cells = rows.numbers_at([c.place for c in taken.values()])
     with np.errstate(over="ignore"):
-        columns = {q: cells[:, k] * c.factor for k, (q, c) in enumerate(taken.items())}
+        cells *= [c.factor for c in taken.values()]
+    columns = {quantity: cells[:, k] for k, quantity in enumerate(taken)}
     _require_sensible(columns, taken, name)
     if "time" in columns:
         columns, more = _in_time(columns, at, name, kind.repeats)
@@ -189,13 +190,14 @@ def spectrum_of_cells(header: Sequence[str], titles: Sequence[str], rows: Rows, 
         raise InputError(f"{name}: {len(rows)} points; a {kind.name} has {kind.most_rows} at most")
     places = [header.index(title.lower()) for title in titles]
     values = [[_number(cell, name, number) for cell in cells_at(cells, places)] for number, cells in rows]
-    return Table(dict(zip(("frequency", "re", "im"), np.array(values).T, strict=True)), name)
+    units = dict(zip(("frequency", "re", "im"), zip(titles, ("Hz", "ohm", "ohm"), strict=True), strict=True))
+    return Table(dict(zip(units, np.array(values).T, strict=True)), name, headers=units)
 
 
 def _number(cell: str, name: str, line: int) -> float:
-    if not cell:
+    if not cell or is_mark(cell):
         return math.nan
-    try:
-        return float(cell.replace(",", ".").replace("_", "x"))
-    except ValueError:
-        raise InputError(f"{name}: line {line}: '{cell[:40]}' is not a number") from None
+    value = number(cell, "")
+    if value is None:
+        raise InputError(f"{name}: line {line}: '{cell[:40]}' is not a number")
+    return value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,7 +30,10 @@ def read_lines(path: str | Path, kind: Kind) -> TextFile:
     name = Path(path).name
     try:
         with Path(path).open("rb") as file:
-            raw = file.read(kind.most_bytes + 1)
+            size = (
+                os.fstat(file.fileno()).st_size or kind.most_bytes
+            )  # of a pipe nothing is known; room is made at once
+            raw = file.read(min(size, kind.most_bytes) + 1)
     except OSError as error:
         raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
     except ValueError:
