@@ -18,7 +18,8 @@ from ..errors import InputError
 NO_READING = 9.9e36
 #: Rows that are read at once.
 _CHUNK = 20_000
-_LONGEST_LINE = 100_000
+#: No line is longer.
+LONGEST_LINE = 100_000
 
 _MARKS = re.compile(
     r"[sq]?nan[sq]?|#?n/?a|n\.a\.|null|none|nil|missing|inf(?:inity)?|err|error|invalid|undef(?:ined)?"
@@ -152,8 +153,8 @@ class Rows:
 
 def require_short(lines: Iterable[str], source: str, kind: str) -> None:
     """Raise InputError for a line that no instrument writes."""
-    if max(map(len, lines), default=0) > _LONGEST_LINE:
-        raise InputError(f"{source}: a line is longer than {_LONGEST_LINE} characters; export the {kind} as CSV")
+    if max(map(len, lines), default=0) > LONGEST_LINE:
+        raise InputError(f"{source}: a line is longer than {LONGEST_LINE} characters; export the {kind} as CSV")
 
 
 def split(line: str, delimiter: str) -> list[str]:

@@ -79,7 +79,7 @@ def columns_of(titles: Sequence[str], units: Sequence[str], quantities: Quantiti
     bare = len(filled) > 1 and all(_UNIT_LIKE.fullmatch(title.strip()) for title in filled)
     found = []
     for place, title in enumerate(titles):
-        if not title.strip() or len(title) > _LONGEST_TITLE:
+        if not title.strip() or len(title.strip()) > _LONGEST_TITLE:
             continue
         column = _by_unit(place, title, title, quantities, _EXACT) if bare else None
         column = column or _column(place, title, units[place] if place < len(units) else "", quantities)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from ..errors import InputError
 from ..findings import Finding
-from .cells import is_mark, is_number, split
+from .cells import LONGEST_LINE, is_mark, is_number, split
 from .header import Column, chosen, columns_of, is_unit_row
-from .kind import LONGEST_HEADER, PREAMBLE, Kind
+from .kind import PREAMBLE, Kind
 
 #: So many rows of units and remarks may stand between the names and the numbers.
 _BETWEEN = 4
@@ -54,11 +54,14 @@ def find_layout(lines: Sequence[str], kind: Kind) -> Layout | None:
     shown = [k for k, line in enumerate(lines[:PREAMBLE]) if line.strip()]
     rows = [k for k in shown if not lines[k].startswith(_COMMENTS)]
     for k in (*rows, *(k for k in shown if lines[k].startswith(_COMMENTS))):
-        if len(lines[k]) > LONGEST_HEADER or _bare(lines[k]):
+        if len(lines[k]) > LONGEST_LINE or _bare(lines[k]):
             continue
         for layout in _layouts(lines, k, kind):
             if layout.complete:
                 return layout
+            below = lines[layout.first] if layout.first < len(lines) else ""
+            if not any(s in lines[k] for s in _SEPARATORS) and not _bare(below):
+                continue  # words of a sentence
             named = {c.quantity for c in layout.columns if c.quantity in kind.needed}
             readable = {c.quantity for c in layout.columns if c.quantity in kind.required and not c.complaint}
             worth = 2 * len(readable) + len(named)
@@ -66,11 +69,15 @@ def find_layout(lines: Sequence[str], kind: Kind) -> Layout | None:
                 best, score = layout, worth
     if best is not None or not rows:
         return best
-    # nothing is named anywhere: what stands above the first number, or the first row
+    # nothing is named anywhere: the first row, or what stands above the first number where that is another table
     numbers = next((k for k in rows if _bare(lines[k])), rows[0])
-    header = max((k for k in rows if k < numbers), default=rows[0])
-    cells = tuple(_cells(lines[header], _likely(lines[header])))
-    return Layout(header, cells, (), header + 1, _likely(lines[header]), False)
+    sign = _likely(lines[rows[0]])
+    alike = len(rows) > 1 and bool(sign) and lines[rows[0]].count(sign) == lines[rows[1]].count(sign)
+    header = rows[0] if alike else max((k for k in rows if k < numbers), default=rows[0])
+    sign = _likely(lines[header])
+    table = sign or any(_bare(lines[k]) for k in rows if header <= k <= header + 1)
+    words = _cells(lines[header], sign) if table else [lines[header].strip()]
+    return Layout(header, tuple(words), (), header + 1, sign, False)
 
 
 def choose(
@@ -167,7 +174,7 @@ def _first_row(
     """
     for j in below:
         line = lines[j]
-        if len(line) > 10 * LONGEST_HEADER:
+        if len(line) > LONGEST_LINE:
             continue
         present = [s for s in _SEPARATORS if s in line and s != like]
         for delimiter in (*([like] if like.strip(" ") and like in line else []), *present[::-1], ""):
