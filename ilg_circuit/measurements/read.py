@@ -31,7 +31,7 @@ def read(path: str | Path, mode: str | None = None) -> Record | Spectrum | LoadT
     Parameters
     ----------
     path
-        CSV with a name and a unit in every header, EC-Lab's text, Gamry's .DTA, ZPlot's .z, or bare numbers.
+        CSV with a name and a unit for every column, EC-Lab's text, Gamry's .DTA, ZPlot's .z, or bare numbers.
     mode
         Of a load test, which its file does not say: uniaxial, equibiaxial or planar.
 

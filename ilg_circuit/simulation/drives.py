@@ -99,7 +99,7 @@ def drawn(times: Array, values: Array, duration: float, text: str, notes: Sequen
     last = float(times[-1])
     if last < duration * (1 - 1e-9):
         found.append(Finding("drive-held-after", text, {"last": last, "duration": duration}))
-    return PiecewiseLinear(times, values, text, tuple(found))
+    return PiecewiseLinear(times, values, text, findings=tuple(found))
 
 
 FORMS: tuple[Form, ...] = (
