@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array
 from .errors import InputError
+from .findings import Finding
 from .units import format_quantity
 
 if TYPE_CHECKING:
@@ -95,13 +96,15 @@ class PiecewiseLinear:
     """Straight lines through (times, values); a time that stands twice is a jump; held before and after.
 
     ``times`` [s] do not decrease; ``values`` [V], same length; before t = 0 the circuit has come to rest under the
-    level ``rest`` [V]. Raises InputError otherwise.
+    level ``rest`` [V]. Raises InputError otherwise. ``findings`` say what a run makes of a file that holds another time
+    than it.
     """
 
     times: Array
     values: Array
     text: str = "waveform"
     rest: float = 0.0
+    findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
         times, values = np.asarray(self.times, dtype=float), np.asarray(self.values, dtype=float)
@@ -157,11 +160,11 @@ class PiecewiseLinear:
 
     def resting(self, rest: float) -> PiecewiseLinear:
         """Return the drive with the level ``rest`` [V] before it."""
-        return PiecewiseLinear(self.times, self.values, self.text, rest)
+        return replace(self, rest=rest)
 
     def from_rest(self) -> PiecewiseLinear:
         """Return the same changes of the level, from a rest at zero."""
-        return PiecewiseLinear(self.times, self.values - self.rest, self.text)
+        return replace(self, values=self.values - self.rest, rest=0.0)
 
     def value(self, t: ArrayLike) -> Array:
         time = np.asarray(t, dtype=float)
@@ -218,6 +221,11 @@ class PiecewiseLinear:
             return 0.0
         start, middle = self.value([t, (t + duration) / 2])
         return float(2 * (middle - start) / (duration - t))
+
+
+def drive_findings(drive: Drive) -> tuple[Finding, ...]:
+    """Return what is to be told of a drive; nothing of one without findings."""
+    return tuple(getattr(drive, "findings", ()))
 
 
 def drive_times(drive: Drive, times: Array) -> Array:

@@ -22,6 +22,22 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?
 _UNIT = re.compile(r"[A-Za-z\u00b5\u03bc\u03a9\u2126\u00b7 _*/^().0-9+-]{0,40}|%")
 _COUNTS = re.compile("degree|turn|revolution|cycle|count|per_minute|per_second|bel|neper|decade|octave")
 
+#: Without a scale these are no length, voltage or anything else, though a unit library knows some: a pixel as
+#: 1/96 inch, au as the astronomical unit.
+_NEEDS_SCALE = re.compile(
+    r"px|pix|pixels?|dots?|pels?|counts?|cts?|steps?|ticks?|divs?|divisions?|lsb|bits?|digits?|frames?|samples?|points?"
+    r"|pts?|a\.?u\.?|arb\.?( ?u(nits?)?\.?)?|arbitrary( units?)?|didots?|ciceros?|picas?|%? ?fs",
+    re.IGNORECASE,
+)
+#: What instruments and data sheets give, by pint's names without prefixes.
+_IN_USE = re.compile(
+    "meter|micron|angstrom|inch|thou|mil|foot|second|minute|hour|day|week|hertz|volt|ampere|ohm|siemens|farad|henry"
+    "|coulomb|ampere_hour|newton|dyne|pond|force_kilogram|force_pound|force_gram|gram|pound|ounce|metric_ton|pascal|bar"
+    "|barye|standard_atmosphere|torr|pound_force_per_square_inch|kip_per_square_inch|joule|erg|calorie|electron_volt"
+    "|watt|watt_hour|liter|radian|degree|revolutions_per_minute|percent|kelvin|(delta_)?degree_Celsius|mole|molar|tesla"
+    "|weber"
+)
+
 #: SI prefixes used when a value is written; larger or smaller values are written without one.
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "H", "N", "s", "C", "J", "W", "Hz"})
@@ -38,8 +54,9 @@ def _registry() -> UnitRegistry[Any]:
 def scale(unit: str, si_unit: str) -> Fraction:
     """Exact factor that turns a number in ``unit`` into one in ``si_unit``.
 
-    Raises InputError when ``unit`` is unknown or is a unit of something else. Hertz and radians per second are
-    kept apart (pint holds them equal), because the silent factor 2 pi is the classic slip in this field.
+    Raises InputError when ``unit`` is unknown, is a unit of something else, or none that an instrument gives. Hertz and
+    radians per second are kept apart (pint holds them equal), because the silent factor 2 pi is the classic slip in
+    this field.
     """
     import pint
 
@@ -47,6 +64,9 @@ def scale(unit: str, si_unit: str) -> Fraction:
     # pint would drop what it takes for a comment or a quotation mark
     if not _UNIT.fullmatch(unit) or re.search(r"\d\d|\*\*.*\*\*|\^.*\^", unit):
         raise InputError(f"unknown unit '{unit[:30]}'; use '{si_unit}' or a multiple of it")
+    if si_unit and _NEEDS_SCALE.fullmatch(unit.strip()):
+        how = f"give the values in '{si_unit}' or a multiple of it"
+        raise InputError(f"unit '{unit}' needs a scale, for pixels so many mm to a pixel; {how}")
     if unit == "%" and not si_unit:
         return Fraction(1, 100)
     try:
@@ -59,9 +79,19 @@ def scale(unit: str, si_unit: str) -> Fraction:
     cycles = "hertz" in str(given)
     if cycles != ("hertz" in str(wanted)) and "rad" in f"{si_unit} {given}":
         raise InputError(f"unit '{unit}' is ambiguous by 2 pi here; use '{si_unit}'")
+    strange = [name for name in given._units if not _IN_USE.fullmatch(_without_prefix(registry, name))]
+    if strange and si_unit:
+        raise InputError(
+            f"unit '{unit}' ({strange[0].replace('_', ' ')}) is none that an instrument gives; use '{si_unit}' or a "
+            "multiple of it"
+        )
     if _COUNTS.search(str(given)) or not si_unit:
         raise InputError(f"unit '{unit}' counts turns, degrees or ratios; use '{si_unit or 'a plain number'}'")
     return factor
+
+
+def _without_prefix(registry: UnitRegistry[Any], name: str) -> str:
+    return next((unit for _, unit, _ in registry.parse_unit_name(name)), name)
 
 
 def parse(text: str, si_unit: str, what: str = "quantity") -> float:

@@ -134,6 +134,61 @@ def test_no_unit_of_rotation_is_taken_for_hertz_times_2_pi(unit: str) -> None:
     assert factor == pytest.approx(right)
 
 
+@pytest.mark.parametrize(
+    "unit", ["px", "pixel", "dot", "pt", "pica", "point", "didot", "count", "a.u.", "au", "arb. u.", "steps"]
+)
+@pytest.mark.parametrize("si_unit", ["m", "V", "A", "s"])
+def test_what_has_no_scale_is_no_unit(unit: str, si_unit: str) -> None:
+    """A unit library takes a pixel for 1/96 inch and au for the astronomical unit."""
+    with pytest.raises(InputError, match=f"unit '{unit}' needs a scale, for pixels so many mm to a pixel"):
+        scale(unit, si_unit)
+
+
+@pytest.mark.parametrize(
+    ("unit", "si_unit"),
+    [
+        *[
+            (unit, "m")
+            for unit in ("css_pixel", "mpx", "parsec", "light_year", "furlong", "bohr", "scaled_point", "fathom")
+        ],
+        *[("a", "s"), ("century", "s"), ("fortnight", "s"), ("Bq", "Hz"), ("biot", "A"), ("abA", "A"), ("e", "C")],
+    ],
+)
+def test_units_that_no_instrument_gives_are_refused(unit: str, si_unit: str) -> None:
+    with pytest.raises(InputError, match=f"unit '{unit}' .*is none that an instrument gives; use '{si_unit}'"):
+        scale(unit, si_unit)
+
+
+@pytest.mark.parametrize(
+    ("unit", "si_unit", "factor"),
+    [
+        *[
+            ("inch", "m", 0.0254),
+            ("thou", "m", 2.54e-5),
+            ("micron", "m", 1e-6),
+            ("angstrom", "m", 1e-10),
+            ("h", "s", 3600),
+        ],
+        *[
+            ("mAh", "C", 3.6),
+            ("kgf", "N", 9.80665),
+            ("psi", "Pa", 6894.757293168362),
+            ("bar", "Pa", 1e5),
+            ("mN/m", "N/m", 1e-3),
+        ],
+        *[
+            ("MA", "A", 1e6),
+            ("kohm", "ohm", 1e3),
+            ("mS", "1/ohm", 1e-3),
+            ("g/cm^3", "kg/m^3", 1e3),
+            ("day", "s", 86400),
+        ],
+    ],
+)
+def test_units_in_use_stay(unit: str, si_unit: str, factor: float) -> None:
+    assert float(scale(unit, si_unit)) == pytest.approx(factor, rel=1e-15)
+
+
 @pytest.mark.parametrize("text", ["3 dB", "3 Np", "1 decade", "1 octave", "30 deg", "1 turn", "1 bit"])
 def test_a_pure_number_has_no_logarithmic_or_angular_unit(text: str) -> None:
     with pytest.raises(InputError):

@@ -26,6 +26,7 @@ def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any)
     from ..circuit.deck import deck
     from ..circuit.library import library
     from ..circuit.strip import strip_netlist
+    from ..drive import drive_findings
     from ..files import write_text
     from ..simulation.drives import parse_drive
     from ..strip.file import load_actuator
@@ -37,7 +38,10 @@ def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any)
         seconds = parse(duration, "s", "--duration")
         if not seconds > 0:
             raise InputError(f"duration {duration} must be more than zero")
-        text = deck(strip_netlist(strip, **mounted(strip, options)), parse_drive(drive, seconds), seconds, strip)
+        source = parse_drive(drive, seconds)
+        text = deck(strip_netlist(strip, **mounted(strip, options)), source, seconds, strip)
+        for finding in drive_findings(source):
+            click.echo(f"warning: {finding}", err=True)
     else:
         raise InputError(f"cannot tell what to write to '{out}': end its name in .cir (a deck) or .lib (a subcircuit)")
     made = origin([actuator, drive.removeprefix("file:")])

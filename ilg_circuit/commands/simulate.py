@@ -87,10 +87,10 @@ def _compared(
     if not asked and not drive.startswith("file:"):
         return ()
     path = options["compare"] if asked else drive.removeprefix("file:")
-    table = read_columns(path, RECORD.requiring("time"))
-    if not asked and table.get("current") is None:
+    if not asked and read_columns(path, RECORD.drawn("time")).get("current") is None:
         return ()
     try:
+        table = read_columns(path, RECORD.requiring("time"))
         return compare(strip, prepare(table), until=seconds, band=options["band"], engine=options["engine"], **how)
     except InputError as error:
         if asked:

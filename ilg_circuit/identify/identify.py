@@ -17,6 +17,7 @@ from ..fit.intervals import require_method, uncertainties
 from ..fit.problem import Progress
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
+from ..measurements.proportion import proportion_findings
 from ..measurements.read import read_spectrum
 from ..measurements.record import Record
 from ..measurements.spectrum import Spectrum
@@ -148,6 +149,9 @@ def identify(
         findings += consistency_findings([r for r in rows if r.quantity != "displacement"], without)
     findings += [*about_coupling, *base_findings(base, coupling)]
     findings += estimated.findings
+    area, made = strip.geometry.length * strip.geometry.width, port.port
+    resistance = made.high_frequency_resistance
+    findings += proportion_findings(files, resistance, made.capacitance, area, strip.geometry.length)
     if len(ports) == 1:
         findings = [replace(f, subject="") if f.subject == ports[0].source else f for f in findings]
     return Identification(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import overload
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
+from ..findings import Finding
 from .formats import FORMATS, Format
 from .kind import LOAD_TEST, RECORD, SPECTRUM, Kind
 from .load_test import LOAD_MODES, LoadTest, load_test_of
@@ -30,7 +32,7 @@ def read(path: str | Path, mode: str | None = None, onset: Stated = None) -> Rec
     Parameters
     ----------
     path
-        CSV with a name and a unit in every header, EC-Lab's text, Gamry's .DTA, ZPlot's .z, or bare numbers.
+        CSV with a name and a unit for every column, EC-Lab's text, Gamry's .DTA, ZPlot's .z, or bare numbers.
     mode
         Of a load test, which its file does not say: uniaxial, equibiaxial or planar.
     onset
@@ -51,7 +53,7 @@ def read(path: str | Path, mode: str | None = None, onset: Stated = None) -> Rec
             )
         return load_test_of(_table(file, format_, kind), mode)
     table = _table(file, format_, kind)
-    return spectrum_of(table) if kind == SPECTRUM else prepare(table, onset)
+    return spectrum_of(table) if kind == SPECTRUM else _record(table, onset)
 
 
 def read_record(path: str | Path, onset: Stated = None) -> Record:
@@ -64,7 +66,7 @@ def read_record(path: str | Path, onset: Stated = None) -> Record:
     InputError
         The file cannot be read, holds no record, or nothing was excited in it; see `prepare`.
     """
-    return prepare(read_columns(path, RECORD), onset)
+    return _record(read_columns(path, RECORD), onset)
 
 
 def read_spectrum(path: str | Path) -> Spectrum:
@@ -91,20 +93,22 @@ def read_load_test(path: str | Path, mode: str) -> LoadTest:
     return load_test_of(read_columns(path, LOAD_TEST), mode)
 
 
-def read_waveform(path: str | Path, quantity: str) -> tuple[Array, Array]:
-    """Read the times [s] and values [SI] of one quantity of a record, both (n,), blanks left out.
+def read_waveform(path: str | Path, quantity: str) -> tuple[Array, Array, tuple[Finding, ...]]:
+    """Read the times [s] and values [SI] of one quantity of a waveform, both (n,), and findings; gaps are left out.
+
+    Times do not decrease; one that stands twice is an edge.
 
     Raises
     ------
     InputError
         The file cannot be read, or its column for ``quantity`` is missing or blank.
     """
-    table = read_columns(path, RECORD.requiring("time", quantity))
+    table = read_columns(path, RECORD.drawn("time", quantity))
     values = table.columns[quantity]
     known = np.isfinite(values)
     if not known.any():
         raise InputError(f"{table.source}: the column for {quantity} has no number in it")
-    return table.time[known], values[known]
+    return table.time[known], values[known], table.notes
 
 
 def read_columns(path: str | Path, kind: Kind) -> Table:
@@ -117,6 +121,10 @@ def read_columns(path: str | Path, kind: Kind) -> Table:
     """
     file = read_lines(path, kind)
     return _table(file, _format(file, kind), kind)
+
+
+def _record(table: Table, onset: Stated) -> Record:
+    return replace(prepare(table, onset), headers=table.headers)
 
 
 def _recognised(file: TextFile) -> tuple[Format, Kind]:

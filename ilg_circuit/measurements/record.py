@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
 from ..findings import Finding
 from .onset import Beginning, Bracket
+from .table import Headers
 from .voltage import MeasuredDrive
 
 
@@ -60,7 +61,8 @@ class Record:
     """A record made ready: ``onset`` [s] in the file's time, the voltage from the onset on, and the channels.
 
     ``step`` [V] is the level of a step that begins the record, None for another waveform. ``notes`` say what was
-    left out of the file and what is doubtful about it; ``beginning`` what is known of the time before.
+    left out of the file and what is doubtful about it; ``beginning`` what is known of the time before; ``headers`` the
+    column and unit that each quantity has there.
     """
 
     source: str
@@ -71,6 +73,7 @@ class Record:
     displacement: Channel | None
     notes: tuple[Finding, ...] = ()
     beginning: Beginning = "rest"
+    headers: Headers = field(default_factory=dict)
 
     @property
     def drive(self) -> PiecewiseLinear:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..findings import Finding
 from .kind import SPECTRUM
 from .smoothing import noise_level
-from .table import Table
+from .table import Headers, Table
 
 _FEWEST_POINTS = 6
 #: Im Z above this part of abs(Z) at the upper end is an inductance's, not noise about zero.
@@ -30,6 +30,7 @@ class Spectrum:
     frequency: Array
     impedance: ComplexArray
     notes: tuple[Finding, ...] = ()
+    headers: Headers = field(default_factory=dict)
 
     @property
     def modulus(self) -> Array:
@@ -38,7 +39,7 @@ class Spectrum:
 
     def without(self, points: Mask) -> Spectrum:
         """Return the spectrum without some ``points`` (f,)."""
-        return Spectrum(self.source, self.frequency[~points], self.impedance[~points], self.notes)
+        return replace(self, frequency=self.frequency[~points], impedance=self.impedance[~points])
 
 
 def spectrum_of(table: Table) -> Spectrum:
@@ -51,7 +52,8 @@ def spectrum_of(table: Table) -> Spectrum:
     """
     z = np.empty(len(table.columns["re"]), dtype=complex)
     z.real, z.imag = table.columns["re"], table.columns["im"]
-    return prepare_spectrum(table.columns["frequency"], z, table.source)
+    found = prepare_spectrum(table.columns["frequency"], z, table.source)
+    return replace(found, notes=(*table.notes, *found.notes), headers=table.headers)
 
 
 def prepare_spectrum(frequency: ArrayLike, impedance: ArrayLike, source: str = "spectrum") -> Spectrum:

@@ -2,39 +2,41 @@
 
 from __future__ import annotations
 
-import csv
 import math
-import re
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
 from ..findings import Finding
-from ..units import scale
-from .kind import Kind, Quantities
+from .cells import Rows as CellRows
+from .cells import is_mark, number, require_short
+from .header import Column
+from .kind import EDGE, LATER, Kind
+from .layout import choose, find_layout, left_out, table_end
 
 #: No reading in SI units is larger.
 _LARGEST = 1e30
 
-_PURE_NUMBER = ("", "-", "1")
-
-_BRACKETED = re.compile(r"(.+?)\s*(?:\[(.+)\]|\((.+)\)|/\s*(\S+))")
+#: quantity -> (title of its column, its unit)
+Headers = Mapping[str, tuple[str, str]]
 
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of a measurement in SI units, NaN where a cell was blank; ``time``, if any, ascends strictly.
+    """Columns of a measurement in SI units, NaN where there is no reading; ``time``, if any, ascends.
 
-    ``ignored`` are the headers that were not understood and not needed, ``notes`` say what a reader left out.
+    It ascends strictly but for the edges of a drawn drive. ``ignored`` are the headers that were not understood and not
+    needed, ``notes`` say what a reader left out, ``headers`` which column and unit each quantity was read from.
     """
 
     columns: dict[str, Array]
     source: str = "data"
     ignored: tuple[str, ...] = ()
     notes: tuple[Finding, ...] = ()
+    headers: Headers = field(default_factory=dict)
 
     @property
     def time(self) -> Array:
@@ -47,17 +49,23 @@ class Table:
         return column if column is not None and np.isfinite(column).any() else None
 
 
-def parse_table(text: Iterable[tuple[int, str]], name: str, kind: Kind) -> Table:
-    """Read lines of text: a header, then rows; commas, or semicolons, tabs, spaces (decimal commas are then allowed).
+def parse_table(lines: Sequence[str], name: str, kind: Kind, numbers: Sequence[int] | None = None) -> Table:
+    """Read a table of text: a header, perhaps below other lines, perhaps a row of units, then rows of numbers.
+
+    Columns are separated by commas, or by semicolons, tabs, spaces (decimal commas are then allowed). Blank lines,
+    comments (# or %) and text below the table are left out. NaN, OVL, inf, -- and numbers such as 9.91E+37 are
+    instruments' marks for no reading.
 
     Parameters
     ----------
-    text
-        Lines with their numbers in the file; those that are blank or begin with # are left out.
+    lines
+        The lines of the file.
     name
         Stands for the file in errors.
     kind
-        Says which quantities columns may hold and which must be there.
+        Says which quantities columns may hold, which must be there, and what rows at one time are.
+    numbers
+        Of the lines in the file (default: from 1 on).
 
     Raises
     ------
@@ -65,158 +73,73 @@ def parse_table(text: Iterable[tuple[int, str]], name: str, kind: Kind) -> Table
         A column or a unit is missing, a cell is no number, times repeat or decrease; the message names file, line and
         column.
     """
-    lines = [(k, line) for k, line in text if line.strip() and not line.startswith("#")]
-    if not lines:
+    numbers = numbers or range(1, len(lines) + 1)
+    require_short(lines, name, kind.name)
+    layout = find_layout(lines, kind)
+    if layout is None:
         raise InputError(f"{name}: the file is empty; it needs a header row such as {kind.example}")
-    if any(len(line) > 100_000 for _, line in lines):
-        raise InputError(f"{name}: a line is longer than 100000 characters; export the {kind.name} as CSV")
-    lines = _tabbed(lines)
-    delimiter = max(",;\t", key=lines[0][1].count)
-    header = [cell.strip() for cell in next(csv.reader([lines[0][1]], delimiter=delimiter))]
-    used, factors, ignored = _understand(header, name, kind.quantities)
-    for quantity in kind.required:
-        if quantity not in used:
-            others = f"; not understood: {', '.join(repr(c[:40]) for c in ignored[:20])}" if ignored else ""
-            if all(_is_number(cell) for cell in header):
-                others = ": the first row holds numbers, not names; put a row of names above it, one for each column"
-            raise InputError(f"{name}: no column for {quantity}{others}; columns are written like {kind.example}")
-    body = lines[1:]
+    taken, left, notes = choose(layout, kind, name, numbers[layout.header])
+    end = table_end(lines, layout, kind)
+    blank = set(left_out(lines[end:]))
+    below = [line.strip() for k, line in enumerate(lines[end:]) if k not in blank]
+    if below:
+        values = {"count": len(below), "text": below[0][:40]}
+        notes = (*notes, Finding("lines-below", values=values))
+    body, at = lines[layout.first : end], numbers[layout.first : end]
+    out = left_out(body)
+    if out:
+        kept = np.delete(np.arange(len(body)), out).tolist()
+        body, at = [body[k] for k in kept], [at[k] for k in kept]
     if not body:
         raise InputError(f"{name}: there is a header but no row of numbers")
-    cells = _numbers(body, used, len(header), header, delimiter, name)
+    titles = [title.strip() for title in layout.titles]
+    rows = CellRows(body, at, layout.delimiter, titles, name)
+    cells = rows.numbers_at([c.place for c in taken.values()])
     with np.errstate(over="ignore"):
-        columns = {quantity: cells[:, k] * factors[quantity] for k, quantity in enumerate(used)}
-    for quantity, values in columns.items():
-        if np.abs(values[~np.isnan(values)]).max(initial=0.0) > _LARGEST:
-            raise InputError(
-                f"{name}: column '{header[used[quantity]]}' has a value beyond all proportion; check its unit"
-            )
+        cells *= [c.factor for c in taken.values()]
+    columns = {quantity: cells[:, k] for k, quantity in enumerate(taken)}
+    _require_sensible(columns, taken, name)
     if "time" in columns:
-        _check_times(columns["time"], [number for number, _ in body], name)
-    return Table(columns, name, tuple(ignored))
+        columns, more = _in_time(columns, at, name, kind.repeats)
+        notes = (*notes, *more)
+    quantities = {c.place: quantity for quantity, c in taken.items()}
+    for place, marked in rows.marked.items():
+        values = {"quantity": quantities[place], "count": marked.count, "mark": marked.mark[:30]}
+        notes = (*notes, Finding("readings-marked", values=values))
+    headers = {quantity: (c.title.strip(), c.unit) for quantity, c in taken.items()}
+    return Table(columns, name, tuple(left), notes, headers)
 
 
-def _tabbed(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
-    """Return lines whose columns are separated by spaces with tabs instead, other lines as they are.
-
-    The first row of numbers decides; a header may have commas above a body of spaces.
-    """
-    first = lines[min(1, len(lines) - 1)][1]
-    if any(c in first for c in ",;\t") or len(first.split()) < 2 or not all(_is_number(c) for c in first.split()):
-        return lines
-    number, header = lines[0]
-    names = re.split(r"\s*[,;\t]\s*", header.strip()) if any(c in header for c in ",;\t") else header.split()
-    return [(number, "\t".join(names)), *((k, "\t".join(line.split())) for k, line in lines[1:])]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _understand(
-    header: list[str], name: str, quantities: Quantities
-) -> tuple[dict[str, int], dict[str, float], list[str]]:
-    """Return the column that holds each quantity, its factor to SI, and the headers left over."""
-    used: dict[str, int] = {}
-    factors: dict[str, float] = {}
-    ignored = []
-    for k, title in enumerate(header):
-        bare = named(title.lower(), quantities)
-        word, unit = split_header(title)
-        if bare and not quantities[bare][0]:  # a pure number needs no unit
-            word, unit = title.lower(), ""
-        quantity = named(word, quantities)
-        if quantity is None:
-            if bare:
-                si = quantities[bare][0]
-                raise InputError(f"{name}: column '{title[:80]}' has no unit; write it like '{title}_{si}'")
-            ignored.append(title)
-            continue
-        factor = _factor(unit, quantities[quantity][0], title, name)
-        if quantity in used:
+def _require_sensible(columns: Mapping[str, Array], taken: Mapping[str, Column], name: str) -> None:
+    for quantity, values in columns.items():
+        if np.abs(values).max(initial=0.0, where=~np.isnan(values)) > _LARGEST:
+            column = taken[quantity]
             raise InputError(
-                f"{name}: columns '{header[used[quantity]]}' and '{title}' both give the {quantity}; leave one out"
+                f"{name}: column '{column.title.strip()[:80]}' has a value beyond all proportion; check its unit"
             )
-        used[quantity], factors[quantity] = k, factor
-    return used, factors, ignored
 
 
-def named(word: str, quantities: Quantities) -> str | None:
-    """Return the quantity that a column's name, without its unit, stands for; None for other names."""
-    for quantity, (_, words) in quantities.items():
-        if any(word == w or (len(w) > 2 and word.endswith("_" + w)) for w in words):
-            return quantity
-    return None
-
-
-def _factor(unit: str, si_unit: str, title: str, name: str) -> float:
-    if not si_unit and unit in _PURE_NUMBER:
-        return 1.0
-    try:
-        return float(scale(unit.replace("µ", "u").replace("μ", "u"), si_unit))
-    except InputError as error:
-        reason = str(error) if si_unit else f"unit '{unit}' does not measure a pure number; leave it out"
-        raise InputError(f"{name}: column '{title[:80]}': {reason}") from None
-
-
-def split_header(title: str) -> tuple[str, str]:
-    """Return name and unit of a header: ``voltage_V``, ``Voltage [V]``, ``voltage (V)`` or ``voltage/V``."""
-    bracketed = _BRACKETED.fullmatch(title)
-    if bracketed:
-        word, *units = bracketed.groups()
-        return word.strip().lower().replace(" ", "_"), next(u for u in units if u)
-    word, _, unit = title.rpartition("_")
-    return word.strip().lower().replace(" ", "_"), unit.strip()
-
-
-def _numbers(
-    body: list[tuple[int, str]], used: dict[str, int], width: int, header: list[str], delimiter: str, name: str
-) -> Array:
-    """Return the used columns as numbers (rows, columns), NaN for blanks."""
-    result = np.full((len(body), len(used)), np.nan)
-    wanted = list(used.values())
-    for k, row in enumerate(_rows(body, delimiter, name)):
-        if len(row) > width and any(cell.strip() for cell in row[width:]):
-            raise InputError(f"{name}: line {body[k][0]} has {len(row)} cells, the header {width}; one comma too many?")
-        for j, column in enumerate(wanted):
-            cell = row[column].strip() if column < len(row) else ""
-            if not cell or cell.lower() == "nan":
-                continue
-            try:
-                value = float(cell if delimiter == "," else cell.replace(",", "."))
-            except ValueError:
-                value = math.inf
-            if not math.isfinite(value) or "_" in cell:
-                raise InputError(
-                    f"{name}: line {body[k][0]}, column '{header[column]}': '{cell[:40]}' is not a number; leave the "
-                    "cell blank where there is no reading"
-                )
-            result[k, j] = value
-    return result
-
-
-def _rows(body: list[tuple[int, str]], delimiter: str, name: str) -> Iterator[list[str]]:
-    try:
-        yield from csv.reader((line for _, line in body), delimiter=delimiter)
-    except csv.Error:
-        raise InputError(f"{name}: a cell without end; is a quotation mark not closed?") from None
-
-
-def _check_times(time: Array, lines: list[int], name: str) -> None:
+def _in_time(
+    columns: dict[str, Array], numbers: Sequence[int], name: str, repeats: str
+) -> tuple[dict[str, Array], tuple[Finding, ...]]:
+    """Return the columns with times that ascend, and a finding where two readings had one time."""
+    time = columns["time"]
     blank = np.flatnonzero(np.isnan(time))
     if len(blank):
-        raise InputError(f"{name}: line {lines[blank[0]]} has no time; every row needs one")
-    backwards = np.flatnonzero(np.diff(time) <= 0)
+        raise InputError(f"{name}: line {numbers[blank[0]]} has no time; every row needs one")
+    step = np.diff(time)
+    backwards = np.flatnonzero(step < 0 if repeats in (EDGE, LATER) else step <= 0)
     if len(backwards):
         k = int(backwards[0])
         what = "repeats" if time[k + 1] == time[k] else "goes back from"
         raise InputError(
-            f"{name}: line {lines[k + 1]}: time {time[k + 1]:g} s {what} {time[k]:g} s; sort the file by time"
+            f"{name}: line {numbers[k + 1]}: time {time[k + 1]:g} s {what} {time[k]:g} s; sort the file by time"
         )
+    earlier = np.append(step == 0, False)
+    if repeats == EDGE or not earlier.any():
+        return columns, ()
+    kept = {quantity: values[~earlier] for quantity, values in columns.items()}
+    return kept, (Finding("readings-at-one-time", values={"count": int(earlier.sum())}),)
 
 
 #: Rows of an instrument's table: the number of each line in the file, and its cells.
@@ -229,22 +152,23 @@ def cells_at(cells: Sequence[str], places: Iterable[int]) -> list[str]:
 
 
 def parse_rows(rows: Rows, name: str, kind: Kind, notes: Sequence[Finding]) -> Table:
-    """Read rows of an instrument's table as `parse_table` does; the first holds names and units, the first cells times.
+    """Read rows of an instrument's table as `parse_table` does; the first holds names and units.
 
-    Where a step begins instruments write two readings at one time: the later one stays.
+    Where a step begins instruments write two readings at one time: the later one stays, but for a drawn drive.
 
     Raises
     ------
     InputError
         As `parse_table`.
     """
-    header, *body = rows
-    following = [cells[0] for _, cells in body[1:]] + [""]
-    kept = [row for row, time in zip(body, following, strict=False) if row[1][0] != time or not time]
-    if len(kept) < len(body):
-        notes = (*notes, Finding("readings-at-one-time", values={"count": len(body) - len(kept)}))
-    table = parse_table(((number, "\t".join(cells)) for number, cells in (header, *kept)), name, kind)
-    return replace(table, notes=tuple(notes))
+    lines = ["\t".join(cells) for _, cells in rows]
+    table = parse_table(lines, name, two_readings(kind), [number for number, _ in rows])
+    return replace(table, notes=(*notes, *table.notes))
+
+
+def two_readings(kind: Kind) -> Kind:
+    """Return a kind of which an instrument writes two readings at one time where a step begins."""
+    return kind if kind.repeats == EDGE else replace(kind, repeats=LATER)
 
 
 def spectrum_of_cells(header: Sequence[str], titles: Sequence[str], rows: Rows, name: str, kind: Kind) -> Table:
@@ -266,13 +190,14 @@ def spectrum_of_cells(header: Sequence[str], titles: Sequence[str], rows: Rows, 
         raise InputError(f"{name}: {len(rows)} points; a {kind.name} has {kind.most_rows} at most")
     places = [header.index(title.lower()) for title in titles]
     values = [[_number(cell, name, number) for cell in cells_at(cells, places)] for number, cells in rows]
-    return Table(dict(zip(("frequency", "re", "im"), np.array(values).T, strict=True)), name)
+    units = dict(zip(("frequency", "re", "im"), zip(titles, ("Hz", "ohm", "ohm"), strict=True), strict=True))
+    return Table(dict(zip(units, np.array(values).T, strict=True)), name, headers=units)
 
 
 def _number(cell: str, name: str, line: int) -> float:
-    if not cell:
+    if not cell or is_mark(cell):
         return math.nan
-    try:
-        return float(cell.replace(",", ".").replace("_", "x"))
-    except ValueError:
-        raise InputError(f"{name}: line {line}: '{cell[:40]}' is not a number") from None
+    value = number(cell, "")
+    if value is None:
+        raise InputError(f"{name}: line {line}: '{cell[:40]}' is not a number")
+    return value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,20 +30,31 @@ def read_lines(path: str | Path, kind: Kind) -> TextFile:
     name = Path(path).name
     try:
         with Path(path).open("rb") as file:
-            raw = file.read(kind.most_bytes + 1)
+            size = (
+                os.fstat(file.fileno()).st_size or kind.most_bytes
+            )  # of a pipe nothing is known; room is made at once
+            raw = file.read(min(size, kind.most_bytes) + 1)
     except OSError as error:
         raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
     except ValueError:
         raise InputError(f"cannot read '{path}': no such file") from None
     if len(raw) > kind.most_bytes:
         raise InputError(f"{name}: larger than {kind.most_bytes // 1_000_000} MB; that is no {kind.name}")
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        text = raw.decode("utf-16", errors="replace")
-    else:
-        try:
-            text = raw.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = raw.decode("latin-1")  # instruments write the micro sign so
+    text = _decoded(raw)
     if "\0" in text:
         raise InputError(f"{name}: not a text file; export the {kind.name} as text (CSV)")
-    return TextFile(name, text.splitlines(), len(raw))
+    return TextFile(name, text.rstrip("\x1a").splitlines(), len(raw))
+
+
+def _decoded(raw: bytes) -> str:
+    """Return text in the encoding that its first bytes show: UTF-16, UTF-8, or else Latin-1."""
+    begin = raw[:64]
+    for name, letters, zeros in (("utf-16-le", begin[::2], begin[1::2]), ("utf-16-be", begin[1::2], begin[::2])):
+        if len(begin) > 8 and not any(zeros) and all(letters):
+            return raw.decode(name, errors="replace")  # without a mark
+    if begin[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw.decode("utf-16", errors="replace")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.removeprefix(b"\xef\xbb\xbf").decode("latin-1")  # instruments write the micro sign so

@@ -51,7 +51,7 @@ def page(sensed: Sensed) -> Page:
     facts = [("engine", sensed.engine), ("estimated error", f"{sensed.error:.1e} of each maximum")]
     drawn = picture(figure(sensed), "the terminals' answer and the force over time, the motion beneath")
     sections = [Section("Waveforms", [drawn, _table(sensed)])]
-    return Page(f"{sensed.actuator.name} as a sensor", headline(sensed), facts, (), sections)
+    return Page(f"{sensed.actuator.name} as a sensor", headline(sensed), facts, sensed.warnings, sections)
 
 
 def _table(sensed: Sensed) -> Grid:

@@ -6,6 +6,7 @@ for numpy, what makes drives is imported when one is made.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +15,9 @@ from ..errors import InputError
 from ..units import parse
 
 if TYPE_CHECKING:
+    from ..arrays import Array
     from ..drive import Drive
+    from ..findings import Finding
 
 
 @dataclass(frozen=True)
@@ -81,5 +84,38 @@ def _made(name: str, parts: list[str], duration: float, unit: str) -> Drive:
             from ..measurements.read import read_waveform
 
             path = Path(parts[0])
-            times, values = read_waveform(path, "voltage" if unit == "V" else "displacement")
-            return PiecewiseLinear(times, values, f"file {path.name}")
+            times, values, notes = read_waveform(path, "voltage" if unit == "V" else "displacement")
+            text = f"file {path.name}"
+            return drawn(times, values, duration, text, [note.about(text) for note in notes])
+
+
+def drawn(times: Array, values: Array, duration: float, text: str, notes: Sequence[Finding] = ()) -> Drive:
+    """Return the drive through the rows of a file, with findings where it and the run of ``duration`` [s] differ.
+
+    The run begins at t = 0, or at the file's first row where that is earlier and the strip is not at rest until then.
+
+    Parameters
+    ----------
+    times, values
+        Of the rows (n,), in s and SI; a time that stands twice is an edge.
+    text
+        Names the drive.
+    notes
+        Findings on the file.
+    """
+    from ..drive import PiecewiseLinear
+    from ..findings import Finding
+
+    first = float(times[0])
+    found = list(notes)
+    if first < 0:
+        before = int(times.searchsorted(0.0))  # rows up to the first at t = 0 or later, which ends the last line
+        if values[: before + 1].any():
+            found.append(Finding("drive-begins-earlier", text, {"first": first}))
+            times = times - first
+    elif first > 0:
+        found.append(Finding("drive-held-before", text, {"first": first}))
+    last = float(times[-1])
+    if last < duration * (1 - 1e-9):
+        found.append(Finding("drive-held-after", text, {"last": last, "duration": duration}))
+    return PiecewiseLinear(times, values, text, findings=tuple(found))

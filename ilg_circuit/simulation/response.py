@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..arrays import Array, plain
 from ..circuit.netlist import Netlist
 from ..circuit.strip import Load, strip_netlist
-from ..drive import Drive
+from ..drive import Drive, drive_findings
 from ..errors import InputError
 from ..files import write_csv
+from ..findings import sentences
 from ..solve.grid import smooth_intervals
 from ..solve.state_space import state_space
 from ..solve.transient import Progress, sampled_times, transient
@@ -58,10 +59,11 @@ class Response(Simulated):
 
     @property
     def warnings(self) -> list[str]:
-        """Assumptions of the model that fail in this run, each with its number and the consequence."""
+        """What the drive's file leaves open, and assumptions that fail in this run, with number and consequence."""
         displacement = float(np.nanmax(np.abs(self.displacement), initial=0.0))
         voltage = float(np.abs(self.voltage).max())
-        return run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)
+        told = sentences(drive_findings(self.drive))
+        return [*told, *run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)]
 
     def columns(self, *, energy: bool = True) -> dict[str, Array]:
         """Return the waveforms (n,) by their headers, such as current_A, then the standard errors.

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from ..arrays import plain
 from ..circuit.strip import sensor_netlist
-from ..drive import Drive
+from ..drive import Drive, drive_findings
+from ..findings import sentences
 from ..solve.transient import Progress, sampled_times, transient
 from ..strip.actuator import Actuator
 from .response import ACCEPTABLE, SIMULATION_ACCURACY, transient_band
@@ -33,6 +34,11 @@ class Sensed(Simulated):
     motion: Drive
     terminals: str
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the motion's file leaves open."""
+        return sentences(drive_findings(self.motion))
+
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain data; waveforms are lists by header."""
         return {
@@ -42,6 +48,7 @@ class Sensed(Simulated):
             "engine": self.engine,
             "estimated_error": self.error,
             "waveforms": {header: plain(values) for header, values in self.columns().items()},
+            "warnings": list(self.warnings),
         }
 
 

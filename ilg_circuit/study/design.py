@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from ..circuit.strip import Load
-from ..drive import Drive
+from ..drive import Drive, drive_findings
 from ..errors import InputError
 from ..findings import Finding, Warned
 from ..result import Result
@@ -60,7 +60,9 @@ class DesignReport(Result, Warned):
     def findings(self) -> tuple[Finding, ...]:
         """Assumptions of the model that fail at the design or on the front, and designs that failed."""
         design, texts, failed = self.design, [], []
+        told: tuple[Finding, ...] = ()
         if design:
+            told = drive_findings(design.scenario.drive)
             scenario, peak = design.scenario, abs(design.simulated.get("displacement_peak", math.nan))
             run = scenario.drive, scenario.duration, scenario.drive.largest()
             texts += run_warnings(scenario.actuator, *run, peak if math.isfinite(peak) else None)
@@ -69,7 +71,7 @@ class DesignReport(Result, Warned):
                 failed = [Finding("designs-failed", values=numbers)]
         if self.front:
             texts += deflection_warnings(self.front.bent)
-        return (*(Finding("assumption-fails", values={"text": text}) for text in texts), *failed)
+        return (*told, *(Finding("assumption-fails", values={"text": text}) for text in texts), *failed)
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON-ready values in SI units; what was not asked for is None."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..errors import InputError
-from ..measurements.table import split_header
+from ..measurements.header import split_header
 from ..units import scale
 from .parameters import PARAMETERS, Value, VariedParameter, varied_parameter
 

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..circuit.strip import Load
-from ..drive import Drive
+from ..drive import Drive, drive_findings
 from ..errors import InputError, SolveError
 from ..files import require_writable
 from ..findings import Finding, Warned
@@ -47,9 +47,10 @@ class SweepResult(Result, Warned):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """The finding that designs exceed the small-deflection limit, if any do."""
+        """What the drive's file leaves open, and that designs exceed the small-deflection limit, if any do."""
         texts = deflection_warnings(self.totals.bent)
-        return tuple(Finding("assumption-fails", values={"text": text}) for text in texts)
+        told = drive_findings(self.spec.template.parsed_drive())
+        return told + tuple(Finding("assumption-fails", values={"text": text}) for text in texts)
 
     def to_xarray(self) -> Dataset:
         """Return the designs and their outputs with units; from a file it is opened and not loaded yet."""

@@ -43,9 +43,9 @@ def test_encodings(encoding: str, text: type[str], tmp_path: Path) -> None:
 def test_the_voltage_that_is_taken_is_told(tmp_path: Path) -> None:
     path = tmp_path / "step.mpt"
     path.write_text(ec_lab(), encoding="utf-8")
-    assert notes(path) == ["voltage is the column Ewe/V"]
+    assert notes(path) == ["voltage is the column Ewe/V, not control/V"]
     path.write_text(ec_lab(voltage="Ewe-Ece/V"), encoding="utf-8")
-    assert notes(path) == ["voltage is the column Ewe-Ece/V"]
+    assert notes(path) == ["voltage is the column Ewe-Ece/V, not control/V"]
     path.write_text(ec_lab(voltage="Temperature/C"), encoding="utf-8")
     found = read_columns(path, RECORD)
     assert notes(path) == ["voltage is the column control/V"]
@@ -75,7 +75,7 @@ def test_overloaded_readings_have_no_current(tmp_path: Path) -> None:
 
 def test_they_are_drives_too(tmp_path: Path, run: Run) -> None:
     Path("step.DTA").write_text(gamry(), encoding="utf-8")
-    times, values = read_waveform(Path("step.DTA"), "voltage")
+    times, values, _ = read_waveform(Path("step.DTA"), "voltage")
     assert values == pytest.approx(U)
     assert times == pytest.approx(T)
     outcome = run("simulate", "paper", "--drive", "file:step.DTA", "--duration", "12s", "--engine", "exact")
@@ -85,10 +85,10 @@ def test_they_are_drives_too(tmp_path: Path, run: Run) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (ec_lab().replace("<I>", "Q"), "line 9: no column for current among"),
-        (ec_lab(preamble=False).replace("time/s", "cycle"), "line 1: no column for time"),
+        (ec_lab().replace("<I>", "Q"), "line 9: no column for current; not understood: 'mode'"),
+        (ec_lab(preamble=False).replace("time/s", "cycle"), "no column for time; not understood: "),
         (ec_lab().replace("/mA\t", "/flurb\t"), "unit 'flurb'"),
-        (ec_lab().replace("1.500000000E+00", "abc"), "line 50, column 'voltage [V]': 'abc' is not a number"),
+        (ec_lab().replace("1.500000000E+00", "abc"), "line 50, column 'Ewe/V': 'abc' is not a number"),
         (gamry().replace("\tIm\t", "\tXx\t"), "no column Im in its CURVE table"),
         (gamry().replace("CURVE\tTABLE", "CURVE\tTABEL"), "without a ZCURVE table"),
         ("EC-Lab ASCII FILE\nNb header lines : 2\n\n", "no column for time"),

@@ -78,7 +78,7 @@ def test_times(read: Reader, header: str, factor: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "header", ["notes", "temperature_K", "voltage_noise_level", "current_A/m^2", "velocity_mm/s", ""]
+    "header", ["notes", "temperature_K", "voltage_noise_level", "current range", "velocity_mm/s", ""]
 )
 def test_other_columns_are_left_alone_and_named(read: Reader, header: str) -> None:
     table = read(f"time_s,voltage_V,{header}\n0,1,hello\n1,2,\n")
@@ -94,12 +94,14 @@ def test_other_columns_are_left_alone_and_named(read: Reader, header: str) -> No
         ("cell_current", r"write it like 'cell_current_A'"),
         ("voltage_v", r"column 'voltage_v': unknown unit 'v'"),
         ("voltage_A", r"column 'voltage_A': unit 'A' does not measure"),
-        ("current [A/cm^2]", r"does not measure"),
+        ("current [A/cm^2]", r"unit 'A/cm^2' is one per area; multiply by the electrode's area"),
+        ("current_A/m^2", r"is one per area"),
+        ("I/mA cm-2", r"is one per area"),
         ("voltage_dB", r"column 'voltage_dB'"),
     ],
 )
 def test_headers_without_a_right_unit_are_named(read: Reader, header: str, hint: str) -> None:
-    with pytest.raises(InputError, match=r"data\.csv: .*" + hint.replace("[", r"\[")):
+    with pytest.raises(InputError, match=r"data\.csv: .*" + hint.replace("[", r"\[").replace("^", r"\^")):
         read(f"time_s,{header}\n0,1\n1,2\n")
 
 
@@ -139,7 +141,7 @@ def test_a_column_of_blanks_is_none(read: Reader) -> None:
     assert table.get("voltage") is not None
 
 
-@pytest.mark.parametrize("cell", ["x", "1 V", "1,5", "1_000", "inf", "-inf", "1e999", "0x10", "--", "1d3", "#N/A"])
+@pytest.mark.parametrize("cell", ["x", "1 V", "1,5", "1_000", "0x10", "1d3", "-x", "1-"])
 def test_text_in_a_number_names_line_and_column(read: Reader, cell: str) -> None:
     with pytest.raises(InputError, match=r"data\.csv: line 4, column 'voltage_V': '.*' is not a number"):
         read(f'# a comment\ntime_s,voltage_V\n0,1\n1,"{cell}"\n')
@@ -307,7 +309,7 @@ def test_garbage_is_refused_as_input(read: Reader, content: bytes) -> None:
 def test_waveforms_leave_blanks_out(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
     path.write_text("time_s,voltage_V,current_A\n0,1,\n1,,5\n2,3,6\n")
-    times, values = read_waveform(path, "voltage")
+    times, values, _ = read_waveform(path, "voltage")
     assert (times.tolist(), values.tolist()) == ([0.0, 2.0], [1.0, 3.0])
 
 

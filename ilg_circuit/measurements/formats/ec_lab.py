@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
-from ...errors import InputError
 from ...findings import Finding
-from ..kind import PREAMBLE, RECORD, SPECTRUM, Kind, frequency_row, names_a_spectrum
-from ..table import Table, cells_at, parse_rows
+from ..kind import LONGEST_HEADER, PREAMBLE, RECORD, SPECTRUM, Kind, frequency_row, names_a_spectrum
+from ..table import Table, parse_table, two_readings
 from . import csv
 
 NAME = "EC-Lab"
 KINDS: tuple[Kind, ...] = (RECORD, SPECTRUM)
 
-#: EC-Lab's names; the first that is there is taken: the voltage between both electrodes before that of one.
-_NAMES = {"time": ("time",), "voltage": ("ewe-ece", "<ewe>", "ewe", "control"), "current": ("<i>", "i")}
-_NAME = re.compile(r"(^|\t)\s*(<?Ewe>?|<I>|control)/", re.IGNORECASE)
+_NAME = re.compile(r"(?:^|[,;\t])[ \"]{0,9}(?:<?Ewe>?|<I>|control)/", re.IGNORECASE)
 _COUNT = re.compile(r"Nb header lines\s*:\s*(\d{1,6})\s*$", re.IGNORECASE)
 
 
@@ -41,24 +39,12 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
     if kind == SPECTRUM:
         return csv.read(lines, name, kind)
     start = _header(lines) or 0
-    titles = [cell.strip() for cell in lines[start].split("\t")]
-    bare = [title.rpartition("/")[0].lower() for title in titles]
-    places = {}
-    for quantity, names in _NAMES.items():
-        present = next((n for n in names if n in bare), None)
-        if present is not None:
-            places[quantity] = bare.index(present)
-        elif quantity in kind.required:
-            there = ", ".join(repr(t[:40]) for t in titles[:20] if t) or "no names"
-            raise InputError(
-                f"{name}: line {start + 1}: no column for {quantity} among {there}; EC-Lab calls it {names[0]}/... "
-                f"(or write columns like {kind.example})"
-            )
-    header = [f"{quantity} [{titles[k].rpartition('/')[2]}]" for quantity, k in places.items()]
-    below = ((k, line) for k, line in enumerate(lines[start + 1 :], start + 2) if line.strip())
-    rows = [(start + 1, header), *((k, cells_at(line.split("\t"), places.values())) for k, line in below)]
-    notes = [Finding("voltage-column", values={"column": titles[places["voltage"]]})] if "voltage" in places else []
-    return parse_rows(rows, name, kind, notes)
+    table = parse_table(lines[start:], name, two_readings(kind), range(start + 1, len(lines) + 1))
+    told = {note.values.get("quantity") for note in table.notes if note.code == "column-taken"}
+    notes = table.notes
+    if "voltage" in table.headers and "voltage" not in told:
+        notes = (Finding("voltage-column", values={"column": table.headers["voltage"][0]}), *notes)
+    return replace(table, ignored=(), notes=notes)
 
 
 def _header(lines: Sequence[str]) -> int | None:
@@ -68,6 +54,6 @@ def _header(lines: Sequence[str]) -> int | None:
         if count and 0 < int(count[1]) <= len(lines):
             return int(count[1]) - 1
     for k, line in enumerate(lines[:PREAMBLE]):
-        if len(line) < 10_000 and _NAME.search(line):
+        if len(line) < LONGEST_HEADER and _NAME.search(line):
             return k
     return None

@@ -13,6 +13,7 @@ from ..table import Rows, Table, cells_at, parse_rows, spectrum_of_cells
 NAME = "Gamry"
 KINDS: tuple[Kind, ...] = (RECORD, SPECTRUM)
 
+_TABLE = re.compile(r"Z?CURVE\d*\s+TABLE")
 _RECORD = re.compile(r"CURVE\d*\s+TABLE")
 _SPECTRUM = re.compile(r"ZCURVE\s+TABLE")
 _RECORD_TITLES = {"time": "t", "voltage": "vf", "current": "im"}
@@ -21,7 +22,7 @@ _SPECTRUM_TITLES = ("Freq", "Zreal", "Zimag")
 
 def recognises(lines: Sequence[str]) -> Kind | None:
     """Return the kind of data in a file that begins with EXPLAIN or has a table of readings."""
-    tables = [line for line in lines if re.match(r"Z?CURVE\d*\s+TABLE", line)]
+    tables = [line for line in lines if line.startswith(("CURVE", "ZCURVE")) and _TABLE.match(line)]
     if not tables and not (lines and lines[0].strip().strip("\ufeff") == "EXPLAIN"):
         return None
     record = any(map(_RECORD.match, tables)) and not any(map(_SPECTRUM.match, tables))

@@ -1,0 +1,303 @@
+"""Names of columns: the quantity that a title names, its unit, and which of several columns is taken."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from ..errors import InputError
+from ..findings import Finding
+from ..units import scale
+from .kind import Kind, Quantities
+
+_PURE_NUMBER = ("", "-", "1")
+#: A longer title names no quantity.
+_LONGEST_TITLE = 200
+#: Ranks of names; of one quantity's columns the least is taken. A name of an instrument stands before others.
+_EXACT, _GENERIC, _ENDING, _SET = 0, 10, 20, 30
+_RANKS = {
+    **{"ewe-ece": 0, "<ewe>": 1, "ewe": 2, "control": _SET, "<i>": 0, "time": 0},
+    **{"re(z)": 0, "im(z)": 0, "-im(z)": 0, "resistance": _ENDING, "reactance": _ENDING},
+}
+
+#: Words beside a quantity's name. What was set counts where nothing was measured, a time of a part where no other is.
+_OF_THE_SOURCE = frozenset(
+    (
+        *("set", "setpoint", "source", "sourced", "applied", "app", "command", "control", "programmed", "target"),
+        *("nominal", "step", "cycle", "segment", "corrected"),
+    )
+)
+_AFTER = frozenset(
+    ("applied", "set", "measured", "meas", "avg", "mean", "we", "signal", "value", "reading", "ch", "channel")
+)
+#: A title that says no more is of the quantity that its unit measures.
+_ANY = frozenset(("value", "reading", "measure", "measurement", "source"))
+
+_UNIT_LIKE = re.compile(r"[\[(]?[pnu\u00b5\u03bcmkMG]?(?:s|sec|min|h|V|A|m|N|C|Hz|[Oo]hms?|\u03a9|\u2126|Pa)[\])]?")
+_OHM = re.compile(r"ohms?\b|[\u03a9\u2126]", re.IGNORECASE)
+_REFERENCE = re.compile(r"[ (]{1,3}(?:vs|versus)\b.*", re.IGNORECASE)
+_WRITTEN_OUT = {
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("msec", "msecs", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("minute", "minutes", "mins"), "min"),
+    **dict.fromkeys(("hr", "hrs", "hour", "hours"), "h"),
+    **dict.fromkeys(("volt", "volts"), "V"),
+    **dict.fromkeys(("millivolt", "millivolts"), "mV"),
+    **dict.fromkeys(("amp", "amps", "ampere", "amperes"), "A"),
+    **dict.fromkeys(("milliamp", "milliamps", "milliampere", "milliamperes"), "mA"),
+    **dict.fromkeys(("microamp", "microamps", "microampere", "microamperes"), "uA"),
+    **{"hz": "Hz", "khz": "kHz"},
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column that names a ``quantity``: its ``place`` in the row, ``title``, ``unit``, and ``factor`` to SI.
+
+    Of several columns of a quantity the one of the least ``rank`` is taken. One that cannot be read has a
+    ``complaint``.
+    """
+
+    place: int
+    title: str
+    quantity: str
+    unit: str
+    factor: float
+    rank: int
+    complaint: str = ""
+
+
+def columns_of(titles: Sequence[str], units: Sequence[str], quantities: Quantities) -> list[Column]:
+    """Return the columns that name a quantity, in their order, readable or not.
+
+    ``units`` are the cells of a row of units below the titles, empty where there is none. Titles that are nothing but
+    units are of the quantities that these measure.
+    """
+    filled = [title for title in titles if title.strip()]
+    bare = len(filled) > 1 and all(_UNIT_LIKE.fullmatch(title.strip()) for title in filled)
+    found = []
+    for place, title in enumerate(titles):
+        if not title.strip() or len(title.strip()) > _LONGEST_TITLE:
+            continue
+        column = _by_unit(place, title, title, quantities, _EXACT) if bare else None
+        column = column or _column(place, title, units[place] if place < len(units) else "", quantities)
+        if column is not None:
+            found.append(column)
+    return found
+
+
+def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, Column], tuple[Finding, ...]]:
+    """Return the column that is taken for each quantity, and a finding where there was a choice.
+
+    Raises
+    ------
+    InputError
+        Two columns give a quantity that ``kind`` needs and nothing tells which to take.
+    """
+    taken: dict[str, Column] = {}
+    notes = []
+    for quantity in kind.quantities:
+        readable = sorted((c for c in columns if c.quantity == quantity and not c.complaint), key=lambda c: c.rank)
+        if not readable:
+            continue
+        first, *others = readable
+        if others and others[0].rank == first.rank and quantity != "time":  # one time in two units is one time
+            if quantity not in kind.needed:
+                continue
+            raise InputError(
+                f"{name}: columns '{first.title}' and '{others[0].title}' both give the {quantity}; leave one out"
+            )
+        taken[quantity] = first
+        if others:
+            beside = [c.title for c in others]
+            notes.append(
+                Finding("column-taken", values={"quantity": quantity, "column": first.title, "beside": beside})
+            )
+    return taken, tuple(notes)
+
+
+def is_unit_row(cells: Sequence[str]) -> bool:
+    """Tell whether the cells of a row are units, at least half of them, and none is a number."""
+    filled = [cell.strip() for cell in cells if cell.strip()]
+    likely = sum(bool(_UNIT_LIKE.fullmatch(_clean(cell))) or cell in ("-", "#") for cell in filled)
+    return bool(filled) and 2 * likely >= len(filled)
+
+
+def split_header(title: str) -> tuple[str, str]:
+    """Return name and unit of a header: ``voltage_V``, ``Voltage [V]``, ``voltage (V)`` or ``voltage/V``."""
+    return next(((word, unit) for word, unit in _splits(_plain(title)) if word), ("", ""))
+
+
+def named(word: str, quantities: Quantities) -> str | None:
+    """Return the quantity that a column's name, without its unit, stands for; None for other names."""
+    match = _match(_word(word), _words(quantities))
+    return match[0] if match else None
+
+
+def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> Column | None:
+    """Return the column of one title: the way to divide it into name and unit in which both are known, if there is."""
+    plain, words = _plain(title), _words(quantities)
+    whole = _match(_word(plain), words)
+    if whole and (unit_below.strip() or not quantities[whole[0]][0]):
+        return _read(place, title, *whole, unit_below, quantities)
+    wrong: Column | None = None
+    if whole:
+        said = f" has no unit; write it like '{plain[:80]}_{quantities[whole[0]][0]}'"
+        wrong = Column(place, title, whole[0], "", 0.0, whole[1], said)
+    for word, unit in _splits(plain):
+        match = _match(word, words)
+        if match is not None:
+            column = _read(place, title, *match, unit, quantities)
+            if not column.complaint:
+                return column
+            if not plain.endswith(f" {unit}"):  # else a word of the name, as in "current range"
+                wrong = wrong or column
+        elif word.rpartition("_")[2] in _ANY:
+            rank = _SET if _OF_THE_SOURCE.intersection(word.split("_")) else _EXACT + _GENERIC
+            measured = _by_unit(place, title, unit, quantities, rank)
+            if measured is not None:
+                return measured
+    return wrong
+
+
+def _read(place: int, title: str, quantity: str, rank: int, unit: str, quantities: Quantities) -> Column:
+    unit = unit.strip()
+    factor, complaint = _tried(unit, quantities[quantity][0])
+    return Column(place, title, quantity, unit, factor, rank, complaint)
+
+
+@lru_cache(maxsize=4096)
+def _tried(unit: str, si: str) -> tuple[float, str]:
+    """Return the factor from a unit to SI and no complaint, or zero and the complaint."""
+    try:
+        return _factor(unit, si), ""
+    except InputError as error:
+        return 0.0, f": {error}"
+
+
+def _by_unit(place: int, title: str, unit: str, quantities: Quantities, rank: int) -> Column | None:
+    """Return a column of the quantity that its unit measures."""
+    for quantity, (si, _) in quantities.items():
+        if si:
+            column = _read(place, title, quantity, rank, unit, quantities)
+            if not column.complaint:
+                return column
+    return None
+
+
+def _factor(unit: str, si: str) -> float:
+    """Return the factor from a unit, as instruments write it, to SI. Raises InputError where there is none."""
+    if not si:
+        if unit in _PURE_NUMBER:
+            return 1.0
+        try:
+            return float(scale(unit, si))
+        except InputError:
+            raise InputError(f"unit '{unit[:40]}' does not measure a pure number; leave it out") from None
+    if not unit:
+        raise InputError(f"it has no unit; give it in '{si}' or a multiple of it")
+    clean = _clean(unit)
+    if si == "s" and clean == "S":
+        clean = "s"
+    try:
+        return float(scale(clean, si))
+    except InputError as error:
+        try:
+            scale(re.sub(r"([A-Za-z])(-?\d)", r"\1^\2", clean).replace(".", "*"), f"{si}/m^2")
+        except InputError:
+            raise error from None
+    raise InputError(f"unit '{unit[:40]}' is one per area; multiply by the electrode's area and give it in '{si}'")
+
+
+def _clean(unit: str) -> str:
+    """Return a unit as it is looked up: without brackets and reference electrode, with ASCII letters where possible."""
+    unit = unit.strip().strip("\"'").strip()
+    if unit[:1] + unit[-1:] in ("()", "[]"):
+        unit = unit[1:-1].strip()
+    for wrong, right in (("\u00c2\u00b5", "u"), ("\u00b5", "u"), ("\u03bc", "u")):
+        unit = unit.replace(wrong, right)
+    unit = _OHM.sub("ohm", _REFERENCE.sub("", unit))
+    return _WRITTEN_OUT.get(unit.lower(), unit)
+
+
+def _plain(title: str) -> str:
+    """Return a title with plain minus signs and primes, without quotation marks."""
+    title = title.strip().strip('"').strip() if title.count('"') > 1 else title.strip()
+    for written, sign in (("\u2212", "-"), ("\u2013", "-"), ("\u2019", "'"), ("\u2032", "'"), ("\u2033", "''")):
+        title = title.replace(written, sign)
+    return title
+
+
+def _word(text: str) -> str:
+    """Return a name in lower case, its parts joined by underscores."""
+    joined = "_".join(text.lower().replace(".", " ").replace(":", " ").replace("_", " ").split())
+    return joined.replace("_(", "(").replace("-_", "-")
+
+
+def _splits(title: str) -> Iterator[tuple[str, str]]:
+    """Yield the ways to divide a title into a name, as `_word` writes it, and a unit: the likeliest first."""
+    if not title.endswith((")", "]")):
+        title = _REFERENCE.sub("", title)
+    if title.endswith((")", "]")):
+        start = _opening(title)
+        if start > 0:
+            yield _word(title[:start]), title[start + 1 : -1].strip()
+    slash = _outside(title, "/")
+    if slash > 0:
+        yield _word(title[:slash]), title[slash + 1 :].strip()
+    for separator in (",", "_", " "):
+        word, found, unit = title.rpartition(separator)
+        if found and word.strip():
+            yield _word(word.removesuffix(" in")), unit.strip()
+
+
+def _opening(title: str) -> int:
+    """Return where the bracket opens that the end of a title closes; -1 where none does."""
+    depth = 0
+    for k in range(len(title) - 1, -1, -1):
+        depth += (title[k] in ")]") - (title[k] in "([")
+        if depth == 0:
+            return k
+    return -1
+
+
+def _outside(title: str, sign: str) -> int:
+    """Return where a sign first stands outside all brackets; -1 where it does not."""
+    depth = 0
+    for k, letter in enumerate(title):
+        depth += (letter in "([") - (letter in ")]")
+        if letter == sign and depth == 0:
+            return k
+    return -1
+
+
+Words = tuple[tuple[str, tuple[str, ...]], ...]
+
+
+def _words(quantities: Quantities) -> Words:
+    return tuple((quantity, words) for quantity, (_, words) in quantities.items())
+
+
+@lru_cache(maxsize=4096)
+def _match(word: str, quantities: Words) -> tuple[str, int] | None:
+    """Return the quantity that a word names and the rank of such a name."""
+    for quantity, words in quantities:
+        if word in words:
+            return quantity, _EXACT + _RANKS.get(word, _GENERIC)
+    for quantity, words in quantities:
+        for w in words:
+            if len(w) < 3:
+                continue
+            if word.endswith("_" + w):
+                beside = word[: -len(w) - 1].split("_")
+            elif word.startswith(w + "_"):
+                beside = word[len(w) + 1 :].split("_")
+                if not all(part.lstrip("ch").isdigit() or part in _AFTER for part in beside):
+                    continue
+            else:
+                continue
+            ending = _GENERIC if quantity != "time" else _ENDING
+            return quantity, _SET if _OF_THE_SOURCE.intersection(beside) else ending
+    return None

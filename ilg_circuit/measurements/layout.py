@@ -1,0 +1,231 @@
+"""Where the table stands in a file: its row of names, perhaps a row of units, its first row of numbers, its end."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from ..errors import InputError
+from ..findings import Finding
+from .cells import LONGEST_LINE, is_mark, is_number, split
+from .header import Column, chosen, columns_of, is_unit_row
+from .kind import PREAMBLE, Kind
+
+#: So many rows of units and remarks may stand between the names and the numbers.
+_BETWEEN = 4
+#: No table is wider.
+_MOST_COLUMNS = 1000
+_COMMENTS = ("#", "%")
+_SEPARATORS = ",;\t"
+#: A line of nothing else is blank: so spreadsheets fill up a table.
+_SPACE = ' \t,;"\r'
+_FIRST = frozenset((*_SPACE, *_COMMENTS))
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A table among lines: the ``header`` (its line, from 0), the ``titles`` in it, and the line ``first`` below.
+
+    ``delimiter`` separates the cells of the rows, "" where spaces do. ``columns`` name quantities; ``complete`` tells
+    whether they can all be read and numbers stand below them.
+    """
+
+    header: int
+    titles: tuple[str, ...]
+    columns: tuple[Column, ...]
+    first: int
+    delimiter: str
+    complete: bool
+
+    def place(self, kind: Kind) -> int:
+        """Return the column that every row has a number in: the time, the frequency."""
+        return next((c.place for c in self.columns if c.quantity == kind.required[0]), 0)
+
+
+def find_layout(lines: Sequence[str], kind: Kind) -> Layout | None:
+    """Return the layout of the table that holds a ``kind``, None where all lines are blank.
+
+    The header is the first row that names what ``kind`` requires, with units, above a row of numbers; a comment may
+    hold it. Where there is none it is the row that names most, so that an error can say what it lacks.
+    """
+    best: Layout | None = None
+    score = 0
+    shown = [k for k, line in enumerate(lines[:PREAMBLE]) if line.strip()]
+    rows = [k for k in shown if not lines[k].startswith(_COMMENTS)]
+    for k in (*rows, *(k for k in shown if lines[k].startswith(_COMMENTS))):
+        if len(lines[k]) > LONGEST_LINE or _bare(lines[k]):
+            continue
+        for layout in _layouts(lines, k, kind):
+            if layout.complete:
+                return layout
+            below = lines[layout.first] if layout.first < len(lines) else ""
+            if not any(s in lines[k] for s in _SEPARATORS) and not _bare(below):
+                continue  # words of a sentence
+            named = {c.quantity for c in layout.columns if c.quantity in kind.needed}
+            readable = {c.quantity for c in layout.columns if c.quantity in kind.required and not c.complaint}
+            worth = 2 * len(readable) + len(named)
+            if worth > score:
+                best, score = layout, worth
+    if best is not None or not rows:
+        return best
+    # nothing is named anywhere: the first row, or what stands above the first number where that is another table
+    numbers = next((k for k in rows if _bare(lines[k])), rows[0])
+    sign = _likely(lines[rows[0]])
+    alike = len(rows) > 1 and bool(sign) and lines[rows[0]].count(sign) == lines[rows[1]].count(sign)
+    header = rows[0] if alike else max((k for k in rows if k < numbers), default=rows[0])
+    sign = _likely(lines[header])
+    table = sign or any(_bare(lines[k]) for k in rows if header <= k <= header + 1)
+    words = _cells(lines[header], sign) if table else [lines[header].strip()]
+    return Layout(header, tuple(words), (), header + 1, sign, False)
+
+
+def choose(
+    layout: Layout, kind: Kind, name: str, line: int
+) -> tuple[dict[str, Column], list[str], tuple[Finding, ...]]:
+    """Return the column of each quantity, the titles that are left over, and findings.
+
+    ``line`` is the header's number in the file.
+
+    Raises
+    ------
+    InputError
+        A quantity that ``kind`` needs has no column, or none that can be read.
+    """
+    taken, notes = chosen(layout.columns, kind, name)
+    complaints = {c.quantity: c for c in reversed(layout.columns) if c.complaint and c.quantity not in taken}
+    named = {c.place for c in layout.columns if not c.complaint}
+    left = [title.strip() for k, title in enumerate(layout.titles) if k not in named]
+    if any(quantity in taken for quantity in kind.either):
+        complaints = {q: c for q, c in complaints.items() if q not in kind.either}
+    for quantity in kind.needed:
+        if quantity in complaints:
+            column = complaints[quantity]
+            raise InputError(f"{name}: column '{column.title[:80]}'{column.complaint}")
+        if quantity in kind.required and quantity not in taken:
+            where = f"line {line}: " if line > 1 else ""
+            raise InputError(
+                f"{name}: {where}{_missing(quantity, layout, left)}; columns are written like {kind.example}"
+            )
+    return taken, left, notes
+
+
+def table_end(lines: Sequence[str], layout: Layout, kind: Kind) -> int:
+    """Return the line (from 0) after the last row of the table: lines of text below it are none of it."""
+    place, end = layout.place(kind), len(lines)
+    while end > layout.first and _is_text(lines[end - 1], place, layout.delimiter):
+        end -= 1
+    return end if end > layout.first else len(lines)
+
+
+def left_out(lines: Sequence[str]) -> list[int]:
+    """Return the lines (from 0) that are blank, but for separators, or comments."""
+    possible = [k for k, line in enumerate(lines) if not line or line[0] in _FIRST]
+    return [k for k in possible if is_left_out(lines[k])]
+
+
+def is_left_out(line: str) -> bool:
+    """Tell whether a line is blank, but for separators, or a comment."""
+    return line[:1] in "#%" or not line.strip(_SPACE)
+
+
+def _missing(quantity: str, layout: Layout, left: Sequence[str]) -> str:
+    if all(is_number(cell.strip()) for cell in layout.titles):
+        return (
+            f"no column for {quantity}: the first row holds numbers, not names; put a row of names above it, one for "
+            "each column"
+        )
+    filled = [repr(title[:40]) for title in left if title][:20]
+    return f"no column for {quantity}" + (f"; not understood: {', '.join(filled)}" if filled else "")
+
+
+def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:
+    """Yield the layouts that a line makes as a header, divided in every way that its signs allow."""
+    line = lines[k].lstrip("#% ") if lines[k].startswith(_COMMENTS) else lines[k]
+    below = [j for j in range(k + 1, min(k + 50, len(lines))) if not is_left_out(lines[j])][: _BETWEEN + 1]
+    ways = sorted((s for s in _SEPARATORS if s in line), key=line.count, reverse=True)
+    for delimiter in ways or ("  ", ""):
+        titles = tuple(_cells(line, delimiter))
+        if len(titles) > _MOST_COLUMNS or (len(titles) < 2 and delimiter):
+            continue
+        units: list[str] = []
+        first = below[0] if below else k + 1
+        if below and not _bare(lines[below[0]]):
+            cells = _cells(lines[below[0]], delimiter)
+            if len(cells) <= len(titles) and is_unit_row(cells):
+                units, first = cells, below[1] if len(below) > 1 else below[0] + 1
+        columns = tuple(columns_of(titles, units, kind.quantities))
+        readable = {c.quantity for c in columns if not c.complaint}
+        places = [c.place for c in columns if c.quantity in kind.required and not c.complaint]
+        complete = readable.issuperset(kind.required)
+        found = _first_row(lines, below, places, delimiter, len(titles)) if complete else None
+        if found is None:
+            yield Layout(k, titles, columns, first, _likely(lines[first]) if first < len(lines) else "", False)
+        else:
+            yield Layout(k, titles, columns, *found, True)
+
+
+def _first_row(
+    lines: Sequence[str], below: Sequence[int], places: Sequence[int], like: str, width: int
+) -> tuple[int, str] | None:
+    """Return the first of some lines that has a number at the first of ``places``, and what separates its cells.
+
+    Where that is not what separates the names (``like``), the line must have as many cells as there are names.
+    """
+    for j in below:
+        line = lines[j]
+        if len(line) > LONGEST_LINE:
+            continue
+        present = [s for s in _SEPARATORS if s in line and s != like]
+        for delimiter in (*([like] if like.strip(" ") and like in line else []), *present[::-1], ""):
+            cells = _cells(line, delimiter)
+            if (delimiter != like or not delimiter) and len(cells) != width:
+                continue
+            at = [cells[p].strip() if p < len(cells) else "" for p in places]
+            if is_number(at[0], delimiter) and all(not c or is_number(c, delimiter) or is_mark(c) for c in at):
+                return j, delimiter
+        if _bare(line) or any(is_number(c.strip(), like) for c in _cells(line, like)):
+            return None  # a row that cannot be read is not passed over
+    return None
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line; "  " stands for two spaces or more, "" for any, brackets kept to their names."""
+    if delimiter == "  ":
+        return [cell.strip() for cell in line.split("  ") if cell.strip()]
+    if delimiter:
+        try:
+            return [cell.strip() for cell in split(line, delimiter)]
+        except csv.Error:
+            return [line]
+    cells: list[str] = []
+    for word in line.split():
+        if cells and word[0] in "([/":
+            cells[-1] += f" {word}"
+        else:
+            cells.append(word)
+    return cells
+
+
+def _likely(line: str) -> str:
+    """Return the sign that most likely separates the cells of a line."""
+    sign = max(_SEPARATORS, key=line.count)
+    return sign if sign in line else ""
+
+
+def _bare(line: str) -> bool:
+    """Tell whether a line begins with a number, and so is no row of names."""
+    begin = line[:100].replace(";", " ").replace("\t", " ").replace(",", " ").split()
+    return bool(begin) and is_number(begin[0].strip('"'))
+
+
+def _is_text(line: str, place: int, delimiter: str) -> bool:
+    """Tell whether a line is none of a table: left out, or words where the rows have a number."""
+    if is_left_out(line):
+        return True
+    cells = _cells(line, delimiter)
+    cell = cells[place].strip() if place < len(cells) else ""
+    if is_number(cell, delimiter):
+        return False
+    others = any(is_number(c.strip(), delimiter) for k, c in enumerate(cells) if k != place)
+    return not others or (cell[:1].isalpha() and not is_mark(cell))

@@ -1,0 +1,65 @@
+"""Magnitudes that no strip has, as a wrong unit in a header makes them: findings that name the columns to check."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from ..findings import Finding
+from .record import Record
+from .spectrum import Spectrum
+
+#: No strip conducts better, stores more, or bears more [ohm, F, V].
+_LEAST_RESISTANCE, _MOST_CAPACITANCE, _MOST_VOLTAGE = 1e-3, 1e4, 100.0
+#: The same for an area [ohm m2, F/m2, A/m2]: 1 mohm cm2, 20 F/cm2, 10 A/cm2.
+_LEAST_AREAL_RESISTANCE, _MOST_AREAL_CAPACITANCE, _MOST_DENSITY = 1e-7, 2e5, 1e5
+#: A bare metal face has more [F/m2]; no gel resists more [ohm m2].
+_LEAST_AREAL_CAPACITANCE, _MOST_AREAL_RESISTANCE = 1e-2, 1e5
+#: Quantities that a port is fitted to, by what is most likely in a wrong unit.
+_OF_THE_PORT = ("current", "voltage", "time", "re", "im", "frequency")
+
+
+def proportion_findings(
+    data: Sequence[Record | Spectrum], resistance: float, capacitance: float, area: float, length: float
+) -> list[Finding]:
+    """Return findings where what was measured or fitted is out of all proportion to the strip.
+
+    Parameters
+    ----------
+    data
+        The records and spectra that were fitted.
+    resistance, capacitance
+        Of the fitted port, at high frequency [ohm] and in all [F].
+    area, length
+        Of the strip [m2], [m].
+    """
+    found = []
+    small = resistance < _LEAST_RESISTANCE or resistance * area < _LEAST_AREAL_RESISTANCE
+    large = capacitance > _MOST_CAPACITANCE or capacitance > _MOST_AREAL_CAPACITANCE * area
+    faint = capacitance < _LEAST_AREAL_CAPACITANCE * area or resistance * area > _MOST_AREAL_RESISTANCE
+    if small or large or faint:
+        values = {"resistance": resistance, "capacitance": capacitance, "columns": _columns(data, _OF_THE_PORT)}
+        found.append(Finding("port-out-of-proportion", values={**values, "area_cm2": area * 1e4}))
+    for record in (d for d in data if isinstance(d, Record)):
+        current = float(np.abs(record.current.values).max(initial=0.0))
+        if current > _MOST_DENSITY * area and not found:
+            values = {"current": current, "area_cm2": area * 1e4, "columns": _columns([record], ("current",))}
+            found.append(Finding("current-out-of-proportion", record.source, values))
+        voltage = float(np.abs(record.drive.values).max(initial=0.0))
+        if voltage > _MOST_VOLTAGE:
+            values = {"voltage": voltage, "columns": _columns([record], ("voltage",))}
+            found.append(Finding("voltage-out-of-proportion", record.source, values))
+        if record.displacement is not None and len(record.displacement.values):
+            span = float(np.ptp(record.displacement.values))
+            if span > length:
+                values = {"span": span, "length": length, "columns": _columns([record], ("displacement",))}
+                found.append(Finding("displacement-out-of-proportion", record.source, values))
+    return found
+
+
+def _columns(data: Iterable[Record | Spectrum], quantities: Sequence[str]) -> list[str]:
+    """Return the columns of some quantities with their units, as their files have them; else the quantities."""
+    headers = [d.headers for d in data]
+    named = [f"'{h[q][0]}' (unit {h[q][1]})" for q in quantities for h in headers if q in h]
+    return list(dict.fromkeys(named)) or [f"the {quantities[0]}"]
