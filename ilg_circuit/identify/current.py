@@ -19,6 +19,7 @@ from ..fit.bounded import likeliest
 from ..fit.fitting import fit, with_starts
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
+from ..fit.result import FitResult
 from ..measurements.prepare import LEAST_REST
 from ..measurements.record import Channel, Record
 from ..simulation.response import transient_band
@@ -28,7 +29,7 @@ from ..strip.port import Port
 from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
 from .modal import Ports, modal_currents
-from .port_model import BRACKET, IndividualFit, PortModel, observed, port_problem
+from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
 from .start import model_start
 from .stored import decaying_terms
 
@@ -189,23 +190,32 @@ class CurrentData:
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
         found = self._individual(kind, held, progress)
-        if not self.bracketed or not kind.linear:
-            return found
         # a ladder's current tells the onset; a sum of exponentials does not, and stays in the middle
+        laddered = kind.linear and found.model.port(found.fit.values, ANY_LADDER).ladder is not None
+        if not self.bracketed or not laddered:
+            return found
         share = likeliest(found.fit, lambda x: port_problem((self.at_share(x),), found.model, (1.0,)), BRACKET)
         return self.at_share(share)._individual(kind, held, progress) if share else found
 
-    def _individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
+    def roughly(self, kind: ElectricalModel, held: float) -> FitResult:
+        """Return the fit of a linear model from its suggested start alone, where any other would do as well."""
+        model = PortModel(kind, held, tuple(self._start(kind, held).tolist()))
+        return fit(port_problem((self,), model, (1.0,)), np.array(model.typical))
+
+    def _start(self, kind: ElectricalModel, held: float) -> Array:
         t, data = self.since, self.data
         offset = float(data[t < 0].mean()) if self.has_offset else 0.0
         stored = self.nuisance[t >= 0, int(self.has_offset) :]
-        start = model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held, stored)
+        return model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held, stored)
+
+    def _individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
+        start = self._start(kind, held)
         model = PortModel(kind, held, tuple(start.tolist()))
         problem = port_problem((self,), model, (1.0,))
         if not kind.linear:
             return IndividualFit(self, model, fit_from_several(problem, start, progress))
         # multi-start by few samples, then the fit of all
-        values, starts, check = search_starts(problem, lambda at: self.modal(model, at), t, start)
+        values, starts, check = search_starts(problem, lambda at: self.modal(model, at), self.since, start)
         model = PortModel(kind, held, tuple(values.tolist()))
         problem = port_problem((self,), model, (1.0,))
         found = fit(problem, values, progress)

@@ -116,7 +116,7 @@ def identify(
     if held is not None:
         for d in ports:
             d.require_electrode_resistance(held)
-    ports, about_readings = _without_outliers(ports, held, progress)
+    ports, about_readings = _without_outliers(ports, held)
     names = frozenset(own)
     port, candidates, findings = _fit_port(ports, model, held, names - set(NAMES), progress)
     actuator = _actuator(port, strip, base, ports)
@@ -233,14 +233,12 @@ def _port_data(
     return tuple(found)
 
 
-def _without_outliers(
-    data: tuple[PortData, ...], held: float | None, progress: Progress
-) -> tuple[tuple[PortData, ...], list[Finding]]:
+def _without_outliers(data: tuple[PortData, ...], held: float | None) -> tuple[tuple[PortData, ...], list[Finding]]:
     """Return the data without the readings of currents that are outliers, and findings on them."""
     kept, findings = [], []
     for d in data:
         if isinstance(d, CurrentData):
-            d, said = without_outliers(d, held or 0.0, progress)
+            d, said = without_outliers(d, held or 0.0)
             findings += said
         kept.append(d)
     return tuple(kept), findings

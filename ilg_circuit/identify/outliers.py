@@ -9,7 +9,6 @@ from ..arrays import Array
 from ..errors import IlgError
 from ..findings import Finding
 from ..fit.outliers import outlying
-from ..fit.problem import Progress
 from ..measurements.smoothing import resolution
 from ..strip.models import electrical_model
 from .current import CurrentData
@@ -21,13 +20,13 @@ _MOST = 0.02
 _ROUNDS = 6
 
 
-def without_outliers(data: CurrentData, held: float, progress: Progress = None) -> tuple[CurrentData, list[Finding]]:
+def without_outliers(data: CurrentData, held: float) -> tuple[CurrentData, list[Finding]]:
     """Return the data without the readings that are named as outliers, and a finding on them.
 
     Fits are repeated until no further reading is named. Where no model can be fitted nothing is left out.
     """
     for _ in range(_ROUNDS):
-        residuals = _residuals(data, held, progress)
+        residuals = _residuals(data, held)
         if residuals is None:
             break
         more = named_by(data, residuals)
@@ -56,10 +55,10 @@ def findings_on(data: CurrentData) -> list[Finding]:
     return [Finding(code, data.source, {"quantity": data.quantity, **values})]
 
 
-def _residuals(data: CurrentData, held: float, progress: Progress) -> Array | None:
+def _residuals(data: CurrentData, held: float) -> Array | None:
     for model in _MODELS:
         try:
-            return data.individual(electrical_model(model), held, progress).fit.residuals_of(0)
+            return data.roughly(electrical_model(model), held).residuals_of(0)
         except IlgError:
             continue
     return None

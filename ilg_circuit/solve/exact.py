@@ -28,6 +28,8 @@ _FELT = 1e-13
 _CANCELLING = 1e5
 #: Below this a Taylor series of five terms is exact to the last digits.
 _SMALL = 1e-2
+#: A drive with fewer edges than one in so many samples is solved from edge to edge, not from sample to sample.
+_FEW_EDGES = 8
 #: Exponentials kept at most: an irregular grid asks for as many as it has intervals.
 _MOST_KEPT = 256
 
@@ -72,6 +74,10 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
         return exact_outputs(system, drive, times)[:, row]
     felt = (size > _FELT * total[:, None]).any(axis=0)
     poles, amounts = poles[:, felt], amounts[:, felt]
+    direct = np.asarray(system.d[:, row, :1] * drive.value(times))
+    edges = interval_grid(drive, times[-1:])
+    if len(edges) * _FEW_EDGES <= len(times):
+        return direct + _between_edges(poles, amounts, drive, edges, times)
     grid = interval_grid(drive, times)
     widths = np.diff(grid)
     start, slopes = drive_lines(drive, grid[:-1], widths)
@@ -85,7 +91,30 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
         states = _recursion(np.exp(z), gained, state)
         state = states[-1]
         moved[first + 1 : first + 1 + len(states)] = np.real((states * amounts).sum(axis=2))
-    return np.asarray(system.d[:, row, :1] * drive.value(times) + moved[np.searchsorted(grid, times)].T)
+    return np.asarray(direct + moved[np.searchsorted(grid, times)].T)
+
+
+def _between_edges(poles: NDArray[Any], amounts: NDArray[Any], drive: Drive, edges: Array, times: Array) -> Array:
+    """Return sums of modes (n, times), from one edge of the drive to the next: between them modes are exponentials."""
+    result = np.zeros((len(poles), len(times)))
+    state = np.zeros_like(poles)
+    starts, slopes = drive_lines(drive, edges[:-1], np.diff(edges))
+    bounds = np.searchsorted(times, edges)
+    bounds[-1] = len(times)
+    for k, (start, slope) in enumerate(zip(starts.tolist(), slopes.tolist(), strict=True)):
+
+        def after(time: Array, state: NDArray[Any] = state, start: float = start, slope: float = slope) -> NDArray[Any]:
+            z = poles * time
+            grown = np.expm1(z)
+            modes = state + grown * (state + start / poles)
+            return modes + slope * time**2 * _phi(z, 2) if slope else modes
+
+        for first in range(bounds[k], bounds[k + 1], _BLOCK):
+            part = slice(first, min(first + _BLOCK, bounds[k + 1]))
+            modes = after((times[part] - edges[k])[:, None, None])
+            result[:, part] += np.real(np.einsum("tns,ns->nt", modes, amounts))
+        state = after(np.array(edges[k + 1] - edges[k]))
+    return result
 
 
 def _modes(system: StateSpace, row: int) -> tuple[NDArray[Any], NDArray[Any]]:
