@@ -12,6 +12,9 @@ from ..arrays import Array
 #: Neighbouring residuals that correlate by more than this are a structure, not noise.
 _CORRELATED = 0.3
 
+#: Independent samples at least.
+_FEWEST = 5.0
+
 #: Windows a decade of time, and decades, in a table of residuals.
 _WINDOWS_A_DECADE, _DECADES = 2, 3
 
@@ -77,6 +80,32 @@ def independent_samples(residuals: Array, channels: int = 1) -> float:
     if not any(structured(part) for part in parts):
         return float(len(residuals))
     return max(sum(effective_samples(part) for part in parts), 5.0)
+
+
+def integrated_time(residuals: Array) -> float:
+    """Return the integrated autocorrelation time in samples, 1 + 2 sum of the autocorrelations, at least 1.
+
+    About zero, which residuals should be about: an offset is a structure. The sum ends by Geyer's initial monotone
+    sequence (Geyer 1992): sums of two lags, as long as they are positive, none larger than the one before.
+    """
+    samples = len(residuals)
+    size = 1 << (2 * samples - 1).bit_length()
+    spectrum = np.abs(np.fft.rfft(residuals, size)) ** 2
+    products = np.fft.irfft(spectrum, size)[:samples]
+    if not products[0] > 0:
+        return 1.0
+    pairs = (products[: samples // 2 * 2] / products[0]).reshape(-1, 2).sum(axis=1)
+    positive = len(pairs) if (pairs > 0).all() else int(np.argmin(pairs > 0))
+    return max(2 * float(np.minimum.accumulate(pairs[:positive]).sum()) - 1, 1.0)
+
+
+def samples_for_bic(residuals: Array, channels: int = 1) -> float:
+    """Return the number of independent samples, n over the `integrated_time`, of each of the ``channels`` in turn.
+
+    No fewer than `_FEWEST`, so that a criterion keeps a penalty.
+    """
+    parts = np.split(residuals, channels)
+    return max(sum(len(part) / integrated_time(part) for part in parts), _FEWEST)
 
 
 def likelihood(residuals: Array) -> float:

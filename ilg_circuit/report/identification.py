@@ -170,12 +170,14 @@ def _check_sections(result: Identification) -> list[Section]:
     for o in result.observations:
         if o.check is None:
             continue
-        bad = ", ".join(format_quantity(float(f), "Hz", 4) for f in o.check.frequency[o.check.bad])
-        left_out = f"Left out, since they break the relations: {bad}." if bad else "No point breaks the relations."
+        pairs = zip(o.check.frequency[o.check.bad], o.check.residuals[o.check.bad], strict=True)
+        bad = ", ".join(f"{format_quantity(float(f), 'Hz', 4)} ({abs(r):.1%})" for f, r in pairs)
+        left_out = f"Left out, since they break the relations: {bad}." if bad else "No point was left out."
         blocks.append(
             Prose(
-                f"{o.source}: a linear measurement model of {o.check.terms} time constants obeys the Kramers-Kronig "
-                f"relations; its residuals, the spectrum's own noise, are {o.check.rms:.2%} rms of abs(Z). {left_out}"
+                f"{o.source}: a linear measurement model obeys the Kramers-Kronig relations (the spectrum determines "
+                f"{o.check.freedom:.0f} of its unknowns); its residuals, the spectrum's own noise, are "
+                f"{o.check.rms:.2%} rms of abs(Z). {left_out}"
             )
         )
     return [Section("Kramers-Kronig check", blocks)] if blocks else []
