@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -32,18 +33,32 @@ class ResidualWindow:
         return {"from_s": self.start, "to_s": self.end, "n": self.count, "rms": self.rms}
 
 
+def _edges(last: float) -> list[float]:
+    """Return the edges [s] of windows even by the logarithm of time, from the onset to ``last`` [s]."""
+    powers = np.arange(_WINDOWS_A_DECADE * _DECADES, 0, -1) / _WINDOWS_A_DECADE
+    return [0.0, *(last / 10**powers).tolist(), last]
+
+
 def residual_windows(time: Array, residuals: Array, last: float) -> tuple[ResidualWindow, ...]:
     """Residuals from the onset to ``last`` [s] in windows even by the logarithm of time: the fast part counts."""
     after = time >= 0
     t, rest = time[after], residuals[after]
-    powers = np.arange(_WINDOWS_A_DECADE * _DECADES, 0, -1) / _WINDOWS_A_DECADE
-    edges = [0.0, *(last / 10**powers).tolist(), last]
     rows = []
-    for low, high in pairwise(edges):
+    for low, high in pairwise(_edges(last)):
         inside = (t >= low) & ((t < high) | (high == last))
         if inside.any():
             rows.append(ResidualWindow(low, high, int(inside.sum()), float(np.sqrt(np.mean(rest[inside] ** 2)))))
     return tuple(rows)
+
+
+def parts_by_time(time: Array, residuals: Array) -> list[Array]:
+    """Return the residuals before the onset, and those since in the windows of `residual_windows`, without empty ones.
+
+    What a model leaves changes with the logarithm of time: fast at first, slowly at the end.
+    """
+    inner = _edges(float(time[-1]))[1:-1]
+    parts = np.split(residuals, np.searchsorted(time, [0.0, *inner]) if time[-1] > 0 else [])
+    return [part for part in parts if len(part)]
 
 
 def autocorrelation(residuals: Array) -> float:
@@ -99,12 +114,11 @@ def integrated_time(residuals: Array) -> float:
     return max(2 * float(np.minimum.accumulate(pairs[:positive]).sum()) - 1, 1.0)
 
 
-def samples_for_bic(residuals: Array, channels: int = 1) -> float:
-    """Return the number of independent samples, n over the `integrated_time`, of each of the ``channels`` in turn.
+def samples_for_bic(parts: Sequence[Array]) -> float:
+    """Return the number of independent samples, n over the `integrated_time`, of stationary ``parts`` of residuals.
 
-    No fewer than `_FEWEST`, so that a criterion keeps a penalty.
+    Parts are real and imaginary ones, or `parts_by_time`. No fewer than `_FEWEST`, so that a criterion keeps a penalty.
     """
-    parts = np.split(residuals, channels)
     return max(sum(len(part) / integrated_time(part) for part in parts), _FEWEST)
 
 

@@ -30,9 +30,9 @@ class Candidate:
 
     ``parameters`` counts those that were fitted; ``rmse`` [unit of the data] is that of a single observation,
     ``relative_rms`` the same over its size, ``misfit`` the geometric mean of all observations' relative rms. ``bic`` is
-    on ``independent`` samples, the same for all candidates; ``against`` says why the model is not to be chosen, or could
-    not be fitted; ``reason`` is the outcome as code and numbers, ``verdict`` in words. ``status`` says whether it was
-    fitted, failed, or was not tried.
+    on ``independent`` samples, the same for all candidates; ``against`` says why the model is not to be chosen, or
+    could not be fitted; ``reason`` is the outcome as code and numbers, ``verdict`` in words. ``status`` says whether it
+    was fitted, failed, or was not tried.
     """
 
     model: str

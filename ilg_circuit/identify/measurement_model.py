@@ -79,11 +79,11 @@ def _columns(omega: Array, weight: Array) -> tuple[ComplexArray, int]:
     tau = np.geomspace(10**-_BEYOND / high, 10**_BEYOND / low, terms)
     s = 1j * omega[:, None]
     columns = np.concatenate([np.ones_like(s), s / high, low / s, 1 / (1 + s * tau)], axis=1)
-    return columns * weight[:, None], terms
+    return np.asarray(columns * weight[:, None], dtype=complex), terms
 
 
 def _most_evident(strengths: Array, amounts: Array, rest: Array, rounding: float) -> tuple[float, float]:
-    """Return the ratio of noise to prior of most evidence, and -2 log(evidence), the variance of the noise at its best."""
+    """Return the ratio of noise to prior of most evidence, and -2 log(evidence), the noise at its best."""
     widths = strengths[0] * _WIDTHS
     over = (strengths / widths[:, None]) ** 2
     squares = (amounts**2 / (1 + over)).sum(axis=1) + float(rest @ rest)

@@ -10,10 +10,10 @@ import numpy as np
 from ..arrays import Array
 from ..errors import IlgError, SolveError
 from ..findings import Finding
-from ..fit.criteria import samples_for_bic
+from ..fit.criteria import parts_by_time, samples_for_bic
 from ..fit.identifiability import Identifiability
 from ..fit.problem import Progress
-from ..fit.selection import EVIDENCE, Candidate, Status, bic_on_independent, clearly_better, simplest_of_best
+from ..fit.selection import CLEAR, EVIDENCE, Candidate, Status, bic_on_independent, clearly_better, simplest_of_best
 from ..strip.models import candidates, electrical_model, model_names
 from .impedance import ImpedanceData
 from .port_fit import NEGLIGIBLE, PortFit, by_engine_of_record, fit_port, levels_differ
@@ -39,9 +39,10 @@ def fit_best(
     """Return the fit of the best model of all data together, by BIC on independent samples, and all candidates.
 
     The number of independent samples is one for all, from the residuals of the candidate of least rms; a candidate that
-    is better by a factor of `CLEAR` does not lose. A model with a parameter that is not determined, or whose best fit was reached from one start only, is not chosen.
-    A sinh electron path or a growing capacitance is tried where voltages differ and the best linear model's residuals
-    are larger than those of the individual fits. Raises SolveError where no model can be fitted.
+    is better by a factor of `CLEAR` does not lose. A model with a parameter that is not determined, or whose best fit
+    was reached from one start only, is not chosen. A sinh electron path or a growing capacitance is tried where
+    voltages differ and the best linear model's residuals are larger than those of the individual fits. Raises
+    SolveError where no model can be fitted.
     """
     contest = _Contest(data, held, per_record, progress)
     tried = {m for d in data for m in candidates("spectrum" if d.quantity == "impedance" else "record")}
@@ -129,7 +130,7 @@ class _Contest:
         bics = {m: bic for m, bic in self.bics.items() if m in among}
         unknowns = {m: self.fits[m].fit.count for m in among}
         misfits = {m: self.fits[m].misfit for m in among}
-        admitted = [m for m in among if _against(self.fits[m], self.identifiability(m)) is None]
+        admitted = [m for m in among if self._admitted(m)]
         return simplest_of_best(bics, unknowns, admitted, misfits)
 
     def rows(self, winner: str) -> tuple[Candidate, ...]:
@@ -152,16 +153,20 @@ class _Contest:
             return Finding("candidate-chosen-although", values={"reason": str(against)}) if against else _CHOSEN
         if against:
             return against
-        values = {"than": winner, "bic": bics[model] - bics[winner], "rms": found.misfit / best.misfit}
-        more = found.fit.count - best.fit.count
-        if values["bic"] <= 0 and more > 0:
+        less, more = bics[winner] - bics[model], found.fit.count - best.fit.count
+        rival = min((m for m in self.fits if self._admitted(m)), key=lambda m: self.fits[m].misfit)
+        if less >= -EVIDENCE and clearly_better(self.fits[rival].misfit, found.misfit):
+            ratio = found.misfit / self.fits[rival].misfit
             return Finding(
-                "candidate-not-enough",
-                values={"than": winner, "less": -values["bic"], "more": more, "needed": EVIDENCE},
+                "candidate-clearly-worse", values={"than": rival, "ratio": ratio, "limit": CLEAR, "less": less}
             )
-        if values["bic"] <= EVIDENCE and clearly_better(best.misfit, found.misfit):
-            return Finding("candidate-clearly-worse", values=values)
-        return Finding("candidate-worse", values=values)
+        if less >= 0 and more > 0:
+            needs = {"than": winner, "less": less, "more": more, "needed": EVIDENCE}
+            return Finding("candidate-not-enough", values=needs)
+        return Finding("candidate-worse", values={"than": winner, "bic": -less, "ratio": found.misfit / best.misfit})
+
+    def _admitted(self, model: str) -> bool:
+        return _against(self.fits[model], self.identifiability(model)) is None
 
 
 _CHOSEN = Finding("candidate-chosen")
@@ -169,8 +174,14 @@ _CHOSEN = Finding("candidate-chosen")
 
 def _samples(found: PortFit) -> Array:
     """Return the independent samples of each file (files,), by the residuals of a fit."""
-    channels = [o.channels for o in found.fit.problem.observations]
-    return np.array([samples_for_bic(found.fit.residuals_of(k), channels[k]) for k in range(len(found.data))])
+    count = []
+    for k, (d, o) in enumerate(zip(found.data, found.fit.problem.observations, strict=False)):
+        residuals = found.fit.residuals_of(k)
+        by_time = d.quantity == "current"
+        count.append(
+            samples_for_bic(parts_by_time(d.abscissa, residuals) if by_time else np.split(residuals, o.channels))
+        )
+    return np.array(count)
 
 
 def _bic(found: PortFit, samples: Array) -> float:

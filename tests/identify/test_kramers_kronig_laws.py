@@ -1,4 +1,4 @@
-"""Exact circuits always pass the check, whatever they are made of and however they were rounded; bad readings do not."""
+"""Exact circuits pass the check, whatever they are made of and however they were rounded; bad readings do not."""
 
 from __future__ import annotations
 
@@ -33,16 +33,19 @@ def random_circuit(f: Floats, seed: int) -> Complex:
     for kind in random.choice(8, size=random.integers(1, 4)):
         size, exponent = 10 ** random.uniform(-1.3, 1.3), random.uniform(0.5, 1)
         tau, other = np.exp(random.uniform(-np.log(abs(s[-1]) * 3), -np.log(abs(s[0]) / 3), size=2))
-        z += size * (
-            1 / (1 + s * tau),
-            1 / (1 + (s * tau) ** exponent),
-            1 / (s * tau) ** exponent,
-            1 / (s * tau),
-            warburg(s, tau),
-            1 / np.sqrt(s * tau),
-            1 / (1 / (1 + size * warburg(s, other)) + (s * tau) ** exponent),
-            1 / (1 / (1 + 1 / (s * tau)) + 1 / (size * (1 + (s * other) ** -exponent))),
-        )[kind]
+        z += (
+            size
+            * (
+                1 / (1 + s * tau),
+                1 / (1 + (s * tau) ** exponent),
+                1 / (s * tau) ** exponent,
+                1 / (s * tau),
+                warburg(s, tau),
+                1 / np.sqrt(s * tau),
+                1 / (1 / (1 + size * warburg(s, other)) + (s * tau) ** exponent),
+                1 / (1 / (1 + 1 / (s * tau)) + 1 / (size * (1 + (s * other) ** -exponent))),
+            )[kind]
+        )
     if random.random() < 0.4:
         z += s / abs(s[-1]) * abs(z[-1]) * random.uniform(0.01, 0.8)
     return z
