@@ -117,8 +117,14 @@ def integrated_time(residuals: Array) -> float:
 def samples_for_bic(parts: Sequence[Array]) -> float:
     """Return the number of independent samples, n over the `integrated_time`, of stationary ``parts`` of residuals.
 
-    Parts are real and imaginary ones, or `parts_by_time`. No fewer than `_FEWEST`, so that a criterion keeps a penalty.
+    Parts are real and imaginary ones, or `parts_by_time`. All count whose neighbours correlate by no more than chance,
+    three standard errors. No fewer than `_FEWEST`, so that a criterion keeps a penalty.
     """
+    samples = sum(map(len, parts))
+    power = sum(float(part @ part) for part in parts)
+    together = sum(float(part[1:] @ part[:-1]) for part in parts)
+    if together <= 3 / np.sqrt(samples) * power:
+        return float(max(samples, _FEWEST))
     return max(sum(len(part) / integrated_time(part) for part in parts), _FEWEST)
 
 

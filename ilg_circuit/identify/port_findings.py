@@ -24,6 +24,8 @@ _MISFIT, _NEGLIGIBLE_MISFIT = 2.0, 1e-3
 #: A rejected candidate of least rms is worth a word where its rms is below this part of the chosen one's: more
 #: parameters always take a little of the noise.
 _CLOSER = 0.9
+#: BICs that differ by less are the same: a model with a part that does nothing.
+_SAME_BIC = 0.1
 
 
 def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Finding]:
@@ -60,15 +62,16 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
         found.append(Finding("not-determined", values={"reason": chosen.identifiability.reason}))
     if len(candidates) > 1 and all(c.against for c in candidates):
         found.append(Finding("no-model-determined"))
-    return found + _rejected(candidates, chosen)
+    return found + rejected_findings(candidates)
 
 
-def _rejected(candidates: Sequence[Candidate], chosen: Candidate) -> list[Finding]:
+def rejected_findings(candidates: Sequence[Candidate]) -> list[Finding]:
     """Return the candidates of least BIC and of clearly least rms that were not chosen, each with its reason."""
     found: list[Finding] = []
+    chosen = next(c for c in candidates if c.chosen)
     fitted = [c for c in candidates if c.bic is not None and c.misfit is not None]
     least = min(fitted, key=lambda c: c.bic or 0.0)
-    if not least.chosen and least.bic is not None and chosen.bic is not None:
+    if least.bic is not None and chosen.bic is not None and least.bic < chosen.bic - _SAME_BIC:
         below = {"model": least.model, "chosen": chosen.model, "less": chosen.bic - least.bic}
         found.append(Finding("least-bic-not-chosen", values={**below, "reason": least.verdict}))
     closest = min(fitted, key=lambda c: c.misfit or 0.0)
