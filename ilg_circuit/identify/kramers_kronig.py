@@ -198,7 +198,7 @@ def _findings(f: Array, found: MeasurementModel, digit: Array, rounding: float) 
     if bad.any():
         sizes = np.abs(found.residuals[bad])
         frequencies = f[bad]
-        shown = [f"{format_quantity(float(x), 'Hz', 4)} (by {s:.1%})" for x, s in zip(frequencies, sizes, strict=True)]
+        shown = [f"{format_quantity(float(x), 'Hz', 4)} ({s:.1%})" for x, s in zip(frequencies, sizes, strict=True)]
         values = {
             "count": int(bad.sum()),
             "of": len(f),

@@ -50,7 +50,7 @@ def test_bad_points_are_named(model: str) -> None:
     (finding,) = found.findings
     assert (finding.code, finding.values["count"]) == ("kramers-kronig-points", 2)
     assert finding.values["frequencies_Hz"] == pytest.approx([0.1, 10**1.5])
-    assert "100 mHz (by " in str(finding)
+    assert "100 mHz (" in str(finding)
     assert finding.values["sizes"] == pytest.approx([0.1 / 1.1] * 2, abs=0.01)
     assert found.rms == pytest.approx(0.003, rel=0.25)
 
