@@ -51,7 +51,7 @@ def supercapacitor() -> list[Figure]:
     }
     left = " ".join(f"{model} {share:.1%}" for model, share in shares.items())
     return [
-        Figure("Kramers-Kronig residuals 0.15 % rms", f"{np.mean([f.check.rms for f in found if f.check]):.2%}"),
+        Figure("Kramers-Kronig residuals 0.10 % rms", f"{np.mean([f.check.rms for f in found if f.check]):.2%}"),
         Figure(
             "leaves 16.5 % rms of abs(Z), two 9.3 %, the finite Warburg element 7.0 %",
             f"{left}; chosen: {', '.join(f.model for f in found)}",

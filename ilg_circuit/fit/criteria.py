@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -11,6 +12,9 @@ from ..arrays import Array
 
 #: Neighbouring residuals that correlate by more than this are a structure, not noise.
 _CORRELATED = 0.3
+
+#: Independent samples at least.
+_FEWEST = 5.0
 
 #: Windows a decade of time, and decades, in a table of residuals.
 _WINDOWS_A_DECADE, _DECADES = 2, 3
@@ -29,18 +33,32 @@ class ResidualWindow:
         return {"from_s": self.start, "to_s": self.end, "n": self.count, "rms": self.rms}
 
 
+def _edges(last: float) -> list[float]:
+    """Return the edges [s] of windows even by the logarithm of time, from the onset to ``last`` [s]."""
+    powers = np.arange(_WINDOWS_A_DECADE * _DECADES, 0, -1) / _WINDOWS_A_DECADE
+    return [0.0, *(last / 10**powers).tolist(), last]
+
+
 def residual_windows(time: Array, residuals: Array, last: float) -> tuple[ResidualWindow, ...]:
     """Residuals from the onset to ``last`` [s] in windows even by the logarithm of time: the fast part counts."""
     after = time >= 0
     t, rest = time[after], residuals[after]
-    powers = np.arange(_WINDOWS_A_DECADE * _DECADES, 0, -1) / _WINDOWS_A_DECADE
-    edges = [0.0, *(last / 10**powers).tolist(), last]
     rows = []
-    for low, high in pairwise(edges):
+    for low, high in pairwise(_edges(last)):
         inside = (t >= low) & ((t < high) | (high == last))
         if inside.any():
             rows.append(ResidualWindow(low, high, int(inside.sum()), float(np.sqrt(np.mean(rest[inside] ** 2)))))
     return tuple(rows)
+
+
+def parts_by_time(time: Array, residuals: Array) -> list[Array]:
+    """Return the residuals before the onset, and those since in the windows of `residual_windows`, without empty ones.
+
+    What a model leaves changes with the logarithm of time: fast at first, slowly at the end.
+    """
+    inner = _edges(float(time[-1]))[1:-1]
+    parts = np.split(residuals, np.searchsorted(time, [0.0, *inner]) if time[-1] > 0 else [])
+    return [part for part in parts if len(part)]
 
 
 def autocorrelation(residuals: Array) -> float:
@@ -77,6 +95,37 @@ def independent_samples(residuals: Array, channels: int = 1) -> float:
     if not any(structured(part) for part in parts):
         return float(len(residuals))
     return max(sum(effective_samples(part) for part in parts), 5.0)
+
+
+def integrated_time(residuals: Array) -> float:
+    """Return the integrated autocorrelation time in samples, 1 + 2 sum of the autocorrelations, at least 1.
+
+    About zero, which residuals should be about: an offset is a structure. The sum ends by Geyer's initial monotone
+    sequence (Geyer 1992): sums of two lags, as long as they are positive, none larger than the one before.
+    """
+    samples = len(residuals)
+    size = 1 << (2 * samples - 1).bit_length()
+    spectrum = np.abs(np.fft.rfft(residuals, size)) ** 2
+    products = np.fft.irfft(spectrum, size)[:samples]
+    if not products[0] > 0:
+        return 1.0
+    pairs = (products[: samples // 2 * 2] / products[0]).reshape(-1, 2).sum(axis=1)
+    positive = len(pairs) if (pairs > 0).all() else int(np.argmin(pairs > 0))
+    return max(2 * float(np.minimum.accumulate(pairs[:positive]).sum()) - 1, 1.0)
+
+
+def samples_for_bic(parts: Sequence[Array]) -> float:
+    """Return the number of independent samples, n over the `integrated_time`, of stationary ``parts`` of residuals.
+
+    Parts are real and imaginary ones, or `parts_by_time`. All count whose neighbours correlate by no more than chance,
+    three standard errors. No fewer than `_FEWEST`, so that a criterion keeps a penalty.
+    """
+    samples = sum(map(len, parts))
+    power = sum(float(part @ part) for part in parts)
+    together = sum(float(part[1:] @ part[:-1]) for part in parts)
+    if together <= 3 / np.sqrt(samples) * power:
+        return float(max(samples, _FEWEST))
+    return max(sum(len(part) / integrated_time(part) for part in parts), _FEWEST)
 
 
 def likelihood(residuals: Array) -> float:

@@ -1,4 +1,7 @@
-"""Selection of a model by BIC: the simplest of those that the data determine, within strong evidence of the best."""
+"""Selection of a model by BIC: the simplest of those that the data determine, within strong evidence of the best.
+
+A model whose residuals are much smaller than another's does not lose to it, whatever the BIC.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,16 @@ from typing import Any, Literal
 import numpy as np
 
 from ..arrays import Array
+from ..findings import Finding
 from .identifiability import Identifiability
 
 Status = Literal["fitted", "failed", "not tried"]
 
 #: A model with more parameters must be better by this much BIC (very strong evidence, Kass and Raftery 1995).
 EVIDENCE = 10.0
+#: A model whose misfit is smaller by this factor does not lose, as far as misfits are at least `_EXACT`.
+CLEAR = 1.5
+_EXACT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -23,8 +30,9 @@ class Candidate:
 
     ``parameters`` counts those that were fitted; ``rmse`` [unit of the data] is that of a single observation,
     ``relative_rms`` the same over its size, ``misfit`` the geometric mean of all observations' relative rms. ``bic`` is
-    on independent samples; ``against`` says why the model is not to be chosen, or could not be fitted; ``verdict`` is
-    the outcome in words. ``status`` says whether it was fitted, failed, or was not tried.
+    on ``independent`` samples, the same for all candidates; ``against`` says why the model is not to be chosen, or
+    could not be fitted; ``reason`` is the outcome as code and numbers, ``verdict`` in words. ``status`` says whether it
+    was fitted, failed, or was not tried.
     """
 
     model: str
@@ -33,17 +41,27 @@ class Candidate:
     relative_rms: float | None = None
     misfit: float | None = None
     bic: float | None = None
+    independent: float | None = None
     identifiability: Identifiability | None = None
     starts: int | None = None
     starts_agreeing: int | None = None
     against: str = ""
-    verdict: str = ""
+    reason: Finding | None = None
     status: Status = "fitted"
     chosen: bool = False
 
+    @property
+    def verdict(self) -> str:
+        """The reason as a sentence."""
+        return str(self.reason) if self.reason else ""
+
     def to_dict(self) -> dict[str, Any]:
-        fields = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        return fields | {"identifiability": self.identifiability and self.identifiability.to_dict()}
+        fields: dict[str, Any] = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return fields | {
+            "identifiability": self.identifiability and self.identifiability.to_dict(),
+            "verdict": self.verdict,
+            "reason": self.reason and {"code": self.reason.code, "values": dict(self.reason.values)},
+        }
 
 
 def bic_on_independent(rms: Array, samples: Array, unknowns: int) -> float:
@@ -55,14 +73,27 @@ def bic_on_independent(rms: Array, samples: Array, unknowns: int) -> float:
     return 2 * float(samples @ np.log(rms)) + unknowns * float(np.log(samples.sum()))
 
 
+def clearly_better(misfit: float, other: float) -> bool:
+    """Return True if a candidate of ``misfit`` cannot lose to one of the ``other``."""
+    return max(misfit, _EXACT) * CLEAR < max(other, _EXACT)
+
+
 def simplest_of_best(
-    bics: Mapping[str, float], unknowns: Mapping[str, int], admitted: Collection[str], evidence: float = EVIDENCE
+    bics: Mapping[str, float],
+    unknowns: Mapping[str, int],
+    admitted: Collection[str],
+    misfits: Mapping[str, float] | None = None,
+    evidence: float = EVIDENCE,
 ) -> str:
     """Return the model with fewest ``unknowns`` within ``evidence`` of the least BIC among the ``admitted``.
 
-    Where none is admitted, the first of all is returned: nothing simpler exists.
+    None is taken that an admitted one is clearly better than, by the ``misfits``. Where none is admitted, the first of
+    all is returned: nothing simpler exists.
     """
     among = [model for model in bics if model in admitted] or list(bics)[:1]
+    if misfits is not None:
+        least_misfit = min(misfits[model] for model in among)
+        among = [model for model in among if not clearly_better(least_misfit, misfits[model])]
     least = min(bics[model] for model in among)
     near = [model for model in among if bics[model] <= least + evidence]
     return min(near, key=lambda model: (unknowns[model], bics[model]))

@@ -131,6 +131,24 @@ class ImpedanceData:
         """Return the rms of the real and imaginary parts of ``residuals`` (2 f,), over abs(Z)."""
         return float(np.sqrt(np.mean((np.abs(self.shown(residuals)) / self.spectrum.modulus) ** 2) / 2))
 
+    def complex_rms(self, residuals: Array) -> float:
+        """Return the rms of abs(data - fit)/abs(Z), `relative_rms` times sqrt(2): both parts of a reading together."""
+        return float(np.sqrt(2)) * self.relative_rms(residuals)
+
+    def worst_window(self, residuals: Array) -> tuple[float, float, float]:
+        """Return the decade of the band [Hz] where ``residuals`` (2 f,) are largest, and their `complex_rms` there.
+
+        The band is cut into equal parts of a decade or a little less.
+        """
+        f, size = self.spectrum.frequency, np.abs(self.shown(residuals)) / self.spectrum.modulus
+        edges = np.geomspace(f[0], f[-1], max(int(np.ceil(np.log10(f[-1] / f[0]) - 1e-6)), 1) + 1)
+        part = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, len(edges) - 2)
+        rms = [
+            float(np.sqrt(np.mean(size[part == k] ** 2))) if (part == k).any() else 0.0 for k in range(len(edges) - 1)
+        ]
+        worst = int(np.argmax(rms))
+        return float(edges[worst]), float(edges[worst + 1]), rms[worst]
+
     def observation(self, model: PortModel, sigma: float | Array = 1.0, *, of_record: bool = False) -> Observation:
         s, kind = self.s, model.kind
 

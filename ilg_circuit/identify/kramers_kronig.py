@@ -1,12 +1,9 @@
 """Kramers-Kronig check of a spectrum before any model is fitted: is it the answer of a linear, steady, causal thing?
 
-By a measurement model (Boukamp 1995; Schoenleber, Klotz and Ivers-Tiffee 2014), which obeys the relations and is
-linear in its unknowns, so that one least-squares solution is the whole fit:
-
-    Z(s) = R + s L + 1/(s C) + sum over k of R_k/(1 + s tau_k),   tau_k even in logarithm over the measured band
-
-with any sign for R_k. The number of terms is the one with the least BIC; the residuals, relative to abs(Z), are what no
-such thing explains. Points that stand far out of the others' residuals are named.
+By the measurement model of `measurement_model`, of Z or of 1/Z, whichever explains more. A point is left out only for
+what noise, rounding and the model's own error cannot do. It lies far from what all others make expect, in units of the
+noise of its neighbours; by more than the last digit of the readings can; alone, while its neighbours are where they
+should be; and the others obey the relations. What neighbours share is told, and nothing is left out.
 """
 
 from __future__ import annotations
@@ -22,16 +19,26 @@ from ..findings import Finding
 from ..fit.criteria import structured
 from ..measurements.spectrum import Spectrum
 from ..units import format_quantity
+from .measurement_model import MeasurementModel, measurement_model
 
-#: Time constants a decade at most, and the part of the readings that the unknowns may use up.
-_PER_DECADE = 7.0
-_UNKNOWNS = 0.5
-#: A point is bad whose residual is so many robust standard deviations, and at least this part of abs(Z).
-_FAR_OUT = 6.0
-_LEAST = 0.01
-_MOST_BAD = 0.1
-#: Residuals beyond this part of abs(Z) are worth a word: noise, and (the smaller one) a structure.
-_NOISY, _STRUCTURED = 0.01, 0.003
+#: A point is bad whose distance is so many robust standard deviations, at least this part of abs(Z), so many times the
+#: half of the last digit's unit, and so many times the residuals of its neighbours.
+_FAR_OUT, _LEAST, _UNITS, _ALONE = 6.0, 0.01, 3.0, 3.0
+#: Neighbours on either side: of the noise (the larger one counts), and of the residuals that a bad point must exceed.
+_NOISE_NEAR, _NEXT = (6, 3), 2
+#: Points are suspects from this part of the limits on, and judged when all others like them are out. Of so many that
+#: stand farthest out the one goes first without which the rest obeys best.
+_SUSPECT, _COMPARED = 0.3, 3
+_MOST_BAD, _MOST_SUSPECTS = 0.1, 30
+#: So many points side by side are no single readings.
+_RUN = 3
+#: Residuals beyond this part of abs(Z) are worth a word: noise, and (the smaller one) a structure; and beyond so many
+#: times the rounding.
+_NOISY, _STRUCTURED, _OVER_ROUNDING = 0.01, 0.003, 2.0
+#: The median size of a complex normal number whose parts have the mean square one, over sqrt(2).
+_MEDIAN = np.sqrt(np.log(2))
+#: Digits that are taken for written ones.
+_DIGITS = 12
 
 
 @dataclass(frozen=True)
@@ -39,7 +46,8 @@ class KramersKronig:
     """The check's outcome. ``residuals`` (f,) are (data - measurement model)/abs(data), complex, at every frequency.
 
     ``bad`` (f,) are the points that were left out of the measurement model because they stand far out; ``terms`` is
-    the number of time constants; ``rms`` that of the other points' residuals, real and imaginary parts together.
+    the number of time constants, ``freedom`` that of unknowns that the spectrum determines; ``rms`` that of the other
+    points' residuals, real and imaginary parts together.
     """
 
     frequency: Array
@@ -47,6 +55,7 @@ class KramersKronig:
     residuals: ComplexArray
     bad: Mask
     terms: int
+    freedom: float
     rms: float
     findings: tuple[Finding, ...]
 
@@ -59,8 +68,10 @@ class KramersKronig:
         return {
             "rms": self.rms,
             "terms": self.terms,
+            "freedom": self.freedom,
             "consistent": self.consistent,
             "bad_frequencies_Hz": self.frequency[self.bad].tolist(),
+            "bad_sizes": np.abs(self.residuals[self.bad]).tolist(),
         }
 
 
@@ -69,70 +80,141 @@ def kramers_kronig(spectrum: Spectrum) -> KramersKronig:
     f, z = spectrum.frequency, spectrum.impedance
     if len(f) < 6:
         raise InputError(f"{spectrum.source}: {len(f)} points; the Kramers-Kronig check needs 6")
-    bad = np.zeros(len(f), dtype=bool)
-    modelled, terms = _measurement_model(f, z, ~bad)
-    for _ in range(int(_MOST_BAD * len(f))):
-        worst = _worst(z, modelled, bad)
-        if worst is None:
-            break
-        bad[worst] = True
-        modelled, terms = _measurement_model(f, z, ~bad)
-    overflow = _worst(z, modelled, bad) is not None and bad.sum() >= int(_MOST_BAD * len(f)) > 0
-    if overflow:  # so many that they are not exceptions: all count
-        bad[:] = False
-        modelled, terms = _measurement_model(f, z, ~bad)
+    digit = last_digit(z)
+    found = _checked(f, z, digit, admittance=False)
+    if not found.consistent:
+        other = _checked(f, z, digit, admittance=True)
+        if other.consistent or other.rms < found.rms / 2:
+            return other
+    return found
+
+
+def last_digit(z: ComplexArray) -> Array:
+    """Return half a unit of the last digit that the readings ``z`` (f,) were given with (f,), over abs(Z).
+
+    Readings have so many significant digits, or so many decimals, as the longest of the column.
+    """
+    return np.asarray(np.hypot(_unit(z.real), _unit(z.imag)) / 2 / np.abs(z))
+
+
+def _unit(x: Array) -> Array:
+    """Return the unit of the last digit of each number (f,) of a column."""
+    size = np.abs(x)
+    shown = [f"{v:.{_DIGITS - 1}e}".split("e") for v in size[size > 0]]
+    if not shown:
+        return np.zeros_like(x)
+    digits = np.array([len(mantissa.replace(".", "").rstrip("0")) for mantissa, _ in shown])
+    powers = np.array([float(power) for _, power in shown])
+    power = np.floor(np.log10(np.where(size > 0, size, 1.0)))
+    by_digits = np.where(size > 0, 10.0 ** (power - digits.max() + 1), 0.0)
+    return np.maximum(by_digits, 10.0 ** -float((digits - 1 - powers).max()))
+
+
+def _checked(f: Array, z: ComplexArray, digit: Array, *, admittance: bool) -> KramersKronig:
+    """Return the check by the measurement model of impedances or of admittances."""
+    y = 1 / z if admittance else z
+    rounding = float(np.sqrt(np.mean(digit**2) / 6))
+
+    def model(kept: Mask) -> MeasurementModel:
+        return measurement_model(2 * np.pi * f, y, kept, rounding)
+
+    whole = model(np.ones(len(f), dtype=bool))
+    limits = np.maximum(_STRUCTURED, _UNITS * digit)
+    found = whole if (np.abs(whole.residuals) < limits).all() else _without_bad_points(whole, model, digit)
+    if not found.kept.all() and _spread(found, rounding)[1]:  # the others do not obey the relations either
+        found = whole
+    modelled = (y / np.abs(y) - found.residuals) * np.abs(y)
+    if admittance:
+        modelled = 1 / modelled
     residuals = (z - modelled) / np.abs(z)
-    kept = residuals[~bad]
-    rms = float(np.sqrt(np.mean(kept.real**2 + kept.imag**2) / 2))
-    return KramersKronig(f, modelled, residuals, bad, terms, rms, _findings(f, residuals, bad, rms))
+    findings = _findings(f, found, digit, rounding)
+    freedom, rms = found.freedom, _rms(found)
+    return KramersKronig(f, modelled, residuals, ~found.kept, found.terms, freedom, rms, findings)
 
 
-def _worst(z: ComplexArray, modelled: ComplexArray, bad: Mask) -> int | None:
-    """The point that stands farthest out of the others' residuals, if one does."""
-    size = np.where(bad, 0.0, np.abs(z - modelled) / np.abs(z))
-    # the median of the size of a complex normal of unit parts is sqrt(2 ln 2)
-    spread = float(np.median(size[~bad])) / np.sqrt(2 * np.log(2))
-    k = int(np.argmax(size))
-    return k if size[k] > max(_FAR_OUT * spread, _LEAST) else None
+def _without_bad_points(whole: MeasurementModel, model: Any, digit: Array) -> MeasurementModel:
+    """Return the measurement model without the points that stand out, or ``whole`` where these are no exceptions.
+
+    All suspects are taken out, the farthest first, so that none hides another; then those return, the least first, that
+    the rest explains.
+    """
+    most = int(_MOST_BAD * len(whole.kept))
+    found, kept = whole, whole.kept.copy()
+    for _ in range(min(2 * most, _MOST_SUSPECTS)):
+        out = np.where(kept, _standing_out(found, digit), 0.0)
+        suspects = [k for k in np.argsort(out)[::-1][:_COMPARED] if out[k] > _SUSPECT]
+        if not suspects:
+            break
+        found = min((model(kept & (np.arange(len(kept)) != k)) for k in suspects), key=_rms)
+        kept = found.kept.copy()
+    while not kept.all():
+        out = np.where(kept, np.inf, _standing_out(found, digit))
+        shared = np.abs(found.deleted) < _ALONE * _largest_next(found)
+        out = np.where(shared & ~kept, np.minimum(out, 1.0), out)
+        least = int(np.argmin(out))
+        if out[least] > 1:
+            break
+        kept[least] = True
+        found = model(kept.copy())
+    side_by_side = np.convolve(~kept, np.ones(_RUN)).max() >= _RUN
+    return whole if side_by_side or (~kept).sum() > most else found
 
 
-def _measurement_model(f: Array, z: ComplexArray, kept: Mask) -> tuple[ComplexArray, int]:
-    """Impedance at every frequency of the measurement model of least BIC on the points ``kept``, and its terms."""
-    omega = 2 * np.pi * f
-    weight = 1 / np.abs(z)
-    low, high = omega[kept].min(), omega[kept].max()
-    readings = 2 * int(kept.sum())
-    most = min(int(_PER_DECADE * np.log10(high / low)) + 2, int(_UNKNOWNS * readings) - 3)
-    best: tuple[float, ComplexArray, int] | None = None
-    for terms in range(2, max(most, 2) + 1):
-        tau = np.geomspace(1 / high, 1 / low, terms)
-        s = 1j * omega[:, None]
-        columns = np.concatenate([np.ones_like(s), s / high, low / s, 1 / (1 + s * tau)], axis=1)
-        weighted = columns * weight[:, None]
-        matrix = np.concatenate([weighted[kept].real, weighted[kept].imag])
-        target = np.concatenate([(z * weight)[kept].real, (z * weight)[kept].imag])
-        size = np.linalg.norm(matrix, axis=0)
-        amounts = np.linalg.lstsq(matrix / size, target, rcond=1e-12)[0]
-        rest = float(np.mean((matrix / size @ amounts - target) ** 2))
-        # rounding is no information: below it more terms say nothing
-        bic = readings * np.log(max(rest, 1e-24)) + np.log(readings) * (terms + 3)
-        if best is None or bic < best[0]:
-            best = (float(bic), columns / size @ amounts, terms)
-    assert best is not None
-    return best[1], best[2]
+def _standing_out(found: MeasurementModel, digit: Array) -> Array:
+    """Return how far every point (f,) is from what the others make expect, over the limit of what noise does."""
+    noise = np.full(len(digit), np.median(found.surprise[found.kept]))
+    for half in _NOISE_NEAR:
+        noise = np.maximum(noise, np.median(found.surprise[_near(found.kept, half)], axis=1))
+    by_noise = found.surprise / np.maximum(_FAR_OUT * noise / _MEDIAN, np.finfo(float).tiny)
+    return np.asarray(np.minimum(by_noise, np.abs(found.deleted) / np.maximum(_LEAST, _UNITS * digit)))
 
 
-def _findings(f: Array, residuals: ComplexArray, bad: Mask, rms: float) -> tuple[Finding, ...]:
-    found = []
-    if bad.any():
-        where = [format_quantity(float(x), "Hz", 4) for x in f[bad][:6]] + ["..."] * int(bad.sum() > 6)
-        worst = float(np.abs(residuals[bad]).max())
-        values = {"count": int(bad.sum()), "of": len(f), "worst": worst, "frequencies": where}
-        found.append(Finding("kramers-kronig-points", values=values))
-    kept = residuals[~bad]
+def _largest_next(found: MeasurementModel) -> Array:
+    """Return the largest residual (f,) of each point's nearest kept neighbours."""
+    return np.asarray(np.abs(found.residuals)[_near(found.kept, _NEXT)].max(axis=1))
+
+
+def _near(kept: Mask, half: int) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Return the kept points that are nearest to each point (f, 2 half), itself not among them."""
+    at = np.flatnonzero(kept)
+    gap = np.abs(at[None, :] - np.arange(len(kept))[:, None]).astype(float)
+    gap[gap == 0] = np.inf
+    return np.asarray(at[np.argsort(gap, axis=1, kind="stable")[:, : min(2 * half, len(at) - 1)]])
+
+
+def _rms(found: MeasurementModel) -> float:
+    return float(np.sqrt(np.mean(np.abs(found.residuals[found.kept]) ** 2) / 2))
+
+
+def _spread(found: MeasurementModel, rounding: float) -> tuple[bool, bool]:
+    """Return whether the kept points' residuals have a structure, and whether they have and are worth a word."""
+    kept = found.residuals[found.kept]
     shaped = structured(kept.real) or structured(kept.imag)
-    if rms > (_STRUCTURED if shaped else _NOISY):
-        worst_at = float(f[~bad][int(np.argmax(np.abs(kept)))])
-        values = {"rms": rms, "structure": " with a structure" if shaped else "", "at": worst_at}
-        found.append(Finding("kramers-kronig-residuals", values=values))
-    return tuple(found)
+    return shaped, shaped and _rms(found) > max(_STRUCTURED, _OVER_ROUNDING * rounding)
+
+
+def _findings(f: Array, found: MeasurementModel, digit: Array, rounding: float) -> tuple[Finding, ...]:
+    findings, bad = [], ~found.kept
+    if bad.any():
+        sizes = np.abs(found.residuals[bad])
+        frequencies = f[bad]
+        shown = [f"{format_quantity(float(x), 'Hz', 4)} ({s:.1%})" for x, s in zip(frequencies, sizes, strict=True)]
+        values = {
+            "count": int(bad.sum()),
+            "of": len(f),
+            "worst": float(sizes.max()),
+            "frequencies_Hz": frequencies.tolist(),
+            "sizes": sizes.tolist(),
+            "shown": shown[:6] + ["..."] * (len(shown) > 6),
+        }
+        findings.append(Finding("kramers-kronig-points", values=values))
+    kept, at = np.abs(found.residuals[found.kept]), f[found.kept]
+    shaped, worth = _spread(found, rounding)
+    if worth or _rms(found) > max(_NOISY, _OVER_ROUNDING * rounding):
+        structure = " with a structure" if shaped else ""
+        values = {"rms": _rms(found), "structure": structure, "at": float(at[int(np.argmax(kept))])}
+        findings.append(Finding("kramers-kronig-residuals", values=values))
+    elif kept.max() > _STRUCTURED and _standing_out(found, digit)[found.kept].max() > 1:
+        values = {"at": float(at[int(np.argmax(kept))]), "worst": float(kept.max())}
+        findings.append(Finding("kramers-kronig-disturbed", values=values))
+    return tuple(findings)

@@ -213,10 +213,10 @@ def misfit_findings(rows: Sequence[ObservationFit]) -> list[Finding]:
     """Return a finding on every observation of which the model leaves too much."""
     found = []
     for r in rows:
-        if r.misfit is None or not (r.misfit.warn or r.misfit.fail):
-            continue
         m = r.misfit
-        code = "not-a-success" if m.fail else "misfit-spectrum" if r.quantity == "impedance" else "misfit"
+        if m is None or not (m.fail or (m.warn and r.quantity != "impedance")):
+            continue  # of a spectrum the port's findings tell it
+        code = "not-a-success" if m.fail else "misfit"
         values = {"quantity": r.quantity, "size": SIZE[r.quantity], "share": m.share, "worst": m.worst}
         found.append(Finding(code, r.source, {**values, "from": m.start, "to": m.end}))
     return found

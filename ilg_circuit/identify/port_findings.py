@@ -21,6 +21,11 @@ from .port_model import PortData
 _OVER_NOISE, _NEGLIGIBLE = 1.5, 1e-4
 #: A spectrum's misfit is worth a word beyond this factor of its own noise, and this part of abs(Z).
 _MISFIT, _NEGLIGIBLE_MISFIT = 2.0, 1e-3
+#: A rejected candidate of least rms is worth a word where its rms is below this part of the chosen one's: more
+#: parameters always take a little of the noise.
+_CLOSER = 0.9
+#: BICs that differ by less are the same: a model with a part that does nothing.
+_SAME_BIC = 0.1
 
 
 def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Finding]:
@@ -32,7 +37,9 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
         if isinstance(d, ImpedanceData):
             share = d.relative_rms(residuals)
             if share > max(_MISFIT * d.check.rms, _NEGLIGIBLE_MISFIT):
+                low, high, worst = d.worst_window(residuals)
                 values = {"model": port.kind.name, "share": share, "noise": d.check.rms}
+                values |= {"complex": d.complex_rms(residuals), "from": low, "to": high, "worst": worst}
                 found.append(Finding("spectrum-misfit", subject, values))
             if structured(residuals) and share > _NEGLIGIBLE_MISFIT:
                 found.append(Finding("residuals-autocorrelated", subject))
@@ -55,6 +62,23 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
         found.append(Finding("not-determined", values={"reason": chosen.identifiability.reason}))
     if len(candidates) > 1 and all(c.against for c in candidates):
         found.append(Finding("no-model-determined"))
+    return found + rejected_findings(candidates)
+
+
+def rejected_findings(candidates: Sequence[Candidate]) -> list[Finding]:
+    """Return the candidates of least BIC and of clearly least rms that were not chosen, each with its reason."""
+    found: list[Finding] = []
+    chosen = next(c for c in candidates if c.chosen)
+    fitted = [c for c in candidates if c.bic is not None and c.misfit is not None]
+    least = min(fitted, key=lambda c: c.bic or 0.0)
+    if least.bic is not None and chosen.bic is not None and least.bic < chosen.bic - _SAME_BIC:
+        below = {"model": least.model, "chosen": chosen.model, "less": chosen.bic - least.bic}
+        found.append(Finding("least-bic-not-chosen", values={**below, "reason": least.verdict}))
+    closest = min(fitted, key=lambda c: c.misfit or 0.0)
+    share, chosen_share = closest.misfit or 0.0, chosen.misfit or 0.0
+    if closest not in (least, chosen) and share < _CLOSER * chosen_share:
+        values = {"model": closest.model, "chosen": chosen.model, "share": share, "chosen_share": chosen_share}
+        found.append(Finding("least-rms-not-chosen", values={**values, "reason": closest.verdict}))
     return found
 
 

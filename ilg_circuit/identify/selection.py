@@ -9,9 +9,11 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import IlgError, SolveError
+from ..findings import Finding
+from ..fit.criteria import parts_by_time, samples_for_bic
 from ..fit.identifiability import Identifiability
 from ..fit.problem import Progress
-from ..fit.selection import EVIDENCE, Candidate, Status, bic_on_independent, simplest_of_best
+from ..fit.selection import CLEAR, EVIDENCE, Candidate, Status, bic_on_independent, clearly_better, simplest_of_best
 from ..strip.models import candidates, electrical_model, model_names
 from .impedance import ImpedanceData
 from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
@@ -27,8 +29,8 @@ def fit_named(
     """Return the fit of the model asked for, as the only candidate."""
     found = fit_port(data, model, held, per_record, progress)
     identifiability = found.identifiability()
-    row = _row(found, _bic(found, found.independent()), identifiability, _against(found, identifiability))
-    return found, (_judged(row, "asked for", chosen=True),)
+    row = _row(found, _samples(found), identifiability)
+    return found, (replace(row, reason=Finding("candidate-asked-for"), chosen=True),)
 
 
 def fit_best(
@@ -36,9 +38,11 @@ def fit_best(
 ) -> tuple[PortFit, tuple[Candidate, ...]]:
     """Return the fit of the best model of all data together, by BIC on independent samples, and all candidates.
 
-    A model with a parameter that is not determined, or whose best fit was reached from one start only, is not chosen.
-    A sinh electron path or a growing capacitance is tried where voltages differ and the best linear model's residuals
-    are larger than those of the individual fits. Raises SolveError where no model can be fitted.
+    The number of independent samples is one for all, from the residuals of the candidate of least rms; a candidate that
+    is better by a factor of `CLEAR` does not lose. A model with a parameter that is not determined, or whose best fit
+    was reached from one start only, is not chosen. A sinh electron path or a growing capacitance is tried where
+    voltages differ and the best linear model's residuals are larger than those of the individual fits. Raises
+    SolveError where no model can be fitted.
     """
     contest = _Contest(data, held, per_record, progress)
     tried = {m for d in data for m in candidates("spectrum" if d.quantity == "impedance" else "record")}
@@ -60,7 +64,7 @@ class _Contest:
     def __init__(self, data: Sequence[PortData], held: float, per_record: frozenset[str], progress: Progress) -> None:
         self._data, self._held, self._per_record, self._progress = data, held, per_record, progress
         self.fits: dict[str, PortFit] = {}
-        self.failures: dict[str, tuple[Status, str]] = {}
+        self.failures: dict[str, tuple[Status, Finding]] = {}
         self._errors: list[IlgError] = []
         self._identifiability: dict[str, Identifiability] = {}
 
@@ -69,13 +73,13 @@ class _Contest:
         count, costly = len(electrical_model(model).parameters), any(d.quantity == "current" for d in self._data)
         for other, found in self.fits.items():
             if costly and model != _CHECK and found.only_noise and count >= len(found.kind.parameters):
-                self._skip(model, f"the residuals of {other} are only noise")
+                self._skip(model, "candidate-not-tried-noise", other=other)
                 return
         try:
             self.fits[model] = fit_port(self._data, model, self._held, self._per_record, self._progress)
         except IlgError as error:
             self._errors.append(error)
-            self.failures[model] = ("failed", f"could not be fitted: {error}")
+            self.failures[model] = ("failed", Finding("candidate-failed", values={"error": str(error)}))
 
     def enter_nonlinear(self, ions: str) -> None:
         """Fit ``ions`` with each addition that is not linear, where anything can speak for it."""
@@ -85,30 +89,35 @@ class _Contest:
                 continue
             if not levels_differ(self._data):
                 if len(self._data) > 1:
-                    self._skip(model, "it needs several voltages, and these are the same")
+                    self._skip(model, "candidate-not-tried-voltages")
             elif ions in self.fits and self.fits[ions].beyond_individual(self.samples) < EVIDENCE:
-                self._skip(model, f"the residuals of {ions} are no larger than those of individual fits")
+                self._skip(model, "candidate-not-tried-gain", other=ions)
             else:
                 self.enter(model)
 
-    def _skip(self, model: str, why: str) -> None:
-        self.failures[model] = ("not tried", f"not tried: {why}")
+    def _skip(self, model: str, code: str, **values: str) -> None:
+        self.failures[model] = ("not tried", Finding(code, values=values))
+
+    @property
+    def richest(self) -> str:
+        """The model of least rms."""
+        return min(self.fits, key=lambda model: self.fits[model].misfit)
 
     @property
     def samples(self) -> Array:
-        """Independent samples of each file: by the model with most of them."""
-        return np.max([found.independent() for found in self.fits.values()], axis=0)
+        """Independent samples of each file (files,): by the residuals of the model of least rms."""
+        return _samples(self.fits[self.richest])
 
     @property
     def bics(self) -> dict[str, float]:
         samples = self.samples
         return {m: _bic(found, samples) for m, found in self.fits.items()}
 
-    def against(self, model: str) -> str:
-        """Return why a model that was fitted is not to be chosen; empty where nothing speaks against it."""
+    def identifiability(self, model: str) -> Identifiability:
+        """Return what the data determine of a model that was fitted."""
         if model not in self._identifiability:
             self._identifiability[model] = self.fits[model].identifiability()
-        return _against(self.fits[model], self._identifiability[model])
+        return self._identifiability[model]
 
     def best(self, among: list[str]) -> str:
         """Return the simplest of the best models that nothing speaks against."""
@@ -120,28 +129,59 @@ class _Contest:
             )
         bics = {m: bic for m, bic in self.bics.items() if m in among}
         unknowns = {m: self.fits[m].fit.count for m in among}
-        return simplest_of_best(bics, unknowns, [m for m in among if not self.against(m)])
+        misfits = {m: self.fits[m].misfit for m in among}
+        admitted = [m for m in among if self._admitted(m)]
+        return simplest_of_best(bics, unknowns, admitted, misfits)
 
     def rows(self, winner: str) -> tuple[Candidate, ...]:
-        """Return all candidates in the order of the models' names."""
-        bics = self.bics
+        """Return all candidates in the order of the models' names, each with its reason."""
         rows = []
         for model in (m for m in model_names() if m in self.fits or m in self.failures):
             if model not in self.fits:
                 status, why = self.failures[model]
-                rows.append(Candidate(model, against=why, verdict=why, status=status))
+                rows.append(Candidate(model, against=str(why), reason=why, status=status))
                 continue
-            against = self.against(model)
-            row = _row(self.fits[model], bics[model], self._identifiability[model], against)
-            if model == winner:
-                verdict = "chosen"
-            elif against:
-                verdict = against
-            else:
-                worse = bics[model] > bics[winner]
-                verdict = "worse" if worse else "better by less than the evidence that more parameters need"
-            rows.append(_judged(row, verdict, chosen=model == winner))
+            row = _row(self.fits[model], self.samples, self.identifiability(model))
+            rows.append(replace(row, reason=self._reason(model, winner), chosen=model == winner))
         return tuple(rows)
+
+    def _reason(self, model: str, winner: str) -> Finding:
+        """Return why a model that was fitted was chosen, or was not."""
+        found, best, bics = self.fits[model], self.fits[winner], self.bics
+        against = _against(found, self.identifiability(model))
+        if model == winner:
+            return Finding("candidate-chosen-although", values={"reason": str(against)}) if against else _CHOSEN
+        if against:
+            return against
+        less, more = bics[winner] - bics[model], found.fit.count - best.fit.count
+        rival = min((m for m in self.fits if self._admitted(m)), key=lambda m: self.fits[m].misfit)
+        if less >= -EVIDENCE and clearly_better(self.fits[rival].misfit, found.misfit):
+            ratio = found.misfit / self.fits[rival].misfit
+            return Finding(
+                "candidate-clearly-worse", values={"than": rival, "ratio": ratio, "limit": CLEAR, "less": less}
+            )
+        if less >= 0 and more > 0:
+            needs = {"than": winner, "less": less, "more": more, "needed": EVIDENCE}
+            return Finding("candidate-not-enough", values=needs)
+        return Finding("candidate-worse", values={"than": winner, "bic": -less, "ratio": found.misfit / best.misfit})
+
+    def _admitted(self, model: str) -> bool:
+        return _against(self.fits[model], self.identifiability(model)) is None
+
+
+_CHOSEN = Finding("candidate-chosen")
+
+
+def _samples(found: PortFit) -> Array:
+    """Return the independent samples of each file (files,), by the residuals of a fit."""
+    count = []
+    for k, (d, o) in enumerate(zip(found.data, found.fit.problem.observations, strict=False)):
+        residuals = found.fit.residuals_of(k)
+        by_time = d.quantity == "current"
+        count.append(
+            samples_for_bic(parts_by_time(d.abscissa, residuals) if by_time else np.split(residuals, o.channels))
+        )
+    return np.array(count)
 
 
 def _bic(found: PortFit, samples: Array) -> float:
@@ -149,31 +189,30 @@ def _bic(found: PortFit, samples: Array) -> float:
     return bic_on_independent(np.maximum(found.rms, floor), samples, found.fit.count)
 
 
-def _against(found: PortFit, identifiability: Identifiability) -> str:
+def _against(found: PortFit, identifiability: Identifiability) -> Finding | None:
+    """Return why a model that was fitted is not to be chosen; None where nothing speaks against it."""
     if not identifiability.determined:
-        return f"not determined by these data ({identifiability.reason})"
+        return Finding("candidate-not-determined", values={"reason": identifiability.reason})
     starts = found.fit.starts
-    return "" if starts.confirmed else f"the best of {starts.starts} fits was not reached a second time"
+    return None if starts.confirmed else Finding("candidate-not-confirmed", values={"starts": starts.starts})
 
 
-def _row(found: PortFit, bic: float, identifiability: Identifiability, against: str) -> Candidate:
+def _row(found: PortFit, samples: Array, identifiability: Identifiability) -> Candidate:
     first, single = found.data[0], len(found.data) == 1
     relative = found.rms[0] / first.size if first.quantity == "current" else None
     if isinstance(first, ImpedanceData):
         relative = first.relative_rms(found.fit.residuals_of(0))
+    against = _against(found, identifiability)
     return Candidate(
         model=found.kind.name,
         parameters=len(found.fit.values),
         rmse=float(found.rms[0]) if single else None,
         relative_rms=relative if single else None,
         misfit=found.misfit,
-        bic=bic,
+        bic=_bic(found, samples),
+        independent=float(samples.sum()),
         identifiability=identifiability,
         starts=found.fit.starts.starts,
         starts_agreeing=found.fit.starts.agreeing,
-        against=against,
+        against=str(against) if against else "",
     )
-
-
-def _judged(row: Candidate, verdict: str, *, chosen: bool) -> Candidate:
-    return replace(row, verdict=verdict, chosen=chosen)

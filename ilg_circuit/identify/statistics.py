@@ -35,17 +35,29 @@ def statistics_of(
     samples = slice(0, port_fit.problem.slices[count - 1].stop)
     statistics: dict[str, Any] = {"rmse": float(np.sqrt(np.mean(port_fit.residuals[samples] ** 2))), "rmse_unit": ""}
     statistics |= {"aic": None, "bic": chosen.bic, "n": samples.stop}
-    statistics |= dict.fromkeys(("rmse_over_peak", "relative_rms", "independent", "weighting", "displacement"))
+    unknown = (
+        "rmse_over_peak",
+        "relative_rms",
+        "complex_rms",
+        "worst_window",
+        "independent",
+        "weighting",
+        "displacement",
+    )
+    statistics |= dict.fromkeys(unknown)
     if single:
         first = port.data[0]
         statistics |= dict(rows[0].statistics) | {"rmse_unit": first.unit}
         if isinstance(first, ImpedanceData):
             residuals = first.shown(port_fit.residuals_of(0))
+            low, high, worst = first.worst_window(port_fit.residuals_of(0))
             statistics |= {
                 "rmse": float(np.sqrt(np.mean(np.abs(residuals) ** 2) / 2)),
                 "rmse_unit": "ohm",
                 "relative_rms": first.relative_rms(port_fit.residuals_of(0)),
-                "independent": port_fit.independent_samples(0),
+                "complex_rms": first.complex_rms(port_fit.residuals_of(0)),
+                "worst_window": {"from_Hz": low, "to_Hz": high, "complex_rms": worst},
+                "independent": chosen.independent,
                 "weighting": first.weighting,
             }
         else:

@@ -128,7 +128,7 @@ def page(result: Identification) -> Page:
         Section("Data, fit and residuals", [picture(figure(result), "measurements, fit, prediction, residuals")]),
         *_check_sections(result),
         Section("Residuals of every file", [_comparison(result), *(Prose(n) for n in comparison_notes(result))]),
-        Section("Candidates", [_candidates(result)]),
+        Section("Candidates", [_candidates(result), Prose(f"{_basis(result)}.")]),
         parameter_section(result.parameters),
         *(parameter_section(found, f"Parameters of {source} by itself") for source, found in result.own.items()),
         derived_section(result.derived),
@@ -157,12 +157,13 @@ def _statistics_line(result: Identification, o: ObservationFit) -> str:
 
 
 def _check_lines(result: Identification) -> list[str]:
-    return [
-        f"Kramers-Kronig{'' if result.single else f', {o.source}'}: residuals {o.check.rms:.2%} rms of abs(Z), "
-        f"{o.check.terms} time constants"
-        for o in result.observations
-        if o.check is not None
-    ]
+    lines = []
+    for o in result.observations:
+        if o.check is not None:
+            name, bad = "" if result.single else f", {o.source}", int(o.check.bad.sum())
+            left_out = f"{bad} of {len(o.check.bad)} points left out" if bad else "no point left out"
+            lines.append(f"Kramers-Kronig{name}: residuals {o.check.rms:.2%} rms of abs(Z), {left_out}")
+    return lines
 
 
 def _check_sections(result: Identification) -> list[Section]:
@@ -170,12 +171,14 @@ def _check_sections(result: Identification) -> list[Section]:
     for o in result.observations:
         if o.check is None:
             continue
-        bad = ", ".join(format_quantity(float(f), "Hz", 4) for f in o.check.frequency[o.check.bad])
-        left_out = f"Left out, since they break the relations: {bad}." if bad else "No point breaks the relations."
+        pairs = zip(o.check.frequency[o.check.bad], o.check.residuals[o.check.bad], strict=True)
+        bad = ", ".join(f"{format_quantity(float(f), 'Hz', 4)} ({abs(r):.1%})" for f, r in pairs)
+        left_out = f"Left out, since they break the relations: {bad}." if bad else "No point was left out."
         blocks.append(
             Prose(
-                f"{o.source}: a linear measurement model of {o.check.terms} time constants obeys the Kramers-Kronig "
-                f"relations; its residuals, the spectrum's own noise, are {o.check.rms:.2%} rms of abs(Z). {left_out}"
+                f"{o.source}: a linear measurement model obeys the Kramers-Kronig relations (the spectrum determines "
+                f"{o.check.freedom:.0f} of its unknowns); its residuals, the spectrum's own noise, are "
+                f"{o.check.rms:.2%} rms of abs(Z). {left_out}"
             )
         )
     return [Section("Kramers-Kronig check", blocks)] if blocks else []
@@ -192,9 +195,17 @@ def _candidate_rows(result: Identification) -> list[tuple[str, str, str, str, st
     return [row(c) for c in result.candidates]
 
 
+def _basis(result: Identification) -> str:
+    """What the BIC of all candidates is computed on."""
+    fitted = [c for c in result.candidates if c.independent and c.misfit is not None]
+    richest = min(fitted, key=lambda c: c.misfit or 0.0)
+    return f"BIC on {richest.independent:.3g} independent samples for all, by the residuals of {richest.model}"
+
+
 def _candidate_lines(result: Identification) -> list[str]:
     lines = [f"{'model':<14}{'parameters':>11}{'rms':>9}{'BIC - best':>12}   verdict"]
-    return lines + [f"{m:<14}{n:>11}{rms:>9}{bic:>12}   {why}" for m, n, rms, bic, why in _candidate_rows(result)]
+    rows = [f"{m:<14}{n:>11}{rms:>9}{bic:>12}   {why}" for m, n, rms, bic, why in _candidate_rows(result)]
+    return [*lines, *rows, f"({_basis(result)})"]
 
 
 def _candidates(result: Identification) -> Grid:

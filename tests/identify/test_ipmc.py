@@ -123,7 +123,11 @@ def test_auto_leaves_one_pole_and_says_why(measurement: Record) -> None:
     by_model = {c.model: c for c in found.candidates}
     assert list(by_model)[:4] == ["rc", "rc2", "rc3", "warburg"]
     assert [c.model for c in found.candidates if c.chosen] == ["rc3"]
-    assert by_model["rc2"].verdict == by_model["warburg"].verdict == "worse"
+    for model in ("rc2", "warburg"):
+        reason = by_model[model].reason
+        assert reason is not None
+        assert (reason.code, reason.values["than"]) == ("candidate-worse", "rc3")
+        assert reason.values["bic"] > 10
     assert by_model["rc"].against.startswith("not determined by these data (standard error over 50%: dc_resistance")
     bics = {m: c.bic for m, c in by_model.items() if c.bic is not None}
     assert sorted(bics, key=lambda m: bics[m])[:4] == ["rc3", "rc2", "warburg", "rc"]

@@ -49,7 +49,9 @@ def test_bad_points_are_named(model: str) -> None:
     assert np.flatnonzero(found.bad).tolist() == [20, 45]
     (finding,) = found.findings
     assert (finding.code, finding.values["count"]) == ("kramers-kronig-points", 2)
-    assert "100 mHz, 31.62 Hz; they are left out" in str(finding)
+    assert finding.values["frequencies_Hz"] == pytest.approx([0.1, 10**1.5])
+    assert "100 mHz (" in str(finding)
+    assert finding.values["sizes"] == pytest.approx([0.1 / 1.1] * 2, abs=0.01)
     assert found.rms == pytest.approx(0.003, rel=0.25)
 
 

@@ -15,6 +15,7 @@ from synthetic import Synthetic, record, spectrum, step, two_branches
 
 from ilg_circuit.errors import SolveError
 from ilg_circuit.findings import codes
+from ilg_circuit.fit import selection as fit_selection
 from ilg_circuit.fit.selection import EVIDENCE
 from ilg_circuit.identify import Identification, coupling_fit, identify, selection
 from ilg_circuit.measurements.record import Record
@@ -200,6 +201,7 @@ def test_an_engine_that_has_no_effect_is_said(run: Run, tmp_path: Path) -> None:
 def test_auto_asks_for_the_same_evidence(kind: str, gain: float, model: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a second branch is better by a little less than 10 BIC one is enough, where by a little more it is not."""
     monkeypatch.setattr(selection, "_bic", lambda found, samples: {"rc": gain, "rc2": 0.0}.get(found.kind.name, 100.0))
+    monkeypatch.setattr(fit_selection, "CLEAR", np.inf)  # by the BIC alone
     assert EVIDENCE == 10
     strip = replace(two_branches(), coupling=None)
     files = [record(step(u), 300.0, 151, strip=strip, noise=1e-3, seed=5).measurement(f"{u}") for u in (4.0, -2.0)]
