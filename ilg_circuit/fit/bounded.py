@@ -27,7 +27,9 @@ _LEVEL = 3.84
 #: A place nearer than this part of the bounds is the same.
 _CLOSE = 1e-3
 #: Tolerance of the fits on the way.
-_TOLERANCE = 1e-12
+_TOLERANCE = 1e-9
+#: Gauss-Newton steps at most, and the part of a standard error below which a step ends them.
+_STEPS, _SETTLED = 25, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +139,11 @@ class _Trial:
         self._parts = [found.problem.slices[k] for k in moved]
         residuals = [found.residuals[part] for part in self._parts]
         self._variances = [float(np.mean(r**2)) or 1.0 for r in residuals]
+        n = len(found.values)
+        slopes = found.problem.projected((found.slopes[:, :n] * found.units).T).T
+        self._sizes = np.linalg.norm(slopes, axis=0)
+        self._basis, self._upper = np.linalg.qr(slopes / self._sizes)
+        self._errors = found.errors / found.units
         self._shares = [found.independent_samples(k) / len(r) for k, r in zip(moved, residuals, strict=True)]
 
     def at(self, place: float) -> None:
@@ -145,13 +152,33 @@ class _Trial:
         near = min(self._places, key=lambda other: abs(other - place), default=None)
         start = self._found.coordinates if near is None else self._places[near][1]
         try:
-            problem = self._at(place)
-            made = self._found if near is None else fit(problem, problem.scales.values(start), None, _TOLERANCE)
+            x, residuals = self._fitted(self._at(place), start)
         except IlgError:
             return  # no place at which this model can be fitted
-        squares = [float(made.residuals[part] @ made.residuals[part]) for part in self._parts]
+        squares = [float(residuals[part] @ residuals[part]) for part in self._parts]
         pairs = zip(squares, self._variances, self._shares, strict=True)
-        self._places[place] = (sum(s / v * share for s, v, share in pairs), made.coordinates)
+        self._places[place] = (sum(s / v * share for s, v, share in pairs), x)
+
+    def _fitted(self, problem: Problem, start: Array) -> tuple[Array, Array]:
+        """Return coordinates (n,) and residuals of the fit: by Gauss-Newton steps with the slopes of the first fit.
+
+        These need one prediction each, and are few since the fit lies near; where they do not settle it is fitted.
+        """
+        x, before = start, np.inf
+        for _ in range(_STEPS):
+            residuals = problem.projected(problem.data - problem.predictions(x[None])[0])
+            squares = float(residuals @ residuals)
+            if not squares <= before * (1 + _TOLERANCE):
+                break
+            step = self._solve(residuals)
+            if np.abs(step / self._errors).max(initial=0.0) < _SETTLED:
+                return x, residuals
+            x, before = x + step, squares
+        made = fit(problem, problem.scales.values(start), None, _TOLERANCE)
+        return made.coordinates, made.residuals
+
+    def _solve(self, residuals: Array) -> Array:
+        return np.asarray(np.linalg.solve(self._upper, self._basis.T @ residuals) / self._sizes)
 
     @property
     def table(self) -> tuple[Array, Array, Array]:

@@ -55,10 +55,19 @@ def search(
     tolerance: float = 1e-15,
     most: int = 2000,
     polishes: int = 60,
+    enough: int = 0,
 ) -> Search:
-    """Return the descents from all ``starts``; the other arguments are those of `minimise.descend`."""
-    how = {"rounding": rounding, "tolerance": tolerance}
-    return gather([descend(residuals, jacobian, s, most=most, polishes=polishes, **how) for s in starts], rounding)
+    """Return the descents from all ``starts``, or up to the one that makes ``enough`` of them agree on the best.
+
+    The other arguments are those of `minimise.descend`.
+    """
+    runs: list[Run] = []
+    for start in starts:
+        how = {"rounding": rounding, "tolerance": tolerance}
+        runs.append(descend(residuals, jacobian, start, most=most, polishes=polishes, **how))
+        if enough and len(runs) >= enough and gather(runs, rounding).agreeing >= enough:
+            break
+    return gather(runs, rounding)
 
 
 def gather(runs: Sequence[Run], rounding: float = 0.0) -> Search:

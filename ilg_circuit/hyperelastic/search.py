@@ -72,8 +72,10 @@ def descents(build: Build, terms: int, starts: Sequence[Array], earlier: Sequenc
             return problem.derivatives(x)[1]
 
         origins = [problem.scales.coordinates(turned * start) for start in members]
-        how = {"rounding": rounding, "tolerance": _TOLERANCE}
-        found = multistart(residuals, jacobian, origins, most=_MOST_EVALUATIONS, polishes=_POLISHES, **how)
+        found = multistart(
+            residuals, jacobian, origins,
+            rounding=rounding, tolerance=_TOLERANCE, most=_MOST_EVALUATIONS, polishes=_POLISHES,
+        )  # fmt: skip
         for run in found.runs:
             values = np.clip(problem.scales.values(run.parameters), least, inside)
             runs.append(replace(run, parameters=turned * values))

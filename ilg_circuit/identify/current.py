@@ -33,6 +33,8 @@ from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed,
 from .start import model_start
 from .stored import decaying_terms
 
+#: Tolerance of a fit whose residuals only are asked for.
+_ROUGH = 1e-5
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
 _NONLINEAR_ACCURACY = 1e-6
 
@@ -195,12 +197,16 @@ class CurrentData:
         if not self.bracketed or not laddered:
             return found
         share = likeliest(found.fit, lambda x: port_problem((self.at_share(x),), found.model, (1.0,)), BRACKET)
-        return self.at_share(share)._individual(kind, held, progress) if share else found
+        if not share:
+            return found
+        moved = self.at_share(share)
+        again = fit(port_problem((moved,), found.model, (1.0,)), found.fit.values, progress)
+        return IndividualFit(moved, found.model, with_starts(again, found.fit.starts))
 
     def roughly(self, kind: ElectricalModel, held: float) -> FitResult:
         """Return the fit of a linear model from its suggested start alone, where any other would do as well."""
         model = PortModel(kind, held, tuple(self._start(kind, held).tolist()))
-        return fit(port_problem((self,), model, (1.0,)), np.array(model.typical))
+        return fit(port_problem((self,), model, (1.0,)), np.array(model.typical), tolerance=_ROUGH)
 
     def _start(self, kind: ElectricalModel, held: float) -> Array:
         t, data = self.since, self.data

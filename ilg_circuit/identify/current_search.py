@@ -25,6 +25,8 @@ _SETS = 64
 _DECADES = (0.3, 1.0, 2.0)
 _FITS, _MORE_FITS = 5, 8
 _EVALUATIONS = 100
+#: Descents that agree on the best end are enough.
+_AGREEING = 3
 _SAMPLES = 300
 #: Residuals below this part of the data are the closed form's rounding.
 _ROUNDING = 1e-11
@@ -112,8 +114,10 @@ def _descents(problem: Problem, starts: Sequence[Array], rounding: float) -> Sea
             return nothing, np.zeros((len(nothing), len(x)))
         return problem.projected(prediction - problem.data), problem.projected(slopes.T).T
 
-    how = {"tolerance": 1e-9, "rounding": rounding}
-    return search(lambda x: solved(x)[0], lambda x: solved(x)[1], starts, most=_EVALUATIONS, polishes=4, **how)
+    return search(
+        lambda x: solved(x)[0], lambda x: solved(x)[1], starts,
+        tolerance=1e-9, rounding=rounding, most=_EVALUATIONS, polishes=4, enough=_AGREEING,
+    )  # fmt: skip
 
 
 def _scattered(problem: Problem, centre: Array, random: np.random.Generator, count: int) -> list[Array]:

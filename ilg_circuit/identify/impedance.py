@@ -273,8 +273,7 @@ class ImpedanceData:
             return [x[k] for k in best if finite[k]]
 
         def descents(starts: list[Array]) -> Search:
-            how = {"tolerance": 1e-11, "rounding": 1e-26}
-            return search(residuals, jacobian, starts, most=_EVALUATIONS, polishes=4, **how)
+            return search(residuals, jacobian, starts, tolerance=1e-11, rounding=1e-26, most=_EVALUATIONS, polishes=4)
 
         chosen = ([near] if near is not None else []) + suggested(_FITS)
         if not chosen:

@@ -75,7 +75,7 @@ class Motion:
         result = np.zeros((len(values), len(t)))
         if accuracy is None:
             netlists = [strip_netlist(strip, beam=self.beam) for strip in strips]
-            result[:, after] = modal_displacements(netlists, drive.from_rest(), t[after])
+            result[:, after] = modal_displacements(netlists, drive, t[after])
             return result
         if self.linear:
             drive = drive.from_rest()

@@ -7,6 +7,7 @@ equation, whose exponential is exact. It checks ngspice and makes huge linear sw
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -102,19 +103,29 @@ def _between_edges(poles: NDArray[Any], amounts: NDArray[Any], drive: Drive, edg
     bounds = np.searchsorted(times, edges)
     bounds[-1] = len(times)
     for k, (start, slope) in enumerate(zip(starts.tolist(), slopes.tolist(), strict=True)):
-
-        def after(time: Array, state: NDArray[Any] = state, start: float = start, slope: float = slope) -> NDArray[Any]:
-            z = poles * time
-            grown = np.expm1(z)
-            modes = state + grown * (state + start / poles)
-            return modes + slope * time**2 * _phi(z, 2) if slope else modes
-
+        slow = bool((np.abs(poles) * (edges[k + 1] - edges[k]) < _SMALL).any())
+        after = partial(_after, poles, state, start, slope, slow)
         for first in range(bounds[k], bounds[k + 1], _BLOCK):
             part = slice(first, min(first + _BLOCK, bounds[k + 1]))
             modes = after((times[part] - edges[k])[:, None, None])
             result[:, part] += np.real(np.einsum("tns,ns->nt", modes, amounts))
         state = after(np.array(edges[k + 1] - edges[k]))
     return result
+
+
+def _after(
+    poles: NDArray[Any], state: NDArray[Any], start: float, slope: float, slow: bool, time: Array
+) -> NDArray[Any]:
+    """Return modes x' = pole x + u after ``time`` [s] from ``state``, u beginning at ``start`` and rising by ``slope``.
+
+    ``slow`` says that a pole is so slow that its answer to the slope must be a series.
+    """
+    z = poles * time
+    grown = np.expm1(z)
+    modes = state + grown * (state + start / poles)
+    if slope:
+        modes += slope * time**2 * _phi(z, 2) if slow else slope * (grown / poles - time) / poles
+    return modes
 
 
 def _modes(system: StateSpace, row: int) -> tuple[NDArray[Any], NDArray[Any]]:
