@@ -153,7 +153,7 @@ def _rests(current: Array) -> bool:
     edge = max(len(known) // 4, 1)
     if len(known) < _FEW:
         return True
-    noise = max(noise_level(known), resolution(known) / 2)
+    noise = max(noise_level(known) or float(np.diff(known).std()) / np.sqrt(2), resolution(known) / 2)
     change = abs(float(known[:edge].mean() - known[-edge:].mean()))
     return bool(change <= _SEEN * noise / np.sqrt(edge / 2) + 0.02 * float(np.abs(known).max()))
 
