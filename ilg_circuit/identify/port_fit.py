@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -34,6 +34,8 @@ _AS_GOOD = 1.02
 _WORTH = 0.7
 #: A fitted Re starts at this part of the least resistance that any file shows.
 _LITTLE_RE = 0.1
+#: Tolerance of the fit of all rows, which begins where that of some ended.
+_WHOLE = 1e-8
 #: Residuals count as no less than this part of an observation's size.
 NEGLIGIBLE = 1e-9
 
@@ -148,6 +150,29 @@ def fit_port(
         started = [np.append(v, start_re) for v in started]
     found = _weighted(data, individual, description, per_record, started, progress)
     return PortFit(description, data, individual, found)
+
+
+def on_all_rows(found: PortFit, progress: Progress = None) -> PortFit:
+    """Return the fit of all rows, where ``found`` is that of a trial on some of them."""
+    data = tuple(d.whole for d in found.data)
+    if all(len(d.data) == len(few.data) for d, few in zip(data, found.data, strict=True)):
+        return found
+    individual = tuple(_on_all_rows(i, progress) for i in found.individual)
+    if len(data) == 1:
+        return replace(found, data=data, individual=individual, fit=individual[0].fit)
+    sigmas = [o.sigma for o in found.fit.problem.observations]
+    pairs = zip(data, sigmas, strict=True)
+    observations = tuple(d.observation(found.model, sigma) for d, sigma in pairs)
+    again = fit(replace(found.fit.problem, observations=observations), found.fit.values, progress, _WHOLE)
+    return replace(found, data=data, individual=individual, fit=with_starts(again, found.fit.starts))
+
+
+def _on_all_rows(found: IndividualFit, progress: Progress) -> IndividualFit:
+    data = found.data.whole
+    if len(data.data) == len(found.data.data):
+        return found
+    again = fit(port_problem((data,), found.model, (1.0,)), found.fit.values, progress, _WHOLE)
+    return replace(found, data=data, fit=with_starts(again, found.fit.starts))
 
 
 def require_suitable(kind: ElectricalModel, data: Sequence[PortData]) -> None:
