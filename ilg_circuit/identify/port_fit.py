@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import IlgError, InputError, SolveError
-from ..fit.fitting import fit, with_starts
+from ..fit.fitting import fit, fit_near, with_starts
 from ..fit.identifiability import Identifiability, diagnose
 from ..fit.multistart import StartSummary
 from ..fit.problem import Problem, Progress
@@ -34,8 +34,6 @@ _AS_GOOD = 1.02
 _WORTH = 0.7
 #: A fitted Re starts at this part of the least resistance that any file shows.
 _LITTLE_RE = 0.1
-#: Tolerance of the fit of all rows, which begins where that of some ended.
-_WHOLE = 1e-8
 #: Residuals count as no less than this part of an observation's size.
 NEGLIGIBLE = 1e-9
 
@@ -163,7 +161,7 @@ def on_all_rows(found: PortFit, progress: Progress = None) -> PortFit:
     sigmas = [o.sigma for o in found.fit.problem.observations]
     pairs = zip(data, sigmas, strict=True)
     observations = tuple(d.observation(found.model, sigma) for d, sigma in pairs)
-    again = fit(replace(found.fit.problem, observations=observations), found.fit.values, progress, _WHOLE)
+    again = fit_near(replace(found.fit.problem, observations=observations), found.fit.values, progress)
     return replace(found, data=data, individual=individual, fit=with_starts(again, found.fit.starts))
 
 
@@ -171,7 +169,7 @@ def _on_all_rows(found: IndividualFit, progress: Progress) -> IndividualFit:
     data = found.data.whole
     if len(data.data) == len(found.data.data):
         return found
-    again = fit(port_problem((data,), found.model, (1.0,)), found.fit.values, progress, _WHOLE)
+    again = fit_near(port_problem((data,), found.model, (1.0,)), found.fit.values, progress)
     return replace(found, data=data, fit=with_starts(again, found.fit.starts))
 
 
