@@ -25,8 +25,9 @@ from ..strip.elements import lumped_elements
 from .current import CurrentData
 from .displacement_findings import displacement_findings
 from .motion import COUPLING, DisplacementData, Motion
+from .outliers import left_out, spikes
 from .rest import Rest
-from .start import CouplingSearch
+from .start import CouplingSearch, thinned
 
 #: Residuals up to this part of the readings' span count as described by the model.
 DESCRIBED = 0.02
@@ -37,6 +38,8 @@ _TRIAL, _FINAL = 1e-5, 1e-10
 #: Starts of the fit that is reported, the tolerance of those that confirm it, and which misfits are the same.
 _STARTS, _CONFIRMING, _SAME_MISFIT = 3, 1e-7, 1e-4
 _WINDOW_RATIO = 1.25
+#: A displacement of more readings than this is fitted on so many of them, dense where it is fast.
+_MOST_ROWS = 8000
 _FEWEST_SAMPLES = 40
 #: A beam whose residuals are so many times the other's is not chosen, however few of them are independent.
 _CLEARLY_WORSE = 1.5
@@ -119,8 +122,16 @@ class _WindowSearch:
     """One record, fitted over several windows and by both beams; what has failed is not tried again."""
 
     def __init__(self, record: CurrentData, actuator: Actuator, progress: Progress) -> None:
-        channel = record.record.displacement
-        assert channel is not None
+        whole = record.record.displacement
+        assert whole is not None
+        named = spikes(whole, record.drive)
+        self.about_readings = left_out(whole, np.flatnonzero(named), "", "displacement", "m")
+        channel = whole.without(named)
+        if len(channel.time) > _MOST_ROWS:
+            thin = np.ones(len(channel.time), dtype=bool)
+            thin[thinned(channel.time, _MOST_ROWS)] = False
+            self.about_readings.append(Finding("displacement-thinned", values={"of": len(thin), "kept": _MOST_ROWS}))
+            channel = channel.without(thin)
         self.rest = Rest.of(channel)
         end = float(channel.time[-1])
         # data are fitted relative to a reference near rest, so that a rest position far away does not dominate
@@ -242,7 +253,7 @@ class _WindowSearch:
             findings=(),
             bic_gain=bic_gain,
         )
-        return replace(result, findings=tuple(displacement_findings(result, best.described)))
+        return replace(result, findings=(*self.about_readings, *displacement_findings(result, best.described)))
 
     def _data(self, data: DisplacementData) -> tuple[Array, Array]:
         """Return displacements (samples,) of the whole record and the linear terms (samples, k) of its fit."""
