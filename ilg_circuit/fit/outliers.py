@@ -21,7 +21,9 @@ _MAD = 0.6745
 _BEHIND_EDGE = 2
 
 
-def outlying(data: Array, residuals: Array, pieces: NDArray[np.intp], grain: float | Array, *, jumps: bool = True) -> Mask:
+def outlying(
+    data: Array, residuals: Array, pieces: NDArray[np.intp], grain: float | Array, *, jumps: bool = True
+) -> Mask:
     """Return the readings (n,) that are named as outliers.
 
     Parameters

@@ -71,6 +71,7 @@ def identify(
     engine: str = "ngspice",
     intervals: str = "covariance",
     weighting: Weighting = "modulus",
+    displacement_delay: float | Literal["fit"] = 0.0,
     progress: Progress = None,
 ) -> Identification:
     """Return what records and spectra of one strip say of it.
@@ -97,6 +98,8 @@ def identify(
         Method of the 95 % intervals, see `fit.intervals`.
     weighting
         Of spectra, see `impedance.ImpedanceData`.
+    displacement_delay
+        How much later [s] the clock of the displacement reads than the voltage's; "fit" for one more unknown.
 
     Raises
     ------
@@ -123,7 +126,7 @@ def identify(
     port = on_all_rows(port, progress)
     actuator = _actuator(port, strip, base, ports)
     records = [d for d in ports if isinstance(d, CurrentData)]
-    coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress)
+    coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress, displacement_delay)
     try:
         joint = joined(port, coupling, actuator, names, progress)
     except SolveError as error:
