@@ -56,9 +56,9 @@ def fit_coupling(
     progress: Progress = None,
     delay: float | Literal["fit"] = 0.0,
 ) -> tuple[CouplingFit | None, list[Finding]]:
-    """Return the fit of d(s) to all records that have a displacement, and findings on it; ``delay`` [s] is the camera's.
+    """Return the fit of d(s) to all records that have a displacement, and findings on it.
 
-    None where no displacement can be fitted, or all together cannot.
+    ``delay`` [s] is the camera's. None where no displacement can be fitted, or all together cannot.
     """
     fits: list[DisplacementFit] = []
     findings: list[Finding] = []

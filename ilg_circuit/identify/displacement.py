@@ -121,24 +121,30 @@ def fit_displacement(
     Raises InputError or SolveError where no stretch can be fitted.
     """
     if delay == "fit":
-        delays, at = delay_bounds(record), []
-        for each in np.linspace(*delays, _DELAYS).tolist():
-            search = _WindowSearch(record, actuator, progress, each, delays)
-            with suppress(InputError):
-                found = search.longest()
-                at.append((found.data.window <= 0.5 * search.after[-1], found.fit.rmse, each))
-        if not at:
-            raise InputError("the displacement does not follow the voltage as the coupling d(s) does, at any delay")
-        delay = min(at)[2]
+        search = _likeliest_delay(record, actuator, progress, delay_bounds(record))
     else:
-        delays = None
-    search = _WindowSearch(record, actuator, progress, delay, delays)
+        search = _WindowSearch(record, actuator, progress, delay)
     best, bic_gain = search.by_evidence(search.longest())
     return search.finish(*search.confirmed(best), bic_gain)
 
 
+def _likeliest_delay(
+    record: CurrentData, actuator: Actuator, progress: Progress, delays: tuple[float, float]
+) -> _WindowSearch:
+    """Return the search with the one of a few delays that leaves least of the longest stretch."""
+    tried: list[tuple[float, float, _WindowSearch]] = []
+    for delay in np.linspace(*delays, _DELAYS).tolist():
+        search = _WindowSearch(record, actuator, progress, delay, delays)
+        with suppress(InputError):
+            found = search.longest()
+            tried.append((-found.data.window, found.fit.rmse, search))
+    if not tried:
+        raise InputError("the displacement does not follow the voltage as the coupling d(s) does, at any delay")
+    return min(tried, key=lambda each: each[:2])[2]
+
+
 def delay_bounds(record: CurrentData) -> tuple[float, float]:
-    """Return between which delays [s] of a camera one is looked for: a part of the record, and not more than it rests."""
+    """Return between which delays [s] of a camera one is looked for."""
     most = min(_MOST_DELAY * record.record.duration, _LONGEST_DELAY)
     return -most, most
 
@@ -152,7 +158,7 @@ class _WindowSearch:
         actuator: Actuator,
         progress: Progress,
         delay: float,
-        delays: tuple[float, float] | None,
+        delays: tuple[float, float] | None = None,
     ) -> None:
         whole = record.record.displacement
         assert whole is not None

@@ -87,7 +87,7 @@ class Onsets:
 
     @property
     def every(self) -> tuple[BoundedProfile, ...]:
-        return tuple(p.profile for p in (*self.profiles, *self.delays))
+        return (*(p.profile for p in self.profiles), *(p.profile for p in self.delays))
 
     def widened(self, fit: FitResult, found: Uncertainties) -> Uncertainties:
         """Return the estimates with what the onsets leave open in every standard error and interval."""
