@@ -24,6 +24,8 @@ _JUMP_OVER_NOISE = 12.0
 _LEAST_JUMP, _JUMP_OVER_RESOLUTION = 0.01, 3.0
 #: From so many samples at rest, or fewer, their noise cannot be found.
 _FEW = 10
+#: From fewer the median of their sixth differences does not tell it.
+_FEW_FOR_SIXTH = 25
 #: Below this part of the voltage's range a deviation counts as rest.
 _REST = 0.05
 #: So many noise levels are more than noise.
@@ -84,7 +86,7 @@ def find_onset(t: Array, u: Array, current: Array, name: str, stated: Stated = N
         raise InputError(f"{name}: the voltage is zero throughout; a record needs a step or another waveform")
     first, jump = _first_moved(u)
     beginning: Beginning = "rest" if first else "step"
-    if first and jump and not _rests(current[:first]):
+    if first and jump and not _rests(current, first):
         first, jump, beginning = 0, False, "run"
     elif not first and float(np.ptp(u)) > _REST * largest:
         beginning = "run" if _runs(u, current) else "rest"
@@ -147,13 +149,15 @@ def voltage_jumps(u: Array) -> NDArray[np.intp]:
     return np.array(jumps, dtype=np.intp)
 
 
-def _rests(current: Array) -> bool:
-    """Tell whether a current before the onset is that of a strip at rest: it does not decay."""
-    known = current[np.isfinite(current)]
+def _rests(current: Array, first: int) -> bool:
+    """Tell whether a current before row ``first``, the onset, is that of a strip at rest: it does not decay."""
+    known = current[:first][np.isfinite(current[:first])]
     edge = max(len(known) // 4, 1)
     if len(known) < _FEW:
         return True
     noise = max(noise_level(known), resolution(known) / 2)
+    if len(known) < _FEW_FOR_SIXTH:
+        noise = max(noise, noise_level(current[np.isfinite(current)]), float(np.std(np.diff(known, 2))) / np.sqrt(6))
     change = abs(float(known[:edge].mean() - known[-edge:].mean()))
     return bool(change <= _SEEN * noise / np.sqrt(edge / 2) + 0.02 * float(np.abs(known).max()))
 
