@@ -18,6 +18,8 @@ _MODELS = ("rc2", "rc")
 #: More outliers than this part of the rows are no outliers: something else is wrong.
 _MOST = 0.02
 _ROUNDS = 6
+#: Residuals of this part of the largest reading are the solvers' rounding, where there is no noise.
+_ROUNDING = 1e-7
 
 
 def without_outliers(data: CurrentData, held: float) -> tuple[CurrentData, list[Finding]]:
@@ -39,7 +41,8 @@ def without_outliers(data: CurrentData, held: float) -> tuple[CurrentData, list[
 def named_by(data: CurrentData, residuals: Array) -> NDArray[np.intp]:
     """Return the rows of the record's current that ``residuals`` (samples,) of the data name as outliers."""
     pieces = np.searchsorted(data.drive.jumps(np.inf), data.since, side="right") + (data.since >= 0)
-    found = outlying(data.data, residuals, pieces, resolution(data.data))
+    grain = max(resolution(data.data), _ROUNDING * data.size)
+    found = outlying(data.data, residuals, pieces, grain)
     return data.rows[found]
 
 
