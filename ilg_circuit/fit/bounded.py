@@ -140,9 +140,10 @@ class _Trial:
         residuals = [found.residuals[part] for part in self._parts]
         self._variances = [float(np.mean(r**2)) or 1.0 for r in residuals]
         n = len(found.values)
-        slopes = found.problem.projected((found.slopes[:, :n] * found.units).T).T
-        self._sizes = np.linalg.norm(slopes, axis=0)
-        self._basis, self._upper = np.linalg.qr(slopes / self._sizes)
+        self._slopes = found.problem.projected((found.slopes[:, :n] * found.units).T)
+        self._sizes = np.linalg.norm(self._slopes, axis=1)
+        self._slopes /= self._sizes[:, None]
+        self._normal = self._slopes @ self._slopes.T
         self._errors = found.errors / found.units
         self._shares = [found.independent_samples(k) / len(r) for k, r in zip(moved, residuals, strict=True)]
 
@@ -178,7 +179,7 @@ class _Trial:
         return made.coordinates, made.residuals
 
     def _solve(self, residuals: Array) -> Array:
-        return np.asarray(np.linalg.solve(self._upper, self._basis.T @ residuals) / self._sizes)
+        return np.asarray(np.linalg.solve(self._normal, self._slopes @ residuals) / self._sizes)
 
     @property
     def table(self) -> tuple[Array, Array, Array]:

@@ -33,6 +33,8 @@ _CONDITION = 1e9
 _SHARE = 0.3
 #: A fit that begins at the first-order answer of leaving an observation out moves no logarithm further at first.
 _LONGEST_STEP = 1.0
+#: Gauss-Newton steps of a fit near its minimum, and the relative offset that ends them.
+_NEAR_STEPS, _NEAR_OFFSET = 6, 1e-4
 #: Relative change of the sum of squares at which the fit of all observations but some ends.
 _LEFT_OUT = 1e-8
 
@@ -57,6 +59,28 @@ def fit(problem: Problem, start: Array, progress: Progress = None, tolerance: fl
         part = problem.of(group)
         parts.append(_fit_connected(part, np.array([at[label] for label in part.labels]), progress, tolerance))
     return assembled(problem, groups, parts)
+
+
+def fit_near(problem: Problem, start: Array, progress: Progress = None) -> FitResult:
+    """Return the fit of ``problem`` from values ``start`` (n,) near its minimum, by few Gauss-Newton steps.
+
+    They need less memory than a descent, which takes their place where they do not end. Raises SolveError as `fit`.
+    """
+    if len(problem.components()) > 1:
+        return fit(problem, start, progress)
+    evaluate, x, n = Evaluation(problem, progress), problem.scales.coordinates(start), len(problem.labels)
+    amounts = np.zeros(problem.nuisance.shape[1])
+    for _ in range(_NEAR_STEPS):
+        prediction, slopes = evaluate(x)
+        whole = np.column_stack([slopes, problem.nuisance])
+        residuals = problem.data - prediction - problem.nuisance @ amounts
+        step, offset, condition = gauss_newton(whole, -residuals)
+        if not condition < _CONDITION:
+            break
+        if offset < _NEAR_OFFSET:
+            return finished(problem, x, amounts, residuals, whole, offset=offset, evaluations=evaluate.count)
+        x, amounts = x + step[:n], amounts + step[n:]
+    return fit(problem, start, progress)
 
 
 def fit_data(
@@ -144,15 +168,18 @@ def finished(
     columns of equal length, exceeds ``singular``.
     """
     size = np.linalg.norm(slopes, axis=0)
-    q, upper = np.linalg.qr(slopes / size)
+    single = len(problem.observations) == 1
+    q = np.empty((0, 0))
+    if single:  # the orthogonal factor of a long record is large, and not needed
+        upper = np.linalg.qr(slopes / size, mode="r")
+    else:
+        q, upper = np.linalg.qr(slopes / size)
     determined = np.isinf(singular) or np.linalg.cond(upper) <= singular
     inverse = np.linalg.inv(upper) / size[:, None] if determined else np.full_like(upper, np.nan)
     units = np.concatenate([problem.scales.slopes(x), np.ones(len(amounts))])
     samples, unknowns = slopes.shape
-    if len(problem.observations) == 1 or variance is not None:
-        leverage = np.array(
-            [float(unknowns)] if len(problem.observations) == 1 else [(q[s] ** 2).sum() for s in problem.slices]
-        )
+    if single or variance is not None:
+        leverage = np.array([float(unknowns)] if single else [(q[s] ** 2).sum() for s in problem.slices])
         freedom = np.full(len(x), float(max(samples - unknowns, 1)))
         own = float(residuals @ residuals) / max(samples - unknowns, 1) if variance is None else variance
         covariance = own * (inverse @ inverse.T)

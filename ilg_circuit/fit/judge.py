@@ -1,6 +1,6 @@
 """The engine of record as judge of a fit that a cheaper prediction made.
 
-A closed form fits; then the engine of record predicts the data once, at the answer. What its residuals ask for by one
+A closed form fits; then the engine of record predicts the data once, at the answer. What it asks for by one
 Gauss-Newton step is how far the two engines' answers lie apart: where that is a small part of the standard errors the
 fit stands, else the engine of record fits again from there.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..errors import InputError
@@ -34,7 +35,9 @@ class Judgement:
     refitted: bool
 
 
-def judged(found: FitResult, problem_of_record: Problem, progress: Progress = None) -> tuple[FitResult, Judgement]:
+def judged(
+    found: FitResult, problem_of_record: Problem, progress: Progress = None, rows: NDArray[np.intp] | None = None
+) -> tuple[FitResult, Judgement]:
     """Return the fit as the engine of record confirms it, and by how much it would have moved.
 
     Parameters
@@ -44,6 +47,8 @@ def judged(found: FitResult, problem_of_record: Problem, progress: Progress = No
     problem_of_record
         The same problem, predicted by the engine of record. It is solved once, and fitted only where that moves a
         parameter by more than 0.02 of its standard error and by more than a millionth of itself.
+    rows
+        The samples (m,) of ``found`` that ``problem_of_record`` has, where these are not all.
 
     Returns
     -------
@@ -57,9 +62,10 @@ def judged(found: FitResult, problem_of_record: Problem, progress: Progress = No
         The engine of record cannot predict the data there, or its fit does not converge.
     """
     record = problem_of_record
-    if record.labels != found.labels or not np.array_equal(record.data, found.problem.data):
+    chosen = slice(None) if rows is None else rows
+    if record.labels != found.labels or not np.array_equal(record.data, found.problem.data[chosen]):
         raise InputError("a fit is judged by a problem of the same parameters and data only")
-    step = _step(found, record)
+    step = _step(found, record, chosen)
     with np.errstate(divide="ignore", invalid="ignore"):
         moves = np.where(step == 0, 0.0, np.abs(step) / found.errors)
     move = float(moves.max(initial=0.0))
@@ -70,10 +76,14 @@ def judged(found: FitResult, problem_of_record: Problem, progress: Progress = No
     return again.predicting(found.problem), Judgement(move, refitted=True)
 
 
-def _step(found: FitResult, record: Problem) -> Array:
-    """Return the Gauss-Newton step (n,) of the values, by the slopes of the fit and the residuals of the record."""
-    residuals = record.data - record.predicted(found.values[None])[0]
-    size = np.linalg.norm(found.slopes, axis=0)
-    whole = np.linalg.lstsq(found.slopes / size, residuals, rcond=None)[0] / size
-    # the linear terms' part of the step is measured from zero, the values' from where they are
-    return np.asarray(whole[: len(found.values)])
+def _step(found: FitResult, record: Problem, rows: slice | NDArray[np.intp]) -> Array:
+    """Return the Gauss-Newton step (n,) of the values from the fit's minimum to that of the engine of record.
+
+    At its minimum a fit's own residuals ask for no step; what is left is the difference of the two predictions.
+    """
+    at = found.values[None]
+    differences = found.problem.predicted(at)[0][rows] - record.predicted(at)[0]
+    slopes = found.slopes[rows]
+    size = np.linalg.norm(slopes, axis=0)
+    step = np.linalg.lstsq(slopes / size, differences, rcond=None)[0] / size
+    return np.asarray(step[: len(found.values)])

@@ -157,11 +157,14 @@ def gauss_newton(j: Array, r: Array, rounding: float = 0.0) -> tuple[Array, floa
     size = np.linalg.norm(j, axis=0)
     if not (np.isfinite(size).all() and (size > 0).all()):
         return np.zeros(n), np.inf, np.inf
-    q, upper = np.linalg.qr(j / size)
+    scaled = j / size
+    upper = np.linalg.qr(scaled, mode="r")
     condition = float(np.linalg.cond(upper))
     if not condition < CONDITION:
         return np.zeros(n), np.inf, condition
-    along = q.T @ r
+    # Q^T r by the triangular factor alone, its rounding mended once
+    along = np.linalg.solve(upper.T, scaled.T @ r)
+    along += np.linalg.solve(upper.T, scaled.T @ (r - scaled @ np.linalg.solve(upper, along)))
     step = -np.linalg.solve(upper, along) / size
     across = max(float(r @ r) - float(along @ along), 0.0)
     if not across or float(along @ along) <= rounding:

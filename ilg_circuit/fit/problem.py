@@ -19,6 +19,8 @@ Progress = Callable[[], None] | None
 
 RAN_AWAY = "the fit ran away: the data do not determine every parameter of this model"
 _STEP = 1e-4
+#: Derivatives of more numbers than this are made one parameter after the other.
+_LARGE = 2_000_000
 #: Distance from its start at which a coordinate is no sensible value any more, whatever the solver makes of it.
 _FAR = 5.0
 #: A step that leaves this distance is rejected unsolved.
@@ -108,7 +110,7 @@ class Problem:
         parts = [
             _each_once(o.predict, every[:, at]) / o.sigma for o, at in zip(self.observations, self.places, strict=True)
         ]
-        return np.concatenate(parts, axis=1)
+        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
     def derivatives(self, x: Array) -> tuple[Array, Array]:
         """Return the prediction (samples,) and its derivatives (samples, n) by the coordinates ``x`` (n,).
@@ -119,8 +121,16 @@ class Problem:
         steps = np.concatenate([np.zeros((1, n)), _STEP * np.eye(n), -_STEP * np.eye(n)])
         if any(o.derivatives for o in self.observations):
             return self._given_derivatives(x)
+        if n * len(self.data) > _LARGE:  # memory: one parameter at a time
+            slopes = np.empty((len(self.data), n))
+            for k, step in enumerate(steps[1 : n + 1]):
+                above, below = self.predictions(x + np.array([step, -step]))
+                slopes[:, k] = (above - below) / (2 * _STEP)
+            return self.predictions(x[None])[0], slopes
         sets = self.predictions(x + steps)
-        return sets[0], ((sets[1 : n + 1] - sets[n + 1 :]) / (2 * _STEP)).T
+        slopes = sets[1 : n + 1] - sets[n + 1 :]
+        slopes /= 2 * _STEP
+        return sets[0].copy(), slopes.T
 
     def _given_derivatives(self, x: Array) -> tuple[Array, Array]:
         values = np.concatenate([self.scales.values(x), list(self.fixed.values())])

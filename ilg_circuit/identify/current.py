@@ -19,7 +19,6 @@ from ..fit.bounded import likeliest
 from ..fit.fitting import fit, with_starts
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
-from ..fit.result import FitResult
 from ..measurements.prepare import LEAST_REST
 from ..measurements.record import Channel, Record
 from ..simulation.response import transient_band
@@ -30,9 +29,11 @@ from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
 from .modal import Ports, modal_currents
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
-from .start import model_start
+from .start import model_start, thinned
 from .stored import decaying_terms
 
+#: Records of more rows are tried on so many of them; the model that is chosen is then fitted to all.
+_MOST_ROWS, _TRIAL_ROWS = 4000, 2000
 #: Tolerance of a fit whose residuals only are asked for.
 _ROUGH = 1e-5
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
@@ -44,7 +45,8 @@ class CurrentData:
     """The current of a record over time since the onset [s]; samples at rest only where they tell the offset.
 
     ``share`` (-0.5 to 0.5) is where in the record's bracket the excitation is taken to begin, 0 in the middle;
-    ``left_out`` are the rows of the record's current that are no measurement of this strip.
+    ``left_out`` are the rows of the record's current that are no measurement of this strip; ``only`` are those that a
+    trial makes do with, None for all.
     """
 
     record: Record
@@ -52,6 +54,7 @@ class CurrentData:
     source: str
     share: float = 0.0
     left_out: tuple[int, ...] = ()
+    only: NDArray[np.intp] | None = None
 
     quantity = "current"
     unit = "A"
@@ -108,7 +111,18 @@ class CurrentData:
         rest = self.record.current.rest
         kept = np.ones(len(rest), dtype=bool) if self.has_offset else ~rest
         kept[list(self.left_out)] = False
-        return np.flatnonzero(kept)
+        return np.flatnonzero(kept) if self.only is None else self.only[kept[self.only]]
+
+    @property
+    def whole(self) -> CurrentData:
+        """The data with all rows."""
+        return replace(self, only=None)
+
+    def trial(self) -> CurrentData:
+        """Return the data with few enough rows to try many models, dense where the transient is fast."""
+        if len(self.rows) <= _MOST_ROWS:
+            return self
+        return replace(self, only=self.rows[thinned(self.abscissa, _TRIAL_ROWS)])
 
     @cached_property
     def _kept(self) -> Channel:
@@ -203,10 +217,12 @@ class CurrentData:
         again = fit(port_problem((moved,), found.model, (1.0,)), found.fit.values, progress)
         return IndividualFit(moved, found.model, with_starts(again, found.fit.starts))
 
-    def roughly(self, kind: ElectricalModel, held: float) -> FitResult:
-        """Return the fit of a linear model from its suggested start alone, where any other would do as well."""
-        model = PortModel(kind, held, tuple(self._start(kind, held).tolist()))
-        return fit(port_problem((self,), model, (1.0,)), np.array(model.typical), tolerance=_ROUGH)
+    def rough_residuals(self, kind: ElectricalModel, held: float) -> Array:
+        """Return residuals [A] (samples,) of a linear model, fitted from its suggested start alone."""
+        few = self.trial()
+        model = PortModel(kind, held, tuple(few._start(kind, held).tolist()))
+        found = fit(port_problem((few,), model, (1.0,)), np.array(model.typical), tolerance=_ROUGH)
+        return found.residuals if few is self else self.data - self.observation(model).fitted(found.values)
 
     def _start(self, kind: ElectricalModel, held: float) -> Array:
         t, data = self.since, self.data

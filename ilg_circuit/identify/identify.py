@@ -52,7 +52,7 @@ from .observation_fit import (
 )
 from .outliers import without_outliers
 from .port_findings import base_findings, port_findings
-from .port_fit import PortFit
+from .port_fit import PortFit, on_all_rows
 from .port_model import Measured, PortData
 from .selection import fit_best, fit_named
 from .statistics import statistics_of, told
@@ -118,7 +118,9 @@ def identify(
             d.require_electrode_resistance(held)
     ports, about_readings = _without_outliers(ports, held)
     names = frozenset(own)
-    port, candidates, findings = _fit_port(ports, model, held, names - set(NAMES), progress)
+    trial = tuple(d.trial() for d in ports)
+    port, candidates, findings = _fit_port(trial, model, held, names - set(NAMES), progress)
+    port = on_all_rows(port, progress)
     actuator = _actuator(port, strip, base, ports)
     records = [d for d in ports if isinstance(d, CurrentData)]
     coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress)

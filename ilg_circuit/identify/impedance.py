@@ -170,6 +170,13 @@ class ImpedanceData:
     def at_share(self, share: float) -> ImpedanceData:
         return self
 
+    @property
+    def whole(self) -> ImpedanceData:
+        return self
+
+    def trial(self) -> ImpedanceData:
+        return self
+
     def holds(self, kind: ElectricalModel) -> bool:
         return kind.linear
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..fit.fitting import composed, fit
@@ -16,6 +17,7 @@ from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..strip.actuator import Actuator
 from .coupling_fit import CouplingFit
+from .current import CurrentData
 from .motion import COUPLING, DisplacementData, Motion, port_matters
 from .onset import Onsets, settled
 from .port_fit import PortFit
@@ -60,10 +62,23 @@ def joined(
     found, data, onsets = settled(found, data, observe, costly=not port.kind.linear, progress=progress)
     judgement = None
     if any(d.engine == "ngspice" for d in data) and port.kind.linear:
-        pairs = zip(data, found.problem.observations, strict=True)
+        few = [d.trial() if isinstance(d, PortData) else d for d in data]
+        pairs = zip(few, found.problem.observations, strict=True)
         record = replace(found.problem, observations=tuple(observe(d, o.sigma, of_record=True) for d, o in pairs))
-        found, judgement = judged(found, record, progress)
+        found, judgement = judged(found, record, progress, _rows(data, few))
     return _views(found, port, coupling, data, together, onsets, judgement)
+
+
+def _rows(data: Sequence[Measured], few: Sequence[Measured]) -> NDArray[np.intp] | None:
+    """Return where the samples of ``few`` data stand among all, None where they are all."""
+    rows, start = [], 0
+    for d, trial in zip(data, few, strict=True):
+        if isinstance(d, CurrentData) and isinstance(trial, CurrentData):
+            rows.append(start + np.searchsorted(d.rows, trial.rows))
+        else:
+            rows.append(start + np.arange(len(d.data)))
+        start += len(d.data)
+    return None if all(a is b for a, b in zip(data, few, strict=True)) else np.concatenate(rows)
 
 
 def _observation(

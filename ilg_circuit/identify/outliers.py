@@ -61,7 +61,7 @@ def findings_on(data: CurrentData) -> list[Finding]:
 def _residuals(data: CurrentData, held: float) -> Array | None:
     for model in _MODELS:
         try:
-            return data.roughly(electrical_model(model), held).residuals_of(0)
+            return data.rough_residuals(electrical_model(model), held)
         except IlgError:
             continue
     return None

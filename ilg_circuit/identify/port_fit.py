@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import IlgError, InputError, SolveError
-from ..fit.fitting import fit, with_starts
+from ..fit.fitting import fit, fit_near, with_starts
 from ..fit.identifiability import Identifiability, diagnose
 from ..fit.multistart import StartSummary
 from ..fit.problem import Problem, Progress
@@ -148,6 +148,29 @@ def fit_port(
         started = [np.append(v, start_re) for v in started]
     found = _weighted(data, individual, description, per_record, started, progress)
     return PortFit(description, data, individual, found)
+
+
+def on_all_rows(found: PortFit, progress: Progress = None) -> PortFit:
+    """Return the fit of all rows, where ``found`` is that of a trial on some of them."""
+    data = tuple(d.whole for d in found.data)
+    if all(len(d.data) == len(few.data) for d, few in zip(data, found.data, strict=True)):
+        return found
+    individual = tuple(_on_all_rows(i, progress) for i in found.individual)
+    if len(data) == 1:
+        return replace(found, data=data, individual=individual, fit=individual[0].fit)
+    sigmas = [o.sigma for o in found.fit.problem.observations]
+    pairs = zip(data, sigmas, strict=True)
+    observations = tuple(d.observation(found.model, sigma) for d, sigma in pairs)
+    again = fit_near(replace(found.fit.problem, observations=observations), found.fit.values, progress)
+    return replace(found, data=data, individual=individual, fit=with_starts(again, found.fit.starts))
+
+
+def _on_all_rows(found: IndividualFit, progress: Progress) -> IndividualFit:
+    data = found.data.whole
+    if len(data.data) == len(found.data.data):
+        return found
+    again = fit_near(port_problem((data,), found.model, (1.0,)), found.fit.values, progress)
+    return replace(found, data=data, fit=with_starts(again, found.fit.starts))
 
 
 def require_suitable(kind: ElectricalModel, data: Sequence[PortData]) -> None:

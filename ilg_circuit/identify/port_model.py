@@ -150,6 +150,13 @@ class PortData(Measured, Protocol):
     def at_share(self, share: float) -> PortData:
         """Return the data with the onset elsewhere in its bracket."""
 
+    @property
+    def whole(self) -> PortData:
+        """The data with all rows, where these are those of a trial."""
+
+    def trial(self) -> PortData:
+        """Return the data with few enough rows to try many models."""
+
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         """Return the fit of these data alone.
 

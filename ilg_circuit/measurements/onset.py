@@ -24,8 +24,6 @@ _JUMP_OVER_NOISE = 12.0
 _LEAST_JUMP, _JUMP_OVER_RESOLUTION = 0.01, 3.0
 #: From so many samples at rest, or fewer, their noise cannot be found.
 _FEW = 10
-#: From fewer the median of their sixth differences does not tell it.
-_FEW_FOR_SIXTH = 25
 #: Below this part of the voltage's range a deviation counts as rest.
 _REST = 0.05
 #: So many noise levels are more than noise.
@@ -85,7 +83,7 @@ def find_onset(t: Array, u: Array, current: Array, name: str, stated: Stated = N
     # who states an onset says that a voltage not zero at the first reading was zero before it
     begun: Beginning = "step" if stated is not None and abs(u[0]) > _REST * float(np.ptp(u)) else "run"
     here = first and not isinstance(stated, str | None) and t[first - 1] <= stated <= t[first]
-    if first and jump and not here and not _rests(current, first):
+    if first and jump and not here and not _rests(current[:first]):
         first, jump, beginning = 0, False, begun
     elif not first and float(np.ptp(u)) > _REST * largest:
         beginning = begun if _runs(u, current) else "rest"
@@ -106,9 +104,10 @@ def _stated(found: Onset, stated: float | str) -> Onset:
     low, high = found.between
     if not isinstance(stated, str):
         at = float(stated)
-        return replace(found, stated=at, share=(at - (low + high) / 2) / (high - low) if high > low else None)
-    at, share = {"last-rest": (low, -0.5), "first-level": (high, 0.5)}[stated]
-    return replace(found, stated=at, share=share)
+        share = (at - (low + high) / 2) / (high - low) if low <= at <= high and high > low else None
+        return replace(found, stated=at, share=share)
+    late = stated == "first-level"
+    return replace(found, stated=high if late else low, share=0.5 if late else -0.5)
 
 
 def _first_moved(u: Array) -> tuple[int, bool]:
@@ -151,15 +150,13 @@ def voltage_jumps(u: Array) -> NDArray[np.intp]:
     return np.array(jumps, dtype=np.intp)
 
 
-def _rests(current: Array, first: int) -> bool:
-    """Tell whether a current before row ``first``, the onset, is that of a strip at rest: it does not decay."""
-    known = current[:first][np.isfinite(current[:first])]
+def _rests(current: Array) -> bool:
+    """Tell whether a current before the onset is that of a strip at rest: it does not decay."""
+    known = current[np.isfinite(current)]
     edge = max(len(known) // 4, 1)
     if len(known) < _FEW:
         return True
-    noise = max(noise_level(known), resolution(known) / 2)
-    if len(known) < _FEW_FOR_SIXTH:
-        noise = max(noise, noise_level(current[np.isfinite(current)]), float(np.std(np.diff(known, 2))) / np.sqrt(6))
+    noise = max(noise_level(known) or float(np.diff(known).std()) / np.sqrt(2), resolution(known) / 2)
     change = abs(float(known[:edge].mean() - known[-edge:].mean()))
     return bool(change <= _SEEN * noise / np.sqrt(edge / 2) + 0.02 * float(np.abs(known).max()))
 

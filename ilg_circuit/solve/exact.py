@@ -78,7 +78,7 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
     direct = np.asarray(system.d[:, row, :1] * drive.value(times))
     edges = interval_grid(drive, times[-1:])
     if len(edges) * _FEW_EDGES <= len(times):
-        return direct + _between_edges(poles, amounts, drive, edges, times)
+        return _between_edges(poles, amounts, drive, edges, times, direct)
     grid = interval_grid(drive, times)
     widths = np.diff(grid)
     start, slopes = drive_lines(drive, grid[:-1], widths)
@@ -95,9 +95,14 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
     return np.asarray(direct + moved[np.searchsorted(grid, times)].T)
 
 
-def _between_edges(poles: NDArray[Any], amounts: NDArray[Any], drive: Drive, edges: Array, times: Array) -> Array:
-    """Return sums of modes (n, times), from one edge of the drive to the next: between them modes are exponentials."""
-    result = np.zeros((len(poles), len(times)))
+def _between_edges(
+    poles: NDArray[Any], amounts: NDArray[Any], drive: Drive, edges: Array, times: Array, direct: Array
+) -> Array:
+    """Return ``direct`` (n, times) and sums of modes, from one edge of the drive to the next.
+
+    Between them modes are exponentials.
+    """
+    result = direct
     state = np.zeros_like(poles)
     starts, slopes = drive_lines(drive, edges[:-1], np.diff(edges))
     bounds = np.searchsorted(times, edges)
