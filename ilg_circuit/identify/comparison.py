@@ -66,13 +66,13 @@ def compare(
 ) -> tuple[Compared, ...]:
     """Current and displacement of a record, up to ``until`` [s] in its file's time, beside the strip's prediction.
 
-    The voltage is taken from the record as a fit does: jumps at the sample that shows them, noise off its levels.
+    The voltage is taken from the record as a fit does: jumps between the readings that show them, noise off its levels.
     Raises InputError where nothing of the record lies before ``until``, and what `simulate` and `prediction_band` do.
     """
     channels = {"current": measurement.current}
     if measurement.displacement is not None and tip == "free" and actuator.coupling is not None:
         channels["displacement"] = measurement.displacement
-    parts = {name: _after(channel, until - measurement.onset) for name, channel in channels.items()}
+    parts = {name: _after(channel, until - channel.zero) for name, channel in channels.items()}
     parts = {name: part for name, part in parts.items() if len(part.time)}
     if not parts:
         raise InputError(
@@ -98,7 +98,7 @@ def compare(
             Compared(
                 source=measurement.source,
                 quantity=name,
-                time=part.time + measurement.onset,
+                time=part.time + part.zero,
                 measured=measured,
                 predicted=predicted,
                 stderr=errors[name][at] if name in errors else None,

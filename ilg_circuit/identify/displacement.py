@@ -14,6 +14,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError, SolveError
 from ..findings import Finding
+from ..fit.bounded import profile_bounded
 from ..fit.criteria import effective_samples, information_criterion
 from ..fit.fitting import fit, with_starts
 from ..fit.multistart import StartSummary
@@ -28,6 +29,7 @@ from .current import CurrentData
 from .displacement_findings import displacement_findings
 from .motion import COUPLING, DisplacementData, Motion
 from .outliers import left_out, spikes
+from .port_model import BRACKET
 from .rest import Rest
 from .start import CouplingSearch, thinned
 
@@ -210,18 +212,19 @@ class _WindowSearch:
         """Return the fit of the same stretch by the static beam, or by the dynamic one on very strong evidence.
 
         Both beams have the same parameters, since E, density and damping are the actuator's: the BIC tells them apart
-        by their residuals alone, on as many samples as the better one's are independent.
+        by their residuals alone, on as many samples as the better one's are independent. Where the readings leave the
+        onset open each beam has its own: a static strip that began later looks like one with inertia.
         """
         end = found.data.window
         static = self.attempt("static", end, found)
         dynamic = self.attempt("dynamic", end, static or found)
         if static is None or dynamic is None:
             return static or dynamic or found, None
-        better = min((static, dynamic), key=lambda a: a.fit.rmse)
-        samples = effective_samples(better.fit.residuals)
-        bics = [information_criterion(a.fit.residuals, a.fit.count, samples) for a in (static, dynamic)]
+        fits = [_at_its_onset(a) for a in (static, dynamic)]
+        samples = effective_samples(min(fits, key=lambda found: found.rmse).residuals)
+        bics = [information_criterion(found.residuals, found.count, samples) for found in fits]
         gain = bics[0] - bics[1]
-        clear = gain > EVIDENCE or static.fit.rmse > _CLEARLY_WORSE * dynamic.fit.rmse
+        clear = gain > EVIDENCE or fits[0].rmse > _CLEARLY_WORSE * fits[1].rmse
         return (dynamic if clear else static), gain
 
     def confirmed(self, best: _Attempt) -> tuple[_Attempt, StartSummary]:
@@ -330,3 +333,21 @@ class _WindowSearch:
         last = found.residuals[data.abscissa > 0.9 * data.window]
         astray = len(last) > 0 and float(np.sqrt(np.mean(last**2))) > 1.5 * limit
         return _Attempt(data, motion, found, found.rmse <= limit and not astray)
+
+
+def _at_its_onset(found: _Attempt) -> FitResult:
+    """Return the fit with the onset where this beam makes it likeliest; the same fit where it is known."""
+    data, motion = found.data, found.motion
+    if not (data.bracketed and motion.linear):
+        return found.fit
+
+    def at(share: float) -> Problem:
+        return Problem((data.at_share(share).observation(motion),), COUPLING)
+
+    profile = profile_bounded(found.fit, at, BRACKET, (0,), start=data.share)
+    best = int(np.argmin(profile.deviance))
+    problem = at(float(profile.places[best]))
+    try:
+        return fit(problem, problem.scales.values(profile.coordinates[best]), tolerance=_TRIAL)
+    except SolveError:
+        return found.fit

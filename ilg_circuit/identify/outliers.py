@@ -24,6 +24,8 @@ _ROUNDS = 6
 _MEDIAN, _FEWEST = 5, 20
 #: Rows about each reading whose noise is taken, by the median of neighbouring differences over this.
 _WINDOW, _OF_DIFFERENCES = 51, 0.6745 * np.sqrt(2)
+#: Residuals of this part of the largest reading are the solvers' rounding, where there is no noise.
+_ROUNDING = 1e-7
 
 
 def without_outliers(data: CurrentData, held: float) -> tuple[CurrentData, list[Finding]]:
@@ -45,7 +47,8 @@ def without_outliers(data: CurrentData, held: float) -> tuple[CurrentData, list[
 def named_by(data: CurrentData, residuals: Array) -> NDArray[np.intp]:
     """Return the rows of the record's current that ``residuals`` (samples,) of the data name as outliers."""
     pieces = np.searchsorted(data.drive.jumps(np.inf), data.since, side="right") + (data.since >= 0)
-    found = outlying(data.data, residuals, pieces, resolution(data.data))
+    grain = max(resolution(data.data), _ROUNDING * data.size)
+    found = outlying(data.data, residuals, pieces, grain)
     return data.rows[found]
 
 

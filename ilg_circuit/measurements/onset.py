@@ -45,8 +45,9 @@ class Onset:
     """The onset of a record's voltage.
 
     ``first`` is the index of the first reading after it, ``between`` [s] are the times in the file of the readings
-    between which it lies and ``stated`` [s] is its time where that is known. ``rest`` [V] is the level before it and
-    ``jumps`` says whether the voltage jumps there.
+    between which it lies; ``stated`` [s] is its time where that is known, and ``share`` (-0.5 to 0.5) by what share of
+    an interval between readings it then lies from the middle, None where nothing tells it. ``rest`` [V] is the level
+    before it and ``jumps`` says whether the voltage jumps there.
     """
 
     first: int
@@ -55,6 +56,7 @@ class Onset:
     beginning: Beginning
     jumps: bool
     stated: float | None = None
+    share: float | None = None
 
     def bracket(self, between: Bracket) -> Bracket:
         """Return where it lies for a channel that begins to answer ``between`` two of its readings [s]."""
@@ -67,12 +69,6 @@ class Onset:
         """The middle of where it lies [s]."""
         return sum(self.bracket(self.between)) / 2
 
-    @property
-    def share(self) -> float:
-        """By what share of its interval (-0.5 to 0.5) it lies from the middle."""
-        low, high = self.between
-        return (self.time - (low + high) / 2) / (high - low) if high > low else 0.0
-
 
 def find_onset(t: Array, u: Array, current: Array, name: str, stated: Stated = None) -> Onset:
     """Return the onset of a voltage ``u`` [V] at ``t`` [s], both (n,); ``current`` [A] (n,) may hold blanks.
@@ -84,10 +80,13 @@ def find_onset(t: Array, u: Array, current: Array, name: str, stated: Stated = N
         raise InputError(f"{name}: the voltage is zero throughout; a record needs a step or another waveform")
     first, jump = _first_moved(u)
     beginning: Beginning = "rest" if first else "step"
-    if first and jump and not _rests(current[:first]):
-        first, jump, beginning = 0, False, "run"
+    # who states an onset says that a voltage not zero at the first reading was zero before it
+    begun: Beginning = "step" if stated is not None and abs(u[0]) > _REST * float(np.ptp(u)) else "run"
+    here = first and not isinstance(stated, str | None) and t[first - 1] <= stated <= t[first]
+    if first and jump and not here and not _rests(current[:first]):
+        first, jump, beginning = 0, False, begun
     elif not first and float(np.ptp(u)) > _REST * largest:
-        beginning = "run" if _runs(u, current) else "rest"
+        beginning = begun if _runs(u, current) else "rest"
     rest = float(np.mean(u[:first])) if first else 0.0
     if first and not jump:
         first, bracket = first - 1, (float(t[first - 1]),) * 2
@@ -103,8 +102,12 @@ def find_onset(t: Array, u: Array, current: Array, name: str, stated: Stated = N
 
 def _stated(found: Onset, stated: float | str) -> Onset:
     low, high = found.between
-    at = {"last-rest": low, "first-level": high}.get(str(stated))
-    return replace(found, stated=float(stated) if at is None else at)
+    if not isinstance(stated, str):
+        at = float(stated)
+        share = (at - (low + high) / 2) / (high - low) if low <= at <= high and high > low else None
+        return replace(found, stated=at, share=share)
+    late = stated == "first-level"
+    return replace(found, stated=high if late else low, share=0.5 if late else -0.5)
 
 
 def _first_moved(u: Array) -> tuple[int, bool]:

@@ -74,9 +74,9 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
     inner = jumps[jumps >= first] + 1 - first
     edges = [0, *inner.tolist(), len(v)]
     widths = np.array([onset.between[1] - onset.between[0], *(time[inner] - time[inner - 1])])
-    share = max(onset.share, _BEHIND - 0.5)
+    share = max(onset.share or 0.0, _BEHIND - 0.5)
     begins = [0.0, *((time[inner - 1] + time[inner]) / 2 + share * widths[1:]).tolist()]
-    if onset.stated is not None:
+    if onset.share is not None:
         widths = np.zeros_like(widths)
     times: list[Array] = []
     values: list[Array] = []

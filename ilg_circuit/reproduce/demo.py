@@ -48,7 +48,7 @@ def run(folder: Path) -> Iterator[str]:
     yield f"4  square wave, dynamic beam -> {folder / 'square.png'}"
     _measure(response, folder / "measured.csv")
     yield f"5  the step as an instrument would record it, with noise and rest -> {folder / 'measured.csv'}"
-    result = identify(read_record(folder / "measured.csv"), base=PAPER)
+    result = identify(read_record(folder / "measured.csv", onset="first-level"), base=PAPER)
     write_actuator(result, folder / "fitted.toml")
     write_json(folder / "fit.json", result.to_dict())
     save(result.figure(), folder / "fit.png")

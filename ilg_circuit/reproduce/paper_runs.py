@@ -123,4 +123,4 @@ def _identified(source: str, record: Array) -> Identification:
     from ..measurements.table import Table
 
     columns = dict(zip(("time", "voltage", "current", "displacement"), record.T, strict=True))
-    return identify(prepare(Table(columns, source)), base=PAPER, model="rc")
+    return identify(prepare(Table(columns, source), "first-level"), base=PAPER, model="rc")

@@ -31,7 +31,9 @@ def test_the_true_strip_differs_by_the_noise(name: str, axis: float) -> None:
         assert part.covered is None
     assert displacement.reversed_axis == (axis < 0)
     assert not displacement.offset
-    assert displacement.time[0] == pytest.approx(r.columns["time"][20])
+    # a sine leaves its rest at a reading, which is the last one there
+    first = 21 if name == "sine" else 20
+    assert displacement.time[0] == pytest.approx(r.columns["time"][first])
 
 
 def test_without_a_rest_the_mean_difference_goes(step_fit: Identification) -> None:
