@@ -84,7 +84,10 @@ def onsets(paths: Sequence[Path], given: Sequence[str]) -> list[Any]:
     """Return what ``--onset`` says of every file: a time [s], the name of a reading, or None."""
     found: list[Any] = [None] * len(paths)
     for k, text in each_file(paths, range(len(paths)), given, "--onset", "the files"):
-        found[k] = text if text in ("last-rest", "first-level") else parse(text, "s", "--onset")
+        words = text.replace("-", "").isalpha()
+        if words and text not in ("last-rest", "first-level"):
+            raise InputError(f"--onset {text}: write a time such as 4s, or last-rest or first-level")
+        found[k] = text if words else parse(text, "s", "--onset")
     return found
 
 
