@@ -139,7 +139,8 @@ def identify(
     if coupling is not None:
         coupling = replace(coupling, motion=replace(coupling.motion, actuator=actuator))
         actuator = replace(actuator, coupling=coupling.coupling)
-    uncertainty = uncertainty_of(port.kind.name, fit, onsets.covariance(fit))
+    highest = max((abs(d.voltage) for d in records), default=None)
+    uncertainty = uncertainty_of(port.kind.name, fit, onsets.covariance(fit), highest)
     actuator = replace(actuator, uncertainty=uncertainty)
     estimated = onsets.widened(fit, uncertainties(fit, method, progress))
     parameters, each = parameter_estimates(fit, port, estimated, uncertainty)
