@@ -26,7 +26,7 @@ from ilg_circuit.fit.intervals import uncertainties
 from ilg_circuit.identify.current import CurrentData, currents
 from ilg_circuit.identify.impedance import ImpedanceData
 from ilg_circuit.identify.modal import modal_currents
-from ilg_circuit.identify.port_model import IndividualFit, PortModel, port_problem, quickened
+from ilg_circuit.identify.port_model import IndividualFit, PortModel, port_problem
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
@@ -114,7 +114,7 @@ def _current_trial(model: str, case: Case, drive: PiecewiseLinear, engine: str) 
 
     def measured(random: np.random.Generator) -> Record:
         noisy = clean + size * random.standard_normal(SAMPLES)
-        return prepare(Table({"time": t, "voltage": drive.value(t), "current": noisy}, "synthetic.csv"))
+        return prepare(Table({"time": t, "voltage": drive.value(t), "current": noisy}, "synthetic.csv"), "first-level")
 
     def trial(random: np.random.Generator) -> dict[str, tuple[float, float]]:
         record = measured(random)
@@ -138,8 +138,8 @@ def correlated_trial(name: str) -> Trial:
             noise[k] = phi * noise[k - 1] + np.sqrt(1 - phi**2) * noise[k]
         voltage = np.where(t >= 0, LARGER_STEP, 0.0)
         table = Table({"time": t - t[0], "voltage": voltage, "current": clean + size * noise}, "synthetic.csv")
-        data = (CurrentData(prepare(table), "exact", "synthetic.csv"),)
-        found = fit(quickened(port_problem(data, port, (1.0,)), data, port), np.array(case.values))
+        data = (CurrentData(prepare(table, "first-level"), "exact", "synthetic.csv"),)
+        found = fit(port_problem(data, port, (1.0,)), np.array(case.values))
         return {label: estimate.reported[1] for label, estimate in uncertainties(found).estimates.items()}
 
     return trial

@@ -31,8 +31,8 @@ def outlying(
     data, residuals
         Readings and data - model (n,), in one unit.
     pieces
-        Number (n,) of the smooth piece of the drive to which each row belongs, ascending; neighbours never lie across
-        an edge.
+        Number (n,) of the smooth piece of the drive to which each row belongs, ascending, 0 at rest; neighbours never
+        lie across an edge.
     grain
         The least deviation of a reading that counts, in the same unit, or one for each (n,): the instrument's
         resolution.
@@ -53,9 +53,8 @@ def outlying(
         far = np.abs(r - np.median(around, axis=1)) > _FAR * scale
         apart = np.abs(r - np.median(around, axis=1)) > _OVER_NEIGHBOURS * np.ptp(around, axis=1)
         found = far & apart & (np.abs(r) > _FAR * scale)
-        if rows[0]:
-            before = float(data[rows[0] - 1])
-            answer = np.abs(data[rows] - before)
+        if piece:  # a record without rest begins at an edge, too
+            answer = np.abs(data[rows] - (float(data[rows[0] - 1]) if rows[0] else 0.0))
             for k in range(_BEHIND_EDGE):
                 found[k] &= jumps and bool(answer[k] < answer[k + 1])
         named[rows[found]] = True

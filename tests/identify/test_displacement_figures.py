@@ -23,6 +23,7 @@ from ilg_circuit.identify.motion import COUPLING, DisplacementData
 from ilg_circuit.identify.rest import Rest
 from ilg_circuit.measurements.record import Channel
 from ilg_circuit.report.identification import metrics_lines
+from ilg_circuit.solve.transient import DEFAULT_ACCURACY
 from ilg_circuit.strip.actuator import PAPER
 
 Array = NDArray[np.float64]
@@ -90,17 +91,21 @@ def test_measured_figures_are_the_readings_less_the_rest_position(shape: str, re
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_what_d_s_does_not_describe_is_misfit_with_its_window(shape: str) -> None:
-    _, fit = of_shape(shape, 20.0)
+    r, fit = of_shape(shape, 20.0)
     said = by_code(fit)
     assert "displacement-drifts" not in said
     assert fit.data.window < 120.0
     assert f"fitted over the first {fit.data.window:.4g} s only" in str(said["displacement-shortened"])
     assert fit.fit.rmse <= 0.02 * fit.data.size
-    assert ("displacement-misfit" in said) == (fit.misfit.share > 0.02)
-    residuals, t = fit.fit.residuals, fit.data.abscissa
-    inside = (t >= fit.misfit.start) & (t < fit.misfit.end)
-    assert fit.misfit.worst == pytest.approx(
-        np.sqrt(np.mean(residuals[inside] ** 2)) / fit.data.size, abs=2 * NOISE / fit.data.size
+    found = identify(r.measurement(), base=PAPER, model="rc", engine="exact")
+    row = found.observations[1]
+    misfit = row.misfit
+    assert misfit is not None
+    told = {f.code for f in found.findings if f.values.get("quantity") == "displacement"}
+    assert bool(told & {"misfit", "not-a-success"}) == (misfit.share > 0.02)
+    inside = (row.abscissa >= misfit.start) & (row.abscissa < misfit.end)
+    assert misfit.worst == pytest.approx(
+        np.sqrt(np.mean(row.residuals[inside] ** 2)) / row.size, abs=2 * NOISE / row.size
     )
 
 
@@ -167,8 +172,7 @@ def test_where_the_rest_tells_it_a_drift_is_always_fitted(drift: float) -> None:
 def test_a_drift_that_might_be_there_widens_the_intervals() -> None:
     """A fit of the same readings that leaves the drift out would be surer than it may be."""
     found = fitted(paper(60, 0.0))
-    data = replace(found.data, drift=False)
-    problem = Problem((data.observation(found.motion),), COUPLING).predicting([data.quick(found.motion)])
+    problem = Problem((replace(found.data, drift=False).observation(found.motion),), COUPLING)
     without = fitting.fit(problem, found.fit.values)
     assert found.data.drift
     assert (found.fit.errors > without.errors).all()
@@ -257,19 +261,18 @@ def test_when_it_supports_a_drift(count: int, end: float, span: float, told: boo
 
 
 @pytest.mark.parametrize("beam", ["static", "dynamic"])
-def test_the_quick_prediction_is_the_engine_s(beam: str) -> None:
+def test_the_closed_form_is_the_engine_s(beam: str) -> None:
     fit = fitted(paper(20, 0.0))
     motion = replace(fit.motion, beam=beam)
     data: DisplacementData = replace(fit.data, sign=-1.0)
-    quick = data.quick(motion)
-    assert quick is not None
     values = np.outer([1.0, 1.1], fit.fit.values)
-    slow = data.observation(motion).predict(values)
-    assert quick(values) == pytest.approx(slow, abs=1e-9 * float(np.abs(slow).max()))
+    found = data.observation(motion).predict(values)
+    slow = -motion.displacements(data.drive, data.abscissa, values, DEFAULT_ACCURACY)
+    assert found == pytest.approx(slow, abs=1e-9 * float(np.abs(slow).max()))
 
 
 def test_ngspice_confirms_the_closed_form() -> None:
-    found = fit_displacement(current_data(paper(20, 0.0), "ngspice"), PAPER)
-    assert found.judgement is not None
-    assert not found.judgement.refitted
-    assert found.judgement.move < 0.02
+    found = identify(paper(20, 0.0).measurement(), base=PAPER, model="rc", engine="ngspice")
+    judgement = found.statistics["judgement"]
+    assert not judgement["refitted"]
+    assert judgement["largest_move_in_standard_errors"] < 0.02

@@ -20,7 +20,7 @@ from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements
 
 NAMES = ("dc_resistance", "dynamic_resistance", "capacitance")
-RC = ("--model", "rc", "--engine", "exact")
+RC = ("--model", "rc", "--engine", "exact", "--onset", "first-level")
 KINDS = ("step", "spectrum", "several")
 
 

@@ -110,7 +110,9 @@ def capacity(found: Identification) -> float:
 
 
 def test_the_record(measurement: Record) -> None:
-    assert measurement.onset == pytest.approx(2.66, abs=1e-9)
+    # between the readings at 2.65 s, at rest, and 2.66 s
+    assert measurement.onset == pytest.approx(2.655, abs=1e-9)
+    assert measurement.current.bracket == pytest.approx((-0.005, 0.005), abs=1e-9)
     assert measurement.step == pytest.approx(1.489, abs=2e-3)
     assert measurement.displacement is not None
     assert len(measurement.current.values) == len(measurement.displacement.values) == 1622
@@ -123,12 +125,14 @@ def test_auto_leaves_one_pole_and_says_why(measurement: Record) -> None:
     by_model = {c.model: c for c in found.candidates}
     assert list(by_model)[:4] == ["rc", "rc2", "rc3", "warburg"]
     assert [c.model for c in found.candidates if c.chosen] == ["rc3"]
-    for model in ("rc2", "warburg"):
-        reason = by_model[model].reason
-        assert reason is not None
-        assert (reason.code, reason.values["than"]) == ("candidate-worse", "rc3")
-        assert reason.values["bic"] > 10
-    assert by_model["rc"].against.startswith("not determined by these data (standard error over 50%: dc_resistance")
+    reason = by_model["warburg"].reason
+    assert reason is not None
+    assert (reason.code, reason.values["than"]) == ("candidate-worse", "rc3")
+    assert reason.values["bic"] > 10
+    # beside residuals that hang together for as long, too few branches do not tell the leak
+    for model in ("rc", "rc2"):
+        why = by_model[model].against
+        assert why.startswith("not determined by these data (standard error over 50%: dc_resistance")
     bics = {m: c.bic for m, c in by_model.items() if c.bic is not None}
     assert sorted(bics, key=lambda m: bics[m])[:4] == ["rc3", "rc2", "warburg", "rc"]
     # four parameters of diffusion do better than three of one pole, and as well as the five of two but little
@@ -142,8 +146,14 @@ def test_two_branches_are_good(result: Identification) -> None:
     assert result.model == "rc2"
     assert share_of_peak(result) <= 0.012
     constants = [result.derived[f"time_constant_{k}"].value for k in (1, 2)]
-    assert constants == pytest.approx([0.129, 1.187], rel=0.05)
-    assert {"residuals-structured", "residuals-autocorrelated"} <= codes(result.findings)
+    assert constants == pytest.approx([0.136, 1.228], rel=0.02)
+    assert {"residuals-structured", "residuals-autocorrelated", "misfit"} <= codes(result.findings)
+
+
+def test_a_reading_that_falls_out_of_line_is_left_out(result: Identification) -> None:
+    """At 2.75 s the current is 9.0 mA between 11.9 and 10.6 mA."""
+    (finding,) = (f for f in result.findings if f.code == "outliers")
+    assert (finding.values["count"], finding.values["readings"]) == (1, ["2.75 s (0.009 A)"])
 
 
 def test_one_branch_is_not_enough_and_says_so(by_rc: Identification) -> None:
@@ -158,13 +168,13 @@ def test_the_displacement_and_how_far_it_is_described(result: Identification, me
     first = (channel.time >= 0) & (channel.time <= 16.0)
     residuals = (channel.values - found.fitted)[first]
     assert np.sqrt(np.mean(residuals**2)) <= 0.015e-3
-    by_code = {f.code: f for f in result.findings}
+    by_code = {f.code: f for f in result.findings if f.values.get("quantity") != "current"}
     assert "displacement fitted over the first 16" in str(by_code["displacement-shortened"])
     assert by_code["displacement-shortened"].values["away"] == pytest.approx(2.94e-3, abs=0.02e-3)
     # 2.66 s of rest, which wanders, do not tell a drift over 16 s
     assert found.drift is None
     assert result.derived["displacement_drift"].fixed_because.startswith("left out: a rest of 2.66 s")
-    assert by_code["displacement-misfit"].values["worst"] > 0.05
+    assert by_code["misfit"].values["worst"] > 0.05
     assert found.coupling.damping_ratio > 1
     assert found.data.sign == -1.0
     assert measurement.displacement is not None
@@ -202,7 +212,9 @@ def test_a_clipped_current_is_left_out_and_said(read: Write, columns: Columns, r
     clipped = np.clip(current, -0.012, 0.012)
     found = identify(read(current_A=clipped, laser_displacement_mm=None), base=STRIP, model="rc2", engine="exact")
     assert any("clipped at 12 mA" in w for w in found.warnings)
-    assert len(found.observations[0].data) == (clipped < 0.012).sum()
+    (outliers,) = (f for f in found.findings if f.code == "outliers")
+    assert outliers.values["count"] == 1
+    assert len(found.observations[0].data) == (clipped < 0.012).sum() - 1
     assert capacity(found) == pytest.approx(capacity(result), rel=0.03)
     assert found.derived["time_constant_2"].value == pytest.approx(result.derived["time_constant_2"].value, rel=0.4)
 
@@ -210,7 +222,7 @@ def test_a_clipped_current_is_left_out_and_said(read: Write, columns: Columns, r
 def test_reversed_polarity_is_the_same_strip(read: Write, columns: Columns, result: Identification) -> None:
     flipped = {name: -np.array(columns[name]) for name in NAMES[1:]}
     m = read(**flipped)
-    assert m.onset == pytest.approx(2.66)
+    assert m.onset == pytest.approx(2.655)
     assert m.step == pytest.approx(-1.4891, abs=1e-3)
     found = identify(replace(m, displacement=None), base=STRIP, model="rc2", engine="exact")
     assert fast_part(found) == pytest.approx(fast_part(result), rel=1e-4)

@@ -92,7 +92,7 @@ def test_displacements_through_critical_damping(beam: str, modulus: float, dampi
 def test_displacements_behind_an_electrode_resistance(beam: str) -> None:
     m = PAPER.material
     strip = replace(PAPER, material=replace(m, electrode_resistivity_1=350.0, electrode_thickness_1=1e-6))
-    assert lumped_elements(strip).electrode_resistance > 0
+    assert lumped_elements(strip).port.electrode_resistance > 0
     found, exact = both(strip, beam, MEASURED, TIMES["even"])
     assert found == pytest.approx(exact, abs=1e-9 * float(np.abs(exact).max()))
 

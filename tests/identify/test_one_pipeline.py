@@ -23,7 +23,7 @@ from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.file import load_actuator
 
-RC = ("--model", "rc", "--engine", "exact", "--actuator", "paper")
+RC = ("--model", "rc", "--engine", "exact", "--actuator", "paper", "--onset", "first-level")
 
 
 # -- F1: a spectrum's strip has its uncertainty ------------------------------------------------------------------------

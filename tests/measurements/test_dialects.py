@@ -135,7 +135,9 @@ def test_every_dialect_is_the_same_record(name: str, tmp_path: Path) -> None:
     assert set(table.headers) == {"time", "voltage", "current"}
     found = read(path)
     assert isinstance(found, Record)
-    assert (found.onset, found.step) == (5.0, pytest.approx(4.0))
+    between = (4.75, 5.0)  # the last reading at rest, the first one at the level
+    assert (found.onset, found.step) == (sum(between) / 2, pytest.approx(4.0))
+    assert found.current.bracket == (-0.125, 0.125)
     assert found.headers == table.headers
 
 

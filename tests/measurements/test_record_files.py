@@ -29,7 +29,8 @@ def test_every_format_gives_the_same_step(name: str, tmp_path: Path) -> None:
         assert table.columns["displacement"] == pytest.approx(Y, abs=1e-12)
     m = read_record(path)
     assert m.step == pytest.approx(1.5)
-    assert m.onset == pytest.approx(2.0)
+    assert m.onset == pytest.approx((1.95 + 2.0) / 2)
+    assert read_record(path, "first-level").onset == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
