@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..findings import Finding
 from ..units import format_quantity
 from .contact import Break, Seen, breaks, runs, seen
-from .onset import Onset, answer_bracket
+from .onset import Onset, answer_bracket, voltage_jumps
 from .passive import PassivePort
 from .table import Table
 
@@ -23,6 +23,8 @@ _ANSWERED, _SEEN = 0.25, 8.0
 _SAME = 0.05
 #: The reversed current is described better by this factor at least.
 _REVERSED = 0.5
+#: A current's mean that is an open clamp's is its level within so many standard errors.
+_LEVEL = 4.0
 #: Where no current flows for so many readings after the voltage's jump contact was made late; one is another clock.
 _LATE = 2
 #: So many breaks are named, with their times.
@@ -122,7 +124,12 @@ def _without_voltage(found: Mended, s: Seen, first: int, back: int | None) -> Me
         if time[-1] < s.t[first]:
             return found  # cut off already
         end = f"the voltage is lost from {format_quantity(float(s.t[first - 1]), 's', 6)} on"
-        return replace(found, table=_rows(found.table, s.t[first]), notes=(*found.notes, Finding("voltage-lost", values=about)), end=end)
+        return replace(
+            found,
+            table=_rows(found.table, s.t[first]),
+            notes=(*found.notes, Finding("voltage-lost", values=about)),
+            end=end,
+        )
     assert back is not None
     blank = (time >= s.t[first]) & (time < s.t[back])
     voltage = np.where(blank, np.nan, found.table.columns["voltage"])
@@ -135,9 +142,15 @@ def _made_late(s: Seen, onset: Onset, lost: list[Break]) -> int:
     """Return the first reading of a current that began late, 0 where it did not."""
     if lost and lost[0].first <= s.onset + 1 and lost[0].back is not None:
         return lost[0].back
-    inner = np.flatnonzero(s.u[s.onset :] != s.u[s.onset]) if onset.jumps else np.empty(0)
-    del inner
-    return 0
+    jumps = s.t[voltage_jumps(s.u) + 1]
+    later = jumps[jumps > onset.between[1]]
+    answer = answer_bracket(s.t, s.i, onset, float(later[0]) if len(later) else np.inf)
+    if answer is None or answer[1] < _LATE:
+        return 0
+    made = int(np.searchsorted(s.t, answer[0][1]))
+    before = float(s.i[s.onset : made].mean())
+    error = s.noise / np.sqrt(made - s.onset)
+    return made if min(abs(before - level) for level in s.levels) <= _LEVEL * error else 0
 
 
 def _from_contact(found: Mended, s: Seen, onset: Onset, made: int) -> Mended:

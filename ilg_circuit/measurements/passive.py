@@ -63,8 +63,9 @@ class PassivePort:
         size[size == 0] = 1.0
         scale = float(np.abs(current[used]).max()) or 1.0
         table = np.column_stack([self._basis[used] / size, current[used] / scale])
-        triangle = np.linalg.qr(table, mode="r") if len(table) > table.shape[1] else table
-        amounts = nnls(triangle[:, :-1], triangle[:, -1], maxiter=100 * len(size))[0] * scale / size
+        triangle: Array = np.asarray(np.linalg.qr(table, mode="r")) if len(table) > table.shape[1] else table
+        amounts: Array = nnls(triangle[:, :-1], triangle[:, -1], maxiter=100 * len(size))[0]
+        amounts = amounts * scale / size
         predicted = self._basis @ amounts
         rms = float(np.sqrt(np.mean((predicted - current)[used] ** 2)))
         return Passive(predicted, rms, used)
