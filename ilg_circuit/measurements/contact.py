@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Mask
-from .onset import Onset, voltage_jumps
+from .onset import Beginning, Onset, voltage_jumps
 from .passive import PassivePort
 from .smoothing import digit, noise_level, resolution
 
@@ -67,7 +67,7 @@ class Seen:
     onset: int
     levels: tuple[float, ...]
     noise: float
-    within_run: bool
+    beginning: Beginning
 
     @property
     def largest(self) -> float:
@@ -76,6 +76,10 @@ class Seen:
     def near(self, level: float) -> Mask:
         """Readings (n,) that may be an open clamp's at ``level`` [A]."""
         return np.abs(self.i - level) <= max(_BAND * self.noise, 1e-9 * self.largest)
+
+    def port(self) -> PassivePort:
+        """Passive ports under this voltage."""
+        return PassivePort(self.t, self.u, self.beginning, self.onset > 0)
 
 
 def seen(t: Array, u: Array, current: Array, onset: Onset) -> Seen:
@@ -88,7 +92,7 @@ def seen(t: Array, u: Array, current: Array, onset: Onset) -> Seen:
         offset = float(np.median(rest))
         if abs(offset) > noise / 4:
             levels.append(offset)
-    return Seen(t, u, current, begins, tuple(levels), noise, onset.beginning == "run")
+    return Seen(t, u, current, begins, tuple(levels), noise, onset.beginning)
 
 
 def breaks(s: Seen) -> list[Break]:
@@ -102,14 +106,14 @@ def breaks(s: Seen) -> list[Break]:
         exact = list(_exact(s, level))
         if not places and not exact:
             continue
-        port = port or PassivePort(s.t, s.u, s.within_run)
+        port = port or s.port()
         expected = port.fit(s.i, np.ones(len(s.t), dtype=bool)).current
         sure = [p for p in places if _unexplained(s, expected, p)]
         spans = list(_spans(near, sorted([*sure, *exact], key=lambda p: p.gap)))
         for n, (low, lost, back) in enumerate(spans):
             end = len(s.t) if back is None else back
             first, earliest = _beginning(s, port, level, low, lost, end) if not n else (lost, lost)
-            if end - first >= _FEWEST:
+            if (np.abs(s.u[first:end]) > _NO_VOLTAGE * float(np.abs(s.u).max())).sum() >= _FEWEST:
                 found.append(Break(first, back, earliest))
     found.sort(key=lambda b: b.first)
     return [b for k, b in enumerate(found) if not k or b.first >= (found[k - 1].back or len(s.t))]
@@ -232,7 +236,8 @@ def _exact(s: Seen, level: float) -> Iterator[_Place]:
     if same.sum() < _ZEROS or (~same).sum() < 2 * _ZEROS:
         return
     others = s.i[~same]
-    if resolution(others) > _FINE * noise_level(others):
+    repeats = max((b - a for a, b in runs(np.diff(others) == 0)), default=0)
+    if repeats or resolution(others) > _FINE * noise_level(others):
         return
     for a, b in runs(same):
         if b - a >= _ZEROS:

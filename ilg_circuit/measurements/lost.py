@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Array
 from ..errors import InputError
 from ..findings import Finding
 from ..units import format_quantity
@@ -19,6 +18,8 @@ from .table import Table
 _NO_VOLTAGE, _VOLTAGE = 0.02, 0.2
 #: A jump of the voltage that is not answered by this part was none, if its answer is so many noise levels.
 _ANSWERED, _SEEN = 0.25, 8.0
+#: Nor does the current change then by this part of its largest.
+_STILL = 0.1
 #: Levels that differ by less than this part of the largest voltage are the same.
 _SAME = 0.05
 #: The reversed current is described better by this factor at least.
@@ -33,7 +34,7 @@ _NAMED = 6
 
 @dataclass(frozen=True)
 class Mended:
-    """A table without what contacts spoilt: the voltage is at rest until contact is made, the rows end where it is lost.
+    """A table without what contacts spoilt: the voltage rests until contact is made, rows end where it is lost.
 
     ``late`` [s] is the delay of contact after the voltage's own onset ``between`` two readings, 0 without one; ``end``
     says why there are no more rows, where that is so.
@@ -84,14 +85,14 @@ def _require_forward(table: Table, s: Seen) -> None:
     at = int(np.argmax(np.abs(j)))
     if energy >= 0 and v[at] * j[at] >= 0:
         return
-    port, every = PassivePort(s.t, s.u, s.within_run), np.ones(len(s.t), dtype=bool)
+    port, every = s.port(), np.ones(len(s.t), dtype=bool)
     forward, reverse = (port.fit(sign * s.i, every).rms for sign in (1.0, -1.0))
     if reverse > _REVERSED * min(forward, float(s.i.std())):
         return
     title = table.headers["current"][0] if "current" in table.headers else "current"
     raise InputError(
         f"{table.source}: the sign of the current (column '{title}') is reversed: from {s.t[s.onset]:.6g} s on it flows "
-        "against the voltage, and no strip gives back more energy than it took; turn its leads, or the sign of the column"
+        "against the voltage, and no strip gives back more energy than it took: turn its leads, or the column's sign"
     )
 
 
@@ -106,11 +107,12 @@ def _voltage_lost(s: Seen) -> list[tuple[int, int | None]]:
             continue
         if all(s.near(level)[a:b].all() for level in s.levels):
             continue
-        port = port or PassivePort(s.t, s.u, s.within_run)
+        port = port or s.port()
         expected = port.fit(s.i, np.arange(len(s.t)) < a).current
         answer = abs(float(expected[a] - expected[a - 1]))
         around = s.i[max(a - 2, 0) : a + 2]
-        if answer > _SEEN * s.noise and float(np.ptp(around)) < _ANSWERED * answer + _SEEN / 2 * s.noise:
+        unanswered = min(_ANSWERED * answer, _STILL * s.largest) + _SEEN / 2 * s.noise
+        if answer > _SEEN * s.noise and float(np.ptp(around)) < unanswered:
             found.append((a, b if b < len(low) else None))
     return found
 

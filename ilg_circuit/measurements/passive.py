@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Mask
+from .onset import Beginning
 
 #: Rates a decade, and their range in parts of the record's length and of its shortest intervals.
 _PER_DECADE, _SLOWEST, _FASTEST = 4, 0.3, 3.0
@@ -37,20 +38,30 @@ class PassivePort:
     Parameters
     ----------
     t, u
-        Time [s] and voltage [V] of the readings (n,); the port is in its steady state before the first of them.
-    within_run
-        The record begins within a run: what was stored before decays beside the answer.
+        Time [s] and voltage [V] of the readings (n,).
+    beginning
+        What is known of the time before: a strip that rests under the first voltage, one at rest under 0 V, to which
+        the first voltage is a step, or a longer run, from which what was stored decays beside the answer.
+    offset
+        Whether there is rest in the record, which tells an offset of the current.
     """
 
-    def __init__(self, t: Array, u: Array, within_run: bool = False) -> None:
+    def __init__(self, t: Array, u: Array, beginning: Beginning = "rest", offset: bool = True) -> None:
         step = np.diff(t)
         positive = step[step > 0]
         span = float(t[-1] - t[0])
         low, high = _SLOWEST / span, _FASTEST / float(np.quantile(positive, _SHORT))
         count = min(int(_PER_DECADE * np.log10(high / low)) + 1, _MOST_RATES)
         rates = np.geomspace(low, high, count)
-        columns = [np.ones(len(t)), -np.ones(len(t)), u, *relaxed(t, u, rates)]
-        if within_run:
+        if beginning == "step":
+            before = float(np.median(positive))
+            waves = relaxed(np.append(t[0] - before, t), np.append(0.0, u), rates)[:, 1:]
+        else:
+            waves = relaxed(t, u, rates)
+        columns = [u, *waves]
+        if offset:
+            columns += [np.ones(len(t)), -np.ones(len(t))]
+        if beginning == "run":
             stored = np.exp(-rates[::2, None] * (t - t[0]))
             columns += [*stored, *-stored]
         self._basis = np.array(columns).T
