@@ -92,7 +92,8 @@ def _require_forward(table: Table, s: Seen) -> None:
     title = table.headers["current"][0] if "current" in table.headers else "current"
     raise InputError(
         f"{table.source}: the sign of the current (column '{title}') is reversed: from {s.t[s.onset]:.6g} s on it "
-        "flows against the voltage, and no strip gives back more energy than it took: turn its leads, or the column's sign"
+        "flows against the voltage, and no strip gives back more energy than it took: turn its leads, or the column's "
+        "sign"
     )
 
 
