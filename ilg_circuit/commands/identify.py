@@ -24,6 +24,7 @@ from .progress import ProgressBar
 @click.option("--bias", multiple=True, help="Of spectra: 1V, or FILE=1V for one of them.")
 @click.option("--onset", multiple=True, help="When the voltage began: 4s, last-rest or first-level; or FILE=4s.")
 @click.option("--displacement-delay", default="0s", help="How much later the camera's clock reads: 0.1s, or fit.")
+@click.option("--until", help="Fit records up to this time after the onset, such as 16s.  [default: all]")
 @engine_option
 @click.option(
     "--intervals",
@@ -55,6 +56,7 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     if all(spectra) and context.get_parameter_source("engine") is click.core.ParameterSource.COMMANDLINE:
         click.echo("warning: spectra are fitted by their closed form: --engine has no effect on them", err=True)
     options["electrode_resistance"] = resistance(options["electrode_resistance"])
+    options["until"] = parse(options["until"], "s", "--until") if options["until"] else None
     late = options["displacement_delay"]
     options["displacement_delay"] = late if late == "fit" else parse(late, "s", "--displacement-delay")
     with ProgressBar("evaluation", doing="fitting") as bar:

@@ -173,6 +173,7 @@ class _WindowSearch:
             self.about_readings.append(Finding("displacement-thinned", values={"of": len(thin), "kept": _MOST_ROWS}))
             channel = channel.without(thin)
         self.rest = Rest.of(channel)
+        channel = channel.until(record.until)
         end = float(channel.time[-1])
         # data are fitted relative to a reference near rest, so that a rest position far away does not dominate
         reference = self.rest.middle if self.rest.count else 0.0

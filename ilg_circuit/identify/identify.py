@@ -17,6 +17,7 @@ from ..fit.intervals import require_method, uncertainties
 from ..fit.problem import Progress
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
+from ..measurements.prepare import LEAST_CURRENT
 from ..measurements.proportion import proportion_findings
 from ..measurements.read import read_spectrum
 from ..measurements.record import Record
@@ -72,6 +73,7 @@ def identify(
     intervals: str = "covariance",
     weighting: Weighting = "modulus",
     displacement_delay: float | Literal["fit"] = 0.0,
+    until: float | None = None,
     progress: Progress = None,
 ) -> Identification:
     """Return what records and spectra of one strip say of it.
@@ -100,6 +102,8 @@ def identify(
         Of spectra, see `impedance.ImpedanceData`.
     displacement_delay
         How much later [s] the clock of the displacement reads than the voltage's; "fit" for one more unknown.
+    until
+        Time [s] since the onset up to which records are fitted; later readings are left out of everything.
 
     Raises
     ------
@@ -112,7 +116,7 @@ def identify(
     if model != "auto":
         electrical_model(model)
     files = [data] if isinstance(data, Record | Spectrum) else list(data)
-    ports = _port_data(files, engine, bias, weighting)
+    ports = tuple(_until(d, until) for d in _port_data(files, engine, bias, weighting))
     strip = base or PAPER
     standing = lumped_port(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
     held = None if isinstance(standing, str) else standing
@@ -149,6 +153,8 @@ def identify(
     rows = [onsets.told(row) for row in rows]
     if len(ports) == 1:
         derived = {**{n: e for o in rows for n, e in o.derived.items()}, **derived}
+    if until is not None and records:
+        findings.append(Finding("fitted-until", values={"until": until}))
     findings += [*about_readings, *port_findings(port, candidates)]
     findings += misfit_findings(rows)
     if len(ports) > 1:
@@ -237,6 +243,20 @@ def _port_data(
             if np.array_equal(d.data, earlier.data) and np.array_equal(d.abscissa, earlier.abscissa):
                 raise InputError(f"'{d.source}' repeats the readings of '{earlier.source}': give each record once")
     return tuple(found)
+
+
+def _until(data: PortData, until: float | None) -> PortData:
+    """Return the data up to ``until`` [s] since the onset. Raises InputError where too few readings are left."""
+    if until is None or not isinstance(data, CurrentData):
+        return data
+    cut = replace(data, until=until)
+    count = int((cut.abscissa >= 0).sum())
+    if count < LEAST_CURRENT:
+        raise InputError(
+            f"{data.source}: {count} readings of the current up to {until:g} s after the onset; a fit needs "
+            f"{LEAST_CURRENT}"
+        )
+    return cut
 
 
 def _without_outliers(data: tuple[PortData, ...], held: float | None) -> tuple[tuple[PortData, ...], list[Finding]]:

@@ -22,7 +22,7 @@ from .voltage import MeasuredDrive, answers_noise, measured_drive
 #: No instrument reads less than this, in SI units.
 _LEAST_READING = 1e-30
 #: Samples after the onset that a fit needs.
-_LEAST_CURRENT, _LEAST_DISPLACEMENT = 10, 20
+LEAST_CURRENT, _LEAST_DISPLACEMENT = 10, 20
 #: So many samples before the onset tell the instrument's offset.
 LEAST_REST = 5
 #: Readings at rest stand before the onset by at least this time [s], relative to the record.
@@ -73,9 +73,9 @@ def prepare(table: Table, onset: Stated = None) -> Record:
     current = current.without(at_limit)
     notes += clipped
     count = int((~current.rest).sum())
-    if count < _LEAST_CURRENT:
+    if count < LEAST_CURRENT:
         at = f"the onset at {found.time:g} s"
-        raise InputError(f"{name}: {count} current samples after {at}; {_LEAST_CURRENT} are needed")
+        raise InputError(f"{name}: {count} current samples after {at}; {LEAST_CURRENT} are needed")
     _require_response(current, drive.drive, name)
     if found.beginning == "run":
         notes.append(Finding("begins-within-run"))
@@ -100,10 +100,10 @@ def prepare(table: Table, onset: Stated = None) -> Record:
 def _require_enough(table: Table, onset: float, end: str) -> None:
     """Raise InputError where too little of a record is left before its ``end``."""
     count = int((np.isfinite(table.columns["current"]) & (table.time >= onset)).sum())
-    if end and count < _LEAST_CURRENT:
+    if end and count < LEAST_CURRENT:
         raise InputError(
             f"{table.source}: {end}, with {count} current samples between the onset at {onset:g} s and that; "
-            f"{_LEAST_CURRENT} are needed: look at the clamp and its leads, and measure again"
+            f"{LEAST_CURRENT} are needed: look at the clamp and its leads, and measure again"
         )
 
 

@@ -279,3 +279,16 @@ def test_readings_are_not_changed() -> None:
     prepare(replace(made), "last-rest")
     for name, column in before.items():
         assert np.array_equal(made.columns[name], column)
+
+
+def test_records_are_fitted_up_to_a_time(tmp_path: Path, run: Run) -> None:
+    """What comes later, here a second step that the voltage does not show, is in no residual and no BIC."""
+    made = table("rc", RC, onset=5.0, interval=0.25, duration=125.0)
+    made.columns["current"][made.time > 65] += 0.05
+    found = identify(prepare(made, "last-rest"), model="rc", engine="exact", until=59.9)
+    assert_held(found, RC)
+    assert found.observations[0].abscissa.max() <= 59.9
+    assert found.statistics["n"] == (made.time <= 64.9).sum()
+    assert "fitted-until" in codes(found.findings)
+    path = write(made, tmp_path / "s.csv")
+    assert_one_line(run("identify", str(path), "--until", "1s"), "4 readings of the current up to 1 s", "needs 10")
