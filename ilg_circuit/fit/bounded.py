@@ -20,6 +20,8 @@ from .result import FitResult
 
 #: Places that are tried at first, and where the likelihood tells them apart, in each of so many closer looks.
 _FIRST, _CLOSER, _LOOKS = 5, 9, 6
+#: Looks where a place to begin from is enough.
+_ROUGH_LOOKS = 2
 #: Places whose deviances differ by less are equally likely.
 _FLAT = 0.3
 #: Square of the normal quantile of 95 %.
@@ -92,18 +94,20 @@ def profile_bounded(
     *,
     start: float = 0.0,
     costly: bool = False,
+    looks: int = _LOOKS,
 ) -> BoundedProfile:
     """Return the profile over a quantity within ``bounds``.
 
     ``found`` is the fit with it at ``start``, ``at`` makes the problem with it elsewhere; ``moved`` are the
-    observations whose residuals tell where it is. A ``costly`` problem is tried at the ends only.
+    observations whose residuals tell where it is. A ``costly`` problem is tried at the ends only; ``looks`` are the most
+    closer ones.
     """
     trial = _Trial(found, at, moved)
     trial.at(start)
     low, high = bounds
     for x in (low, high) if costly else np.linspace(low, high, _FIRST).tolist():
         trial.at(x)
-    for _ in range(0 if costly else _LOOKS):
+    for _ in range(0 if costly else looks):
         places, deviance, _ = trial.table
         if float(deviance.max()) < _FLAT:
             break
@@ -121,7 +125,7 @@ def likeliest(found: FitResult, at: Callable[[float], Problem], bounds: tuple[fl
 
     That is the middle of what is admitted, 0 itself where it is near; arguments are those of `profile_bounded`.
     """
-    middle = profile_bounded(found, at, bounds, (0,)).middle
+    middle = profile_bounded(found, at, bounds, (0,), looks=_ROUGH_LOOKS).middle
     return middle if abs(middle) > _CLOSE * (bounds[1] - bounds[0]) else 0.0
 
 

@@ -34,7 +34,7 @@ _SHARE = 0.3
 #: A fit that begins at the first-order answer of leaving an observation out moves no logarithm further at first.
 _LONGEST_STEP = 1.0
 #: Gauss-Newton steps of a fit near its minimum, and the relative offset that ends them.
-_NEAR_STEPS, _NEAR_OFFSET = 6, 1e-4
+_NEAR_STEPS, _NEAR_OFFSET = 8, 1e-7
 #: Relative change of the sum of squares at which the fit of all observations but some ends.
 _LEFT_OUT = 1e-8
 

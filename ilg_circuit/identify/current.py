@@ -16,7 +16,7 @@ from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..findings import Finding
 from ..fit.bounded import likeliest
-from ..fit.fitting import fit, with_starts
+from ..fit.fitting import fit, fit_near, with_starts
 from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
 from ..measurements.prepare import LEAST_REST
@@ -216,7 +216,7 @@ class CurrentData:
         if not share:
             return found
         moved = self.at_share(share)
-        again = fit(port_problem((moved,), found.model, (1.0,)), found.fit.values, progress)
+        again = fit_near(port_problem((moved,), found.model, (1.0,)), found.fit.values, progress)
         return IndividualFit(moved, found.model, with_starts(again, found.fit.starts))
 
     def rough_residuals(self, kind: ElectricalModel, held: float) -> Array:
@@ -242,10 +242,10 @@ class CurrentData:
         values, starts, check = search_starts(problem, lambda at: self.modal(model, at), self.since, start)
         model = PortModel(kind, held, tuple(values.tolist()))
         problem = port_problem((self,), model, (1.0,))
-        found = fit(problem, values, progress)
+        found = fit_near(problem, values, progress)
         ordered = found.values[kind.order(found.values)]
         if not np.array_equal(ordered, found.values):
-            found = fit(problem, ordered, progress)
+            found = fit_near(problem, ordered, progress)
         check(found.values)
         return IndividualFit(self, model, with_starts(found, starts))
 

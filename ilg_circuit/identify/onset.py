@@ -17,7 +17,7 @@ from ..findings import Finding
 from ..fit.bounded import BoundedProfile, matters, profile_bounded
 from ..fit.criteria import structured
 from ..fit.estimate import Estimate
-from ..fit.fitting import fit, with_starts
+from ..fit.fitting import fit_near, with_starts
 from ..fit.intervals import Uncertainties
 from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
@@ -182,7 +182,7 @@ def settled(
         profiles.append(OnsetProfile(source, current.channel, profile))
         if abs(profile.middle - current.share) > _MIDDLE:
             moved = [d.at_share(profile.middle) if k in members else d for k, d in enumerate(moved)]
-            found = with_starts(fit(at(profile.middle), found.values, progress), found.starts)
+            found = with_starts(fit_near(at(profile.middle), found.values, progress), found.starts)
     delays: list[DelayProfile] = []
     for k, d in enumerate(moved):
         if not isinstance(d, DisplacementData) or d.delays is None:
@@ -193,5 +193,5 @@ def settled(
         tried = profile_bounded(found, behind, near, (k,), start=d.delay, costly=costly)
         delays.append(DelayProfile(d.source, tried))
         moved[k] = d.at_delay(tried.middle)
-        found = with_starts(fit(behind(tried.middle), found.values, progress), found.starts)
+        found = with_starts(fit_near(behind(tried.middle), found.values, progress), found.starts)
     return found, tuple(moved), Onsets(tuple(profiles), tuple(delays))
