@@ -99,8 +99,8 @@ def profile_bounded(
     """Return the profile over a quantity within ``bounds``.
 
     ``found`` is the fit with it at ``start``, ``at`` makes the problem with it elsewhere; ``moved`` are the
-    observations whose residuals tell where it is. A ``costly`` problem is tried at the ends only; ``looks`` are the most
-    closer ones.
+    observations whose residuals tell where it is. A ``costly`` problem is tried at the ends only; ``looks`` is how
+    often a closer look is taken at most.
     """
     trial = _Trial(found, at, moved)
     trial.at(start)
