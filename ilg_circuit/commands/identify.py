@@ -23,6 +23,8 @@ from .progress import ProgressBar
 @click.option("--own", multiple=True, help="A parameter that each of several files has for itself; may be repeated.")
 @click.option("--bias", multiple=True, help="Of spectra: 1V, or FILE=1V for one of them.")
 @click.option("--onset", multiple=True, help="When the voltage began: 4s, last-rest or first-level; or FILE=4s.")
+@click.option("--displacement-delay", default="0s", help="How much later the camera's clock reads: 0.1s, or fit.")
+@click.option("--until", help="Fit records up to this time after the onset, such as 16s.  [default: all]")
 @engine_option
 @click.option(
     "--intervals",
@@ -54,6 +56,9 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     if all(spectra) and context.get_parameter_source("engine") is click.core.ParameterSource.COMMANDLINE:
         click.echo("warning: spectra are fitted by their closed form: --engine has no effect on them", err=True)
     options["electrode_resistance"] = resistance(options["electrode_resistance"])
+    options["until"] = parse(options["until"], "s", "--until") if options["until"] else None
+    late = options["displacement_delay"]
+    options["displacement_delay"] = late if late == "fit" else parse(late, "s", "--displacement-delay")
     with ProgressBar("evaluation", doing="fitting") as bar:
         result = fit(files, base=base, progress=bar.count, **options)
     emit(result, written, inputs=(*data, actuator), seed=result.seed, writers={"--out": write_actuator})
@@ -81,7 +86,10 @@ def onsets(paths: Sequence[Path], given: Sequence[str]) -> list[Any]:
     """Return what ``--onset`` says of every file: a time [s], the name of a reading, or None."""
     found: list[Any] = [None] * len(paths)
     for k, text in each_file(paths, range(len(paths)), given, "--onset", "the files"):
-        found[k] = text if text in ("last-rest", "first-level") else parse(text, "s", "--onset")
+        words = text.replace("-", "").isalpha()
+        if words and text not in ("last-rest", "first-level"):
+            raise InputError(f"--onset {text}: write a time such as 4s, or last-rest or first-level")
+        found[k] = text if words else parse(text, "s", "--onset")
     return found
 
 

@@ -169,9 +169,9 @@ def finished(
     """
     size = np.linalg.norm(slopes, axis=0)
     single = len(problem.observations) == 1
-    q = np.empty((0, 0))
+    q, upper = np.empty((0, 0)), np.empty((0, 0))
     if single:  # the orthogonal factor of a long record is large, and not needed
-        upper = np.linalg.qr(slopes / size, mode="r")
+        upper = np.asarray(np.linalg.qr(slopes / size, mode="r"))
     else:
         q, upper = np.linalg.qr(slopes / size)
     determined = np.isinf(singular) or np.linalg.cond(upper) <= singular

@@ -158,7 +158,7 @@ def gauss_newton(j: Array, r: Array, rounding: float = 0.0) -> tuple[Array, floa
     if not (np.isfinite(size).all() and (size > 0).all()):
         return np.zeros(n), np.inf, np.inf
     scaled = j / size
-    upper = np.linalg.qr(scaled, mode="r")
+    upper: Array = np.asarray(np.linalg.qr(scaled, mode="r"))
     condition = float(np.linalg.cond(upper))
     if not condition < CONDITION:
         return np.zeros(n), np.inf, condition

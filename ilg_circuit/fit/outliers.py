@@ -21,7 +21,9 @@ _MAD = 0.6745
 _BEHIND_EDGE = 2
 
 
-def outlying(data: Array, residuals: Array, pieces: NDArray[np.intp], grain: float) -> Mask:
+def outlying(
+    data: Array, residuals: Array, pieces: NDArray[np.intp], grain: float | Array, *, jumps: bool = True
+) -> Mask:
     """Return the readings (n,) that are named as outliers.
 
     Parameters
@@ -32,16 +34,21 @@ def outlying(data: Array, residuals: Array, pieces: NDArray[np.intp], grain: flo
         Number (n,) of the smooth piece of the drive to which each row belongs, ascending, 0 at rest; neighbours never
         lie across an edge.
     grain
-        The instrument's resolution, in the same unit.
+        The least deviation of a reading that counts, in the same unit, or one for each (n,): the instrument's
+        resolution.
+    jumps
+        Whether the quantity jumps with the drive and falls from there, as a current does; else the rows behind an edge
+        are never named.
     """
     named = np.zeros(len(data), dtype=bool)
     everywhere = _deviation(residuals)
+    least = np.broadcast_to(grain, data.shape)
     for piece in np.unique(pieces):
         rows = np.flatnonzero(pieces == piece)
         if len(rows) <= _NEIGHBOURS:
             continue
         r = residuals[rows]
-        scale = np.maximum(np.maximum(everywhere, _local_deviation(r)), grain)
+        scale = np.maximum(np.maximum(everywhere, _local_deviation(r)), least[rows])
         around = r[_neighbours(len(rows))]
         far = np.abs(r - np.median(around, axis=1)) > _FAR * scale
         apart = np.abs(r - np.median(around, axis=1)) > _OVER_NEIGHBOURS * np.ptp(around, axis=1)
@@ -49,7 +56,7 @@ def outlying(data: Array, residuals: Array, pieces: NDArray[np.intp], grain: flo
         if piece:  # a record without rest begins at an edge, too
             answer = np.abs(data[rows] - (float(data[rows[0] - 1]) if rows[0] else 0.0))
             for k in range(_BEHIND_EDGE):
-                found[k] &= answer[k] < answer[k + 1]
+                found[k] &= jumps and bool(answer[k] < answer[k + 1])
         named[rows[found]] = True
     return named
 

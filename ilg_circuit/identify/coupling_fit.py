@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -49,11 +50,15 @@ class CouplingFit:
 
 
 def fit_coupling(
-    records: Sequence[CurrentData], actuator: Actuator, per_record: frozenset[str], progress: Progress = None
+    records: Sequence[CurrentData],
+    actuator: Actuator,
+    per_record: frozenset[str],
+    progress: Progress = None,
+    delay: float | Literal["fit"] = 0.0,
 ) -> tuple[CouplingFit | None, list[Finding]]:
     """Return the fit of d(s) to all records that have a displacement, and findings on it.
 
-    None where no displacement can be fitted, or all together cannot.
+    ``delay`` [s] is the camera's. None where no displacement can be fitted, or all together cannot.
     """
     fits: list[DisplacementFit] = []
     findings: list[Finding] = []
@@ -61,7 +66,7 @@ def fit_coupling(
         if record.record.displacement is None:
             continue
         try:
-            fits.append(fit_displacement(record, actuator, progress))
+            fits.append(fit_displacement(record, actuator, progress, delay))
         except IlgError as error:
             findings.append(Finding("displacement-not-fitted", record.source, {"reason": str(error)}))
     fits, against = _of_one_sign(fits)

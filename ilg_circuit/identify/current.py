@@ -46,7 +46,7 @@ class CurrentData:
 
     ``share`` (-0.5 to 0.5) is where in the record's bracket the excitation is taken to begin, 0 in the middle;
     ``left_out`` are the rows of the record's current that are no measurement of this strip; ``only`` are those that a
-    trial makes do with, None for all.
+    trial makes do with, None for all. Readings later than ``until`` [s] after the onset are not fitted.
     """
 
     record: Record
@@ -55,6 +55,7 @@ class CurrentData:
     share: float = 0.0
     left_out: tuple[int, ...] = ()
     only: NDArray[np.intp] | None = None
+    until: float = math.inf
 
     quantity = "current"
     unit = "A"
@@ -111,6 +112,7 @@ class CurrentData:
         rest = self.record.current.rest
         kept = np.ones(len(rest), dtype=bool) if self.has_offset else ~rest
         kept[list(self.left_out)] = False
+        kept &= self.record.current.time <= self.until
         return np.flatnonzero(kept) if self.only is None else self.only[kept[self.only]]
 
     @property

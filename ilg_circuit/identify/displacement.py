@@ -5,7 +5,9 @@ The window is the longest stretch from the onset that d(s) describes; what lies 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -26,9 +28,10 @@ from ..strip.elements import lumped_elements
 from .current import CurrentData
 from .displacement_findings import displacement_findings
 from .motion import COUPLING, DisplacementData, Motion
+from .outliers import left_out, spikes
 from .port_model import BRACKET
 from .rest import Rest
-from .start import CouplingSearch
+from .start import CouplingSearch, thinned
 
 #: Residuals up to this part of the readings' span count as described by the model.
 DESCRIBED = 0.02
@@ -39,6 +42,10 @@ _TRIAL, _FINAL = 1e-5, 1e-10
 #: Starts of the fit that is reported, the tolerance of those that confirm it, and which misfits are the same.
 _STARTS, _CONFIRMING, _SAME_MISFIT = 3, 1e-7, 1e-4
 _WINDOW_RATIO = 1.25
+#: Delays that are tried at first, the part of the record within which they lie, and the longest [s].
+_DELAYS, _MOST_DELAY, _LONGEST_DELAY = 9, 0.05, 2.0
+#: A displacement of more readings than this is fitted on so many of them, dense where it is fast.
+_MOST_ROWS = 8000
 _FEWEST_SAMPLES = 40
 #: A beam whose residuals are so many times the other's is not chosen, however few of them are independent.
 _CLEARLY_WORSE = 1.5
@@ -106,36 +113,80 @@ class _Attempt:
         return self.fit.values, self.data.sign
 
 
-def fit_displacement(record: CurrentData, actuator: Actuator, progress: Progress = None) -> DisplacementFit:
+def fit_displacement(
+    record: CurrentData, actuator: Actuator, progress: Progress = None, delay: float | Literal["fit"] = 0.0
+) -> DisplacementFit:
     """Return the fit of d(s) to the displacement of a strip whose circuit is known.
 
     The whole record if the model describes it; else the longest stretch from the onset that it does describe, or the
-    whole record after all where it describes none. Raises InputError or SolveError where no stretch can be fitted.
+    whole record after all where it describes none. The camera's clock is behind by ``delay`` [s], or that is fitted.
+    Raises InputError or SolveError where no stretch can be fitted.
     """
-    search = _WindowSearch(record, actuator, progress)
+    if delay == "fit":
+        search = _likeliest_delay(record, actuator, progress, delay_bounds(record))
+    else:
+        search = _WindowSearch(record, actuator, progress, delay)
     best, bic_gain = search.by_evidence(search.longest())
     return search.finish(*search.confirmed(best), bic_gain)
+
+
+def _likeliest_delay(
+    record: CurrentData, actuator: Actuator, progress: Progress, delays: tuple[float, float]
+) -> _WindowSearch:
+    """Return the search with the one of a few delays that leaves least of the longest stretch."""
+    tried: list[tuple[float, float, _WindowSearch]] = []
+    for delay in np.linspace(*delays, _DELAYS).tolist():
+        search = _WindowSearch(record, actuator, progress, delay, delays)
+        with suppress(InputError):
+            found = search.longest()
+            tried.append((-found.data.window, found.fit.rmse, search))
+    if not tried:
+        raise InputError("the displacement does not follow the voltage as the coupling d(s) does, at any delay")
+    return min(tried, key=lambda each: each[:2])[2]
+
+
+def delay_bounds(record: CurrentData) -> tuple[float, float]:
+    """Return between which delays [s] of a camera one is looked for."""
+    most = min(_MOST_DELAY * record.record.duration, _LONGEST_DELAY)
+    return -most, most
 
 
 class _WindowSearch:
     """One record, fitted over several windows and by both beams; what has failed is not tried again."""
 
-    def __init__(self, record: CurrentData, actuator: Actuator, progress: Progress) -> None:
-        channel = record.record.displacement
-        assert channel is not None
+    def __init__(
+        self,
+        record: CurrentData,
+        actuator: Actuator,
+        progress: Progress,
+        delay: float,
+        delays: tuple[float, float] | None = None,
+    ) -> None:
+        whole = record.record.displacement
+        assert whole is not None
+        named = spikes(whole, record.drive)
+        self.about_readings = left_out(whole, np.flatnonzero(named), "", "displacement", "m")
+        channel = whole.without(named)
+        if len(channel.time) > _MOST_ROWS:
+            thin = np.ones(len(channel.time), dtype=bool)
+            thin[thinned(channel.time, _MOST_ROWS)] = False
+            self.about_readings.append(Finding("displacement-thinned", values={"of": len(thin), "kept": _MOST_ROWS}))
+            channel = channel.without(thin)
         self.rest = Rest.of(channel)
+        channel = channel.until(record.until)
         end = float(channel.time[-1])
         # data are fitted relative to a reference near rest, so that a rest position far away does not dominate
         reference = self.rest.middle if self.rest.count else 0.0
         measured, source = record.record.voltage, record.source
         self.base = DisplacementData(
-            channel, measured, source, record.voltage, end, reference, record.engine, share=record.share
-        )
+            channel, measured, source, record.voltage, end, reference, record.engine,
+            share=record.share, delay=delay, delays=delays,
+        )  # fmt: skip
         self.motions = {beam: Motion(actuator, beam, record.engine) for beam in ("static", "dynamic")}
         self.progress = progress
         self.ratio = lumped_elements(actuator).bending_ratio
         self.after = channel.time[~channel.rest]
-        self.search = CouplingSearch(channel.since(record.share), self.base.drive.from_rest(), self.ratio)
+        self.search = CouplingSearch(self.base.since(channel), self.base.drive.from_rest(), self.ratio)
         self.linear = np.column_stack([np.ones(len(channel.time)), channel.time])
         self.failed: set[tuple[str, float]] = set()
 
@@ -231,7 +282,7 @@ class _WindowSearch:
         channel, data, motion = self.base.channel, best.data, best.motion
         found = best.fit
         accuracy = None if motion.linear else DEFAULT_ACCURACY
-        answer = motion.displacements(data.drive, channel.since(data.share), found.values[None], accuracy)[0]
+        answer = motion.displacements(data.drive, data.since(channel), found.values[None], accuracy)[0]
         drifting = self.linear[:, : 1 + data.drift] @ found.nuisance + data.held * channel.time
         result = DisplacementFit(
             data=data,
@@ -245,7 +296,7 @@ class _WindowSearch:
             findings=(),
             bic_gain=bic_gain,
         )
-        return replace(result, findings=tuple(displacement_findings(result, best.described)))
+        return replace(result, findings=(*self.about_readings, *displacement_findings(result, best.described)))
 
     def _data(self, data: DisplacementData) -> tuple[Array, Array]:
         """Return displacements (samples,) of the whole record and the linear terms (samples, k) of its fit."""

@@ -23,16 +23,17 @@ _STEP = 1e-4
 Estimates = dict[str, Estimate]
 
 
-def uncertainty_of(model: str, fit: FitResult, more: Array) -> Uncertainty:
+def uncertainty_of(model: str, fit: FitResult, more: Array, voltage: float | None) -> Uncertainty:
     """Return the covariance of the logarithms of the parameters of ``fit``; those per record are averaged.
 
-    ``more`` (n, n) is a covariance of the values beside the fit's, by what the fit takes for known.
+    ``more`` (n, n) is a covariance of the values beside the fit's, by what the fit takes for known; ``voltage`` [V] the
+    largest of the data.
     """
     names, averaging = fit.averaging
     relative = (reported_covariance(fit) + more) / np.outer(fit.values, fit.values)
     covariance = averaging @ relative @ averaging.T
     covariance = (covariance + covariance.T) / 2  # symmetric to the last digit
-    return Uncertainty(model, names, tuple(map(tuple, covariance.tolist())))
+    return Uncertainty(model, names, tuple(map(tuple, covariance.tolist())), voltage)
 
 
 def parameter_estimates(

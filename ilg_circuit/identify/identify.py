@@ -17,6 +17,7 @@ from ..fit.intervals import require_method, uncertainties
 from ..fit.problem import Progress
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
+from ..measurements.prepare import LEAST_CURRENT
 from ..measurements.proportion import proportion_findings
 from ..measurements.read import read_spectrum
 from ..measurements.record import Record
@@ -71,6 +72,8 @@ def identify(
     engine: str = "ngspice",
     intervals: str = "covariance",
     weighting: Weighting = "modulus",
+    displacement_delay: float | Literal["fit"] = 0.0,
+    until: float | None = None,
     progress: Progress = None,
 ) -> Identification:
     """Return what records and spectra of one strip say of it.
@@ -97,6 +100,10 @@ def identify(
         Method of the 95 % intervals, see `fit.intervals`.
     weighting
         Of spectra, see `impedance.ImpedanceData`.
+    displacement_delay
+        How much later [s] the clock of the displacement reads than the voltage's; "fit" for one more unknown.
+    until
+        Time [s] since the onset up to which records are fitted; later readings are left out of everything.
 
     Raises
     ------
@@ -109,7 +116,7 @@ def identify(
     if model != "auto":
         electrical_model(model)
     files = [data] if isinstance(data, Record | Spectrum) else list(data)
-    ports = _port_data(files, engine, bias, weighting)
+    ports = tuple(_until(d, until) for d in _port_data(files, engine, bias, weighting))
     strip = base or PAPER
     standing = lumped_port(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
     held = None if isinstance(standing, str) else standing
@@ -123,7 +130,7 @@ def identify(
     port = on_all_rows(port, progress)
     actuator = _actuator(port, strip, base, ports)
     records = [d for d in ports if isinstance(d, CurrentData)]
-    coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress)
+    coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress, displacement_delay)
     try:
         joint = joined(port, coupling, actuator, names, progress)
     except SolveError as error:
@@ -136,7 +143,8 @@ def identify(
     if coupling is not None:
         coupling = replace(coupling, motion=replace(coupling.motion, actuator=actuator))
         actuator = replace(actuator, coupling=coupling.coupling)
-    uncertainty = uncertainty_of(port.kind.name, fit, onsets.covariance(fit))
+    highest = max((abs(d.voltage) for d in records), default=None)
+    uncertainty = uncertainty_of(port.kind.name, fit, onsets.covariance(fit), highest)
     actuator = replace(actuator, uncertainty=uncertainty)
     estimated = onsets.widened(fit, uncertainties(fit, method, progress))
     parameters, each = parameter_estimates(fit, port, estimated, uncertainty)
@@ -145,6 +153,8 @@ def identify(
     rows = [onsets.told(row) for row in rows]
     if len(ports) == 1:
         derived = {**{n: e for o in rows for n, e in o.derived.items()}, **derived}
+    if until is not None and records:
+        findings.append(Finding("fitted-until", values={"until": until}))
     findings += [*about_readings, *port_findings(port, candidates)]
     findings += misfit_findings(rows)
     if len(ports) > 1:
@@ -233,6 +243,20 @@ def _port_data(
             if np.array_equal(d.data, earlier.data) and np.array_equal(d.abscissa, earlier.abscissa):
                 raise InputError(f"'{d.source}' repeats the readings of '{earlier.source}': give each record once")
     return tuple(found)
+
+
+def _until(data: PortData, until: float | None) -> PortData:
+    """Return the data up to ``until`` [s] since the onset. Raises InputError where too few readings are left."""
+    if until is None or not isinstance(data, CurrentData):
+        return data
+    cut = replace(data, until=until)
+    count = int((cut.abscissa >= 0).sum())
+    if count < LEAST_CURRENT:
+        raise InputError(
+            f"{data.source}: {count} readings of the current up to {until:g} s after the onset; a fit needs "
+            f"{LEAST_CURRENT}"
+        )
+    return cut
 
 
 def _without_outliers(data: tuple[PortData, ...], held: float | None) -> tuple[tuple[PortData, ...], list[Finding]]:

@@ -109,7 +109,8 @@ class DisplacementData:
 
     ``sign`` is -1 where the camera's axis points away from the anode; with ``drift`` a slow linear one is a term of the
     fit beside the rest position. ``held`` [m/s] is a drift that is taken off before the fit. The onset is taken by
-    ``share`` (-0.5 to 0.5) of its bracket from the middle.
+    ``share`` (-0.5 to 0.5) of its bracket from the middle. The camera's clock is behind by ``delay`` [s], which lies
+    within ``delays`` where it is fitted.
     """
 
     channel: Channel
@@ -123,6 +124,8 @@ class DisplacementData:
     drift: bool = False
     held: float = 0.0
     share: float = 0.0
+    delay: float = 0.0
+    delays: tuple[float, float] | None = None
 
     quantity = "displacement"
     unit = "m"
@@ -139,6 +142,14 @@ class DisplacementData:
 
     def at_share(self, share: float) -> DisplacementData:
         return replace(self, share=share)
+
+    def at_delay(self, delay: float) -> DisplacementData:
+        """Return the data of a camera whose clock is behind by ``delay`` [s]."""
+        return replace(self, delay=delay)
+
+    def since(self, channel: Channel) -> Array:
+        """Return the times [s] of ``channel`` since the onset, on the voltage's clock."""
+        return channel.since(self.share) - self.delay
 
     @property
     def part(self) -> Channel:
@@ -179,7 +190,7 @@ class DisplacementData:
 
         The prediction ``of_record`` is the engine's that was asked for.
         """
-        t, drive = self.part.since(self.share), self.drive
+        t, drive = self.since(self.part), self.drive
         closed = motion.linear and not (of_record and self.engine != "exact")
 
         def predict(values: Array) -> Array:

@@ -23,11 +23,14 @@ from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..measurements.record import Channel
+from .motion import DisplacementData
 from .observation_fit import ObservationFit
 from .port_model import BRACKET, Measured
 
 #: Data and the unit of their residuals -> the observation that a model predicts.
 Observe = Callable[[Measured, float | Array], Observation]
+#: A delay is profiled within this part of its bounds about where the first fits found it.
+_NEAR = 0.15
 #: An onset nearer to the middle than this share is in the middle.
 _MIDDLE = 1e-3
 
@@ -61,21 +64,40 @@ class OnsetProfile:
         return Finding(code, self.source, {"from": ends[0], "to": ends[1], "parameters": names})
 
 
+@dataclass(frozen=True, eq=False)
+class DelayProfile:
+    """The profile of the delay [s] of one file's displacement."""
+
+    source: str
+    profile: BoundedProfile
+
+    @property
+    def estimate(self) -> Estimate:
+        """The delay [s]; its interval is what the fit leaves open."""
+        low, high = self.profile.admitted
+        return Estimate(self.profile.middle, "s", (high - low) / 3.92, (low, high))
+
+
 @dataclass(frozen=True)
 class Onsets:
-    """The profiles of all files whose readings leave the onset open."""
+    """The profiles of all files whose readings leave the onset open, and of delays that were fitted."""
 
     profiles: tuple[OnsetProfile, ...] = ()
+    delays: tuple[DelayProfile, ...] = ()
+
+    @property
+    def every(self) -> tuple[BoundedProfile, ...]:
+        return (*(p.profile for p in self.profiles), *(p.profile for p in self.delays))
 
     def widened(self, fit: FitResult, found: Uncertainties) -> Uncertainties:
         """Return the estimates with what the onsets leave open in every standard error and interval."""
-        if not self.profiles:
+        if not self.every:
             return found
         reported = np.array([found.estimates[label].reported[0] for label in fit.labels])
         from scipy.stats import t as student
 
         quantile = student.ppf(0.975, fit.freedom)
-        reaches = np.array([p.profile.reach(reported / fit.units, quantile) for p in self.profiles])
+        reaches = np.array([p.reach(reported / fit.units, quantile) for p in self.every])
         # several onsets may all lie at their ends
         more = np.maximum(reaches - quantile * reported / fit.units, 0.0).sum(axis=0)
         spread = np.sqrt(np.diag(self.covariance(fit)))
@@ -102,15 +124,16 @@ class Onsets:
         return replace(found, estimates=estimates, findings=(*found.findings, *(f for f in findings if f)))
 
     def told(self, row: ObservationFit) -> ObservationFit:
-        """Return a row with the interval of its onset among its derived quantities."""
-        estimates = {p.source: p.estimate for p in self.profiles}
-        if row.quantity != "current" or row.source not in estimates:
+        """Return a row with the intervals of its onset and delay among its derived quantities."""
+        name, profiles = ("onset", self.profiles) if row.quantity == "current" else ("displacement_delay", self.delays)
+        estimates = {p.source: p.estimate for p in profiles}
+        if row.quantity == "impedance" or row.source not in estimates:
             return row
-        return replace(row, derived={**row.derived, "onset": estimates[row.source]})
+        return replace(row, derived={**row.derived, name: estimates[row.source]})
 
     def covariance(self, fit: FitResult) -> Array:
         """Return the covariance (n, n) of the values by onsets anywhere in what is admitted."""
-        moves = [p.profile.range * fit.units for p in self.profiles]
+        moves = [p.range * fit.units for p in self.every]
         return sum((np.outer(m, m) / 12 for m in moves), np.zeros((len(fit.values),) * 2))
 
 
@@ -121,6 +144,15 @@ def _with_share(
     parts = [d.at_share(share) if k in members else d for k, d in enumerate(data)]
     pairs = zip(parts, problem.observations, strict=True)
     return replace(problem, observations=tuple(observe(d, o.sigma) for d, o in pairs))
+
+
+def _with_delay(problem: Problem, data: Sequence[Measured], k: int, observe: Observe, delay: float) -> Problem:
+    """Return the problem with another delay of the displacement ``k`` of its data."""
+    d = data[k]
+    assert isinstance(d, DisplacementData)
+    observations = list(problem.observations)
+    observations[k] = observe(d.at_delay(delay), observations[k].sigma)
+    return replace(problem, observations=tuple(observations))
 
 
 def settled(
@@ -151,4 +183,15 @@ def settled(
         if abs(profile.middle - current.share) > _MIDDLE:
             moved = [d.at_share(profile.middle) if k in members else d for k, d in enumerate(moved)]
             found = with_starts(fit(at(profile.middle), found.values, progress), found.starts)
-    return found, tuple(moved), Onsets(tuple(profiles))
+    delays: list[DelayProfile] = []
+    for k, d in enumerate(moved):
+        if not isinstance(d, DisplacementData) or d.delays is None:
+            continue
+        behind = partial(_with_delay, found.problem, tuple(moved), k, observe)
+        low, high = d.delays
+        near = (max(low, d.delay - _NEAR * (high - low)), min(high, d.delay + _NEAR * (high - low)))
+        tried = profile_bounded(found, behind, near, (k,), start=d.delay, costly=costly)
+        delays.append(DelayProfile(d.source, tried))
+        moved[k] = d.at_delay(tried.middle)
+        found = with_starts(fit(behind(tried.middle), found.values, progress), found.starts)
+    return found, tuple(moved), Onsets(tuple(profiles), tuple(delays))

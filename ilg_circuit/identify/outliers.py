@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array
+from ..arrays import Array, Mask
+from ..drive import PiecewiseLinear
 from ..errors import IlgError
 from ..findings import Finding
 from ..fit.outliers import outlying
+from ..measurements.record import Channel
 from ..measurements.smoothing import resolution
 from ..strip.models import electrical_model
 from .current import CurrentData
@@ -18,6 +20,10 @@ _MODELS = ("rc2", "rc")
 #: More outliers than this part of the rows are no outliers: something else is wrong.
 _MOST = 0.02
 _ROUNDS = 6
+#: Rows of a displacement's running median, and the fewest readings that have one.
+_MEDIAN, _FEWEST = 5, 20
+#: Rows about each reading whose noise is taken, by the median of neighbouring differences over this.
+_WINDOW, _OF_DIFFERENCES = 51, 0.6745 * np.sqrt(2)
 #: Residuals of this part of the largest reading are the solvers' rounding, where there is no noise.
 _ROUNDING = 1e-7
 
@@ -46,16 +52,36 @@ def named_by(data: CurrentData, residuals: Array) -> NDArray[np.intp]:
     return data.rows[found]
 
 
+def spikes(channel: Channel, drive: PiecewiseLinear) -> Mask:
+    """Return the readings (n,) of a displacement that stand apart from their neighbours.
+
+    A displacement is continuous: what its own running median leaves takes the place of a model's residuals.
+    """
+    from scipy.ndimage import median_filter
+
+    if len(channel.time) < _FEWEST:
+        return np.zeros(len(channel.time), dtype=bool)
+    residuals = channel.values - median_filter(channel.values, _MEDIAN, mode="nearest")
+    pieces = np.searchsorted(drive.jumps(np.inf), channel.time, side="right") + (channel.time >= 0)
+    # the median follows noise, and so leaves too little of it: neighbouring differences tell how much there is
+    steps = np.abs(np.diff(channel.values, append=channel.values[-1]))
+    noise = median_filter(steps, _WINDOW, mode="nearest") / _OF_DIFFERENCES
+    return outlying(channel.values, residuals, pieces, np.maximum(noise, resolution(channel.values)), jumps=False)
+
+
 def findings_on(data: CurrentData) -> list[Finding]:
-    """Return what is to be said of the readings that were left out."""
-    rows = list(data.left_out)
-    if not rows:
+    """Return what is to be said of the readings of a current that were left out."""
+    return left_out(data.record.current, np.array(data.left_out, dtype=np.intp), data.source, data.quantity, data.unit)
+
+
+def left_out(channel: Channel, rows: NDArray[np.intp], source: str, quantity: str, unit: str) -> list[Finding]:
+    """Return a finding on ``rows`` of a channel that were left out, if there are any."""
+    if not len(rows):
         return []
-    channel = data.record.current
-    shown = [f"{channel.time[k] + channel.zero:.6g} s ({channel.values[k]:.3g} A)" for k in rows[:8]]
+    shown = [f"{channel.time[k] + channel.zero:.6g} s ({channel.values[k]:.3g} {unit})" for k in rows[:8].tolist()]
     values = {"count": len(rows), "of": len(channel.time), "readings": shown + ["..."] * (len(rows) > 8)}
     code = "outliers-many" if len(rows) > _MOST * len(channel.time) else "outliers"
-    return [Finding(code, data.source, {"quantity": data.quantity, **values})]
+    return [Finding(code, source, {"quantity": quantity, **values})]
 
 
 def _residuals(data: CurrentData, held: float) -> Array | None:

@@ -11,6 +11,7 @@ from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..findings import Finding
 from ..units import format_quantity
+from .lost import mended
 from .onset import Bracket, Onset, Stated, answer_bracket, find_onset
 from .quality import clipped_tops, current_drift, dropouts, rest_drift
 from .record import Channel, Record
@@ -21,7 +22,7 @@ from .voltage import MeasuredDrive, answers_noise, measured_drive
 #: No instrument reads less than this, in SI units.
 _LEAST_READING = 1e-30
 #: Samples after the onset that a fit needs.
-_LEAST_CURRENT, _LEAST_DISPLACEMENT = 10, 20
+LEAST_CURRENT, _LEAST_DISPLACEMENT = 10, 20
 #: So many samples before the onset tell the instrument's offset.
 LEAST_REST = 5
 #: Readings at rest stand before the onset by at least this time [s], relative to the record.
@@ -51,6 +52,16 @@ def prepare(table: Table, onset: Stated = None) -> Record:
     if table.get("current") is None:
         raise InputError(f"{name}: the current column has no number in it")
     found = find_onset(time, u, table.columns["current"][known], name, onset)
+    mend = mended(table, found)
+    if mend.notes:
+        if mend.late and isinstance(onset, float) and found.between[0] <= onset <= found.between[1]:
+            onset = None  # the voltage's own onset is no news of the contact's
+        table = mend.table
+        notes += mend.notes
+        known = np.isfinite(table.columns["voltage"])
+        time, u = table.time[known], table.columns["voltage"][known]
+        _require_enough(table, found.between[1] + mend.late, mend.end)
+        found = find_onset(time, u, table.columns["current"][known], name, onset)
     if len(u) - found.first < 2:
         raise InputError(f"{name}: the voltage changes at the last reading only; nothing was recorded after it")
     drive = _drive(table, time, u, found)
@@ -62,9 +73,9 @@ def prepare(table: Table, onset: Stated = None) -> Record:
     current = current.without(at_limit)
     notes += clipped
     count = int((~current.rest).sum())
-    if count < _LEAST_CURRENT:
+    if count < LEAST_CURRENT:
         at = f"the onset at {found.time:g} s"
-        raise InputError(f"{name}: {count} current samples after {at}; {_LEAST_CURRENT} are needed")
+        raise InputError(f"{name}: {count} current samples after {at}; {LEAST_CURRENT} are needed")
     _require_response(current, drive.drive, name)
     if found.beginning == "run":
         notes.append(Finding("begins-within-run"))
@@ -84,6 +95,16 @@ def prepare(table: Table, onset: Stated = None) -> Record:
     if unknown:
         notes.append(Finding("columns-ignored", values={"columns": unknown}))
     return Record(name, found.time, drive, step, current, displacement, tuple(notes), found.beginning)
+
+
+def _require_enough(table: Table, onset: float, end: str) -> None:
+    """Raise InputError where too little of a record is left before its ``end``."""
+    count = int((np.isfinite(table.columns["current"]) & (table.time >= onset)).sum())
+    if end and count < LEAST_CURRENT:
+        raise InputError(
+            f"{table.source}: {end}, with {count} current samples between the onset at {onset:g} s and that; "
+            f"{LEAST_CURRENT} are needed: look at the clamp and its leads, and measure again"
+        )
 
 
 def _drive(table: Table, time: Array, u: Array, onset: Onset) -> MeasuredDrive:

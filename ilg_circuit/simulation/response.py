@@ -16,7 +16,7 @@ from ..circuit.strip import Load, strip_netlist
 from ..drive import Drive, drive_findings
 from ..errors import InputError
 from ..files import write_csv
-from ..findings import sentences
+from ..findings import Finding, sentences
 from ..solve.grid import smooth_intervals
 from ..solve.state_space import state_space
 from ..solve.transient import Progress, sampled_times, transient
@@ -34,6 +34,8 @@ NONLINEAR_ACCURACY = 1e-6
 ACCEPTABLE = 5e-6
 
 # three-point Gauss-Legendre: nodes in (0, 1) and weights
+#: A run beyond this times the largest voltage of the fit is an extrapolation.
+_BEYOND = 1.1
 _GAUSS_NODES = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
 _GAUSS_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18
 
@@ -62,7 +64,7 @@ class Response(Simulated):
         """What the drive's file leaves open, and assumptions that fail in this run, with number and consequence."""
         displacement = float(np.nanmax(np.abs(self.displacement), initial=0.0))
         voltage = float(np.abs(self.voltage).max())
-        told = sentences(drive_findings(self.drive))
+        told = sentences([*drive_findings(self.drive), *beyond_fit(self.actuator, voltage)])
         return [*told, *run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)]
 
     def columns(self, *, energy: bool = True) -> dict[str, Array]:
@@ -195,3 +197,11 @@ def _energy_grid(samples: Array, ends: Array) -> tuple[Array, NDArray[np.intp], 
     points = ends[:-1, None] + widths * _GAUSS_NODES
     grid = np.union1d(samples, points.ravel())
     return grid, np.searchsorted(grid, points), widths * _GAUSS_WEIGHTS
+
+
+def beyond_fit(actuator: Actuator, voltage: float) -> list[Finding]:
+    """Return a finding where ``voltage`` [V] is larger than any that the strip was fitted at."""
+    fitted = actuator.uncertainty.voltage if actuator.uncertainty is not None else None
+    if fitted is None or voltage <= _BEYOND * fitted:
+        return []
+    return [Finding("beyond-fitted-voltage", values={"voltage": voltage, "fitted": fitted})]

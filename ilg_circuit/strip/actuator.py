@@ -266,11 +266,15 @@ class Mounting:
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """What a fit left open: ``covariance`` of the logarithms of the parameters ``names`` of an electrical ``model``."""
+    """What a fit left open: ``covariance`` of the logarithms of the parameters ``names`` of an electrical ``model``.
+
+    ``voltage`` [V] is the largest one of the data, of either sign; None where it is not known.
+    """
 
     model: str
     names: tuple[str, ...]
     covariance: tuple[tuple[float, ...], ...]
+    voltage: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "names", tuple(self.names))
@@ -281,6 +285,8 @@ class Uncertainty:
         table = np.array(self.covariance)
         if not np.isfinite(table).all() or (table != table.T).any() or (table.diagonal() < 0).any():
             raise InputError("uncertainty.covariance must be finite and symmetric, with no negative diagonal")
+        if self.voltage is not None and not (math.isfinite(self.voltage) and self.voltage >= 0):
+            raise InputError(f"uncertainty.voltage is {self.voltage!r}; it must be a number of volts, zero or more")
 
 
 @dataclass(frozen=True)

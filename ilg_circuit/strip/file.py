@@ -90,6 +90,8 @@ def dumps(actuator: Actuator, comment: str = "", provenance: Provenance | None =
         lines.append(f"model = {_toml_string(u.model)}")
         lines.append(f"names = [{', '.join(map(_toml_string, u.names))}]")
         lines += ["covariance = [", *(f"    [{', '.join(map(repr, row))}]," for row in u.covariance), "]"]
+        if u.voltage is not None:
+            lines.append(f"voltage = {u.voltage!r} # the largest of the data, in volts")
     if provenance is not None:
         lines += ["", *_table("provenance", provenance.to_dict())]
     return "\n".join(lines) + "\n"
@@ -116,8 +118,11 @@ def _table(name: str, table: Mapping[str, Any]) -> list[str]:
 
 def _uncertainty(table: Any) -> Uncertainty:
     keys = ("model", "names", "covariance")
-    if not isinstance(table, dict) or set(table) != set(keys):
-        raise InputError(f"section [uncertainty] must have exactly the keys {', '.join(keys)}")
+    if not isinstance(table, dict) or set(table) - {"voltage"} != set(keys):
+        raise InputError(f"section [uncertainty] must have exactly the keys {', '.join(keys)}, and may have voltage")
+    voltage = table.get("voltage")
+    if voltage is not None and (isinstance(voltage, bool) or not isinstance(voltage, (int, float))):
+        raise InputError(f"uncertainty.voltage is {voltage!r}; give a number of volts without a unit")
     names, rows = table["names"], table["covariance"]
     if not isinstance(table["model"], str) or not (isinstance(names, list) and all(isinstance(n, str) for n in names)):
         raise InputError("uncertainty.model must be a text in quotes, uncertainty.names a list of them")
@@ -127,7 +132,7 @@ def _uncertainty(table: Any) -> Uncertainty:
     for x in (x for row in rows for x in row):
         if isinstance(x, bool) or not isinstance(x, (int, float)):
             raise InputError(f"uncertainty.covariance has {x!r} in it; give numbers without units")
-    return Uncertainty(table["model"], tuple(names), tuple(tuple(row) for row in rows))
+    return Uncertainty(table["model"], tuple(names), tuple(tuple(row) for row in rows), voltage)
 
 
 def _entries(record: Any) -> list[str]:

@@ -1,0 +1,270 @@
+"""Contact lost while a record was taken: when the current read that of an open clamp, against what a strip can do.
+
+Under a voltage that jumps, a strip's current jumps; under one that does not, it cannot. A current that is cut off to
+zero, that comes back from zero, or that stays at zero while the voltage jumps, against what a passive port fitted to
+the record does there, is that of an open circuit. What the strip holds when contact comes back is not known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array, Mask
+from .onset import Beginning, Onset, voltage_jumps
+from .passive import PassivePort
+from .smoothing import digit, noise_level, resolution
+
+#: Readings within so many noise levels of an open clamp's may be its readings.
+_BAND = 5.0
+#: An edge of the current is so many standard errors, and this part of the largest current.
+_SURE, _LEAST = 8.0, 0.002
+#: An edge of the current that the voltage explains to this part is the strip's, and so is one this many readings away.
+_EXPLAINED, _SKEW = 0.5, 2
+#: A break has so many readings at least: fewer are outliers.
+_FEWEST = 3
+#: Numbers of readings on either side of an edge by which it is told from noise.
+_WINDOWS = (1, 3, 8, 20, 50, 120)
+#: From so many readings on a side is extrapolated to the edge by a straight line; of fewer the mean is taken.
+_LINE = 8
+#: Beside an edge an open clamp's mean is its level within so many standard errors, or this part of the edge.
+_LEVEL, _OF_EDGE = 4.0, 0.05
+#: A jump of the voltage ought to be answered by this part of the largest current, where nothing is.
+_ANSWER = 0.1
+#: Exact zeros in a row, where the instrument's resolution is so much finer than its noise, are no readings of a strip.
+_ZEROS, _FINE = 6, 0.3
+#: Twice the logarithm of the likelihood of a beginning falls by so much to the last one that is plausible.
+_PLAUSIBLE = 6.0
+_ROUNDS = 4
+#: Below this part of the largest, the rest's voltage is none, and its current is the instrument's offset.
+_NO_VOLTAGE = 0.02
+
+
+@dataclass(frozen=True)
+class Break:
+    """Contact was lost: readings from ``first`` to before ``back`` are an open clamp's, to the end where that is None.
+
+    Those from ``earliest`` on may be already: nothing tells them from the strip's.
+    """
+
+    first: int
+    back: int | None
+    earliest: int
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Readings with both voltage and current: times [s], voltage [V] and current [A], all (n,); ``onset`` is a row.
+
+    ``levels`` [A] are those that an open clamp may read, ``noise`` [A] is the current's.
+    """
+
+    t: Array
+    u: Array
+    i: Array
+    onset: int
+    levels: tuple[float, ...]
+    noise: float
+    beginning: Beginning
+
+    @property
+    def largest(self) -> float:
+        return float(np.abs(self.i).max())
+
+    def near(self, level: float) -> Mask:
+        """Readings (n,) that may be an open clamp's at ``level`` [A]."""
+        return np.abs(self.i - level) <= max(_BAND * self.noise, 1e-9 * self.largest)
+
+    def port(self) -> PassivePort:
+        """Passive ports under this voltage."""
+        return PassivePort(self.t, self.u, self.beginning, self.onset > 0)
+
+
+def seen(t: Array, u: Array, current: Array, onset: Onset) -> Seen:
+    """Return readings at ``t`` [s] of ``u`` [V] and ``current`` [A], all (n,) without blanks, ready for the search."""
+    noise = max(noise_level(current), digit(current) / 2)
+    begins = int(np.searchsorted(t, onset.between[1])) if onset.first else 0
+    rest = current[:begins]
+    levels = [0.0]
+    if len(rest) and abs(onset.rest) <= _NO_VOLTAGE * float(np.abs(u).max()):
+        offset = float(np.median(rest))
+        if abs(offset) > noise / 4:
+            levels.append(offset)
+    return Seen(t, u, current, begins, tuple(levels), noise, onset.beginning)
+
+
+def breaks(s: Seen) -> list[Break]:
+    """Return when contact was lost, in order; the first may begin at the onset: contact was made late."""
+    found: list[Break] = []
+    port: PassivePort | None = None
+    for level in s.levels:
+        near = s.near(level)
+        near[1:-1] |= near[:-2] & near[2:]
+        places = [*_edges(s, near, level), *_silent(s, near)]
+        exact = list(_exact(s, level))
+        if not places and not exact:
+            continue
+        port = port or s.port()
+        expected = port.fit(s.i, np.ones(len(s.t), dtype=bool)).current
+        sure = [p for p in places if _unexplained(s, expected, p)]
+        spans = list(_spans(near, sorted([*sure, *exact], key=lambda p: p.gap)))
+        for n, (low, lost, back) in enumerate(spans):
+            end = len(s.t) if back is None else back
+            first, earliest = _beginning(s, port, level, low, lost, end) if not n else (lost, lost)
+            if (np.abs(s.u[first:end]) > _NO_VOLTAGE * float(np.abs(s.u).max())).sum() >= _FEWEST:
+                found.append(Break(first, back, earliest))
+    found.sort(key=lambda b: b.first)
+    return [b for k, b in enumerate(found) if not k or b.first >= (found[k - 1].back or len(s.t))]
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A gap between readings ``gap`` - 1 and ``gap``, told best by ``window`` readings.
+
+    ``open`` is -1 where an open clamp was read before it, 1 after it, 0 on both sides.
+    """
+
+    gap: int
+    window: int
+    open: int
+
+
+def _spans(near: Mask, places: list[_Place]) -> Iterator[tuple[int, int, int | None]]:
+    """Yield for each break the first reading that may belong to it, the first that does, and that of contact again.
+
+    The second is the first one where nothing tells; the last is None where contact does not come back.
+    """
+    n, done = len(near), 0
+    far = np.append(~near, True)
+    for k, place in enumerate(places):
+        if place.gap < done:
+            continue
+        inside = place.gap - 1 if place.open < 0 else place.gap
+        before = np.flatnonzero(~near[:inside])
+        low = max(int(before[-1]) + 1 if len(before) else 0, done)
+        back = place.gap if place.open < 0 else place.gap + int(np.argmax(far[place.gap :]))
+        if place.open >= 0:
+            back = min([back, *(p.gap for p in places[k + 1 :] if p.open < 0)])
+        done = back
+        yield low, place.gap if place.open > 0 else low, None if back >= n else back
+
+
+def _beginning(s: Seen, port: PassivePort, level: float, low: int, lost: int, end: int) -> tuple[int, int]:
+    """Return the reading at which a break likeliest begins that ends before ``end``, and the earliest plausible one.
+
+    It lies at ``low`` or later, and a first guess at ``lost``. Before it a passive port that is fitted to what came
+    before says what the strip's current is, after it the clamp is open.
+    """
+    if lost - s.onset <= _FEWEST:
+        return low, low
+    opened = (s.i[low:end] - level) ** 2
+    as_open = np.append(np.cumsum(opened[::-1])[::-1], 0.0)
+    first, tried = lost, set[int]()
+    cost = as_open
+    while first not in tried and len(tried) < _ROUNDS and first - s.onset > _FEWEST:
+        tried.add(first)
+        live = port.fit(s.i, np.arange(len(s.t)) < first).current[low:end]
+        cost = np.append(0.0, np.cumsum((s.i[low:end] - live) ** 2)) + as_open
+        first = low + int(np.argmin(cost))
+    allowed = float(cost.min()) + _PLAUSIBLE * max(s.noise, 1e-6 * s.largest) ** 2
+    return first, low + int(np.argmax(cost <= allowed))
+
+
+def _estimates(values: Array, window: int) -> tuple[Array, Array]:
+    """Return what the readings before and after each gap k (between k - 1 and k) tell of it, (n + 1,), NaN at ends."""
+    n = len(values)
+    before, after = np.full(n + 1, np.nan), np.full(n + 1, np.nan)
+    if n >= window:
+        x = np.arange(window) - (window - 1) / 2
+        weights = np.full(window, 1 / window)
+        if window >= _LINE:
+            weights = weights + x * (window / 2) / float(x @ x)
+        before[window:] = np.convolve(values, weights[::-1], mode="valid")
+        after[: n - window + 1] = np.convolve(values, weights, mode="valid")
+    return before, after
+
+
+def _spread(window: int) -> float:
+    """Return the standard error of a difference of both estimates in units of the noise."""
+    return float(np.sqrt((8 if window >= _LINE else 2) / window))
+
+
+def _edges(s: Seen, near: Mask, level: float) -> Iterator[_Place]:
+    """Yield where the current leaves an open clamp's level or falls to it.
+
+    The readings on one side are an open clamp's; those on the other are not, and are not on their way to it.
+    """
+    values, n = s.i - level, len(s.t)
+    counts, sums = np.append(0, np.cumsum(near)), np.append(0.0, np.cumsum(values))
+    for side in (-1, 1):
+        best, chosen = np.zeros(n + 1), np.zeros(n + 1, dtype=np.intp)
+        for window in (w for w in _WINDOWS if w <= n // 3):
+            many = max(window, _FEWEST)
+            gaps = np.arange(many, n - many + 1)
+            limit = max(_SURE * s.noise * _spread(window), _LEAST * s.largest)
+            opened = (gaps - many, gaps) if side < 0 else (gaps, gaps + many)
+            live = (gaps, gaps + window) if side < 0 else (gaps - window, gaps)
+            extrapolated = _estimates(values, window)[1 if side < 0 else 0][gaps]
+            apart = np.abs(extrapolated)
+            zero = np.abs(sums[opened[1]] - sums[opened[0]]) / many
+            good = counts[opened[1]] - counts[opened[0]] == many
+            good &= zero <= np.maximum(_LEVEL * s.noise / np.sqrt(many), _OF_EDGE * apart)
+            good &= (apart > limit) & (extrapolated * (sums[live[1]] - sums[live[0]]) > 0)
+            size = np.where(good, apart / limit, 0.0)
+            better = size > best[gaps]
+            best[gaps[better]], chosen[gaps[better]] = size[better], window
+        best[: s.onset + 1] = 0.0
+        for a, b in runs(best > 0):
+            k = a + int(np.argmax(best[a:b]))
+            yield _Place(k, int(chosen[k]), side)
+
+
+def _silent(s: Seen, near: Mask) -> Iterator[_Place]:
+    """Yield jumps of the voltage before and after which the current reads as an open clamp's does."""
+    for k in (voltage_jumps(s.u) + 1).tolist():
+        around = near[max(k - _FEWEST, 0) : k + _FEWEST]
+        if k >= s.onset and k + _FEWEST <= len(near) and around.all():
+            yield _Place(k, 1, 0)
+
+
+def _exact(s: Seen, level: float) -> Iterator[_Place]:
+    """Yield the ends of every run of readings that are exactly ``level``, where noise would not leave them so."""
+    same = s.i == level
+    same[: s.onset] = False
+    if same.sum() < _ZEROS or (~same).sum() < 2 * _ZEROS:
+        return
+    others = s.i[~same]
+    repeats = max((b - a for a, b in runs(np.diff(others) == 0)), default=0)
+    if repeats or resolution(others) > _FINE * noise_level(others):
+        return
+    for a, b in runs(same):
+        if b - a >= _ZEROS:
+            yield _Place(a, 1, 1)
+            if b < len(same):
+                yield _Place(b, 1, -1)
+
+
+def _unexplained(s: Seen, expected: Array, place: _Place) -> bool:
+    """Tell whether the current does at a place what a passive port's, ``expected`` [A] (n,), does nowhere near."""
+    before, after = _estimates(s.i, place.window)
+    low, high = _estimates(expected, place.window)
+    jumps, answers = after - before, high - low
+    around = answers[max(place.gap - _SKEW, 0) : place.gap + _SKEW + 1]
+    around = around[np.isfinite(around)]
+    misfits = np.abs(jumps - answers)
+    typical = float(np.nanmedian(misfits)) / 0.6745  # of noise that is not white, and of what no port describes
+    noise = max(s.noise * _spread(place.window), typical)
+    if not place.open:
+        answer = abs(float(answers[place.gap]))
+        return bool(answer > max(_ANSWER * s.largest, 2 * _SURE * noise))
+    jump = float(jumps[place.gap])
+    misfit = float(np.abs(jump - np.append(around, 0.0)).min())
+    return bool(misfit > max(_EXPLAINED * abs(jump), _SURE / 2 * noise))
+
+
+def runs(mask: Mask) -> Iterator[tuple[int, int]]:
+    """Yield the first index, and one past the last, of every run of True."""
+    edges = np.diff(np.r_[0, mask.astype(int), 0])
+    yield from zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True)

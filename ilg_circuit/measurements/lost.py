@@ -1,0 +1,195 @@
+"""What a lost, late or reversed contact leaves of a record: the readings before it, or from it on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import InputError
+from ..findings import Finding
+from ..units import format_quantity
+from .contact import Break, Seen, breaks, runs, seen
+from .onset import Onset, answer_bracket, voltage_jumps
+from .passive import PassivePort
+from .table import Table
+
+#: Below this part of the largest a lost voltage reads; above that part it was, and is again.
+_NO_VOLTAGE, _VOLTAGE = 0.02, 0.2
+#: A jump of the voltage that is not answered by this part was none, if its answer is so many noise levels.
+_ANSWERED, _SEEN = 0.25, 8.0
+#: Nor does the current change then by this part of its largest.
+_STILL = 0.1
+#: Levels that differ by less than this part of the largest voltage are the same.
+_SAME = 0.05
+#: The reversed current is described better by this factor at least.
+_REVERSED = 0.5
+#: A current's mean that is an open clamp's is its level within so many standard errors.
+_LEVEL = 4.0
+#: Where no current flows for so many readings after the voltage's jump contact was made late; one is another clock.
+_LATE = 2
+#: So many breaks are named, with their times.
+_NAMED = 6
+
+
+@dataclass(frozen=True)
+class Mended:
+    """A table without what contacts spoilt: the voltage rests until contact is made, rows end where it is lost.
+
+    ``late`` [s] is the delay of contact after the voltage's own onset ``between`` two readings, 0 without one; ``end``
+    says why there are no more rows, where that is so.
+    """
+
+    table: Table
+    notes: tuple[Finding, ...] = ()
+    late: float = 0.0
+    end: str = ""
+
+
+def mended(table: Table, onset: Onset) -> Mended:
+    """Return a table without what lost and late contacts spoilt; ``onset`` is that of its voltage.
+
+    Raises
+    ------
+    InputError
+        The current's sign is reversed.
+    """
+    s = _seen(table, onset)
+    if len(s.t) < 2 or not s.largest:
+        return Mended(table)
+    _require_forward(table, s)
+    found = Mended(table)
+    for first, back in _voltage_lost(s):
+        found = _without_voltage(found, s, first, back)
+    if found.notes:
+        s = _seen(found.table, onset)
+    lost = breaks(s)
+    made = _made_late(s, onset, lost)
+    if made:
+        found = _from_contact(found, s, onset, made)
+        lost = [b for b in lost if b.first >= made]
+    return _until_lost(found, s, lost) if lost else found
+
+
+def _seen(table: Table, onset: Onset) -> Seen:
+    u, i = table.columns["voltage"], table.columns["current"]
+    known = np.isfinite(u) & np.isfinite(i)
+    return seen(table.time[known], u[known], i[known], onset)
+
+
+def _require_forward(table: Table, s: Seen) -> None:
+    """Raise InputError where the current is what a passive strip's is with its sign reversed."""
+    rest, offset = (float(np.median(x[: s.onset])) if s.onset else 0.0 for x in (s.u, s.i))
+    v, j = s.u - rest, s.i - offset
+    energy = float(np.trapezoid((v * j)[s.onset :], s.t[s.onset :]))
+    at = int(np.argmax(np.abs(j)))
+    if energy >= 0 and v[at] * j[at] >= 0:
+        return
+    port, every = s.port(), np.ones(len(s.t), dtype=bool)
+    forward, reverse = (port.fit(sign * s.i, every).rms for sign in (1.0, -1.0))
+    if reverse > _REVERSED * min(forward, float(s.i.std())):
+        return
+    title = table.headers["current"][0] if "current" in table.headers else "current"
+    raise InputError(
+        f"{table.source}: the sign of the current (column '{title}') is reversed: from {s.t[s.onset]:.6g} s on it "
+        "flows against the voltage, and no strip gives back more energy than it took: turn its leads, or the column's "
+        "sign"
+    )
+
+
+def _voltage_lost(s: Seen) -> list[tuple[int, int | None]]:
+    """Return when the voltage read zero though the current did not answer: first such reading, first good one again."""
+    largest = float(np.abs(s.u).max())
+    low, high = np.abs(s.u) <= _NO_VOLTAGE * largest, np.abs(s.u) > _VOLTAGE * largest
+    found: list[tuple[int, int | None]] = []
+    port: PassivePort | None = None
+    for a, b in runs(low):
+        if a <= s.onset + 3 or not high[a - 1] or (b < len(low) and not high[b]):
+            continue
+        if all(s.near(level)[a:b].all() for level in s.levels):
+            continue
+        port = port or s.port()
+        expected = port.fit(s.i, np.arange(len(s.t)) < a).current
+        answer = abs(float(expected[a] - expected[a - 1]))
+        around = s.i[max(a - 2, 0) : a + 2]
+        unanswered = min(_ANSWERED * answer, _STILL * s.largest) + _SEEN / 2 * s.noise
+        if answer > _SEEN * s.noise and float(np.ptp(around)) < unanswered:
+            found.append((a, b if b < len(low) else None))
+    return found
+
+
+def _without_voltage(found: Mended, s: Seen, first: int, back: int | None) -> Mended:
+    """Return the table without a voltage that was not measured: held where it is the same after it, or cut off."""
+    time = found.table.time
+    about = {"quantity": "voltage", "from": float(s.t[first - 1]), "to": float(s.t[-1 if back is None else back])}
+    same = back is not None and abs(s.u[back] - s.u[first - 1]) <= _SAME * float(np.abs(s.u).max())
+    if not same:
+        if time[-1] < s.t[first]:
+            return found  # cut off already
+        end = f"the voltage is lost from {format_quantity(float(s.t[first - 1]), 's', 6)} on"
+        return replace(
+            found,
+            table=_rows(found.table, s.t[first]),
+            notes=(*found.notes, Finding("voltage-lost", values=about)),
+            end=end,
+        )
+    assert back is not None
+    blank = (time >= s.t[first]) & (time < s.t[back])
+    voltage = np.where(blank, np.nan, found.table.columns["voltage"])
+    table = replace(found.table, columns={**found.table.columns, "voltage": voltage})
+    about["level"] = float(s.u[first - 1])
+    return replace(found, table=table, notes=(*found.notes, Finding("voltage-lost-held", values=about)))
+
+
+def _made_late(s: Seen, onset: Onset, lost: list[Break]) -> int:
+    """Return the first reading of a current that began late, 0 where it did not."""
+    if lost and lost[0].first <= s.onset + 1 and lost[0].back is not None:
+        return lost[0].back
+    jumps = s.t[voltage_jumps(s.u) + 1]
+    later = jumps[jumps > onset.between[1]]
+    answer = answer_bracket(s.t, s.i, onset, float(later[0]) if len(later) else np.inf)
+    if answer is None or answer[1] < _LATE:
+        return 0
+    made = int(np.searchsorted(s.t, answer[0][1]))
+    before = float(s.i[s.onset : made].mean())
+    error = s.noise / np.sqrt(made - s.onset)
+    return made if min(abs(before - level) for level in s.levels) <= _LEVEL * error else 0
+
+
+def _from_contact(found: Mended, s: Seen, onset: Onset, made: int) -> Mended:
+    """Return the table with the voltage at rest until contact was made at reading ``made``."""
+    columns = found.table.columns
+    voltage = np.where(found.table.time < s.t[made], onset.rest, columns["voltage"])
+    table = replace(found.table, columns={**columns, "voltage": voltage})
+    late = float(s.t[made] - onset.between[1])
+    about = {"late": late, "rows": made - s.onset, "from": float(s.t[made - 1]), "to": float(s.t[made])}
+    return replace(found, table=table, notes=(*found.notes, Finding("current-late", values=about)), late=late)
+
+
+def _until_lost(found: Mended, s: Seen, lost: list[Break]) -> Mended:
+    """Return the table up to the first of the breaks."""
+    first = lost[0]
+    times = [(float(s.t[b.first - 1]), None if b.back is None else float(s.t[b.back])) for b in lost]
+    shown = [
+        f"from {format_quantity(a, 's', 6)} " + ("to the end" if b is None else f"to {format_quantity(b, 's', 6)}")
+        for a, b in times[:_NAMED]
+    ]
+    shown += ["..."] * (len(times) > _NAMED)
+    about = {
+        "times": shown,
+        "breaks": [list(pair) for pair in times],
+        "until": float(s.t[first.earliest - 1]),
+    }
+    end = f"contact is lost {shown[0]}"
+    return replace(
+        found,
+        table=_rows(found.table, s.t[first.earliest]),
+        notes=(*found.notes, Finding("contact-lost", values=about)),
+        end=end,
+    )
+
+
+def _rows(table: Table, before: float) -> Table:
+    """Return the rows of a table before a time [s]."""
+    kept = table.time < before
+    return replace(table, columns={quantity: values[kept] for quantity, values in table.columns.items()})

@@ -1,0 +1,77 @@
+"""A bounded quantity: the profile over its interval, and what it leaves open of the parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from ilg_circuit.fit.bounded import BoundedProfile, likeliest, matters, profile_bounded
+from ilg_circuit.fit.fitting import fit
+from ilg_circuit.fit.observation import observation
+from ilg_circuit.fit.parameter import Parameter
+from ilg_circuit.fit.problem import Problem
+
+Array = NDArray[np.float64]
+T = np.linspace(0.5, 10.0, 96)
+NOISE = 0.01
+
+
+def problem(data: Array, shift: float, *, told: bool) -> Problem:
+    """a exp(-(t - shift)/b): a shift is a factor of a; ``told`` adds a term that only fits without one."""
+
+    def predict(values: Array) -> Array:
+        a, b = values[:, :1], values[:, 1:]
+        return a * np.exp(-(T - shift) / b) + told * 0.3 * np.sin(3 * (T - shift))
+
+    return Problem((observation(predict, data, ["a", "b"]),), (Parameter("a"), Parameter("b")))
+
+
+def sets(shift: float, *, told: bool, count: int) -> list[Array]:
+    truth = 2.0 * np.exp(-(T - shift) / 3.0) + told * 0.3 * np.sin(3 * (T - shift))
+    return [truth + NOISE * np.random.default_rng(seed).standard_normal(len(T)) for seed in range(count)]
+
+
+def profiled(data: Array, *, told: bool) -> tuple[BoundedProfile, Array, Array]:
+    found = fit(problem(data, 0.0, told=told), np.array([2.0, 3.0]))
+    made = profile_bounded(found, lambda s: problem(data, s, told=told), (-0.4, 0.4), (0,))
+    return made, found.errors / found.units, found.coordinates
+
+
+def test_what_the_data_do_not_tell_stays_open() -> None:
+    data = sets(0.3, told=False, count=1)[0]
+    found, errors, coordinates = profiled(data, told=False)
+    assert found.deviance.max() < 1e-6
+    assert found.admitted == (-0.4, 0.4)
+    assert found.middle == pytest.approx(0.0, abs=1e-12)
+    # log a = log a0 - shift/b exactly, and b does not move
+    b = float(np.exp(coordinates[1]))
+    assert found.range == pytest.approx([-0.8 / b, 0.0], abs=1e-6)
+    low, high = found.reach(errors, np.full(2, 1.96))
+    assert low == pytest.approx([0.4 / b + 1.96 * errors[0], 1.96 * errors[1]], rel=1e-4)
+    assert high == pytest.approx(low, rel=1e-4)
+    assert matters(found, errors).tolist() == [True, False]
+    assert (
+        likeliest(
+            fit(problem(data, 0.0, told=False), np.array([2.0, 3.0])),
+            lambda s: problem(data, s, told=False),
+            (-0.4, 0.4),
+        )
+        == 0.0
+    )
+
+
+@pytest.mark.parametrize("shift", [-0.4, 0.0, 0.25])
+def test_what_the_data_tell_is_found(shift: float) -> None:
+    """The interval of the quantity, and those of the parameters, hold the truth."""
+    held = np.zeros(3)
+    data = sets(shift, told=True, count=60)
+    for each in data:
+        found, errors, _ = profiled(each, told=True)
+        low, high = found.admitted
+        middle = np.array([np.interp(found.middle, found.places, c) for c in found.coordinates.T])
+        down, up = found.reach(errors, np.full(2, 1.99))
+        truth = np.log([2.0, 3.0])
+        held += [low <= shift <= high, *((middle - down <= truth) & (truth <= middle + up))]
+        assert high - low < 0.1
+    assert (held >= 0.9 * len(data)).all()
