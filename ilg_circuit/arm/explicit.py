@@ -7,7 +7,6 @@ Differential Equations I*, table II.5.2.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -100,16 +99,15 @@ def begin(m: Model, run: Integration, activations: Array, p: Array, acc: Array, 
 
 
 @compiled
-def steps(run: Integration) -> Iterator[tuple[float, bool]]:
-    """Steps [s] that fit to the next stop, and whether they end there, while the run goes on: those of one call."""
-    for _ in range(STEPS_A_CALL):
-        if run.counts[4] != RUNNING:
-            return
-        left = run.stops[run.counts[0] + 1] - run.clock[0]
-        if run.clock[1] >= left * (1 - 1e-9):
-            yield left, True
-        else:
-            yield min(run.clock[1], 0.5 * left), False
+def next_step(run: Integration) -> tuple[float, bool]:
+    """The step [s] that fits to the next stop, and whether it ends there; for a run that goes on.
+
+    No generator makes them: numba does not find one that it has kept from an earlier process for another kernel.
+    """
+    left = run.stops[run.counts[0] + 1] - run.clock[0]
+    if run.clock[1] >= left * (1 - 1e-9):
+        return left, True
+    return min(run.clock[1], 0.5 * left), False
 
 
 @compiled
@@ -192,7 +190,10 @@ def explicit(m: Model, run: Integration) -> None:
     a, zero = activations[2], np.zeros((n + 1, 4))
     p, work, error_q, error_v = np.zeros(n), np.zeros((n, 6)), np.zeros((n + 1, 4)), np.zeros((n + 1, 4))
     begin(m, run, activations, p, L[0], work)
-    for h, last in steps(run):
+    for _ in range(STEPS_A_CALL):
+        if run.counts[4] != RUNNING:
+            break
+        h, last = next_step(run)
         K[0] = v
         for s in range(6):
             weighted_sum(_A[s], K, s + 1, h, q, x)

@@ -17,7 +17,18 @@ import numpy as np
 from ..arrays import Array
 from .banded import PER_ROD, WIDTH, assemble, factorise, matrix, solve, vector
 from .compiled import compiled
-from .explicit import Integration, accept, begin, change_step, interpolate, largest_error, steps, weighted_sum
+from .explicit import (
+    RUNNING,
+    STEPS_A_CALL,
+    Integration,
+    accept,
+    begin,
+    change_step,
+    interpolate,
+    largest_error,
+    next_step,
+    weighted_sum,
+)
 from .forces import acceleration, add_pressures, along_gradient, area_gradient, eliminate, substitute
 from .jacobian import derivatives, multiply
 from .lattice import Model
@@ -99,7 +110,10 @@ def implicit(m: Model, run: Integration) -> None:
     rows, mass = padded[WIDTH : WIDTH + PER_ROD * n].reshape(n, PER_ROD), m.mass[1:].reshape(n, 1)
     begin(m, run, activations, p, first, work)
     derivatives(m, q, v, activations[0], p, S, D)
-    for h, last in steps(run):
+    for _ in range(STEPS_A_CALL):
+        if run.counts[4] != RUNNING:
+            break
+        h, last = next_step(run)
         H = _GAMMA * h
         constraint_rows(m, q, v, first, H, C, E)
         scale = assemble(m, q, C, S, D, 1.0, H, H * H, A)
