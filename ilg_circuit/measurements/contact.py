@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -108,7 +109,7 @@ def breaks(s: Seen) -> list[Break]:
             continue
         port = port or s.port()
         expected = port.fit(s.i, np.ones(len(s.t), dtype=bool)).current
-        sure = [p for p in places if _unexplained(s, expected, p)]
+        sure = _apart([p for p in places if _unexplained(s, expected, p)])
         spans = list(_spans(near, sorted([*sure, *exact], key=lambda p: p.gap)))
         for n, (low, lost, back) in enumerate(spans):
             end = len(s.t) if back is None else back
@@ -129,6 +130,15 @@ class _Place:
     gap: int
     window: int
     open: int
+
+
+def _apart(places: list[_Place]) -> list[_Place]:
+    """Return places without those that a wider window tells of an edge that a narrower one has told."""
+    kept: list[_Place] = []
+    for p in sorted(places, key=lambda p: p.window):
+        if all(p.open != q.open or abs(p.gap - q.gap) > max(p.window, q.window) for q in kept):
+            kept.append(p)
+    return kept
 
 
 def _spans(near: Mask, places: list[_Place]) -> Iterator[tuple[int, int, int | None]]:
@@ -198,27 +208,22 @@ def _edges(s: Seen, near: Mask, level: float) -> Iterator[_Place]:
     """
     values, n = s.i - level, len(s.t)
     counts, sums = np.append(0, np.cumsum(near)), np.append(0.0, np.cumsum(values))
-    for side in (-1, 1):
-        best, chosen = np.zeros(n + 1), np.zeros(n + 1, dtype=np.intp)
-        for window in (w for w in _WINDOWS if w <= n // 3):
-            many = max(window, _FEWEST)
-            gaps = np.arange(many, n - many + 1)
-            limit = max(_SURE * s.noise * _spread(window), _LEAST * s.largest)
-            opened = (gaps - many, gaps) if side < 0 else (gaps, gaps + many)
-            live = (gaps, gaps + window) if side < 0 else (gaps - window, gaps)
-            extrapolated = _estimates(values, window)[1 if side < 0 else 0][gaps]
-            apart = np.abs(extrapolated)
-            zero = np.abs(sums[opened[1]] - sums[opened[0]]) / many
-            good = counts[opened[1]] - counts[opened[0]] == many
-            good &= zero <= np.maximum(_LEVEL * s.noise / np.sqrt(many), _OF_EDGE * apart)
-            good &= (apart > limit) & (extrapolated * (sums[live[1]] - sums[live[0]]) > 0)
-            size = np.where(good, apart / limit, 0.0)
-            better = size > best[gaps]
-            best[gaps[better]], chosen[gaps[better]] = size[better], window
-        best[: s.onset + 1] = 0.0
-        for a, b in runs(best > 0):
-            k = a + int(np.argmax(best[a:b]))
-            yield _Place(k, int(chosen[k]), side)
+    for side, window in product((-1, 1), (w for w in _WINDOWS if w <= n // 3)):
+        many = max(window, _FEWEST)
+        gaps = np.arange(many, n - many + 1)
+        limit = max(_SURE * s.noise * _spread(window), _LEAST * s.largest)
+        opened = (gaps - many, gaps) if side < 0 else (gaps, gaps + many)
+        live = (gaps, gaps + window) if side < 0 else (gaps - window, gaps)
+        extrapolated = _estimates(values, window)[1 if side < 0 else 0][gaps]
+        apart = np.abs(extrapolated)
+        zero = np.abs(sums[opened[1]] - sums[opened[0]]) / many
+        good = counts[opened[1]] - counts[opened[0]] == many
+        good &= zero <= np.maximum(_LEVEL * s.noise / np.sqrt(many), _OF_EDGE * apart)
+        good &= (apart > limit) & (extrapolated * (sums[live[1]] - sums[live[0]]) > 0) & (gaps > s.onset)
+        size = np.zeros(n + 1)
+        size[gaps] = np.where(good, apart, 0.0)
+        for a, b in runs(size > 0):
+            yield _Place(a + int(np.argmax(size[a:b])), window, side)
 
 
 def _silent(s: Seen, near: Mask) -> Iterator[_Place]:
