@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import Array, Mask
 from .onset import Beginning, Onset, voltage_jumps
-from .passive import PassivePort
+from .passive import Passive, PassivePort
 from .smoothing import digit, noise_level, resolution
 
 #: Readings within so many noise levels of an open clamp's may be its readings.
@@ -23,7 +23,7 @@ _BAND = 5.0
 #: An edge of the current is so many standard errors, and this part of the largest current.
 _SURE, _LEAST = 8.0, 0.002
 #: An edge of the current that the voltage explains to this part is the strip's, and so is one this many readings away.
-_EXPLAINED, _SKEW = 0.5, 2
+_EXPLAINED, _SKEW = 0.5, 1
 #: A break has so many readings at least: fewer are outliers.
 _FEWEST = 3
 #: Numbers of readings on either side of an edge by which it is told from noise.
@@ -108,16 +108,31 @@ def breaks(s: Seen) -> list[Break]:
         if not places and not exact:
             continue
         port = port or s.port()
-        expected = port.fit(s.i, np.ones(len(s.t), dtype=bool)).current
-        sure = _apart([p for p in places if _unexplained(s, expected, p)])
-        spans = list(_spans(near, sorted([*sure, *exact], key=lambda p: p.gap)))
-        for n, (low, lost, back) in enumerate(spans):
+        sure = [*_confirmed(s, port, places), *exact]
+        for n, (low, lost, back) in enumerate(_spans(near, sorted(sure, key=lambda p: p.gap))):
             end = len(s.t) if back is None else back
             first, earliest = _beginning(s, port, level, low, lost, end) if not n else (lost, lost)
-            if (np.abs(s.u[first:end]) > _NO_VOLTAGE * float(np.abs(s.u).max())).sum() >= _FEWEST:
+            if end - first >= _FEWEST:
                 found.append(Break(first, back, earliest))
     found.sort(key=lambda b: b.first)
     return [b for k, b in enumerate(found) if not k or b.first >= (found[k - 1].back or len(s.t))]
+
+
+def _confirmed(s: Seen, port: PassivePort, places: list[_Place]) -> list[_Place]:
+    """Return the places at which no passive port does what the current does, each told by one window.
+
+    Ports are fitted to all readings, and where those do not describe a place to the readings up to it: what comes after
+    a break is another strip's, so to speak.
+    """
+    rows = np.arange(len(s.t))
+    every = port.fit(s.i, rows >= 0)
+    doubtful = [p for p in places if _unexplained(s, every, p)]
+    kept: list[_Place] = []
+    for p in sorted(doubtful, key=lambda p: (p.gap, p.window)):
+        told = any(p.open == q.open and abs(p.gap - q.gap) <= max(p.window, q.window) for q in kept)
+        if not told and _unexplained(s, port.fit(s.i, rows < p.gap + max(p.window, _FEWEST)), p):
+            kept.append(p)
+    return kept
 
 
 @dataclass(frozen=True)
@@ -130,15 +145,6 @@ class _Place:
     gap: int
     window: int
     open: int
-
-
-def _apart(places: list[_Place]) -> list[_Place]:
-    """Return places without those that a wider window tells of an edge that a narrower one has told."""
-    kept: list[_Place] = []
-    for p in sorted(places, key=lambda p: p.window):
-        if all(p.open != q.open or abs(p.gap - q.gap) > max(p.window, q.window) for q in kept):
-            kept.append(p)
-    return kept
 
 
 def _spans(near: Mask, places: list[_Place]) -> Iterator[tuple[int, int, int | None]]:
@@ -245,27 +251,25 @@ def _exact(s: Seen, level: float) -> Iterator[_Place]:
     if repeats or resolution(others) > _FINE * noise_level(others):
         return
     for a, b in runs(same):
-        if b - a >= _ZEROS:
+        if b - a >= _ZEROS and float(np.abs(s.u[a:b]).max()) > _NO_VOLTAGE * float(np.abs(s.u).max()):
             yield _Place(a, 1, 1)
             if b < len(same):
                 yield _Place(b, 1, -1)
 
 
-def _unexplained(s: Seen, expected: Array, place: _Place) -> bool:
-    """Tell whether the current does at a place what a passive port's, ``expected`` [A] (n,), does nowhere near."""
+def _unexplained(s: Seen, fitted: Passive, place: _Place) -> bool:
+    """Tell whether the current does at a place what a passive port that was ``fitted`` does nowhere near."""
     before, after = _estimates(s.i, place.window)
-    low, high = _estimates(expected, place.window)
+    low, high = _estimates(fitted.current, place.window)
     jumps, answers = after - before, high - low
-    around = answers[max(place.gap - _SKEW, 0) : place.gap + _SKEW + 1]
-    around = around[np.isfinite(around)]
-    misfits = np.abs(jumps - answers)
+    misfits = np.abs(jumps - answers)[:-1][fitted.used]
     typical = float(np.nanmedian(misfits)) / 0.6745  # of noise that is not white, and of what no port describes
     noise = max(s.noise * _spread(place.window), typical)
     if not place.open:
-        answer = abs(float(answers[place.gap]))
-        return bool(answer > max(_ANSWER * s.largest, 2 * _SURE * noise))
+        return bool(abs(float(answers[place.gap])) > max(_ANSWER * s.largest, 2 * _SURE * noise))
+    around = answers[max(place.gap - _SKEW, 0) : place.gap + _SKEW + 1]
     jump = float(jumps[place.gap])
-    misfit = float(np.abs(jump - np.append(around, 0.0)).min())
+    misfit = float(np.abs(jump - np.append(around[np.isfinite(around)], 0.0)).min())
     return bool(misfit > max(_EXPLAINED * abs(jump), _SURE / 2 * noise))
 
 
