@@ -39,6 +39,10 @@ _ZEROS, _FINE = 6, 0.3
 #: Twice the logarithm of the likelihood of a beginning falls by so much to the last one that is plausible.
 _PLAUSIBLE = 6.0
 _ROUNDS = 4
+#: A current that stays at an open clamp's is looked at where a port leaves so many noise levels of it; it is a break
+#: where one that is fitted to so many readings before it would carry this part of the largest current there, and a
+#: port for all leaves so many times as much, squared.
+_STRANGE, _ENOUGH, _WOULD, _WORSE = 3.0, 30, 0.2, 3.0
 #: Below this part of the largest, the rest's voltage is none, and its current is the instrument's offset.
 _NO_VOLTAGE = 0.02
 
@@ -105,11 +109,19 @@ def breaks(s: Seen) -> list[Break]:
         near[1:-1] |= near[:-2] & near[2:]
         places = [*_edges(s, near, level), *_silent(s, near)]
         exact = list(_exact(s, level))
-        if not places and not exact:
+        idle = [run for run in runs(near) if run[1] > s.onset + _ZEROS and run[1] - run[0] >= _ZEROS]
+        if not places and not exact and not idle:
             continue
         port = port or s.port()
-        sure = [*_confirmed(s, port, places), *exact]
-        for n, (low, lost, back) in enumerate(_spans(near, sorted(sure, key=lambda p: p.gap))):
+        every = port.fit(s.i, np.ones(len(s.t), dtype=bool))
+        sure = [*_confirmed(s, port, every, places), *exact]
+        spans = list(_spans(near, sorted(sure, key=lambda p: p.gap)))
+        before = spans[0][0] if spans else len(s.t)
+        rests = (_idle(s, port, every, level, a, b) for a, b in idle if b <= before)
+        first_idle = next((b for b in rests if b is not None), None)
+        if first_idle is not None:
+            found.append(first_idle)
+        for n, (low, lost, back) in enumerate(spans):
             end = len(s.t) if back is None else back
             first, earliest = _beginning(s, port, level, low, lost, end) if not n else (lost, lost)
             if end - first >= _FEWEST:
@@ -118,14 +130,40 @@ def breaks(s: Seen) -> list[Break]:
     return [b for k, b in enumerate(found) if not k or b.first >= (found[k - 1].back or len(s.t))]
 
 
-def _confirmed(s: Seen, port: PassivePort, places: list[_Place]) -> list[_Place]:
+def _idle(s: Seen, port: PassivePort, every: Passive, level: float, low: int, end: int) -> Break | None:
+    """Return the break that readings from ``low`` to before ``end`` are, whose current is an open clamp's throughout.
+
+    It is one where the strip of the readings before would have carried far more, and no port describes both.
+    """
+    if float(np.sqrt(np.mean((every.current - s.i)[max(low, s.onset) : end] ** 2))) <= _STRANGE * s.noise:
+        return None
+    rows, back = np.arange(len(s.t)), None if end >= len(s.t) else end
+    first, earliest = _beginning(s, port, level, low, low, end)
+    floor = max(s.noise, 1e-6 * s.largest) ** 2
+    if first - s.onset <= _FEWEST:
+        until = rows < min(end + max(2 * (end - s.onset), _ENOUGH), len(s.t))
+        at_rest = np.where(rows < end, float(s.u[0]) if s.onset else 0.0, s.u)
+        late = PassivePort(s.t, at_rest).fit(s.i, until)
+        moved = float(np.abs(s.u - at_rest)[: end - _FEWEST].max(initial=0.0)) > _ANSWER * float(np.abs(s.u).max())
+        worse = port.fit(s.i, until).rms ** 2 > _WORSE * max(late.rms**2, floor)
+        return Break(first, back, earliest) if moved and worse and back else None
+    if first - s.onset < _ENOUGH:
+        return None
+    live = port.fit(s.i, rows < first)
+    would = float(np.abs(live.current[first:end] - level).max(initial=0.0))
+    if would <= max(_WOULD * s.largest, 2 * _BAND * s.noise, 2 * _BAND * live.rms):
+        return None
+    left = float(np.sum((live.current - s.i)[:first] ** 2) + np.sum((s.i[first:end] - level) ** 2)) / end
+    return Break(first, back, earliest) if port.fit(s.i, rows < end).rms ** 2 > _WORSE * max(left, floor) else None
+
+
+def _confirmed(s: Seen, port: PassivePort, every: Passive, places: list[_Place]) -> list[_Place]:
     """Return the places at which no passive port does what the current does, each told by one window.
 
-    Ports are fitted to all readings, and where those do not describe a place to the readings up to it: what comes after
-    a break is another strip's, so to speak.
+    Ports are fitted to ``every`` reading, and where those do not describe a place to the readings up to it: what comes
+    after a break is another strip's, so to speak.
     """
     rows = np.arange(len(s.t))
-    every = port.fit(s.i, rows >= 0)
     doubtful = [p for p in places if _unexplained(s, every, p)]
     kept: list[_Place] = []
     for p in sorted(doubtful, key=lambda p: (p.gap, p.window)):
