@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from ..arrays import Array, Mask
 from .onset import Beginning, Onset, voltage_jumps
-from .passive import PassivePort
+from .passive import Passive, PassivePort
 from .smoothing import digit, noise_level, resolution
 
 #: Readings within so many noise levels of an open clamp's may be its readings.
@@ -22,7 +23,7 @@ _BAND = 5.0
 #: An edge of the current is so many standard errors, and this part of the largest current.
 _SURE, _LEAST = 8.0, 0.002
 #: An edge of the current that the voltage explains to this part is the strip's, and so is one this many readings away.
-_EXPLAINED, _SKEW = 0.5, 2
+_EXPLAINED, _SKEW = 0.5, 1
 #: A break has so many readings at least: fewer are outliers.
 _FEWEST = 3
 #: Numbers of readings on either side of an edge by which it is told from noise.
@@ -38,6 +39,10 @@ _ZEROS, _FINE = 6, 0.3
 #: Twice the logarithm of the likelihood of a beginning falls by so much to the last one that is plausible.
 _PLAUSIBLE = 6.0
 _ROUNDS = 4
+#: A current that stays at an open clamp's is looked at where a port leaves so many noise levels of it; it is a break
+#: where one that is fitted to so many readings before it would carry this part of the largest current there, and a
+#: port for all leaves so many times as much, squared.
+_STRANGE, _ENOUGH, _WOULD, _WORSE = 3.0, 30, 0.2, 3.0
 #: Below this part of the largest, the rest's voltage is none, and its current is the instrument's offset.
 _NO_VOLTAGE = 0.02
 
@@ -104,19 +109,68 @@ def breaks(s: Seen) -> list[Break]:
         near[1:-1] |= near[:-2] & near[2:]
         places = [*_edges(s, near, level), *_silent(s, near)]
         exact = list(_exact(s, level))
-        if not places and not exact:
+        idle = [run for run in runs(near) if run[1] > s.onset + _ZEROS and run[1] - run[0] >= _ZEROS]
+        if not places and not exact and not idle:
             continue
         port = port or s.port()
-        expected = port.fit(s.i, np.ones(len(s.t), dtype=bool)).current
-        sure = [p for p in places if _unexplained(s, expected, p)]
-        spans = list(_spans(near, sorted([*sure, *exact], key=lambda p: p.gap)))
+        every = port.fit(s.i, np.ones(len(s.t), dtype=bool))
+        sure = [*_confirmed(s, port, every, places), *exact]
+        spans = list(_spans(near, sorted(sure, key=lambda p: p.gap)))
+        before = spans[0][0] if spans else len(s.t)
+        rests = (_idle(s, port, every, level, a, b) for a, b in idle if b <= before)
+        first_idle = next((b for b in rests if b is not None), None)
+        if first_idle is not None:
+            found.append(first_idle)
         for n, (low, lost, back) in enumerate(spans):
             end = len(s.t) if back is None else back
             first, earliest = _beginning(s, port, level, low, lost, end) if not n else (lost, lost)
-            if (np.abs(s.u[first:end]) > _NO_VOLTAGE * float(np.abs(s.u).max())).sum() >= _FEWEST:
+            if end - first >= _FEWEST:
                 found.append(Break(first, back, earliest))
     found.sort(key=lambda b: b.first)
     return [b for k, b in enumerate(found) if not k or b.first >= (found[k - 1].back or len(s.t))]
+
+
+def _idle(s: Seen, port: PassivePort, every: Passive, level: float, low: int, end: int) -> Break | None:
+    """Return the break that readings from ``low`` to before ``end`` are, whose current is an open clamp's throughout.
+
+    It is one where the strip of the readings before would have carried far more, and no port describes both.
+    """
+    if float(np.sqrt(np.mean((every.current - s.i)[max(low, s.onset) : end] ** 2))) <= _STRANGE * s.noise:
+        return None
+    rows, back = np.arange(len(s.t)), None if end >= len(s.t) else end
+    first, earliest = _beginning(s, port, level, low, low, end)
+    floor = max(s.noise, 1e-6 * s.largest) ** 2
+    if first - s.onset <= _FEWEST:
+        until = rows < min(end + max(2 * (end - s.onset), _ENOUGH), len(s.t))
+        at_rest = np.where(rows < end, float(s.u[0]) if s.onset else 0.0, s.u)
+        late = PassivePort(s.t, at_rest).fit(s.i, until)
+        moved = float(np.abs(s.u - at_rest)[: end - _FEWEST].max(initial=0.0)) > _ANSWER * float(np.abs(s.u).max())
+        worse = port.fit(s.i, until).rms ** 2 > _WORSE * max(late.rms**2, floor)
+        return Break(first, back, earliest) if moved and worse and back else None
+    if first - s.onset < _ENOUGH:
+        return None
+    live = port.fit(s.i, rows < first)
+    would = float(np.abs(live.current[first:end] - level).max(initial=0.0))
+    if would <= max(_WOULD * s.largest, 2 * _BAND * s.noise, 2 * _BAND * live.rms):
+        return None
+    left = float(np.sum((live.current - s.i)[:first] ** 2) + np.sum((s.i[first:end] - level) ** 2)) / end
+    return Break(first, back, earliest) if port.fit(s.i, rows < end).rms ** 2 > _WORSE * max(left, floor) else None
+
+
+def _confirmed(s: Seen, port: PassivePort, every: Passive, places: list[_Place]) -> list[_Place]:
+    """Return the places at which no passive port does what the current does, each told by one window.
+
+    Ports are fitted to ``every`` reading, and where those do not describe a place to the readings up to it: what comes
+    after a break is another strip's, so to speak.
+    """
+    rows = np.arange(len(s.t))
+    doubtful = [p for p in places if _unexplained(s, every, p)]
+    kept: list[_Place] = []
+    for p in sorted(doubtful, key=lambda p: (p.gap, p.window)):
+        told = any(p.open == q.open and abs(p.gap - q.gap) <= max(p.window, q.window) for q in kept)
+        if not told and _unexplained(s, port.fit(s.i, rows < p.gap + max(p.window, _FEWEST)), p):
+            kept.append(p)
+    return kept
 
 
 @dataclass(frozen=True)
@@ -198,27 +252,22 @@ def _edges(s: Seen, near: Mask, level: float) -> Iterator[_Place]:
     """
     values, n = s.i - level, len(s.t)
     counts, sums = np.append(0, np.cumsum(near)), np.append(0.0, np.cumsum(values))
-    for side in (-1, 1):
-        best, chosen = np.zeros(n + 1), np.zeros(n + 1, dtype=np.intp)
-        for window in (w for w in _WINDOWS if w <= n // 3):
-            many = max(window, _FEWEST)
-            gaps = np.arange(many, n - many + 1)
-            limit = max(_SURE * s.noise * _spread(window), _LEAST * s.largest)
-            opened = (gaps - many, gaps) if side < 0 else (gaps, gaps + many)
-            live = (gaps, gaps + window) if side < 0 else (gaps - window, gaps)
-            extrapolated = _estimates(values, window)[1 if side < 0 else 0][gaps]
-            apart = np.abs(extrapolated)
-            zero = np.abs(sums[opened[1]] - sums[opened[0]]) / many
-            good = counts[opened[1]] - counts[opened[0]] == many
-            good &= zero <= np.maximum(_LEVEL * s.noise / np.sqrt(many), _OF_EDGE * apart)
-            good &= (apart > limit) & (extrapolated * (sums[live[1]] - sums[live[0]]) > 0)
-            size = np.where(good, apart / limit, 0.0)
-            better = size > best[gaps]
-            best[gaps[better]], chosen[gaps[better]] = size[better], window
-        best[: s.onset + 1] = 0.0
-        for a, b in runs(best > 0):
-            k = a + int(np.argmax(best[a:b]))
-            yield _Place(k, int(chosen[k]), side)
+    for side, window in product((-1, 1), (w for w in _WINDOWS if w <= n // 3)):
+        many = max(window, _FEWEST)
+        gaps = np.arange(many, n - many + 1)
+        limit = max(_SURE * s.noise * _spread(window), _LEAST * s.largest)
+        opened = (gaps - many, gaps) if side < 0 else (gaps, gaps + many)
+        live = (gaps, gaps + window) if side < 0 else (gaps - window, gaps)
+        extrapolated = _estimates(values, window)[1 if side < 0 else 0][gaps]
+        apart = np.abs(extrapolated)
+        zero = np.abs(sums[opened[1]] - sums[opened[0]]) / many
+        good = counts[opened[1]] - counts[opened[0]] == many
+        good &= zero <= np.maximum(_LEVEL * s.noise / np.sqrt(many), _OF_EDGE * apart)
+        good &= (apart > limit) & (extrapolated * (sums[live[1]] - sums[live[0]]) > 0) & (gaps > s.onset)
+        size = np.zeros(n + 1)
+        size[gaps] = np.where(good, apart, 0.0)
+        for a, b in runs(size > 0):
+            yield _Place(a + int(np.argmax(size[a:b])), window, side)
 
 
 def _silent(s: Seen, near: Mask) -> Iterator[_Place]:
@@ -240,27 +289,25 @@ def _exact(s: Seen, level: float) -> Iterator[_Place]:
     if repeats or resolution(others) > _FINE * noise_level(others):
         return
     for a, b in runs(same):
-        if b - a >= _ZEROS:
+        if b - a >= _ZEROS and float(np.abs(s.u[a:b]).max()) > _NO_VOLTAGE * float(np.abs(s.u).max()):
             yield _Place(a, 1, 1)
             if b < len(same):
                 yield _Place(b, 1, -1)
 
 
-def _unexplained(s: Seen, expected: Array, place: _Place) -> bool:
-    """Tell whether the current does at a place what a passive port's, ``expected`` [A] (n,), does nowhere near."""
+def _unexplained(s: Seen, fitted: Passive, place: _Place) -> bool:
+    """Tell whether the current does at a place what a passive port that was ``fitted`` does nowhere near."""
     before, after = _estimates(s.i, place.window)
-    low, high = _estimates(expected, place.window)
+    low, high = _estimates(fitted.current, place.window)
     jumps, answers = after - before, high - low
-    around = answers[max(place.gap - _SKEW, 0) : place.gap + _SKEW + 1]
-    around = around[np.isfinite(around)]
-    misfits = np.abs(jumps - answers)
+    misfits = np.abs(jumps - answers)[:-1][fitted.used]
     typical = float(np.nanmedian(misfits)) / 0.6745  # of noise that is not white, and of what no port describes
     noise = max(s.noise * _spread(place.window), typical)
     if not place.open:
-        answer = abs(float(answers[place.gap]))
-        return bool(answer > max(_ANSWER * s.largest, 2 * _SURE * noise))
+        return bool(abs(float(answers[place.gap])) > max(_ANSWER * s.largest, 2 * _SURE * noise))
+    around = answers[max(place.gap - _SKEW, 0) : place.gap + _SKEW + 1]
     jump = float(jumps[place.gap])
-    misfit = float(np.abs(jump - np.append(around, 0.0)).min())
+    misfit = float(np.abs(jump - np.append(around[np.isfinite(around)], 0.0)).min())
     return bool(misfit > max(_EXPLAINED * abs(jump), _SURE / 2 * noise))
 
 

@@ -20,6 +20,8 @@ _NO_VOLTAGE, _VOLTAGE = 0.02, 0.2
 _ANSWERED, _SEEN = 0.25, 8.0
 #: Nor does the current change then by this part of its largest.
 _STILL = 0.1
+#: Where more than this part of the readings may be an open clamp's nothing tells a lost voltage.
+_IDLE = 0.2
 #: Levels that differ by less than this part of the largest voltage are the same.
 _SAME = 0.05
 #: The reversed current is described better by this factor at least.
@@ -92,8 +94,7 @@ def _require_forward(table: Table, s: Seen) -> None:
     title = table.headers["current"][0] if "current" in table.headers else "current"
     raise InputError(
         f"{table.source}: the sign of the current (column '{title}') is reversed: from {s.t[s.onset]:.6g} s on it "
-        "flows against the voltage, and no strip gives back more energy than it took: turn its leads, or the column's "
-        "sign"
+        "flows against the voltage; no strip gives back more energy than it took: turn its leads, or the column's sign"
     )
 
 
@@ -106,7 +107,7 @@ def _voltage_lost(s: Seen) -> list[tuple[int, int | None]]:
     for a, b in runs(low):
         if a <= s.onset + 3 or not high[a - 1] or (b < len(low) and not high[b]):
             continue
-        if all(s.near(level)[a:b].all() for level in s.levels):
+        if any(s.near(level)[a - 1 : b].mean() > _IDLE for level in s.levels):
             continue
         port = port or s.port()
         expected = port.fit(s.i, np.arange(len(s.t)) < a).current

@@ -17,6 +17,8 @@ from .onset import Beginning
 #: Rates a decade, and their range in parts of the record's length and of its shortest intervals.
 _PER_DECADE, _SLOWEST, _FASTEST = 4, 0.3, 3.0
 _MOST_RATES = 32
+#: A fit takes so many readings, even over all, and the last ones of them.
+_MOST, _LAST = 4000, 500
 #: The shortest intervals are below this part of all.
 _SHORT = 0.05
 
@@ -70,10 +72,15 @@ class PassivePort:
         """Return the port that describes best those readings of ``current`` [A] (n,) that are ``used`` (n,)."""
         from scipy.optimize import nnls
 
-        size = np.linalg.norm(self._basis[used], axis=0)
+        rows = np.flatnonzero(used)
+        if len(rows) > _MOST:  # the last ones tell what a fit up to them is asked for
+            rows = rows[
+                np.unique(np.append(np.linspace(0, len(rows) - 1, _MOST).astype(int), np.arange(-_LAST, 0) + len(rows)))
+            ]
+        size = np.linalg.norm(self._basis[rows], axis=0)
         size[size == 0] = 1.0
-        scale = float(np.abs(current[used]).max()) or 1.0
-        table = np.column_stack([self._basis[used] / size, current[used] / scale])
+        scale = float(np.abs(current[rows]).max()) or 1.0
+        table = np.column_stack([self._basis[rows] / size, current[rows] / scale])
         triangle: Array = np.asarray(np.linalg.qr(table, mode="r")) if len(table) > table.shape[1] else table
         amounts: Array = nnls(triangle[:, :-1], triangle[:, -1], maxiter=100 * len(size))[0]
         amounts = amounts * scale / size
