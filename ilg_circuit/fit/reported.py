@@ -68,6 +68,16 @@ def reported_covariance(fit: FitResult) -> Array:
     return with_autocorrelation(fit).covariance if autocorrelated(fit) else fit.covariance[:n, :n]
 
 
+def reported_freedom(fit: FitResult) -> Array:
+    """Return the degrees of freedom (n,) of `reported_errors`."""
+    if not fit.components:
+        return autoregression(fit).freedom if autocorrelated(fit) else fit.freedom
+    found = np.empty(len(fit.values))
+    for part in fit.components:
+        found[[fit.labels.index(label) for label in part.labels]] = reported_freedom(part)
+    return found
+
+
 def reported_errors(fit: FitResult) -> Array:
     """Return the standard errors (n,) of `reported_covariance`."""
     return np.sqrt(np.diag(reported_covariance(fit)))

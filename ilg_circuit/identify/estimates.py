@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import Array
 from ..fit.estimate import Estimate
 from ..fit.intervals import Uncertainties
-from ..fit.reported import reported_covariance
+from ..fit.reported import reported_covariance, reported_freedom
 from ..fit.result import FitResult
 from ..simulation import closed_forms
 from ..strip.actuator import Uncertainty
@@ -15,10 +15,13 @@ from ..units import format_quantity
 from .current import CurrentData
 from .displacement import DisplacementFit
 from .impedance import ImpedanceData
+from .onset import Onsets
 from .port_fit import PortFit
 from .port_model import ANY_LADDER, ELECTRODE_RESISTANCE, PortData
 
 _STEP = 1e-4
+#: A quantity does not depend on a parameter with a smaller slope between their logarithms.
+_UNFELT = 1e-6
 
 Estimates = dict[str, Estimate]
 
@@ -75,38 +78,71 @@ def _held_because(port: PortFit) -> str:
     return f"no current or spectrum of a linear port fixes it (any Re below {limit:.4g} ohm fits as well): {how}"
 
 
-def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty) -> Estimates:
-    """Return the port's resistance at both ends of the spectrum, which no choice of Re changes, and what else follows.
+def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty, onsets: Onsets) -> Estimates:
+    """Return what follows from the port's parameters, with errors and 95 % intervals.
 
-    These are time constants, total and diffusion capacitance, and of one pole the constants of EC (4).
+    That are the resistances at both ends of the spectrum, which no choice of Re changes, what the model derives, such
+    as time constants, and of one pole the constants of EC (4). Errors are those of the logarithms, by their slopes;
+    an interval is as wide as that of `Onsets.widened` for a parameter, so that an onset which moves R and C against
+    each other leaves their product as sure as it is.
     """
     values, model = port.values, port.model
-    names = [name for name in model.names if name in uncertainty.names]
-    at = [uncertainty.names.index(name) for name in names]
-    covariance = np.array(uncertainty.covariance)[np.ix_(at, at)]
-    logs = np.log([values[name] for name in names])
+    names, averaging = fit.averaging
+    at = [k for k, name in enumerate(names) if name in model.names]
+    chosen, averaging = [names[k] for k in at], averaging[at]
+    logs = np.log([values[name] for name in chosen])
+    found = _following(port, dict(zip(chosen, np.exp(logs).tolist(), strict=True)))
 
-    def ends(x: Array) -> Array:
-        moved = {**values, **dict(zip(names, np.exp(x).tolist(), strict=True))}
-        made = model.port(np.array([moved[name] for name in model.names]), ANY_LADDER)
-        return np.log([made.steady_resistance, made.high_frequency_resistance])
+    def logarithms(rows: Array) -> Array:
+        every = (_following(port, dict(zip(chosen, np.exp(row).tolist(), strict=True))) for row in rows)
+        return np.log([[value for value, _ in each.values()] for each in every])
 
-    slopes = np.array([(ends(logs + step) - ends(logs - step)) / (2 * _STEP) for step in _STEP * np.eye(len(logs))])
-    errors = np.sqrt(np.diag(slopes.T @ covariance @ slopes)).tolist()
-    found = {
-        name: Estimate.from_logarithm(value, "ohm", error)
-        for name, value, error in zip(
-            ("steady_resistance", "high_frequency_resistance"), np.exp(ends(logs)).tolist(), errors, strict=True
-        )
+    steps = _STEP * np.eye(len(logs))
+    slopes = (logarithms(logs + steps) - logarithms(logs - steps)) / (2 * _STEP)
+    order = [uncertainty.names.index(name) for name in chosen]
+    covariance = np.array(uncertainty.covariance)[np.ix_(order, order)]
+    errors = _lengths(slopes, covariance)
+    own = averaging @ (reported_covariance(fit) / np.outer(fit.values, fit.values)) @ averaging.T
+    noise, quantile = _lengths(slopes, own), _quantiles(fit, slopes.T @ averaging)
+    reach = onsets.reach(noise, quantile, lambda x: logarithms(np.log(fit.problem.scales.values(x)) @ averaging.T))
+    below, above = quantile * noise + reach
+    rows = zip(found.items(), errors.tolist(), np.exp(-below).tolist(), np.exp(above).tolist(), strict=True)
+    return {
+        name: Estimate(value, unit, value * error, (value * low, value * high))
+        for (name, (value, unit)), error, low, high in rows
     }
-    derived = port.kind.derived([values[name] for name in port.kind.names])
-    found |= {name: Estimate(value, unit) for name, (value, unit) in derived.items()}
-    made = port.port
+
+
+def _following(port: PortFit, moved: dict[str, float]) -> dict[str, tuple[float, str]]:
+    """Return the quantities, values and units, that follow from the port's parameters, some ``moved``."""
+    values = {**port.values, **moved}
+    made = port.model.port(np.array([values[name] for name in port.model.names]), ANY_LADDER)
+    found = {
+        "steady_resistance": (made.steady_resistance, "ohm"),
+        "high_frequency_resistance": (made.high_frequency_resistance, "ohm"),
+        **port.kind.derived([values[name] for name in port.kind.names]),
+    }
     if len(made.branches) == 1 and made.linear:
         constants = closed_forms.current_constants(made.dc_resistance, *made.branches[0], made.electrode_resistance)
         units = {"steady_conductance": "S", "transient_conductance": "S", "rate": "1/s"}
-        found |= {name: Estimate(v, unit) for (name, unit), v in zip(units.items(), constants, strict=True)}
+        found |= {name: (v, unit) for (name, unit), v in zip(units.items(), constants, strict=True)}
     return found
+
+
+def _lengths(slopes: Array, covariance: Array) -> Array:
+    """Return the standard errors (m,) of what changes by ``slopes`` (n, m) with values of ``covariance`` (n, n)."""
+    return np.sqrt(np.maximum(np.einsum("nm,nk,km->m", slopes, covariance, slopes), 0.0))
+
+
+def _quantiles(fit: FitResult, slopes: Array) -> Array:
+    """Return Student's quantiles (m,) of 95 % for what changes by ``slopes`` (m, n) with the values of ``fit``.
+
+    That is by the fewest degrees of freedom among the values that it depends on.
+    """
+    from scipy.stats import t as student
+
+    freedom = np.where(np.abs(slopes) > _UNFELT, reported_freedom(fit), np.inf).min(axis=1)
+    return np.asarray(student.ppf(0.975, freedom))
 
 
 def file_quantities(data: PortData, fit: FitResult, k: int) -> Estimates:

@@ -148,7 +148,7 @@ def identify(
     actuator = replace(actuator, uncertainty=uncertainty)
     estimated = onsets.widened(fit, uncertainties(fit, method, progress))
     parameters, each = parameter_estimates(fit, port, estimated, uncertainty)
-    derived = port_quantities(port, fit, uncertainty)
+    derived = port_quantities(port, fit, uncertainty, onsets)
     rows, without = _observations(port, coupling, fit, progress)
     rows = [onsets.told(row) for row in rows]
     if len(ports) == 1:

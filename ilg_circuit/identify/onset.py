@@ -97,9 +97,7 @@ class Onsets:
         from scipy.stats import t as student
 
         quantile = student.ppf(0.975, fit.freedom)
-        reaches = np.array([p.reach(reported / fit.units, quantile) for p in self.every])
-        # several onsets may all lie at their ends
-        more = np.maximum(reaches - quantile * reported / fit.units, 0.0).sum(axis=0)
+        more = self.reach(reported / fit.units, quantile, lambda x: x)
         spread = np.sqrt(np.diag(self.covariance(fit)))
         scales, estimates = fit.problem.scales, dict(found.estimates)
         for name in ("ci95", "ci95_bootstrap", "ci95_autoregression", "ci95_profile", "ci95_mcmc"):
@@ -122,6 +120,18 @@ class Onsets:
             estimates[label] = replace(e, stderr=stderr, bootstrap=bootstrap, autoregression=autoregression)
         findings = [p.finding(fit, reported) for p in self.profiles]
         return replace(found, estimates=estimates, findings=(*found.findings, *(f for f in findings if f)))
+
+    def reach(self, errors: Array, quantile: Array, of: Callable[[Array], Array]) -> Array:
+        """Return how much further (2, m) intervals reach below and above, by what the onsets leave open.
+
+        ``errors`` (m,), with Student's ``quantile`` (m,), are those of quantities that ``of`` makes (g, m) of
+        coordinates (g, n).
+        """
+        more = np.zeros((2, len(errors)))
+        for each in self.every:  # several onsets may all lie at their ends
+            profile = replace(each, coordinates=of(each.coordinates))
+            more += np.maximum(np.array(profile.reach(errors, quantile)) - quantile * errors, 0.0)
+        return more
 
     def told(self, row: ObservationFit) -> ObservationFit:
         """Return a row with the intervals of its onset and delay among its derived quantities."""

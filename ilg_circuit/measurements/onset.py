@@ -14,16 +14,22 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..errors import InputError
+from ..fit.criteria import effective_samples
 from .smoothing import digit, noise_level, resolution
 
 #: A change between two samples by this part of the voltage's range is a jump, if its neighbours change much less.
-_JUMP = 0.2
+_JUMP = 0.05
 _JUMP_OVER_NEIGHBOURS = 4.0
 _JUMP_OVER_NOISE = 12.0
 #: No jump is smaller than this part of the largest voltage, or than so many steps of the instrument.
 _LEAST_JUMP, _JUMP_OVER_RESOLUTION = 0.01, 3.0
 #: From so many samples at rest, or fewer, their noise cannot be found.
 _FEW = 10
+#: A current that decays follows a polynomial of this order but for noise, by so many times what that explains of the
+#: difference of its ends, or its ends differ by so many times the noise of neighbours.
+_SMOOTH_ORDER, _WANDERS, _FAR = 3, 7.0, 25.0
+#: A stated onset this part of an interval beyond a reading is at that reading: it was rounded.
+_ROUNDED = 1e-6
 #: Below this part of the voltage's range a deviation counts as rest.
 _REST = 0.05
 #: So many noise levels are more than noise.
@@ -103,7 +109,8 @@ def find_onset(t: Array, u: Array, current: Array, name: str, stated: Stated = N
 def _stated(found: Onset, stated: float | str) -> Onset:
     low, high = found.between
     if not isinstance(stated, str):
-        at = float(stated)
+        at, rounded = float(stated), _ROUNDED * (high - low)
+        at = low if abs(at - low) <= rounded else high if abs(at - high) <= rounded else at
         share = (at - (low + high) / 2) / (high - low) if low <= at <= high and high > low else None
         return replace(found, stated=at, share=share)
     late = stated == "first-level"
@@ -156,9 +163,16 @@ def _rests(current: Array) -> bool:
     edge = max(len(known) // 4, 1)
     if len(known) < _FEW:
         return True
-    noise = max(noise_level(known) or float(np.diff(known).std()) / np.sqrt(2), resolution(known) / 2)
+    # noise that wanders is no decay: what a smooth curve leaves says how surely the ends differ
+    x = np.linspace(-1.0, 1.0, len(known))
+    left = known - np.polynomial.Polynomial.fit(x, known, _SMOOTH_ORDER)(x)
+    spare = max(effective_samples(left) - _SMOOTH_ORDER - 1, 1.0)
+    deviation = float(np.linalg.norm(left)) / np.sqrt(len(known) - _SMOOTH_ORDER - 1)
+    fast = max(noise_level(known), resolution(known) / 2)
+    limit = _WANDERS * max(deviation, fast) * np.sqrt(2 / (spare * edge / len(known)))
     change = abs(float(known[:edge].mean() - known[-edge:].mean()))
-    return bool(change <= _SEEN * noise / np.sqrt(edge / 2) + 0.02 * float(np.abs(known).max()))
+    far = _FAR * fast if noise_level(known) else np.inf
+    return bool(change <= min(limit, far) + 0.02 * float(np.abs(known).max()))
 
 
 def _runs(u: Array, current: Array) -> bool:

@@ -58,6 +58,7 @@ def _not_fitted(e: Estimate) -> str:
 def derived_line(name: str, e: Estimate) -> str:
     """Return a line of the table of derived quantities, with why one was not fitted."""
     error = f"{format_quantity(e.stderr, e.unit, 2):>18}" if e.stderr is not None else ""
+    error += f"   {interval_text(e)}" if e.stderr is not None and e.ci95 is not None else ""
     held = f"{_not_fitted(e):>18}   {e.fixed_because}" if e.fixed_because else ""
     return f"{name:<28}{format_quantity(e.value, e.unit, 5):>16}{error}{held}"
 
@@ -116,14 +117,18 @@ def _cells(name: str, e: Estimate) -> tuple[str, str, str, str]:
 
 
 def derived_section(derived: Mapping[str, Estimate]) -> Section:
-    """Return quantities that follow from the parameters or from the record."""
-    rows = [(name, format_quantity(e.value, e.unit, 5), e.fixed_because) for name, e in derived.items()]
-    grid = Grid(("quantity", "value", "why it was not fitted"), rows, words=frozenset({0, 2}))
-    return Section("What follows from them", [grid if any(why for *_, why in rows) else _values_only(rows)])
+    """Return quantities that follow from the parameters or from the record, with errors and intervals where known."""
+    rows = [_derived_cells(name, e) for name, e in derived.items()]
+    header = ("quantity", "value", "standard error", "95 % interval, or why it was not fitted")
+    if not any(error or told for _, _, error, told in rows):
+        return Section("What follows from them", [Grid(header[:2], [row[:2] for row in rows])])
+    return Section("What follows from them", [Grid(header, rows, words=frozenset({0, 3}))])
 
 
-def _values_only(rows: Sequence[tuple[str, str, str]]) -> Grid:
-    return Grid(("quantity", "value"), [(name, value) for name, value, _ in rows])
+def _derived_cells(name: str, e: Estimate) -> tuple[str, str, str, str]:
+    if e.stderr is not None and e.ci95 is not None:
+        return _cells(name, e)
+    return name, format_quantity(e.value, e.unit, 5), "", e.fixed_because
 
 
 def correlation_section(names: Sequence[str], correlations: Mapping[str, float]) -> Section:

@@ -1,0 +1,272 @@
+"""Noisy data sets of known strips as instruments give them: onset anywhere between two readings, offset, rest, drift.
+
+Every set has a seed of its own, so that one that stands out can be looked at: `random_of(label, k)`.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ilg_circuit.drive import PiecewiseLinear
+from ilg_circuit.identify import Identification, identify
+from ilg_circuit.identify.current import currents
+from ilg_circuit.identify.modal import modal_currents
+from ilg_circuit.identify.motion import Motion
+from ilg_circuit.measurements.prepare import prepare
+from ilg_circuit.measurements.spectrum import Spectrum
+from ilg_circuit.measurements.table import Table
+from ilg_circuit.strip.actuator import PAPER
+from ilg_circuit.strip.elements import lumped_port
+from ilg_circuit.strip.models import electrical_model
+from ilg_circuit.strip.port import Port
+
+Array = NDArray[np.float64]
+Interval = tuple[float, float]
+
+SEED = 2026
+#: Where in the interval between the last reading at rest and the first one at the level the onset lies.
+FRACTIONS = (0.0, 0.5, 1.0)
+REST_LEVELS = (0.0, 0.15)
+#: The current's offset is up to so many deviations of its noise.
+MOST_OFFSET = 3.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """A model's true ``values``, Re ``held`` [ohm], and the noise, relative to abs(Z) or to the largest current."""
+
+    values: tuple[float, ...]
+    held: float
+    noise: float
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What one set gave: the interval of each quantity, and of those that the onset moves the most that it may span.
+
+    ``fraction`` is that of the onset, None where there is none.
+    """
+
+    intervals: dict[str, Interval]
+    fraction: float | None = None
+    allowed: dict[str, float] = field(default_factory=dict)
+
+
+#: Number of the set -> what came of it.
+Trial = Callable[[int], Drawn]
+
+
+def random_of(label: str, k: int) -> np.random.Generator:
+    """The generator of set ``k`` of those named ``label``."""
+    return np.random.default_rng([SEED, zlib.crc32(label.encode()), k])
+
+
+def truth_of(model: str, case: Case) -> dict[str, float]:
+    """Parameters, and what follows from them, by the names under which an identification reports them."""
+    kind = electrical_model(model)
+    derived = {name: value for name, (value, _) in kind.derived(case.values).items()}
+    steady = {"steady_resistance": kind.port(case.values, case.held).steady_resistance} if kind.linear else {}
+    return dict(zip(kind.names, case.values, strict=True)) | steady | derived
+
+
+def intervals_of(found: Identification) -> dict[str, Interval]:
+    """The interval that is reported of every quantity that was fitted or follows."""
+    every = {**found.derived, **found.parameters}
+    return {name: e.reported[1] for name, e in every.items() if e.stderr is not None and e.ci95 is not None}
+
+
+SPECTRA = {
+    "rc": Case((233.0, 6.8, 0.02), 1.0, 0.005),
+    "rc2": Case((400.0, 20.0, 0.01, 100.0, 0.02), 2.0, 0.005),
+    "rc3": Case((1000.0, 10.0, 0.001, 50.0, 0.01, 100.0, 0.1), 0.0, 0.005),
+    "warburg": Case((300.0, 10.0, 50.0, 2.0), 2.0, 0.005),
+    "cpe": Case((1000.0, 10.0, 0.02, 0.8), 0.0, 0.005),
+    "randles": Case((500.0, 10.0, 8.0, 0.01, 0.8, 50.0, 5.0, 0.46), 0.0, 0.003),
+}
+STEPS = {
+    "rc": Case((233.0, 20.0, 0.2), 1.0, 0.01),
+    "rc2": Case((400.0, 40.0, 0.02, 100.0, 0.1), 2.0, 0.002),
+    "rc3": Case((1000.0, 60.0, 0.004, 100.0, 0.02, 150.0, 0.15), 0.0, 0.0005),
+    "warburg": Case((300.0, 10.0, 50.0, 8.0), 2.0, 0.002),
+}
+#: Under both signs and two sizes of voltage, as a nonlinear model needs it.
+LEVELS = {
+    "rc+sinh": Case((400.0, 20.0, 0.2, 0.8), 0.0, 0.005),
+    "rc+growing": Case((400.0, 20.0, 0.2, 0.3), 0.0, 0.005),
+}
+POINTS, SAMPLES, RESTING, SPACING, STEP = 61, 301, 50, 0.2, 2.0
+#: Under noise whose neighbours correlate by phi, after so many samples of rest: ten correlation times or more.
+CORRELATED = {f"{model}, phi {phi}": STEPS[model] for model in ("rc", "rc2", "warburg") for phi in (0.7, 0.9)}
+CORRELATED_SAMPLES, CORRELATED_RESTING, CORRELATED_SPACING, LARGER_STEP = 400, 100, 0.12, 4.0
+#: Of the paper's strip: samples, their distance [s], their noise over the span, drift over the record and the span.
+MOVED, MOVED_RESTING, MOVED_SPACING, MOVED_STEP, MOVED_NOISE, MOST_DRIFT = 301, 60, 1.0, 4.0, 0.01, 0.05
+
+
+@dataclass(frozen=True)
+class Clock:
+    """When readings were taken [s], the first ``resting`` of them at rest, and when the excitation began."""
+
+    t: Array
+    resting: int
+    fraction: float
+
+    @classmethod
+    def of(cls, samples: int, resting: int, spacing: float, fraction: float) -> Clock:
+        return cls(spacing * np.arange(samples + resting), resting, fraction)
+
+    @property
+    def onset(self) -> float:
+        return float(self.t[self.resting - 1] + self.fraction * (self.t[1] - self.t[0]))
+
+    @property
+    def after(self) -> Array:
+        """Times since the onset of the readings behind it."""
+        return np.maximum(self.t[self.resting :] - self.onset, 0.0)
+
+    def readings(self, rest: float, after: Array) -> Array:
+        return np.concatenate([np.full(self.resting, rest), after])
+
+
+def noise_of(random: np.random.Generator, count: int, phi: float = 0.0) -> Array:
+    """Noise of deviation 1 whose neighbours correlate by ``phi``."""
+    noise = random.standard_normal(count)
+    for k in range(1, count) if phi else ():
+        noise[k] = phi * noise[k - 1] + np.sqrt(1 - phi**2) * noise[k]
+    return np.asarray(noise)
+
+
+def current_table(port: Port, clock: Clock, volts: PiecewiseLinear, noise: float, random: np.random.Generator) -> Table:
+    """A record of the current under ``volts`` with an offset; ``noise`` is relative to the largest current."""
+    return Table(_columns(port, clock, volts, noise, random), "synthetic.csv")
+
+
+def _columns(
+    port: Port, clock: Clock, volts: PiecewiseLinear, noise: float, random: np.random.Generator, phi: float = 0.0
+) -> dict[str, Array]:
+    if port.linear:
+        clean = clock.readings(volts.rest / port.steady_resistance, modal_currents([port], volts, clock.after)[0])
+    else:
+        clean = clock.readings(0.0, currents([port], volts, clock.after, "ngspice")[0])
+    size = noise * float(np.abs(clean).max())
+    measured = clean + size * (noise_of(random, len(clean), phi) + random.uniform(0.0, MOST_OFFSET))
+    # the voltage's reading is taken with the current's: behind a jump it is the new level
+    voltage = clock.readings(volts.rest, volts.value(clock.after))
+    return {"time": clock.t, "voltage": voltage, "current": measured}
+
+
+def spectrum_trial(model: str) -> Trial:
+    """Spectra of 61 points from 1 mHz to 10 kHz."""
+    case, kind = SPECTRA[model], electrical_model(model)
+    f = np.geomspace(1e-3, 1e4, POINTS)
+    z = kind.port(case.values, case.held).impedance(2j * np.pi * f, ideal=True)
+
+    def trial(k: int) -> Drawn:
+        random = random_of(f"spectrum:{model}", k)
+        noise = random.standard_normal(POINTS) + 1j * random.standard_normal(POINTS)
+        data = Spectrum(model, f, z * (1 + case.noise * noise))
+        return Drawn(intervals_of(identify(data, model=model, electrode_resistance=case.held)))
+
+    return trial
+
+
+def step_trial(model: str, *, given: bool = False) -> Trial:
+    """Currents after a step to 2 V, 301 samples over 60 s after 10 s of rest; ``given``: the onset is stated."""
+    case, kind = STEPS[model], electrical_model(model)
+    port = kind.port(case.values, case.held)
+
+    def trial(k: int) -> Drawn:
+        random = random_of(f"step:{model}", k)
+        clock = Clock.of(SAMPLES, RESTING, SPACING, FRACTIONS[k % len(FRACTIONS)])
+        volts = replace(PiecewiseLinear.step(STEP), rest=float(random.choice(REST_LEVELS)))
+        table = current_table(port, clock, volts, case.noise, random)
+        record = prepare(table, clock.onset if given else None)
+        found = identify(record, model=model, electrode_resistance=case.held, engine="exact")
+        allowed = {} if given else _allowed(found, case, SPACING)
+        return Drawn(intervals_of(found), clock.fraction, allowed)
+
+    return trial
+
+
+def _allowed(found: Identification, case: Case, interval: float) -> dict[str, float]:
+    """Widths of what the onset moves in R-C branches: all that the ``interval`` [s] allows, and 3.92 standard errors.
+
+    A shift d is a factor exp(d/tau) of the branch.
+    """
+    kind = electrical_model(found.model)
+    pairs = kind.pairs(case.values)
+    names = kind.names[1:]
+    errors = dict(zip(found.fit.labels, found.fit.errors.tolist(), strict=True))
+    allowed = {}
+    for k, (r, c) in enumerate(pairs):
+        for name in names[2 * k : 2 * k + 2]:
+            span = 2 * np.sinh(interval / (2 * r * c)) * found.parameters[name].value
+            allowed[name] = float(span) + 3.92 * errors[name]
+    return allowed
+
+
+def level_trial(model: str) -> Trial:
+    """Currents under six levels of both signs, 301 samples over 60 s; by ngspice, the onset being stated."""
+    case, kind = LEVELS[model], electrical_model(model)
+    port, duration = kind.port(case.values, case.held), (SAMPLES - 1) * SPACING
+    times = np.repeat(np.arange(0.0, duration, duration / 6), 2)[1:]
+    levels = np.repeat([0.5, 2.0, -1.0, 1.0, -2.0, 0.0], 2)[:-1]
+
+    def trial(k: int) -> Drawn:
+        random = random_of(f"levels:{model}", k)
+        clock = Clock.of(SAMPLES, RESTING, SPACING, 1.0)
+        table = current_table(port, clock, PiecewiseLinear(times, levels), case.noise, random)
+        record = prepare(table, clock.onset)
+        return Drawn(intervals_of(identify(record, model=model, electrode_resistance=case.held)), clock.fraction)
+
+    return trial
+
+
+def correlated_trial(name: str) -> Trial:
+    """Currents after a step to 4 V, 500 samples over 60 s, the first 100 at rest, under AR(1) noise, onset stated."""
+    model, phi, case = name.split(",")[0], float(name.split()[-1]), CORRELATED[name]
+    port = electrical_model(model).port(case.values, case.held)
+
+    def trial(k: int) -> Drawn:
+        random = random_of(f"autocorrelated:{name}", k)
+        fraction = FRACTIONS[k % len(FRACTIONS)]
+        clock = Clock.of(CORRELATED_SAMPLES, CORRELATED_RESTING, CORRELATED_SPACING, fraction)
+        volts = replace(PiecewiseLinear.step(LARGER_STEP), rest=float(random.choice(REST_LEVELS)))
+        table = Table(_columns(port, clock, volts, case.noise, random, phi), "synthetic.csv")
+        record = prepare(table, clock.onset)
+        found = identify(record, model=model, electrode_resistance=case.held, engine="exact")
+        return Drawn(intervals_of(found), fraction)
+
+    return trial
+
+
+def displacement_truth() -> dict[str, float]:
+    coupling = PAPER.coupling
+    assert coupling is not None
+    names = ("gain", "zero", "damping_ratio", "natural_frequency")
+    return {f"coupling_{name}": float(getattr(coupling, name)) for name in names}
+
+
+def displacement_trial(_: str, *, given: bool = False) -> Trial:
+    """Displacements of the paper's strip after a step to 4 V: 301 samples over 300 s, rest of 60 s, with a drift."""
+    truth = np.array(list(displacement_truth().values()))
+    port, motion = lumped_port(PAPER), Motion(PAPER, "static", "exact")
+
+    def trial(k: int) -> Drawn:
+        random = random_of("displacement", k)
+        clock = Clock.of(MOVED, MOVED_RESTING, MOVED_SPACING, FRACTIONS[k % len(FRACTIONS)])
+        volts = replace(PiecewiseLinear.step(MOVED_STEP), rest=float(random.choice(REST_LEVELS)))
+        columns = _columns(port, clock, volts, 0.002, random)
+        moved = clock.readings(0.0, motion.displacements(volts, clock.after, truth[None])[0])
+        span = float(np.ptp(moved))
+        drift = random.uniform(-MOST_DRIFT, MOST_DRIFT) * span * clock.t / clock.t[-1]
+        noise = MOVED_NOISE * span * noise_of(random, len(moved))
+        columns["displacement"] = moved + drift + random.uniform(-1.0, 1.0) * span + noise
+        record = prepare(Table(columns, "synthetic.csv"), clock.onset if given else None)
+        return Drawn(intervals_of(identify(record, model="rc", base=PAPER, engine="exact")), clock.fraction)
+
+    return trial
