@@ -64,8 +64,9 @@ def spikes(channel: Channel, drive: PiecewiseLinear) -> Mask:
     residuals = channel.values - median_filter(channel.values, _MEDIAN, mode="nearest")
     pieces = np.searchsorted(drive.jumps(np.inf), channel.time, side="right") + (channel.time >= 0)
     # the median follows noise, and so leaves too little of it: neighbouring differences tell how much there is
-    steps = np.abs(np.diff(channel.values, append=channel.values[-1]))
-    noise = median_filter(steps, _WINDOW, mode="nearest") / _OF_DIFFERENCES
+    steps = np.abs(np.diff(channel.values))
+    noise = median_filter(np.append(steps, steps[-1]), _WINDOW, mode="reflect")
+    noise = np.maximum(noise, float(np.median(steps)) / 2) / _OF_DIFFERENCES  # few rows are quiet by chance
     return outlying(channel.values, residuals, pieces, np.maximum(noise, resolution(channel.values)), jumps=False)
 
 

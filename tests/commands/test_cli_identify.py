@@ -158,7 +158,7 @@ BAD = {
     "no current at all": ("\n".join([GOOD[0], *(f"{k},{4 * (k > 3)},0" for k in range(40))]), "no step"),
     "wires swapped": (
         "\n".join([GOOD[0], *(f"{k},{-4 * (k > 3)},{(k > 3) * math.exp(-k / 9)}" for k in range(40))]),
-        "does not follow the voltage",
+        "the sign of the current (column 'current_A') is reversed",
     ),
 }
 

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.fit.outliers import outlying
+from ilg_circuit.identify.outliers import spikes
+from ilg_circuit.measurements.record import Channel
 
 Array = NDArray[np.float64]
 TIME = np.linspace(-2.0, 40.0, 421)
@@ -65,3 +68,25 @@ def test_a_digit_is_no_outlier(grain: float) -> None:
     residuals = data - transient(2.0, 0.0, 0)[0]
     residuals[200] += 0.04
     assert outlying(data, residuals, PIECES, grain)[200] == (grain == 0.0)
+
+
+@pytest.mark.parametrize("rows", [50, 171, 321])
+def test_no_row_of_a_noisy_displacement_is_a_spike(rows: int) -> None:
+    """Neither within the record nor at its ends, where few rows tell the noise."""
+    time = np.arange(rows) - 20.0
+    clean = 1e-3 * (1 - np.exp(-np.maximum(time, 0.0) / 30))
+    named = 0
+    for seed in range(100):
+        noise = 6e-6 * np.random.default_rng(seed).standard_normal(rows)
+        named += int(spikes(Channel(time, clean + noise), PiecewiseLinear.step(4.0)).sum())
+    assert named == 0
+
+
+def test_a_fast_first_row_of_a_record_without_rest_is_no_outlier() -> None:
+    """The record begins at an edge, before which the current was zero."""
+    data, _ = transient(2.0, 1e-3, 0)
+    data, pieces = data[TIME >= 0], PIECES[TIME >= 0]
+    residuals = 1e-3 * np.random.default_rng(1).standard_normal(len(data))
+    for first, named in ((data[1] + 0.5, []), (0.0, [0])):
+        away = np.r_[first - data[0], np.zeros(len(data) - 1)]
+        assert np.flatnonzero(outlying(data + away, residuals + away, pieces, 0.0)).tolist() == named
