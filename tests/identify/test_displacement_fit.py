@@ -13,9 +13,10 @@ from synthetic import Synthetic, current_data, drives, record, scaled, step
 
 from ilg_circuit.errors import IlgError, InputError
 from ilg_circuit.findings import codes
-from ilg_circuit.identify import Identification
+from ilg_circuit.identify import Identification, identify
 from ilg_circuit.identify.displacement import DisplacementFit, fit_displacement
 from ilg_circuit.identify.motion import NAMES
+from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.strip.actuator import PAPER, Actuator, Coupling
 from ilg_circuit.strip.elements import lumped_elements
@@ -236,3 +237,18 @@ def test_a_tip_that_never_moves_has_no_coupling() -> None:
     r = record(step(), 300.0, 201, rest=20, displacement=True)
     with pytest.raises(InputError, match="does not follow the voltage"):
         fitted(r.changed(displacement=np.full(221, 7e-3)))
+
+
+def test_an_onset_between_readings_is_no_inertia() -> None:
+    """A strip whose beam is static, its onset at the end of what its readings leave open."""
+    r = record(step(), 300.0, 151, rest=20, displacement=True, noise=3e-3, rest_position=5e-3, seed=11)
+    found = identify(prepare(r.table()), base=PAPER, model="rc", engine="exact")
+    assert found.coupling is not None
+    assert found.coupling.motion.beam == "static"
+    truth = lumped_elements(PAPER).port
+    for name in ("dynamic_resistance", "capacitance"):
+        low, high = found.parameters[name].reported[1]
+        assert low <= getattr(truth, name) <= high
+    onset = found.derived["onset"].ci95
+    assert onset is not None
+    assert onset[0] <= 40.0 <= onset[1] + 1e-9
