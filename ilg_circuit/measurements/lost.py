@@ -87,8 +87,8 @@ def _require_forward(table: Table, s: Seen) -> None:
     at = int(np.argmax(np.abs(j)))
     if energy >= 0 and v[at] * j[at] >= 0:
         return
-    port, every = s.port(), np.ones(len(s.t), dtype=bool)
-    forward, reverse = (port.fit(sign * s.i, every).rms for sign in (1.0, -1.0))
+    port = s.port()
+    forward, reverse = (port.fit(sign * s.i, s.sound).rms for sign in (1.0, -1.0))
     if reverse > _REVERSED * min(forward, float(s.i.std())):
         return
     title = table.headers["current"][0] if "current" in table.headers else "current"
@@ -110,7 +110,7 @@ def _voltage_lost(s: Seen) -> list[tuple[int, int | None]]:
         if any(s.near(level)[a - 1 : b].mean() > _IDLE for level in s.levels):
             continue
         port = port or s.port()
-        expected = port.fit(s.i, np.arange(len(s.t)) < a).current
+        expected = port.fit(s.i, s.sound & (np.arange(len(s.t)) < a)).current
         answer = abs(float(expected[a] - expected[a - 1]))
         around = s.i[max(a - 2, 0) : a + 2]
         unanswered = min(_ANSWERED * answer, _STILL * s.largest) + _SEEN / 2 * s.noise
