@@ -9,7 +9,7 @@ from ..drive import PiecewiseLinear
 from ..findings import Finding
 from ..fit.criteria import effective_samples
 from .contact import runs
-from .onset import Beginning
+from .onset import Beginning, voltage_jumps
 from .passive import PassivePort
 from .smoothing import resolution
 
@@ -80,7 +80,7 @@ def clipped_tops(
                 clipped[a:b] = (a, b) in smooth or _breaks_off(t, v, u, a, b, grain)
             if smooth:
                 port = port or PassivePort(t, np.where(t < 0, drive.rest, u), beginning, bool((t < 0).any()))
-                beyond = _beyond(port, v, clipped, max(grain, noise))
+                beyond = _beyond(port, current, sign, clipped, max(grain, noise))
                 for a, b in smooth:
                     clipped[a:b] = beyond[a:b].mean() > _MOSTLY
         if clipped.any():
@@ -90,12 +90,15 @@ def clipped_tops(
     return dropped, tuple(notes)
 
 
-def _beyond(port: PassivePort, v: Array, flat: Mask, grain: float) -> Mask:
-    """Return the readings (n,) at which a port for all but ``flat`` ones would carry more than ``v`` [A], surely."""
-    lows = v <= float(v.min()) + 1e-9 * float(np.abs(v).max())  # the other limit
-    used = ~flat & (~lows if lows.sum() >= _CLIPPED else True)
-    fitted = port.fit(v, used)
-    return fitted.current - v > _BEYOND * max(grain, fitted.rms)
+def _beyond(port: PassivePort, current: Array, sign: float, flat: Mask, grain: float) -> Mask:
+    """Return the readings (n,) at which a port for all but ``flat`` ones would carry more than they say, surely."""
+    v = sign * current
+    other = v <= float(v.min()) + 1e-9 * float(np.abs(v).max())  # perhaps the other limit
+    used = ~flat & ~other if other.sum() >= _CLIPPED and v.min() < -_TOP * v.max() else ~flat
+    if used.sum() < _FEWEST:
+        return np.zeros(len(v), dtype=bool)
+    fitted = port.fit(current, used)
+    return sign * fitted.current - v > _BEYOND * max(grain, fitted.rms)
 
 
 def dropouts(values: Array, quantity: str, unit: str) -> tuple[Mask, tuple[Finding, ...]]:
@@ -194,7 +197,8 @@ def _breaks_off(t: Array, v: Array, u: Array, a: int, b: int, grain: float) -> b
 
 def _after_jump(t: Array, u: Array, a: int) -> bool:
     """Tell whether the voltage jumps, or the drive begins, where the top begins."""
-    return bool(a == 0 or t[a - 1] < 0 <= t[a] or abs(u[a] - u[a - 1]) > _DRIVEN * float(np.abs(u).max()))
+    around = slice(max(a - 8, 0), a + 8)
+    return bool(a == 0 or t[a - 1] < 0 <= t[a] or a - 1 - around.start in voltage_jumps(u[around]))
 
 
 def _means(time: Array, v: Array) -> tuple[Array, Array, Array]:
