@@ -102,7 +102,8 @@ class Seen:
 def seen(t: Array, u: Array, current: Array, onset: Onset) -> Seen:
     """Return readings at ``t`` [s] of ``u`` [V] and ``current`` [A], all (n,) without blanks, ready for the search."""
     step = resolution(current) if len(np.unique(current)) < len(current) / 2 else digit(current)
-    noise = max(noise_level(current), step / 2)
+    changing = current[np.append(True, np.diff(current) != 0)]  # a limit or exact zeros have no noise
+    noise = max(noise_level(current), noise_level(changing), step / 2)
     begins = int(np.searchsorted(t, onset.between[1])) if onset.first else 0
     rest = current[:begins]
     levels = [0.0]
