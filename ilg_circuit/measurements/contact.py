@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -26,6 +27,8 @@ _SURE, _LEAST = 8.0, 0.002
 _EXPLAINED, _SKEW = 0.5, 1
 #: A break has so many readings at least: fewer are outliers.
 _FEWEST = 3
+#: Readings within so many noise levels of the largest may stand at the instrument's limit.
+_TOP = 4.0
 #: Numbers of readings on either side of an edge by which it is told from noise.
 _WINDOWS = (1, 3, 8, 20, 50, 120)
 #: From so many readings on a side is extrapolated to the edge by a straight line; of fewer the mean is taken.
@@ -74,6 +77,15 @@ class Seen:
     noise: float
     beginning: Beginning
 
+    @cached_property
+    def sound(self) -> Mask:
+        """Readings (n,) that may be fitted: not those of a flat top, which may be the instrument's limit."""
+        flat = np.zeros(len(self.i), dtype=bool)
+        for v in (self.i, -self.i):
+            for a, b in runs(v >= float(v.max()) - max(_TOP * self.noise, 1e-9 * self.largest)):
+                flat[a:b] |= b - a >= _FEWEST
+        return ~flat if flat.mean() < 0.5 else ~np.zeros_like(flat)
+
     @property
     def largest(self) -> float:
         return float(np.abs(self.i).max())
@@ -89,7 +101,9 @@ class Seen:
 
 def seen(t: Array, u: Array, current: Array, onset: Onset) -> Seen:
     """Return readings at ``t`` [s] of ``u`` [V] and ``current`` [A], all (n,) without blanks, ready for the search."""
-    noise = max(noise_level(current), digit(current) / 2)
+    step = resolution(current) if len(np.unique(current)) < len(current) / 2 else digit(current)
+    changing = current[np.append(True, np.diff(current) != 0)]  # a limit or exact zeros have no noise
+    noise = max(noise_level(current), noise_level(changing), step / 2)
     begins = int(np.searchsorted(t, onset.between[1])) if onset.first else 0
     rest = current[:begins]
     levels = [0.0]
@@ -113,7 +127,7 @@ def breaks(s: Seen) -> list[Break]:
         if not places and not exact and not idle:
             continue
         port = port or s.port()
-        every = port.fit(s.i, np.ones(len(s.t), dtype=bool))
+        every = port.fit(s.i, s.sound)
         sure = [*_confirmed(s, port, every, places), *exact]
         spans = list(_spans(near, sorted(sure, key=lambda p: p.gap)))
         before = spans[0][0] if spans else len(s.t)
@@ -141,7 +155,7 @@ def _idle(s: Seen, port: PassivePort, every: Passive, level: float, low: int, en
     first, earliest = _beginning(s, port, level, low, low, end)
     floor = max(s.noise, 1e-6 * s.largest) ** 2
     if first - s.onset <= _FEWEST:
-        until = rows < min(end + max(2 * (end - s.onset), _ENOUGH), len(s.t))
+        until = s.sound & (rows < min(end + max(2 * (end - s.onset), _ENOUGH), len(s.t)))
         at_rest = np.where(rows < end, float(s.u[0]) if s.onset else 0.0, s.u)
         late = PassivePort(s.t, at_rest).fit(s.i, until)
         moved = float(np.abs(s.u - at_rest)[: end - _FEWEST].max(initial=0.0)) > _ANSWER * float(np.abs(s.u).max())
@@ -149,12 +163,13 @@ def _idle(s: Seen, port: PassivePort, every: Passive, level: float, low: int, en
         return Break(first, back, earliest) if moved and worse and back else None
     if first - s.onset < _ENOUGH:
         return None
-    live = port.fit(s.i, rows < first)
+    live = port.fit(s.i, s.sound & (rows < first))
     would = float(np.abs(live.current[first:end] - level).max(initial=0.0))
     if would <= max(_WOULD * s.largest, 2 * _BAND * s.noise, 2 * _BAND * live.rms):
         return None
-    left = float(np.sum((live.current - s.i)[:first] ** 2) + np.sum((s.i[first:end] - level) ** 2)) / end
-    return Break(first, back, earliest) if port.fit(s.i, rows < end).rms ** 2 > _WORSE * max(left, floor) else None
+    both = port.fit(s.i, s.sound & (rows < end))
+    squares = np.where(rows < first, live.current - s.i, level - s.i)[both.used] ** 2
+    return Break(first, back, earliest) if both.rms**2 > _WORSE * max(float(squares.mean()), floor) else None
 
 
 def _confirmed(s: Seen, port: PassivePort, every: Passive, places: list[_Place]) -> list[_Place]:
@@ -168,7 +183,7 @@ def _confirmed(s: Seen, port: PassivePort, every: Passive, places: list[_Place])
     kept: list[_Place] = []
     for p in sorted(doubtful, key=lambda p: (p.gap, p.window)):
         told = any(p.open == q.open and abs(p.gap - q.gap) <= max(p.window, q.window) for q in kept)
-        if not told and _unexplained(s, port.fit(s.i, rows < p.gap + max(p.window, _FEWEST)), p):
+        if not told and _unexplained(s, port.fit(s.i, s.sound & (rows < p.gap + max(p.window, _FEWEST))), p):
             kept.append(p)
     return kept
 
@@ -219,7 +234,7 @@ def _beginning(s: Seen, port: PassivePort, level: float, low: int, lost: int, en
     cost = as_open
     while first not in tried and len(tried) < _ROUNDS and first - s.onset > _FEWEST:
         tried.add(first)
-        live = port.fit(s.i, np.arange(len(s.t)) < first).current[low:end]
+        live = port.fit(s.i, s.sound & (np.arange(len(s.t)) < first)).current[low:end]
         cost = np.append(0.0, np.cumsum((s.i[low:end] - live) ** 2)) + as_open
         first = low + int(np.argmin(cost))
     allowed = float(cost.min()) + _PLAUSIBLE * max(s.noise, 1e-6 * s.largest) ** 2

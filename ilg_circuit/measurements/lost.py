@@ -69,7 +69,7 @@ def mended(table: Table, onset: Onset) -> Mended:
     made = _made_late(s, onset, lost)
     if made:
         found = _from_contact(found, s, onset, made)
-        lost = [b for b in lost if b.first >= made]
+    lost = [b for b in lost if b.first > s.onset + 1]
     return _until_lost(found, s, lost) if lost else found
 
 
@@ -87,8 +87,8 @@ def _require_forward(table: Table, s: Seen) -> None:
     at = int(np.argmax(np.abs(j)))
     if energy >= 0 and v[at] * j[at] >= 0:
         return
-    port, every = s.port(), np.ones(len(s.t), dtype=bool)
-    forward, reverse = (port.fit(sign * s.i, every).rms for sign in (1.0, -1.0))
+    port = s.port()
+    forward, reverse = (port.fit(sign * s.i, s.sound).rms for sign in (1.0, -1.0))
     if reverse > _REVERSED * min(forward, float(s.i.std())):
         return
     title = table.headers["current"][0] if "current" in table.headers else "current"
@@ -110,7 +110,7 @@ def _voltage_lost(s: Seen) -> list[tuple[int, int | None]]:
         if any(s.near(level)[a - 1 : b].mean() > _IDLE for level in s.levels):
             continue
         port = port or s.port()
-        expected = port.fit(s.i, np.arange(len(s.t)) < a).current
+        expected = port.fit(s.i, s.sound & (np.arange(len(s.t)) < a)).current
         answer = abs(float(expected[a] - expected[a - 1]))
         around = s.i[max(a - 2, 0) : a + 2]
         unanswered = min(_ANSWERED * answer, _STILL * s.largest) + _SEEN / 2 * s.noise
@@ -145,7 +145,8 @@ def _without_voltage(found: Mended, s: Seen, first: int, back: int | None) -> Me
 def _made_late(s: Seen, onset: Onset, lost: list[Break]) -> int:
     """Return the first reading of a current that began late, 0 where it did not."""
     if lost and lost[0].first <= s.onset + 1 and lost[0].back is not None:
-        return lost[0].back
+        moved = np.abs(s.u[s.onset : max(lost[0].back - _LATE, s.onset)] - onset.rest)
+        return lost[0].back if moved.max(initial=0.0) > _VOLTAGE / 2 * float(np.abs(s.u).max()) else 0
     jumps = s.t[voltage_jumps(s.u) + 1]
     later = jumps[jumps > onset.between[1]]
     answer = answer_bracket(s.t, s.i, onset, float(later[0]) if len(later) else np.inf)

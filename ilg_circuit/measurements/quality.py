@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..arrays import Array, Mask
 from ..drive import PiecewiseLinear
 from ..findings import Finding
 from ..fit.criteria import effective_samples
+from .contact import runs
+from .onset import Beginning, voltage_jumps
+from .passive import PassivePort
 from .smoothing import resolution
 
 #: So many neighbouring samples at the largest current may be an instrument's limit, if the curve breaks off there.
@@ -24,6 +25,10 @@ _BROKEN_AFTER_JUMP = 2.0
 _TOP = 0.2
 #: A plateau of the current is the voltage's, where that changes beside it by this part of its largest, but not in it.
 _DRIVEN = 0.05
+#: What a port carries beyond a limit is so many times the readings' grain, or what it leaves of the others.
+_BEYOND = 2.0
+#: A limit's readings are mostly surpassed: more than this part of them.
+_MOSTLY = 0.5
 #: A value that stands apart by so many spans of all others is a sensor's sign for "nothing seen"; zero by fewer.
 _APART, _ZERO_APART = 3.0, 0.25
 #: A drift is reported when it is so many standard errors, and this part of the largest reading.
@@ -34,11 +39,14 @@ _PARTS = 10
 _FEWEST = 60
 
 
-def clipped_tops(t: Array, current: Array, drive: PiecewiseLinear, noise: float) -> tuple[Mask, tuple[Finding, ...]]:
+def clipped_tops(
+    t: Array, current: Array, drive: PiecewiseLinear, noise: float, beginning: Beginning = "rest"
+) -> tuple[Mask, tuple[Finding, ...]]:
     """Return the samples (n,) at the instrument's limit, positive and negative, and a finding for each limit.
 
     A flat top is a limit where the curve breaks off: where it falls beside the top by far more than a smooth top of
-    the same length would.
+    the same length would. Away from jumps, where vertices of the voltage make blunt tops, it is one only where a
+    passive port that is fitted to all other readings would carry more.
 
     Parameters
     ----------
@@ -48,11 +56,14 @@ def clipped_tops(t: Array, current: Array, drive: PiecewiseLinear, noise: float)
         The voltage from the onset on.
     noise
         Standard deviation of the current's noise [A].
+    beginning
+        What is known of the time before the record.
     """
     dropped = np.zeros(len(t), dtype=bool)
     notes = []
     smallest = resolution(current)
     u = drive.value(np.maximum(t, 0.0))
+    port: PassivePort | None = None
     for sign in (1.0, -1.0):
         v = sign * current
         top = float(v.max())
@@ -63,14 +74,31 @@ def clipped_tops(t: Array, current: Array, drive: PiecewiseLinear, noise: float)
             if clipped.any():
                 break
             grain = max(same, smallest)
-            for a, b in _runs(v >= top - same):
-                if b - a >= _CLIPPED and _breaks_off(t, v, u, a, b, grain):
-                    clipped[a:b] = True
+            tops = [(a, b) for a, b in runs(v >= top - same) if b - a >= _CLIPPED]
+            smooth = [(a, b) for a, b in tops if not _after_jump(t, u, a)]
+            for a, b in tops:
+                clipped[a:b] = (a, b) in smooth or _breaks_off(t, v, u, a, b, grain)
+            if smooth:
+                port = port or PassivePort(t, np.where(t < 0, drive.rest, u), beginning, bool((t < 0).any()))
+                beyond = _beyond(port, current, sign, clipped, max(grain, noise))
+                for a, b in smooth:
+                    clipped[a:b] = beyond[a:b].mean() > _MOSTLY
         if clipped.any():
             level = float(np.median(current[clipped]))
             notes.append(Finding("current-clipped", values={"level": level, "count": int(clipped.sum())}))
             dropped |= clipped
     return dropped, tuple(notes)
+
+
+def _beyond(port: PassivePort, current: Array, sign: float, flat: Mask, grain: float) -> Mask:
+    """Return the readings (n,) at which a port for all but ``flat`` ones would carry more than they say, surely."""
+    v = sign * current
+    other = v <= float(v.min()) + 1e-9 * float(np.abs(v).max())  # perhaps the other limit
+    used = ~flat & ~other if other.sum() >= _CLIPPED and v.min() < -_TOP * v.max() else ~flat
+    if used.sum() < _FEWEST:
+        return np.zeros(len(v), dtype=bool)
+    fitted = port.fit(current, used)
+    return sign * fitted.current - v > _BEYOND * max(grain, fitted.rms)
 
 
 def dropouts(values: Array, quantity: str, unit: str) -> tuple[Mask, tuple[Finding, ...]]:
@@ -140,12 +168,6 @@ def rest_drift(t: Array, values: Array, quantity: str, unit: str) -> tuple[Findi
     return ()
 
 
-def _runs(mask: Mask) -> Iterator[tuple[int, int]]:
-    """Yield the first index, and one past the last, of every run of True."""
-    edges = np.diff(np.r_[0, mask.astype(int), 0])
-    yield from zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True)
-
-
 def _between(signs: Mask, missing: Mask) -> bool:
     """Tell whether good readings stand before and after all ``signs``: a rest position begins the record."""
     good = np.flatnonzero(~signs & ~missing)
@@ -158,8 +180,7 @@ def _breaks_off(t: Array, v: Array, u: Array, a: int, b: int, grain: float) -> b
     length = t[b - 1] - t[a]
     largest = float(np.abs(u).max())
     steady = float(np.ptp(u[a:b])) <= _DRIVEN * largest
-    jumped = a == 0 or t[a - 1] < 0 <= t[a] or abs(u[a] - u[a - 1]) > _DRIVEN * largest
-    limit = grain * (_BROKEN_AFTER_JUMP if steady and jumped else _BROKEN)
+    limit = grain * (_BROKEN_AFTER_JUMP if steady and _after_jump(t, u, a) else _BROKEN)
     for edge, far in (
         (b - 1, int(np.searchsorted(t, t[b - 1] + length, side="right")) - 1),
         (a, int(np.searchsorted(t, t[a] - length))),
@@ -172,6 +193,12 @@ def _breaks_off(t: Array, v: Array, u: Array, a: int, b: int, grain: float) -> b
         if (v[edge] - v[far]) / 2 > limit:
             return True
     return False
+
+
+def _after_jump(t: Array, u: Array, a: int) -> bool:
+    """Tell whether the voltage jumps, or the drive begins, where the top begins."""
+    around = slice(max(a - 8, 0), a + 8)
+    return bool(a == 0 or t[a - 1] < 0 <= t[a] or a - 1 - around.start in voltage_jumps(u[around]))
 
 
 def _means(time: Array, v: Array) -> tuple[Array, Array, Array]:
