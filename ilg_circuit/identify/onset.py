@@ -28,7 +28,7 @@ from .port_model import BRACKET, Measured
 
 #: Data and the unit of their residuals -> the observation that a model predicts.
 Observe = Callable[[Measured, float | Array], Observation]
-#: An onset nearer to the middle than this share is in the middle.
+#: An onset nearer to the middle than this part of what is admitted is in the middle.
 _MIDDLE = 1e-3
 
 
@@ -157,8 +157,10 @@ def settled(
         at = partial(_with_share, found.problem, tuple(moved), members, observe)
         telling = [k for k in members if k == members[0] or not structured(found.residuals_of(k))]
         profile = profile_bounded(found, at, BRACKET, telling, start=current.share, costly=costly)
-        profiles.append(OnsetProfile(source, current.channel, profile))
-        if abs(profile.middle - current.share) > _MIDDLE:
+        low, high = profile.admitted
+        if abs(profile.middle - current.share) > _MIDDLE * (high - low):
             moved = [d.at_share(profile.middle) if k in members else d for k, d in enumerate(moved)]
             found = with_starts(fit(at(profile.middle), found.values, progress), found.starts)
+            profile = profile.knowing(profile.middle, found.coordinates)
+        profiles.append(OnsetProfile(source, current.channel, profile))
     return found, tuple(moved), Onsets(tuple(profiles))
