@@ -48,7 +48,7 @@ def main() -> None:
     lines, failures, begin = [], [], perf_counter()
     for script, page in PAGES.items():
         arguments = (
-            [str(sets), "spectrum", "step:rc", "step:rc2", "step:rc3", "autocorrelated"]
+            [str(sets), "spectrum", "step:rc", "step:rc2", "step:rc3", "autocorrelated, onset stated"]
             if script == "intervals"
             else []
         )

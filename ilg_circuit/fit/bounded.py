@@ -65,6 +65,15 @@ class BoundedProfile:
         """The middle of what is admitted: where the quantity is taken to lie."""
         return sum(self.admitted) / 2
 
+    def knowing(self, place: float, coordinates: Array) -> BoundedProfile:
+        """Return the profile with ``coordinates`` (n,) at a ``place`` between the others, where a fit was made."""
+        k, deviance = int(np.searchsorted(self.places, place)), np.interp(place, self.places, self.deviance)
+        return BoundedProfile(
+            np.insert(self.places, k, place),
+            np.insert(self.deviance, k, deviance),
+            np.insert(self.coordinates, k, coordinates, axis=0),
+        )
+
     def reach(self, errors: Array, quantile: Array) -> tuple[Array, Array]:
         """Return how far intervals reach below and above the coordinates at the `middle` (n,), of standard ``errors``.
 

@@ -31,7 +31,7 @@ from .port_model import BRACKET, Measured
 Observe = Callable[[Measured, float | Array], Observation]
 #: A delay is profiled within this part of its bounds about where the first fits found it.
 _NEAR = 0.15
-#: An onset nearer to the middle than this share is in the middle.
+#: An onset nearer to the middle than this part of what is admitted is in the middle.
 _MIDDLE = 1e-3
 
 
@@ -189,10 +189,12 @@ def settled(
         at = partial(_with_share, found.problem, tuple(moved), members, observe)
         telling = [k for k in members if k == members[0] or not structured(found.residuals_of(k))]
         profile = profile_bounded(found, at, BRACKET, telling, start=current.share, costly=costly)
-        profiles.append(OnsetProfile(source, current.channel, profile))
-        if abs(profile.middle - current.share) > _MIDDLE:
+        low, high = profile.admitted
+        if abs(profile.middle - current.share) > _MIDDLE * (high - low):
             moved = [d.at_share(profile.middle) if k in members else d for k, d in enumerate(moved)]
             found = with_starts(fit_near(at(profile.middle), found.values, progress), found.starts)
+            profile = profile.knowing(profile.middle, found.coordinates)
+        profiles.append(OnsetProfile(source, current.channel, profile))
     delays: list[DelayProfile] = []
     for k, d in enumerate(moved):
         if not isinstance(d, DisplacementData) or d.delays is None:
@@ -201,7 +203,7 @@ def settled(
         low, high = d.delays
         near = (max(low, d.delay - _NEAR * (high - low)), min(high, d.delay + _NEAR * (high - low)))
         tried = profile_bounded(found, behind, near, (k,), start=d.delay, costly=costly)
-        delays.append(DelayProfile(d.source, tried))
         moved[k] = d.at_delay(tried.middle)
         found = with_starts(fit_near(behind(tried.middle), found.values, progress), found.starts)
+        delays.append(DelayProfile(d.source, tried.knowing(tried.middle, found.coordinates)))
     return found, tuple(moved), Onsets(tuple(profiles), tuple(delays))
