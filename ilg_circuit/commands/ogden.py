@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from ..errors import InputError
+from ..measurements.load_test import BRANCHES
 from .emit import emit, require_outputs
 from .options import FILE
 
@@ -21,6 +22,12 @@ from .options import FILE
 )
 @click.option("--model", type=click.Choice(["auto", "ogden", "neo-hookean", "mooney-rivlin"]), default="auto")
 @click.option("--weights", "weighting", type=click.Choice(["absolute", "relative"]), default="absolute")
+@click.option(
+    "--branch",
+    type=click.Choice(BRANCHES),
+    default="loading",
+    help="What is fitted of files whose rows go back and forth.  [default: loading, the first]",
+)
 @click.option("--free-signs", is_flag=True, help="Do not impose mu_i alpha_i > 0, which keeps the material stable.")
 @click.option("--at", type=float, multiple=True, help="Stretch to predict the stress at; may be repeated.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
@@ -28,7 +35,10 @@ from .options import FILE
 @click.option("--report", type=FILE, help="One HTML file with all of it.")
 @click.option("--actuator", help="Strip that --out gives the fitted Young's modulus: TOML file or preset.")
 @click.option("--out", type=FILE, help="TOML file for that strip.")
-def ogden(actuator: str | None, out: Path | None, as_json: bool, free_signs: bool, **options: Any) -> None:
+@click.pass_context
+def ogden(
+    context: click.Context, /, actuator: str | None, out: Path | None, as_json: bool, free_signs: bool, **options: Any
+) -> None:
     """Fit a hyperelastic material to load tests, all of them together.
 
     Each file has the columns stretch and stress_<unit> (nominal), such as stress_MPa, with that header.
@@ -50,6 +60,8 @@ def ogden(actuator: str | None, out: Path | None, as_json: bool, free_signs: boo
     base = load_actuator(actuator or "paper")
     tests = [read_load_test(path, mode) for mode, path in files.items()]
     result = characterise(tests, constrained=not free_signs, **options)
+    if not result.success:
+        outputs["--out"] = None
     emit(
         result,
         outputs,
@@ -58,3 +70,5 @@ def ogden(actuator: str | None, out: Path | None, as_json: bool, free_signs: boo
         writers={"--out": lambda found, path: write_actuator(found, base, path)},
         as_json=as_json,
     )
+    if not result.success:
+        context.exit(1)

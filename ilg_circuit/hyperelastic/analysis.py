@@ -13,9 +13,19 @@ from ..errors import InputError
 from ..fit.selection import simplest_of_best
 from ..measurements.load_test import LoadTest
 from .characterisation import Characterisation, Instability, Prediction
-from .diagnostics import POINTS, SMALL, on_extrapolation, on_modes, on_modulus, on_stability, on_statistics
+from .diagnostics import (
+    POINTS,
+    on_branches,
+    on_extrapolation,
+    on_misfit,
+    on_modes,
+    on_modulus,
+    on_stability,
+    on_statistics,
+)
 from .fit import FIXED, MOST_TERMS, HyperelasticFit, fit_model
-from .material import MODES, Ogden
+from .material import MODES
+from .tangent import tangent_modulus
 
 MODELS = ("auto", "ogden", *FIXED)
 
@@ -31,6 +41,7 @@ def characterise(
     constrained: bool = True,
     weighting: str = "absolute",
     at: ArrayLike = (),
+    branch: str = "loading",
     seed: int = 0,
 ) -> Characterisation:
     """Return the material fitted to one to three tests of different modes.
@@ -43,6 +54,9 @@ def characterise(
         material of that many.
     at
         Stretches of the predictions; by default the farthest one measured.
+    branch
+        What is fitted of tests whose rows go back and forth: loading (the first, and what goes farther than any row
+        before), unloading, reloading or all; see `LoadTest.taking`.
     constrained, weighting, seed
         As `fit_model`.
 
@@ -51,7 +65,7 @@ def characterise(
     InputError
         The tests, the model or the stretches cannot be used.
     """
-    given = tuple(tests)
+    given = tuple(t.taking(branch) for t in tests)
     stretches = np.atleast_1d(np.asarray(at, dtype=float))
     if model == "auto" and terms is not None:
         model = "ogden"
@@ -72,7 +86,7 @@ def characterise(
     ]
     predictions = tuple(_predictions(best, stretches if len(stretches) else np.array([best.farthest])))
     instabilities = tuple(_instabilities(best))
-    small = _small_strain_modulus(given)
+    small = tangent_modulus(given)
     return Characterisation(
         fit=best,
         candidates=candidates,
@@ -80,6 +94,8 @@ def characterise(
         instabilities=instabilities,
         small_strain_modulus=small,
         findings=(
+            *on_branches(given),
+            *on_misfit(best),
             *on_modes(best),
             *on_stability(best, instabilities),
             *on_modulus(best, small),
@@ -143,15 +159,3 @@ def _instabilities(fit: HyperelasticFit) -> Iterator[Instability]:
             wrong = stretch[~(stiffness > 0)]
             if len(wrong):
                 yield Instability(mode, kind, float(wrong[0]), float(wrong[-1]))
-
-
-def _small_strain_modulus(tests: Sequence[LoadTest]) -> tuple[float, float] | None:
-    """Return E and its standard error [Pa] by a neo-Hookean material through the readings at small strains alone."""
-    small = [(t.mode, t.stretch[near], t.stress[near]) for t in tests for near in [np.abs(t.stretch - 1) <= SMALL]]
-    b = np.concatenate([Ogden.neo_hookean(1.0).nominal(mode, stretch) for mode, stretch, _ in small])
-    p = np.concatenate([stress for _, _, stress in small])
-    if len(b) < 3:
-        return None
-    g = float(b @ p) / float(b @ b)
-    error = float(np.sqrt(((p - g * b) ** 2).sum() / (len(b) - 1) / (b @ b)))
-    return (3 * g, 3 * error) if g > 0 else None

@@ -9,8 +9,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ..arrays import Array
 from ..findings import Finding, sentences
 from ..fit.estimate import Estimate
+from ..measurements.branches import RELOADING, UNLOADING, area_shares
 from ..measurements.load_test import LoadTest
 from ..result import Result
 from .estimates import correlations, derived, parameters
@@ -66,8 +68,8 @@ class Instability:
 class Characterisation(Result):
     """The fit that was chosen, those it was chosen from, predictions, and findings.
 
-    ``small_strain_modulus`` is E [Pa] by the readings at small strains alone, with its standard error; None where
-    there are too few. ``seed`` is that of the random starts.
+    ``small_strain_modulus`` is E [Pa] by the readings at small strains alone, the tangent at stretch 1, with its
+    standard error; None where there are too few. ``seed`` is that of the random starts.
     """
 
     presenter: ClassVar[str] = "ogden"
@@ -89,6 +91,11 @@ class Characterisation(Result):
         return self.fit.tests
 
     @property
+    def success(self) -> bool:
+        """Whether the material describes what was measured; where it does not, no strip is made of it."""
+        return self.fit.success
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """The findings as sentences."""
         return sentences(self.findings)
@@ -97,6 +104,7 @@ class Characterisation(Result):
         """Return the result as plain data in SI units; what is not determined is null."""
         fit, small = self.fit, self.small_strain_modulus
         return {
+            "success": self.success,
             "model": fit.model,
             "terms": fit.terms,
             "convention": CONVENTION,
@@ -128,6 +136,11 @@ class Characterisation(Result):
         }
 
 
+def _ends(stretch: Array) -> list[float]:
+    """Return the first and the last stretch, in the order of the rows."""
+    return [float(stretch[0]), float(stretch[-1])]
+
+
 def _plain(estimates: Mapping[str, Estimate]) -> dict[str, Any]:
     return {name: e.to_dict() for name, e in estimates.items()}
 
@@ -148,8 +161,13 @@ def _statistics(fit: HyperelasticFit) -> dict[str, Any]:
                 "source": t.source,
                 "rmse": float(np.sqrt(np.mean(r**2))),
                 "n": len(r),
-                "stretch": [float(t.stretch[0]), float(t.stretch[-1])],
+                "stretch": list(t.extent),
+                "misfit": m.to_dict(),
+                "branch": t.branch,
+                "branches": [{"branch": g.kind, "n": len(g.stretch), "stretch": _ends(g.stretch)} for g in t.legs],
+                "hysteresis": area_shares(t.legs).get(UNLOADING),
+                "softening": area_shares(t.legs).get(RELOADING),
             }
-            for t, r in zip(fit.tests, fit.residuals, strict=True)
+            for t, r, m in zip(fit.tests, fit.residuals, fit.misfits, strict=True)
         },
     }

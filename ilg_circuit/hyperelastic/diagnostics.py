@@ -1,4 +1,4 @@
-"""Findings on a hyperelastic fit: loads that were not tested, stability, E, residuals, extrapolation."""
+"""Findings on a hyperelastic fit: branches, misfit, loads not tested, stability, E, residuals, extrapolation."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ import numpy as np
 
 from ..findings import Finding
 from ..fit.criteria import autocorrelation
+from ..measurements.branches import RELOADING, UNLOADING, area_shares
+from ..measurements.load_test import LoadTest
 from .characterisation import Instability, Prediction
-from .fit import HyperelasticFit
+from .fit import ROUNDING, HyperelasticFit
 from .material import MODES, Ogden
+from .tangent import SMALL
 
-#: Strains up to here are small: the stress is then set by E, and by little else.
-SMALL = 0.2
 #: A range of stretches is followed at this many points for instability and absurdity.
 POINTS = 400
 
 #: Equibiaxial over uniaxial stress at one stretch: rubbers and gels have 1 to 3, and 2 at the start.
 _ABSURD = 10.0
-#: The fitted E and that of the small strains alone should not differ by more than this part.
-_E_DIFFERS = 0.1
-#: Residuals below this part of the largest stress are rounding, whatever their pattern.
-_ROUNDING = 1e-5
+#: The fitted E and that of the small strains alone should not differ by more than this part, and do so only where they
+#: differ by so many standard errors of both.
+_E_DIFFERS, _E_ERRORS = 0.1, 2.5
+#: Unloading that does more work than loading by this part does so beyond noise.
+_GAINED = 0.02
 
 
 def absurd_from(material: Ogden, high: float) -> float | None:
@@ -35,6 +37,41 @@ def absurd_from(material: Ogden, high: float) -> float | None:
     ratio = material.nominal("equibiaxial", stretch) / material.nominal("uniaxial", stretch)
     wild = np.flatnonzero(~(np.abs(ratio) <= _ABSURD))
     return float(stretch[wild[0]]) if len(wild) else None
+
+
+def on_branches(tests: Sequence[LoadTest]) -> Iterator[Finding]:
+    """Yield what branches the rows of a test are, which were fitted, and how far they lie apart."""
+    for test in tests:
+        if not test.ordered:
+            yield Finding("rows-unordered", test.source)
+        if len(test.legs) < 2:
+            continue
+        counts = test.counts
+        values: dict[str, Any] = {"counts": [f"{count} {kind}" for kind, count in counts.items()]}
+        values |= {"rows": counts, "taken": test.branch, "fitted": len(test.stretch)}
+        if len(counts) > 1:
+            yield Finding("branches", test.source, values)
+        else:
+            yield Finding("loading-repeated", test.source, values | {"times": len(test.legs)})
+        shares = area_shares(test.legs)
+        if UNLOADING in shares:
+            share = shares[UNLOADING]
+            yield Finding("hysteresis" if share >= -_GAINED else "work-gained", test.source, {"share": abs(share)})
+        if RELOADING in shares:
+            yield Finding("softening", test.source, {"share": shares[RELOADING]})
+
+
+def on_misfit(fit: HyperelasticFit) -> Iterator[Finding]:
+    """Yield what the material does not describe, and whether that or an unknown E makes it no success."""
+    for test, misfit in zip(fit.tests, fit.misfits, strict=True):
+        if misfit.warn or misfit.fail:
+            values = {"test": test.mode, "share": misfit.share, "worst": misfit.worst}
+            values |= {"from": misfit.start, "to": misfit.end}
+            yield Finding("stress-not-described" if misfit.fail else "stress-misfit", values=values)
+    if not fit.modulus_known:
+        yield Finding(
+            "modulus-unknown", values={"modulus": fit.material.youngs_modulus, "error": 3 * fit.modulus_error}
+        )
 
 
 def on_modes(fit: HyperelasticFit) -> Iterator[Finding]:
@@ -74,11 +111,11 @@ def on_modulus(fit: HyperelasticFit, small: tuple[float, float] | None) -> Itera
     if nearest > 0.501 * SMALL:
         yield Finding("modulus-extrapolated", values={"distance": nearest})
     elif small is not None:
-        # beyond what either is known to, and by enough to matter
-        doubt = 2 * float(np.hypot(small[1], 3 * np.nan_to_num(fit.modulus_error)))
+        # beyond what noise may do to either, and by enough to matter; that the model misses the curve is no excuse
+        doubt = _E_ERRORS * float(np.hypot(small[1], 3 * np.nan_to_num(fit.plain_modulus_error)))
         if abs(modulus - small[0]) > max(doubt, _E_DIFFERS * small[0]):
             advice = "" if fit.weighting == "relative" else "; --weights relative follows them"
-            values = {"fitted": modulus, "small": small[0], "strain": SMALL, "advice": advice}
+            values = {"fitted": modulus, "small": small[0], "error": small[1], "strain": SMALL, "advice": advice}
             yield Finding("modulus-differs", values=values)
 
 
@@ -88,7 +125,7 @@ def on_statistics(fit: HyperelasticFit) -> Iterator[Finding]:
         yield Finding("material-not-determined", fit.name, {"reason": str(reason)})
     for test, residuals in zip(fit.tests, fit.residuals, strict=True):
         correlation = autocorrelation(residuals)
-        rounding = np.abs(residuals).max() < _ROUNDING * np.abs(test.stress).max()
+        rounding = np.abs(residuals).max() < ROUNDING * np.abs(test.stress).max()
         if correlation > max(0.3, 2.5 / np.sqrt(len(residuals))) and not rounding:
             yield Finding("stress-autocorrelated", values={"test": test.mode, "correlation": correlation})
     starts = fit.result.starts

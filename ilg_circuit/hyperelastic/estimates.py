@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from ..fit.estimate import Estimate
+from ..arrays import Array
+from ..fit.estimate import Estimate, Interval
 from .fit import HyperelasticFit
 
 
@@ -15,26 +17,26 @@ def parameters(fit: HyperelasticFit) -> dict[str, Estimate]:
 
     Where mu_i alpha_i > 0 was imposed, the interval of mu_i is symmetric about its logarithm: it keeps the sign.
     """
-    n, errors = fit.terms, np.sqrt(np.diag(fit.parameter_covariance())).tolist()
+    n, by = fit.terms, fit.to_parameters
     fixed = "" if fit.model == "ogden" else f"{fit.name} by definition"
     result = {}
     for i, (mu, alpha) in enumerate(zip(fit.material.mu, fit.material.alpha, strict=True)):
-        result[f"mu_{i + 1}"] = _modulus(fit, mu, errors[i])
+        result[f"mu_{i + 1}"] = _modulus(fit, mu, by[i])
         result[f"alpha_{i + 1}"] = (
-            Estimate(alpha, "", fixed_because=fixed) if fixed else _estimate(fit, alpha, errors[n + i], "")
+            Estimate(alpha, "", fixed_because=fixed) if fixed else _estimate(fit, alpha, by[n + i], "")
         )
     return result
 
 
 def derived(fit: HyperelasticFit) -> dict[str, Estimate]:
     """Return G, E = 3 G, each mu_i in the other convention; for Mooney-Rivlin and neo-Hookean also C10 and C01."""
-    g, error = fit.material.shear_modulus, fit.modulus_error
-    result = {"shear_modulus": _modulus(fit, g, error), "youngs_modulus": _modulus(fit, 3 * g, 3 * error)}
-    errors = np.sqrt(np.diag(fit.covariance)).tolist()
+    g, n = fit.material.shear_modulus, fit.terms
+    every, each = np.repeat([1.0, 0.0], n), np.eye(2 * n)
+    result = {"shear_modulus": _modulus(fit, g, every), "youngs_modulus": _modulus(fit, 3 * g, 3 * every)}
     for i, modulus in enumerate(fit.material.moduli):
-        result[f"mu_{i + 1}_other_convention"] = _modulus(fit, modulus, errors[i])
+        result[f"mu_{i + 1}_other_convention"] = _modulus(fit, modulus, each[i])
         if fit.model != "ogden":
-            result[("c10", "c01")[i]] = _modulus(fit, modulus / 2, errors[i] / 2)
+            result[("c10", "c01")[i]] = _modulus(fit, modulus / 2, each[i] / 2)
     return result
 
 
@@ -49,20 +51,40 @@ def correlations(fit: HyperelasticFit) -> dict[str, float]:
     return {f"{names[b]}, {names[a]}": matrix[b][a] for a in range(fit.result.count) for b in range(a)}
 
 
-def _modulus(fit: HyperelasticFit, value: float, error: float) -> Estimate:
+def _modulus(fit: HyperelasticFit, value: float, gradient: Array) -> Estimate:
     """Return a modulus [Pa], whose interval keeps its sign where signs were imposed."""
-    return _estimate(fit, value, error, "Pa", one_sign=fit.constrained)
+    return _estimate(fit, value, gradient, "Pa", one_sign=fit.constrained)
 
 
-def _estimate(fit: HyperelasticFit, value: float, error: float, unit: str, one_sign: bool = False) -> Estimate:
-    """Return a value with its 95 % interval by Student's t, ``one_sign``: of its logarithm; bare if undetermined."""
-    from scipy.stats import t as student
+def _estimate(fit: HyperelasticFit, value: float, gradient: Array, unit: str, one_sign: bool = False) -> Estimate:
+    """Return a value with its 95 % intervals by Student's t, ``one_sign``: of its logarithm; bare if undetermined.
 
+    ``gradient`` (2 n,) is that of the value by (g_1 .. g_n, alpha_1 .. alpha_n). Where residuals are autocorrelated the
+    errors that allow for it stand beside those by the covariance, and are reported.
+    """
+    error = _error(gradient, fit.plain_covariance)
     if not math.isfinite(error):
         return Estimate(value, unit)
-    half = float(student.ppf(0.975, fit.samples - fit.result.count)) * error
+    plain = Estimate(value, unit, error, _interval(value, error, fit.samples - fit.result.count, one_sign))
+    if fit.reported is None:
+        return plain
+    moved = gradient[: fit.result.count] != 0
+    freedom = float(fit.reported.freedom[moved].min())
+    wider = max(_error(gradient, fit.covariance), error)
+    interval = _interval(value, wider, freedom, one_sign)
+    return replace(plain, autoregression=wider, ci95_autoregression=interval, method="autoregression")
+
+
+def _error(gradient: Array, covariance: Array) -> float:
+    return float(np.sqrt(gradient @ covariance @ gradient))
+
+
+def _interval(value: float, error: float, freedom: float, one_sign: bool) -> Interval:
+    from scipy.stats import t as student
+
+    half = float(student.ppf(0.975, freedom)) * error
     if not one_sign:
-        return Estimate(value, unit, error, (value - half, value + half))
+        return value - half, value + half
     factor = math.exp(min(half / abs(value), 300.0))
     low, high = sorted((value / factor, value * factor))
-    return Estimate(value, unit, error, (low, high))
+    return low, high

@@ -18,11 +18,14 @@ from ..arrays import Array
 from ..errors import InputError
 from ..findings import Finding
 from ..fit.fitting import finished, with_starts
+from ..fit.misfit import Misfit
 from ..fit.multistart import StartSummary
 from ..fit.problem import Problem
+from ..fit.reported import Reported, autocorrelated, with_autocorrelation
 from ..fit.result import FitResult
 from ..measurements.load_test import LoadTest
 from .material import MODES, Ogden, stress_derivatives
+from .misfit import stress_misfit
 from .problem import MOST_READINGS, residual_units, stress_problem, thinned
 from .search import RESOLUTION, descents, search
 
@@ -35,6 +38,8 @@ FIXED: dict[str, tuple[float, ...]] = {"neo-hookean": (2.0,), "mooney-rivlin": (
 _STEEPEST = 40.0
 #: Two ends of a search are the same where their sums of squares differ by less than this part.
 _SAME = 1e-3
+#: Residuals below this, of the largest stress, are rounding, whatever their pattern.
+ROUNDING = 1e-5
 #: Condition of the slopes beyond which the data leave a combination of parameters open.
 _SINGULAR = 1e9
 
@@ -85,6 +90,22 @@ class HyperelasticFit:
         """Root mean square of the residuals of all tests [Pa]."""
         return float(np.sqrt(np.mean(np.concatenate(self.residuals) ** 2)))
 
+    @cached_property
+    def misfits(self) -> tuple[Misfit, ...]:
+        """How much of each test is not described."""
+        return tuple(stress_misfit(t, r) for t, r in zip(self.tests, self.residuals, strict=True))
+
+    @property
+    def modulus_known(self) -> bool:
+        """Whether E is positive and known better than to its own size; True where its error is not determined."""
+        g = self.material.shear_modulus
+        return g > 0 and not self.modulus_error >= g
+
+    @property
+    def success(self) -> bool:
+        """Whether the material describes every test, and has an E."""
+        return self.modulus_known and not any(m.fail for m in self.misfits)
+
     @property
     def aic(self) -> float:
         return self._likelihood + 2 * self.result.count
@@ -109,13 +130,30 @@ class HyperelasticFit:
         return high if high * low >= 1 else low
 
     @cached_property
-    def covariance(self) -> Array:
-        """Covariance (2 n, 2 n) of (g_1 .. g_n [Pa], alpha_1 .. alpha_n).
+    def reported(self) -> Reported | None:
+        """Errors that allow for autocorrelated residuals; None where these are noise, or errors are not determined."""
+        determined = np.isfinite(self.result.covariance).all()
+        if not determined or self.result.rmse < ROUNDING or not autocorrelated(self.result):
+            return None
+        return with_autocorrelation(self.result)
+
+    @cached_property
+    def plain_covariance(self) -> Array:
+        """Covariance (2 n, 2 n) of (g_1 .. g_n [Pa], alpha_1 .. alpha_n) for residuals that are independent.
 
         Rows of alphas that the model fixes are zero; all are NaN where the data do not determine a combination.
         """
+        return self._completed(self.result.covariance)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """The same (2 n, 2 n), allowing for autocorrelation where residuals have it."""
+        return self.plain_covariance if self.reported is None else self._completed(self.reported.covariance)
+
+    def _completed(self, moved: Array) -> Array:
+        """Return a covariance of what the fit moved with rows for what it did not, in the moduli's signs."""
         covariance = np.zeros((2 * self.terms, 2 * self.terms))
-        covariance[: self.result.count, : self.result.count] = self.result.covariance
+        covariance[: self.result.count, : self.result.count] = moved
         signs = np.concatenate([self.signs, np.ones(self.terms)])
         return covariance * np.outer(signs, signs)
 
@@ -124,13 +162,23 @@ class HyperelasticFit:
         """Standard error of G [Pa]; NaN where undetermined."""
         return float(np.sqrt(self.covariance[: self.terms, : self.terms].sum()))
 
-    def parameter_covariance(self) -> Array:
-        """Return the covariance (2 n, 2 n) of (mu_1 .. mu_n [Pa], alpha_1 .. alpha_n), by the delta method."""
+    @property
+    def plain_modulus_error(self) -> float:
+        """Standard error of G [Pa] for residuals that are independent; NaN where undetermined."""
+        return float(np.sqrt(self.plain_covariance[: self.terms, : self.terms].sum()))
+
+    @property
+    def to_parameters(self) -> Array:
+        """Derivatives (2 n, 2 n) of (mu_1 .. mu_n [Pa], alpha_1 .. alpha_n) by (g_1 .. g_n [Pa], alpha_1 ..)."""
         n, mu, alpha = self.terms, np.array(self.material.mu), np.array(self.material.alpha)
         jacobian = np.eye(2 * n)
         jacobian[:n, :n] = np.diag(2 / alpha)
         jacobian[:n, n:] = np.diag(-mu / alpha)
-        return jacobian @ self.covariance @ jacobian.T
+        return jacobian
+
+    def parameter_covariance(self) -> Array:
+        """Return the covariance (2 n, 2 n) of (mu_1 .. mu_n [Pa], alpha_1 .. alpha_n), by the delta method."""
+        return self.to_parameters @ self.covariance @ self.to_parameters.T
 
     def nominal_error(self, mode: str, stretch: float) -> float:
         """Return the standard error of the predicted nominal stress [Pa], by the delta method; NaN if undetermined."""
@@ -170,7 +218,7 @@ def fit_model(
     Parameters
     ----------
     tests
-        Load tests; all residuals have one variance.
+        Load tests, all readings of which are fitted. Each test's residuals have a variance of their own.
     model, terms
         ogden with ``terms`` 1 to 4, neo-hookean, or mooney-rivlin.
     constrained
@@ -243,12 +291,12 @@ def _require_model(
 
 
 def _finished(problem: Problem, values: Array, offset: float, evaluations: int) -> FitResult:
-    """Return the result at ``values``, with one variance for all tests."""
+    """Return the result at ``values``; residuals that are rounding have the variance of that."""
     x = problem.scales.coordinates(values)
     prediction, slopes = problem.derivatives(x)
     residuals = problem.data - prediction
     samples, unknowns = slopes.shape
-    squares = max(float(residuals @ residuals), samples * RESOLUTION**2)
+    exact = float(residuals @ residuals) <= samples * RESOLUTION**2
     return finished(
         problem,
         x,
@@ -257,6 +305,6 @@ def _finished(problem: Problem, values: Array, offset: float, evaluations: int) 
         slopes,
         offset=offset,
         evaluations=evaluations,
-        variance=squares / (samples - unknowns),
+        variance=samples * RESOLUTION**2 / (samples - unknowns) if exact else None,
         singular=_SINGULAR,
     )

@@ -38,7 +38,7 @@ def stress_observation(test: LoadTest, sigma: Array, signs: Array) -> Observatio
         source=test.source,
         quantity="stress",
         unit="Pa",
-        x=test.stretch,
+        x=test.path,
         data=test.stress,
         names=_names(n),
         predict=predict,
@@ -83,8 +83,9 @@ def thinned(tests: tuple[LoadTest, ...], sigmas: list[Array]) -> tuple[list[Load
     for t, sigma in zip(tests, sigmas, strict=True):
         n = len(t.stretch)
         every = step if n > 10 * step else 1  # a test of few readings keeps them all
-        part = slice((n - 1) % every, n, every)  # the last one, where the material is stiffest, stays
-        kept.append(replace(t, stretch=t.stretch[part], stress=t.stress[part]))
+        # the last one, where the material is stiffest, stays
+        part = np.argsort(t.stretch, kind="stable")[(n - 1) % every :: every]
+        kept.append(replace(t, stretch=t.stretch[part], stress=t.stress[part], branch=t.branch or "all"))
         units.append(sigma[part])
     return kept, units
 

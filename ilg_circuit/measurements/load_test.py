@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,9 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError
 from ..units import format_quantity
+from .branches import KINDS, LOADING, Leg, find_legs
 from .kind import LOAD_TEST
+from .load_causes import likely_cause
 from .table import Table
 
 #: The three standard tests: pulled along one axis, along two, or wide and short (pure shear).
@@ -17,28 +20,40 @@ LOAD_MODES = ("uniaxial", "equibiaxial", "planar")
 
 #: An unloaded specimen whose stress is more than this part of the largest has an offset, not noise.
 _OFFSET = 0.05
+#: So has one whose first readings, up to this part of the range, point to more than the other part at stretch 1.
+_FIRST, _POINTED = 0.1, 0.2
 #: Nothing stretches more, or shortens more than to the inverse: such a number is a strain, a percentage or a length.
 _LARGEST = 100.0
+#: Without a reading below the first of these a stretch beyond the second may be a strain in percent.
+_NEAREST, _FAR = 1.5, 5.0
 #: The largest stress of a test [Pa] lies between these: softer than any foam, stronger than any crystal.
 _STRESSES = (1e-6, 1e13)
 #: A stretch closer to 1 is 1.
 _UNSTRETCHED = 1e-9
+#: What of a test can be fitted.
+BRANCHES = (*KINDS, "all")
 
 
 @dataclass(frozen=True)
 class LoadTest:
     """One load test: ``mode`` (of `LOAD_MODES`), ``stretch`` (n,) and nominal ``stress`` (n,) [Pa].
 
-    Both ascend by stretch. Rows at stretch 1 are checked and left out: every material has zero stress there, so
-    those rows depend on no constant.
+    Rows stay in their order, which tells loading from unloading: ``legs`` are the branches. Rows in no order
+    (``ordered`` is False) are sorted by stretch. ``branch`` says what `taking` took, empty before. Rows at stretch 1
+    are checked and left out: every material has zero stress there, so those rows depend on no constant.
     """
 
     mode: str
     stretch: Array
     stress: Array
     source: str = "data"
+    legs: tuple[Leg, ...] = ()
+    branch: str = ""
+    ordered: bool = True
 
     def __post_init__(self) -> None:
+        if self.branch:  # part of a test that was checked
+            return
         if self.mode not in LOAD_MODES:
             raise InputError(f"test is '{self.mode}'; choose one of {', '.join(LOAD_MODES)}")
         stretch, stress = (np.array(v, dtype=float).ravel() for v in (self.stretch, self.stress))
@@ -46,49 +61,144 @@ class LoadTest:
             raise InputError(
                 f"{self.source}: {len(stretch)} stretches and {len(stress)} stresses; give as many of each"
             )
-        order = np.argsort(stretch, kind="stable")
-        stretch, stress = stretch[order], stress[order]
-        self._check(stretch, stress)
-        loaded = np.abs(stretch - 1) > _UNSTRETCHED
-        if not loaded.any():
+        self._require_numbers(stretch, stress)
+        legs = find_legs(stretch, stress)
+        if legs is None:
+            order = np.argsort(stretch, kind="stable")
+            stretch, stress = stretch[order], stress[order]
+            object.__setattr__(self, "ordered", False)
+            legs = (Leg(LOADING, stretch, stress),)
+        first = _of_kind(legs, LOADING) or legs
+        self._require_signs(*_joined(first))
+        legs = tuple(leg for leg in map(_loaded, legs) if len(leg.stretch))
+        if not legs:
             raise InputError(f"{self.source}: no reading at a stretch other than 1; the {self.mode} test says nothing")
-        object.__setattr__(self, "stretch", stretch[loaded])
-        object.__setattr__(self, "stress", stress[loaded])
+        stretch, stress = _joined(legs)
+        object.__setattr__(self, "legs", legs)
+        object.__setattr__(self, "stretch", stretch)
+        object.__setattr__(self, "stress", stress)
 
-    def _check(self, stretch: Array, stress: Array) -> None:
+    def _require_numbers(self, stretch: Array, stress: Array) -> None:
+        """Raise InputError for numbers that are no stretches or no stresses."""
         for name, values in (("stretch", stretch), ("stress", stress)):
             if not np.isfinite(values).all():
                 wrong = values[~np.isfinite(values)][0]
                 raise InputError(f"{self.source}: a {name} is {wrong}; give finite numbers, leave gaps out")
+        largest = float(np.abs(stress).max(initial=0.0))
+        if largest == 0:
+            raise InputError(f"{self.source}: every stress is zero; give the nominal stresses that were measured")
         beyond = (stretch < 1 / _LARGEST) | (stretch > _LARGEST)
         if beyond.any():
             raise InputError(
                 f"{self.source}: stretch {stretch[beyond][0]:g}: a stretch is deformed over undeformed length, "
-                f"from {1 / _LARGEST:g} to {_LARGEST:g}; a strain of x is a stretch of 1 + x"
+                f"from {1 / _LARGEST:g} to {_LARGEST:g}; {likely_cause(stretch, stress)}"
             )
-        largest = float(np.abs(stress).max(initial=0.0))
-        if largest == 0:
-            raise InputError(f"{self.source}: every stress is zero; give the nominal stresses that were measured")
         if not _STRESSES[0] <= largest <= _STRESSES[1]:
             raise InputError(
                 f"{self.source}: the largest stress is {largest:.3g} Pa, which no material has; check its unit"
             )
-        rest = float(np.abs(stress[np.abs(stretch - 1) <= _UNSTRETCHED]).max(initial=0.0))
-        if rest > _OFFSET * largest:
+        if stretch.min() >= _NEAREST and stretch.max() > _FAR:
             raise InputError(
-                f"{self.source}: stress {format_quantity(rest, 'Pa', 4)} at stretch 1, where nothing pulls; subtract "
-                "the offset, or count the stretch from the unloaded length"
+                f"{self.source}: stretches from {stretch.min():g} to {stretch.max():g}, none near 1: "
+                f"{likely_cause(stretch, stress)}; if they are stretches, give the unloaded row (1, 0) too"
             )
-        if float(((stretch - 1) * stress).sum()) <= 0:
+
+    def _require_signs(self, stretch: Array, stress: Array) -> None:
+        """Raise InputError where a stress at stretch 1 is not zero, or has the wrong sign elsewhere."""
+        largest = float(np.abs(stress).max(initial=0.0))
+        rest = float(np.abs(stress[np.abs(stretch - 1) <= _UNSTRETCHED]).max(initial=0.0))
+        offset = "where nothing pulls; subtract the offset, or count the stretch from the unloaded length"
+        if rest > _OFFSET * largest:
+            raise InputError(f"{self.source}: stress {format_quantity(rest, 'Pa', 4)} at stretch 1, {offset}")
+        opposed = ((stretch - 1) * stress < 0) & (np.abs(stress) > _OFFSET * largest)
+        if opposed.any():
+            k = int(np.argmax(opposed * np.abs(stretch - 1)))
+            kind, side = ("tensile", "below") if stress[k] > 0 else ("compressive", "above")
             raise InputError(
-                f"{self.source}: stress and stretch have opposite signs; tension is positive and stretches, "
-                "compression is negative and shortens"
+                f"{self.source}: {kind} stress {format_quantity(float(stress[k]), 'Pa', 4)} at stretch "
+                f"{stretch[k]:g}, {side} 1: stress and stretch have opposite signs; {likely_cause(stretch, stress)}"
+            )
+        pointed = _pointed(stretch, stress)
+        if abs(pointed) > _POINTED * largest:
+            raise InputError(
+                f"{self.source}: the first readings point to a stress of {format_quantity(pointed, 'Pa', 3)} at "
+                f"stretch 1, {offset}; or {likely_cause(stretch, stress)}"
             )
 
     @property
     def range(self) -> tuple[float, float]:
         """The smallest and the largest stretch, 1 included: the test starts unloaded."""
-        return min(1.0, float(self.stretch[0])), max(1.0, float(self.stretch[-1]))
+        return min(1.0, float(self.stretch.min())), max(1.0, float(self.stretch.max()))
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """The smallest and the largest stretch that was read."""
+        return float(self.stretch.min()), float(self.stretch.max())
+
+    @property
+    def path(self) -> Array:
+        """How far the stretch has moved, back and forth, until each reading (n,), from 0."""
+        return np.concatenate([[0.0], np.abs(np.diff(self.stretch)).cumsum()])
+
+    def taking(self, branch: str) -> LoadTest:
+        """Return the readings of a ``branch`` alone: loading, unloading, reloading or all.
+
+        Rows that run one way are all taken as loading.
+
+        Raises
+        ------
+        InputError
+            There is no such branch, or it has no readings.
+        """
+        if branch not in BRANCHES:
+            raise InputError(f"branch is '{branch}'; choose one of {', '.join(BRANCHES)}")
+        legs = self.legs if branch == "all" else _of_kind(self.legs, branch)
+        if len(self.legs) == 1 and branch == LOADING:
+            legs = self.legs
+        if not legs:
+            counts = ", ".join(f"{count} of {kind}" for kind, count in self.counts.items())
+            raise InputError(f"{self.source}: no row is {branch}: there are {counts}; choose with --branch")
+        stretch, stress = _joined(legs)
+        return LoadTest(self.mode, stretch, stress, self.source, self.legs, branch, self.ordered)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """The number of readings of each kind of branch that there is."""
+        counts = {kind: sum(len(leg.stretch) for leg in self.legs if leg.kind == kind) for kind in KINDS}
+        return {kind: count for kind, count in counts.items() if count}
+
+
+def _of_kind(legs: Sequence[Leg], kind: str) -> tuple[Leg, ...]:
+    return tuple(leg for leg in legs if leg.kind == kind)
+
+
+def _joined(legs: Sequence[Leg]) -> tuple[Array, Array]:
+    return np.concatenate([leg.stretch for leg in legs]), np.concatenate([leg.stress for leg in legs])
+
+
+def _loaded(leg: Leg) -> Leg:
+    """Return the readings of a leg at stretches other than 1."""
+    rows = np.abs(leg.stretch - 1) > _UNSTRETCHED
+    return Leg(leg.kind, leg.stretch[rows], leg.stress[rows])
+
+
+def _pointed(stretch: Array, stress: Array) -> float:
+    """Return the stress [Pa] at stretch 1 to which the readings near it point, on the side with the farthest one.
+
+    By a line, no less than three readings, of the first part of the range; 0 where the first reading is beyond that.
+    """
+    strain = stretch - 1
+    side = np.sign(strain[np.argmax(np.abs(strain))])
+    chosen = side * strain > _UNSTRETCHED
+    order = np.argsort(np.abs(strain[chosen]), kind="stable")
+    x, y = strain[chosen][order], stress[chosen][order]
+    reach = _FIRST * abs(x[-1]) if len(x) else 0.0
+    if len(x) < 4 or abs(x[0]) > reach:
+        return 0.0
+    n = max(int((np.abs(x) <= reach).sum()), 3)
+    if np.ptp(x[:n]) == 0:
+        return 0.0
+    return float(np.polyfit(x[:n], y[:n], 1)[1])
 
 
 def load_test_of(table: Table, mode: str) -> LoadTest:

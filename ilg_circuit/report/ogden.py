@@ -32,6 +32,7 @@ def summary(result: Characterisation) -> str:
     other = {name: e for name, e in more.items() if name.endswith("_other_convention")}
     lines = [headline(result), f"convention: {CONVENTION}", "", estimates.HEADER]
     lines += [estimates.estimate_line(name, e) for name, e in parameters(fit).items()]
+    lines += estimates.method_lines(parameters(fit))
     lines += ["", *(estimates.estimate_line(name, e) for name, e in more.items() if name not in other)]
     lines += ["", f"other convention: {OTHER_CONVENTION}"]
     lines += [estimates.estimate_line(name.removesuffix("_other_convention"), e) for name, e in other.items()]
@@ -102,6 +103,8 @@ def figure(result: Characterisation) -> Figure:
         start, end = test.range
         inside = (stretch >= start) & (stretch <= end)
         measured: dict[str, Any] = {"markersize": 4, "alpha": 0.75, "markeredgewidth": 0, "label": f"{mode}, measured"}
+        for leg in test.legs:  # branches that are not fitted, faintly; those that are lie over them
+            upper.plot(leg.stretch, factor * leg.stress, marker, color=GREY, markersize=2.5, alpha=0.5, zorder=1)
         upper.plot(test.stretch, factor * test.stress, marker, color=colour, **measured)
         upper.plot(stretch[inside], curve[inside], color=colour, linewidth=1.5, label=f"{mode}, fit")
         for part in (stretch <= start, stretch >= end):
@@ -147,7 +150,7 @@ def _tests(result: Characterisation) -> Grid:
             t.source,
             _stress(fit.result.rms_of(k), 3),
             f"{len(t.stretch)}",
-            f"{t.stretch[0]:.4g} to {t.stretch[-1]:.4g}",
+            "{:.4g} to {:.4g}".format(*t.extent),
         )
         for k, t in enumerate(fit.tests)
     ]

@@ -1,0 +1,75 @@
+"""Young's modulus by the readings at small strains alone: the tangent at stretch 1, not a secant.
+
+A stress over that of a neo-Hookean material of G = 1 is a curve whose value at stretch 1 is G, whatever the load. It is
+followed by a polynomial in the logarithm of the stretch, each load's own but for the value at 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import Array
+from ..fit.criteria import autocorrelation
+from ..measurements.load_test import LoadTest
+from .material import Ogden
+
+#: Strains up to here are small: the stress is then set by E, and by little else.
+SMALL = 0.2
+#: The polynomial has this order at most, and fewer unknowns than readings by this many at least.
+_MOST, _SPARE = 4, 2
+#: Readings that a tangent needs.
+_FEWEST = 4
+
+
+def tangent_modulus(tests: Sequence[LoadTest]) -> tuple[float, float] | None:
+    """Return E and its standard error [Pa] by the readings of ``tests`` at small strains alone.
+
+    The order of the polynomial is that of least BIC. The error allows for autocorrelation, and for what one more order
+    would change. None where there are too few readings, or they give no positive E.
+    """
+    small = [(t.mode, t.stretch[near], t.stress[near]) for t in tests for near in [np.abs(t.stretch - 1) <= SMALL]]
+    small = [part for part in small if len(part[1])]
+    stress = np.concatenate([p for *_, p in small]) if small else np.empty(0)
+    if len(stress) < _FEWEST:
+        return None
+    fits = [_fitted(small, stress, order) for order in range(_MOST + 1) if _fits(small, order)]
+    best = int(np.argmin([bic for *_, bic in fits]))
+    g, error, _ = fits[best]
+    other = fits[best + 1] if best + 1 < len(fits) else fits[best - 1]
+    error = float(np.hypot(error, other[0] - g)) if len(fits) > 1 else np.inf
+    return (3 * g, 3 * error) if g > 0 and np.isfinite(error) else None
+
+
+def _fits(small: Sequence[tuple[str, Array, Array]], order: int) -> bool:
+    """Tell whether there are readings enough, of each load, for polynomials of an ``order``."""
+    count = sum(len(stress) for *_, stress in small)
+    enough = all(len(stress) > order for *_, stress in small) or not order
+    return enough and count >= 1 + order * len(small) + _SPARE
+
+
+def _fitted(small: Sequence[tuple[str, Array, Array]], stress: Array, order: int) -> tuple[float, float, float]:
+    """Return G, its standard error [Pa] and the BIC of polynomials of an ``order``."""
+    columns = np.zeros((len(stress), 1 + order * len(small)))
+    start = 0
+    for k, (mode, stretch, _) in enumerate(small):
+        rows = slice(start, start + len(stretch))
+        unit, x = Ogden.neo_hookean(1.0).nominal(mode, stretch), np.log(stretch) / SMALL
+        columns[rows, 0] = unit
+        for power in range(1, order + 1):
+            columns[rows, k * order + power] = unit * x**power
+        start = rows.stop
+    size = np.linalg.norm(columns, axis=0)
+    q, upper = np.linalg.qr(columns / size)
+    if not np.linalg.cond(upper) < 1e10:
+        return np.nan, np.inf, np.inf
+    inverse = np.linalg.inv(upper) / size[:, None]
+    coefficients = inverse @ (q.T @ stress)
+    residuals = stress - columns @ coefficients
+    n, unknowns = columns.shape
+    squares = max(float(residuals @ residuals), n * (1e-9 * float(np.abs(stress).max())) ** 2)
+    correlation = min(max(autocorrelation(residuals), 0.0), 0.9)
+    variance = squares / (n - unknowns) * (1 + correlation) / (1 - correlation)
+    error = float(np.sqrt(variance) * np.linalg.norm(inverse[0]))
+    return float(coefficients[0]), error, n * float(np.log(squares / n)) + unknowns * float(np.log(n))

@@ -1,0 +1,65 @@
+"""Why a table of stretches and stresses cannot be one: columns exchanged, strains, percent, signs; what to do then."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+
+#: Units of stress that an exchanged column may be written in [Pa].
+_UNITS = (1.0, 1e3, 1e6, 1e9)
+#: Exchanged stretches begin this near to 1, at a stress of this part of the largest at most, and end by this.
+_NEAR, _SMALL, _LARGEST = 0.35, 0.35, 20.0
+#: A stretch that is this little on the wrong side of 1 is rounding.
+_ROUNDING = 0.02
+#: Strains beyond this are in percent.
+_PERCENT = 5.0
+
+_EXCHANGED = "the columns look exchanged: give the stretch as stretch and the stress as stress"
+_STRAIN = "these look like strains: a strain of x is a stretch of 1 + x"
+_STRAIN_PERCENT = "these look like strains in percent: a strain of x % is a stretch of 1 + x/100"
+_STRETCH_PERCENT = "these look like stretches in percent: name the column stretch_%"
+_SIGN = "tension is positive and stretches, compression is negative and shortens: turn the sign of the stress"
+_UNKNOWN = (
+    "look whether the columns are exchanged, or strains or percent are given: a strain of x is a stretch of 1 + x"
+)
+
+
+def likely_cause(stretch: Array, stress: Array) -> str:
+    """Return what is likely wrong with ``stretch`` and ``stress`` [Pa], both (n,), and what to do, in a clause."""
+    if _exchanged(stretch, stress):
+        return _EXCHANGED
+    if _of_one_sign(stretch, stress) and stretch.max() > _PERCENT:
+        # of a stretch in percent nothing pulls at 100
+        middle = float(stretch[np.argmin(np.abs(stress))])
+        return _STRETCH_PERCENT if stretch.min() >= _PERCENT and middle > 50 else _STRAIN_PERCENT
+    if (stretch > 0).all() and _of_one_sign(1 - stretch, stress):
+        return _SIGN
+    if _of_one_sign(stretch, stress):
+        return _STRAIN
+    return _UNKNOWN
+
+
+def _exchanged(stretch: Array, stress: Array) -> bool:
+    """Tell whether the stresses, in some unit, begin at 1 where the stretches are least and leave it with them."""
+    farthest = float(np.abs(stretch).max())
+    for unit in _UNITS:
+        other = stress / unit
+        first = int(np.argmin(np.abs(other - 1)))
+        near = abs(other[first] - 1) <= _NEAR and abs(stretch[first]) <= _SMALL * farthest
+        sided = ((other - 1) * np.sign(stretch) >= -_ROUNDING).all()
+        if near and sided and other.min() > 0 and other.max() <= _LARGEST and np.ptp(other) > 0:
+            return _rises(stretch, other)
+    return False
+
+
+def _of_one_sign(strain: Array, stress: Array) -> bool:
+    """Tell whether the stress has the sign of the strain, but for an offset, and grows with it."""
+    largest = float(np.abs(stress).max())
+    opposed = (strain * stress < 0) & (np.abs(stress) > 0.05 * largest)
+    return not opposed.any() and _rises(np.abs(strain), np.abs(stress))
+
+
+def _rises(x: Array, y: Array) -> bool:
+    """Tell whether y grows with x, on the whole; or there is nothing to tell it by."""
+    return float((x - x.mean()) @ (y - y.mean())) >= 0
