@@ -7,7 +7,7 @@ calls, `IGNORED`, are not compared. Then:
   an array or a table's column, 1 for correlations, the two standard errors for a covariance. A fitted value of a run
   with ngspice in the loop must besides lie within a thousandth of its standard error.
 - Residuals are small differences of large numbers; those that the fit does not make least (by windows of time, by
-  records) agree to `RESIDUALS` times that tolerance, relative to the largest of them.
+  records, shares of misfit) agree to `RESIDUALS` times that tolerance, relative to the largest of them.
 - Standard errors and intervals from random draws agree within `ERRORS` Monte Carlo errors of the difference of two
   runs.
 - What says how a search went, not what it found, must be there with any value: `ANY_VALUE`.
@@ -31,7 +31,7 @@ OTHERS = {"exact": 1e-9, "ngspice": 1e-6, "steps": 1e-7}
 STANDARD_ERRORS = 1e-3
 #: Tolerances of single keys where that of the class asks too much, or has no meaning.
 LOOSE = {"condition": 1e-3, "correlation": 1e-3, "ngspice": 1e-6}
-RESIDUALS, RESIDUAL_KEYS = 1e3, ("rms_own", "rms_joint", "rms_predicted")
+RESIDUALS, RESIDUAL_KEYS = 1e3, ("rms_own", "rms_joint", "rms_predicted", "share", "worst")
 ERRORS, DRAWS = 3.0, 2000
 
 ANY_VALUE = {
