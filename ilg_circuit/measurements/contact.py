@@ -27,8 +27,9 @@ _SURE, _LEAST = 8.0, 0.002
 _EXPLAINED, _SKEW = 0.5, 1
 #: A break has so many readings at least: fewer are outliers.
 _FEWEST = 3
-#: Readings within so many noise levels of the largest may stand at the instrument's limit.
-_TOP = 4.0
+#: Readings within so many noise levels of the largest may stand at the instrument's limit, where that is of either
+#: sign by more than this part of the largest.
+_TOP, _LIMIT = 4.0, 0.2
 #: Numbers of readings on either side of an edge by which it is told from noise.
 _WINDOWS = (1, 3, 8, 20, 50, 120)
 #: From so many readings on a side is extrapolated to the edge by a straight line; of fewer the mean is taken.
@@ -82,6 +83,8 @@ class Seen:
         """Readings (n,) that may be fitted: not those of a flat top, which may be the instrument's limit."""
         flat = np.zeros(len(self.i), dtype=bool)
         for v in (self.i, -self.i):
+            if v.max() <= _LIMIT * self.largest:
+                continue
             for a, b in runs(v >= float(v.max()) - max(_TOP * self.noise, 1e-9 * self.largest)):
                 flat[a:b] |= b - a >= _FEWEST
         return ~flat if flat.mean() < 0.5 else ~np.zeros_like(flat)

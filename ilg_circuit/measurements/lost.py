@@ -146,7 +146,7 @@ def _made_late(s: Seen, onset: Onset, lost: list[Break]) -> int:
     """Return the first reading of a current that began late, 0 where it did not."""
     if lost and lost[0].first <= s.onset + 1 and lost[0].back is not None:
         moved = np.abs(s.u[s.onset : max(lost[0].back - _LATE, s.onset)] - onset.rest)
-        return lost[0].back if moved.max(initial=0.0) > _VOLTAGE / 2 * float(np.abs(s.u).max()) else 0
+        return lost[0].back if moved.max(initial=0.0) > _NO_VOLTAGE * float(np.abs(s.u).max()) else 0
     jumps = s.t[voltage_jumps(s.u) + 1]
     later = jumps[jumps > onset.between[1]]
     answer = answer_bracket(s.t, s.i, onset, float(later[0]) if len(later) else np.inf)

@@ -73,6 +73,8 @@ class PassivePort:
         from scipy.optimize import nnls
 
         rows = np.flatnonzero(used)
+        if not len(rows):
+            return Passive(np.zeros(len(current)), 0.0, used)
         if len(rows) > _MOST:  # the last ones tell what a fit up to them is asked for
             rows = rows[
                 np.unique(np.append(np.linspace(0, len(rows) - 1, _MOST).astype(int), np.arange(-_LAST, 0) + len(rows)))
