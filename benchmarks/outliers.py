@@ -130,8 +130,8 @@ def main() -> list[Figure]:
 _HEAD = (
     "# Outliers of currents",
     "",
-    "Written by `python benchmarks/outliers.py`, which says what is in the sets. No reading of a clean set is to be named,",
-    "nor by a model that is too simple, and at least 95 % of spikes of 5 % of the peak are to be.",
+    "Written by `python benchmarks/outliers.py`, which says what is in the sets. No reading of a clean set is to be",
+    "named, nor by a model that is too simple, and at least 95 % of spikes of 5 % of the peak are to be.",
     "",
 )
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from command import Run
@@ -82,26 +79,3 @@ def test_open_ends_are_told_in_words(ends: tuple[float, float], text: str) -> No
     p = Estimate(1.5, "ohm", 0.5, (1.0, 2.0), ci95_profile=ends, method="profile")
     assert interval_text(p) == text
     assert json.loads(json.dumps(p.to_dict(), allow_nan=False))["ci95_profile"][0] == ends[0]
-
-
-def _benchmark(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """benchmarks/intervals.py, whose trials these tests run fewer of."""
-    path = Path(__file__).parents[2] / "benchmarks" / "intervals.py"
-    monkeypatch.syspath_prepend(path.parent)
-    spec = importlib.util.spec_from_file_location("benchmark_intervals", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.mark.parametrize("model", ["rc", "rc2"])
-def test_ninety_five_percent_means_that(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 60 data sets 51 to 60 intervals hold the truth: less has a chance of 7e-4 if the 95 % are honest."""
-    benchmark = _benchmark(monkeypatch)
-    truth = benchmark.truth_of(model, benchmark.STEPS[model])
-    found, failed = benchmark.coverage(benchmark.step_trial(model), truth, 60, seed=1, quiet=True)
-    assert failed == 0
-    assert all(part >= 51 / 60 for part in found.values()), found
