@@ -97,6 +97,10 @@ class Seen:
         """Readings (n,) that may be an open clamp's at ``level`` [A]."""
         return np.abs(self.i - level) <= max(_BAND * self.noise, 1e-9 * self.largest)
 
+    def since(self, row: int) -> Seen:
+        """Return the readings from a row on, which are cut out of the run."""
+        return Seen(self.t[row:], self.u[row:], self.i[row:], 0, self.levels, self.noise, "run")
+
     def port(self) -> PassivePort:
         """Passive ports under this voltage."""
         return PassivePort(self.t, self.u, self.beginning, self.onset > 0)
@@ -120,10 +124,25 @@ def seen(t: Array, u: Array, current: Array, onset: Onset) -> Seen:
 def breaks(s: Seen) -> list[Break]:
     """Return when contact was lost, in order; the first may begin at the onset: contact was made late."""
     found: list[Break] = []
+    start = 0
+    while True:
+        rest = s if not start else s.since(start)
+        first = _first_break(rest) if len(rest.t) > 2 * _ENOUGH or not start else None
+        if first is None or (start and not first.first):
+            return found
+        back = None if first.back is None else first.back + start
+        found.append(Break(first.first + start, back, first.earliest + start))
+        if back is None:
+            return found
+        start = back
+
+
+def _first_break(s: Seen) -> Break | None:
+    """Return the first break by the level that tells the earlier one."""
+    found: list[Break] = []
     port: PassivePort | None = None
     for level in s.levels:
         near = s.near(level)
-        near[1:-1] |= near[:-2] & near[2:]
         places = [*_edges(s, near, level), *_silent(s, near)]
         exact = list(_exact(s, level))
         idle = [run for run in runs(near) if run[1] > s.onset + _ZEROS and run[1] - run[0] >= _ZEROS]
@@ -132,19 +151,17 @@ def breaks(s: Seen) -> list[Break]:
         port = port or s.port()
         every = port.fit(s.i, s.sound)
         sure = [*_confirmed(s, port, every, places), *exact]
-        spans = list(_spans(near, sorted(sure, key=lambda p: p.gap)))
-        before = spans[0][0] if spans else len(s.t)
-        rests = (_idle(s, port, every, level, a, b) for a, b in idle if b <= before)
-        first_idle = next((b for b in rests if b is not None), None)
-        if first_idle is not None:
-            found.append(first_idle)
-        for n, (low, lost, back) in enumerate(spans):
+        before = len(s.t)
+        for low, lost, back, is_exact in _spans(near, sorted(sure, key=lambda p: p.gap)):
             end = len(s.t) if back is None else back
-            first, earliest = _beginning(s, port, level, low, lost, end) if not n else (lost, lost)
+            first, earliest = (lost, lost) if is_exact else _beginning(s, port, level, low, lost, end)
             if end - first >= _FEWEST:
                 found.append(Break(first, back, earliest))
-    found.sort(key=lambda b: b.first)
-    return [b for k, b in enumerate(found) if not k or b.first >= (found[k - 1].back or len(s.t))]
+                before = low
+                break
+        rests = (_idle(s, port, every, level, a, b) for a, b in idle if b <= before)
+        found += [b for b in [next((b for b in rests if b is not None), None)] if b is not None]
+    return min(found, key=lambda b: b.first, default=None)
 
 
 def _idle(s: Seen, port: PassivePort, every: Passive, level: float, low: int, end: int) -> Break | None:
@@ -184,7 +201,7 @@ def _confirmed(s: Seen, port: PassivePort, every: Passive, places: list[_Place])
     rows = np.arange(len(s.t))
     doubtful = [p for p in places if _unexplained(s, every, p)]
     kept: list[_Place] = []
-    for p in sorted(doubtful, key=lambda p: (p.gap, p.window)):
+    for p in sorted(doubtful, key=lambda p: (p.window, p.gap)):
         told = any(p.open == q.open and abs(p.gap - q.gap) <= max(p.window, q.window) for q in kept)
         if not told and _unexplained(s, port.fit(s.i, s.sound & (rows < p.gap + max(p.window, _FEWEST))), p):
             kept.append(p)
@@ -195,7 +212,8 @@ def _confirmed(s: Seen, port: PassivePort, every: Passive, places: list[_Place])
 class _Place:
     """A gap between readings ``gap`` - 1 and ``gap``, told best by ``window`` readings.
 
-    ``open`` is -1 where an open clamp was read before it, 1 after it, 0 on both sides.
+    ``open`` is -1 where an open clamp was read before it, 1 after it, 0 on both sides. No ``window`` is needed where
+    the readings are exact.
     """
 
     gap: int
@@ -203,10 +221,11 @@ class _Place:
     open: int
 
 
-def _spans(near: Mask, places: list[_Place]) -> Iterator[tuple[int, int, int | None]]:
+def _spans(near: Mask, places: list[_Place]) -> Iterator[tuple[int, int, int | None, bool]]:
     """Yield for each break the first reading that may belong to it, the first that does, and that of contact again.
 
-    The second is the first one where nothing tells; the last is None where contact does not come back.
+    The second is the first one where nothing tells; the third is None where contact does not come back; the last is
+    true where the break's beginning is exact.
     """
     n, done = len(near), 0
     far = np.append(~near, True)
@@ -220,7 +239,12 @@ def _spans(near: Mask, places: list[_Place]) -> Iterator[tuple[int, int, int | N
         if place.open >= 0:
             back = min([back, *(p.gap for p in places[k + 1 :] if p.open < 0)])
         done = back
-        yield low, place.gap if place.open > 0 else low, None if back >= n else back
+        yield (
+            low,
+            place.gap if place.open > 0 else low,
+            None if back >= n else back,
+            place.open > 0 and not place.window,
+        )
 
 
 def _beginning(s: Seen, port: PassivePort, level: float, low: int, lost: int, end: int) -> tuple[int, int]:
@@ -308,9 +332,9 @@ def _exact(s: Seen, level: float) -> Iterator[_Place]:
         return
     for a, b in runs(same):
         if b - a >= _ZEROS and float(np.abs(s.u[a:b]).max()) > _NO_VOLTAGE * float(np.abs(s.u).max()):
-            yield _Place(a, 1, 1)
+            yield _Place(a, 0, 1)
             if b < len(same):
-                yield _Place(b, 1, -1)
+                yield _Place(b, 0, -1)
 
 
 def _unexplained(s: Seen, fitted: Passive, place: _Place) -> bool:
