@@ -161,6 +161,11 @@ def test_a_true_limit_is_found_under_smooth_waveforms(name: str) -> None:
 def test_a_contact_that_closes_late_is_the_onset(name: str, delay: float) -> None:
     """Where the voltage is zero as contact is made, its next change is the onset."""
     record = prepare(measured(T, DRIVES[name], [(0.0, 1.0 + delay)]).noisy(0.002, seed=8).table())
+    begins = float(T[int(np.argmax(np.abs(DRIVES[name]) > 0.0))])
+    if 1.0 + delay < begins:  # contact was made before there was a voltage
+        assert told(record) == []
+        assert record.onset == pytest.approx(begins, abs=0.07)
+        return
     (finding,) = told(record)
     assert finding.code == "current-late"
     made = 1.0 + delay
@@ -169,7 +174,7 @@ def test_a_contact_that_closes_late_is_the_onset(name: str, delay: float) -> Non
     assert finding.values["to"] == pytest.approx(made, abs=0.07)
     assert record.onset == pytest.approx(made, abs=0.07)
     assert "look at the clamp" in str(finding)
-    later = T[T > made + 0.1]
+    later = T[made + 0.1 < T]
     shown = record.drive.value(later - record.onset)
     assert shown == pytest.approx(np.interp(later, T, DRIVES[name]), abs=0.35)
     assert float(np.median(np.abs(shown - np.interp(later, T, DRIVES[name])))) < 0.02
