@@ -137,7 +137,10 @@ def test_a_pulse_and_a_staircase_are_no_single_step() -> None:
     since = table.time - 15.0
     for levels in ((4.0, 0.0), (2.0, 4.0), (4.0, -4.0)):
         voltage = np.where(since < 0, 0.0, np.where(since < 60.0, *levels))
-        m = ready(with_voltage(table, voltage))
+        jumps = zip((0.0, 60.0), (levels[0], levels[1] - levels[0]), strict=True)
+        after = [(np.maximum(since - at, 0), (since >= at) * jump) for at, jump in jumps]
+        current = sum(jump * (0.0015 + 0.05 * np.exp(-t / 7)) for t, jump in after)
+        m = ready(Table({**table.columns, "voltage": voltage, "current": current}, "step.csv"))
         assert m.onset == 15.0
         assert m.step is None
         assert m.drive.value([59.9, 60.0]) == pytest.approx(levels)
