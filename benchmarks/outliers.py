@@ -71,7 +71,7 @@ def false_rows(strip: str, noise: float, judge: str, count: int, *, quiet: bool 
             wrong += len(named_in(table, case))
         else:
             data = _data(table)
-            wrong += len(named_by(data, data.roughly(electrical_model(judge), case.held).residuals_of(0)))
+            wrong += len(named_by(data, data.rough_residuals(electrical_model(judge), case.held)))
     return wrong
 
 
