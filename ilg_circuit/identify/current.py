@@ -230,7 +230,13 @@ class CurrentData:
         t, data = self.since, self.data
         offset = float(data[t < 0].mean()) if self.has_offset else 0.0
         stored = self.nuisance[t >= 0, int(self.has_offset) :]
-        return model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held, stored)
+        try:
+            return model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held, stored)
+        except InputError as error:
+            raise InputError(
+                f"{self.source}: {error}, from {self.channel.zero:.6g} s on: look at the clamp, and at the columns of "
+                "voltage and current (which is which, their signs and units), or state --onset"
+            ) from error
 
     def _individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         start = self._start(kind, held)

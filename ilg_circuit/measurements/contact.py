@@ -228,6 +228,8 @@ def _spans(near: Mask, places: list[_Place]) -> Iterator[tuple[int, int, int | N
     true where the break's beginning is exact.
     """
     n, done = len(near), 0
+    near = near.copy()
+    near[1:-1] |= near[:-2] & near[2:]  # a reading alone is noise
     far = np.append(~near, True)
     for k, place in enumerate(places):
         if place.gap < done:

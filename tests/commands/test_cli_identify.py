@@ -160,6 +160,12 @@ BAD = {
         "\n".join([GOOD[0], *(f"{k},{-4 * (k > 3)},{(k > 3) * math.exp(-k / 9)}" for k in range(40))]),
         "the sign of the current (column 'current_A') is reversed",
     ),
+    "current rises": (
+        "\n".join(
+            [GOOD[0], *(f"{k},{4 * (k > 3)},{(k > 3) * 0.01 * (1 - 0.9 * math.exp(-k / 9))}" for k in range(40))]
+        ),
+        "data.csv: the current does not follow the voltage as a resistive and capacitive strip's does, from 3.5 s on",
+    ),
 }
 
 

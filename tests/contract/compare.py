@@ -222,7 +222,7 @@ def _labels(items: list[Any]) -> list[str]:
     if not (items and all(isinstance(item, dict) for item in items)):
         return []
     keys = [k for k in LABELS if all(k in item for item in items)]
-    return keys if len({tuple(item[k] for k in keys) for item in items}) == len(items) else []
+    return keys if len({tuple(str(item[k]) for k in keys) for item in items}) == len(items) else []
 
 
 def _draws(reference: dict[str, Any]) -> float:
