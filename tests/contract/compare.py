@@ -152,10 +152,10 @@ def _list(path: str, key: str, reference: list[Any], got: list[Any], rule: Rule)
         rule = replace(rule, size=max((abs(n) for n in flat if n is not None), default=None))
     keys = _labels(reference)
     if keys:
-        by_label = {tuple(item.get(k) for k in keys): item for item in got if isinstance(item, dict)}
+        by_label = {tuple(str(item.get(k)) for k in keys): item for item in got if isinstance(item, dict)}
         for expected in reference:
-            label = tuple(expected[k] for k in keys)
-            below = f"{path}[{', '.join(map(str, label))}]"
+            label = tuple(str(expected[k]) for k in keys)
+            below = f"{path}[{', '.join(label)}]"
             if label in by_label:
                 yield from _values(below, expected, by_label[label], rule)
             else:
