@@ -38,6 +38,23 @@ def readings(material: Ogden, *modes: str, noise: float = 0.0, seed: int = 3) ->
     return tests
 
 
+def cycles(*peaks: float, rows: int = 30, loss: float = 0.25, soft: float = 0.12, noise: float = 0.002) -> LoadTest:
+    """A uniaxial test of `TWO` to each of ``peaks`` and back: it softens once it was stretched, and loses work."""
+    stretch, stress, farthest = [], [], 1.0
+    for peak in peaks:
+        up, down = np.linspace(1.0, peak, rows), np.linspace(peak, 1.0, rows)[1:]
+        known = np.clip(np.abs(up - 1) / abs(farthest - 1), 0, 1) if farthest != 1 else np.ones(rows)
+        stretch += [up, down]
+        stress += [
+            TWO.nominal("uniaxial", up) * (1 - soft * (1 - known**4)),
+            TWO.nominal("uniaxial", down) * (1 - loss * (1 - (np.abs(down - 1) / abs(peak - 1)) ** 3)),
+        ]
+        farthest = peak if abs(peak - 1) > abs(farthest - 1) else farthest
+    p = np.concatenate(stress)
+    scatter = noise * np.abs(p).max() * np.random.default_rng(11).standard_normal(len(p))
+    return LoadTest("uniaxial", np.concatenate(stretch), p + scatter)
+
+
 def principal(mode: str, stretch: float) -> np.ndarray:
     free = stretch ** MODES[mode]
     return np.array([stretch, {"uniaxial": free, "equibiaxial": stretch, "planar": 1.0}[mode], free])

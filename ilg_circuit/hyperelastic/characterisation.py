@@ -9,10 +9,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..arrays import Array
 from ..findings import Finding, sentences
 from ..fit.estimate import Estimate
-from ..measurements.branches import RELOADING, UNLOADING, area_shares
+from ..measurements.branches import RELOADING, UNLOADING, Leg, area_shares
 from ..measurements.load_test import LoadTest
 from ..result import Result
 from .estimates import correlations, derived, parameters
@@ -136,9 +135,9 @@ class Characterisation(Result):
         }
 
 
-def _ends(stretch: Array) -> list[float]:
-    """Return the first and the last stretch, in the order of the rows."""
-    return [float(stretch[0]), float(stretch[-1])]
+def _branch(leg: Leg) -> dict[str, Any]:
+    ends = {"first_stretch": float(leg.stretch[0]), "last_stretch": float(leg.stretch[-1])}
+    return {"branch": leg.kind, "n": len(leg.stretch), **ends}
 
 
 def _plain(estimates: Mapping[str, Estimate]) -> dict[str, Any]:
@@ -164,7 +163,7 @@ def _statistics(fit: HyperelasticFit) -> dict[str, Any]:
                 "stretch": list(t.extent),
                 "misfit": m.to_dict(),
                 "branch": t.branch,
-                "branches": [{"branch": g.kind, "n": len(g.stretch), "stretch": _ends(g.stretch)} for g in t.legs],
+                "branches": [_branch(leg) for leg in t.legs],
                 "hysteresis": area_shares(t.legs).get(UNLOADING),
                 "softening": area_shares(t.legs).get(RELOADING),
             }

@@ -24,7 +24,7 @@ _ABSURD = 10.0
 #: The fitted E and that of the small strains alone should not differ by more than this part, and do so only where they
 #: differ by so many standard errors of both.
 _E_DIFFERS, _E_ERRORS = 0.1, 2.5
-#: Unloading that does more work than loading by this part does so beyond noise.
+#: Unloading that does more work than loading, reloading that does less, by this part does so beyond noise.
 _GAINED = 0.02
 
 
@@ -57,7 +57,7 @@ def on_branches(tests: Sequence[LoadTest]) -> Iterator[Finding]:
         if UNLOADING in shares:
             share = shares[UNLOADING]
             yield Finding("hysteresis" if share >= -_GAINED else "work-gained", test.source, {"share": abs(share)})
-        if RELOADING in shares:
+        if shares.get(RELOADING, 0.0) > _GAINED:
             yield Finding("softening", test.source, {"share": shares[RELOADING]})
 
 

@@ -17,17 +17,18 @@ from .material import Ogden
 
 #: Strains up to here are small: the stress is then set by E, and by little else.
 SMALL = 0.2
-#: The polynomial has this order at most, and fewer unknowns than readings by this many at least.
-_MOST, _SPARE = 4, 2
-#: Readings that a tangent needs.
+#: The polynomial has this order at most, and no more unknowns than this part of the readings.
+_MOST, _UNKNOWN = 4, 0.6
+#: Readings that a tangent needs: for a line and for what it leaves.
 _FEWEST = 4
 
 
 def tangent_modulus(tests: Sequence[LoadTest]) -> tuple[float, float] | None:
     """Return E and its standard error [Pa] by the readings of ``tests`` at small strains alone.
 
-    The order of the polynomial is that of least BIC. The error allows for autocorrelation, and for what one more order
-    would change. None where there are too few readings, or they give no positive E.
+    The order of the polynomial is that of least BIC, or of few readings of least corrected AIC. The error allows for
+    autocorrelation, and for what one more order would change. None where there are too few readings, or they tell no E
+    beyond its error.
     """
     small = [(t.mode, t.stretch[near], t.stress[near]) for t in tests for near in [np.abs(t.stretch - 1) <= SMALL]]
     small = [part for part in small if len(part[1])]
@@ -35,22 +36,22 @@ def tangent_modulus(tests: Sequence[LoadTest]) -> tuple[float, float] | None:
     if len(stress) < _FEWEST:
         return None
     fits = [_fitted(small, stress, order) for order in range(_MOST + 1) if _fits(small, order)]
-    best = int(np.argmin([bic for *_, bic in fits]))
+    best = int(np.argmin([criterion for *_, criterion in fits]))
     g, error, _ = fits[best]
     other = fits[best + 1] if best + 1 < len(fits) else fits[best - 1]
     error = float(np.hypot(error, other[0] - g)) if len(fits) > 1 else np.inf
-    return (3 * g, 3 * error) if g > 0 and np.isfinite(error) else None
+    return (3 * g, 3 * error) if g > error else None
 
 
 def _fits(small: Sequence[tuple[str, Array, Array]], order: int) -> bool:
     """Tell whether there are readings enough, of each load, for polynomials of an ``order``."""
     count = sum(len(stress) for *_, stress in small)
     enough = all(len(stress) > order for *_, stress in small) or not order
-    return enough and count >= 1 + order * len(small) + _SPARE
+    return enough and 1 + order * len(small) <= _UNKNOWN * count
 
 
 def _fitted(small: Sequence[tuple[str, Array, Array]], stress: Array, order: int) -> tuple[float, float, float]:
-    """Return G, its standard error [Pa] and the BIC of polynomials of an ``order``."""
+    """Return G, its standard error [Pa] and the criterion of polynomials of an ``order``."""
     columns = np.zeros((len(stress), 1 + order * len(small)))
     start = 0
     for k, (mode, stretch, _) in enumerate(small):
@@ -72,4 +73,5 @@ def _fitted(small: Sequence[tuple[str, Array, Array]], stress: Array, order: int
     correlation = min(max(autocorrelation(residuals), 0.0), 0.9)
     variance = squares / (n - unknowns) * (1 + correlation) / (1 - correlation)
     error = float(np.sqrt(variance) * np.linalg.norm(inverse[0]))
-    return float(coefficients[0]), error, n * float(np.log(squares / n)) + unknowns * float(np.log(n))
+    penalty = unknowns * max(float(np.log(n)), 2 * n / (n - unknowns - 1))
+    return float(coefficients[0]), error, n * float(np.log(squares / n)) + penalty

@@ -29,11 +29,13 @@ def likely_cause(stretch: Array, stress: Array) -> str:
     """Return what is likely wrong with ``stretch`` and ``stress`` [Pa], both (n,), and what to do, in a clause."""
     if _exchanged(stretch, stress):
         return _EXCHANGED
-    if _of_one_sign(stretch, stress) and stretch.max() > _PERCENT:
+    if _of_one_sign(stretch, stress) and np.abs(stretch).max() > _PERCENT:
         # of a stretch in percent nothing pulls at 100
         middle = float(stretch[np.argmin(np.abs(stress))])
         return _STRETCH_PERCENT if stretch.min() >= _PERCENT and middle > 50 else _STRAIN_PERCENT
-    if (stretch > 0).all() and _of_one_sign(1 - stretch, stress):
+    opposed = (stretch - 1) * stress < 0
+    # a strain's stress falls towards 0, one of the wrong sign towards stretch 1
+    if (stretch > 0).all() and opposed.sum() > 1 and _rises(np.abs(stretch - 1)[opposed], np.abs(stress)[opposed]):
         return _SIGN
     if _of_one_sign(stretch, stress):
         return _STRAIN

@@ -20,8 +20,14 @@ LOAD_MODES = ("uniaxial", "equibiaxial", "planar")
 
 #: An unloaded specimen whose stress is more than this part of the largest has an offset, not noise.
 _OFFSET = 0.05
-#: So has one whose first readings, up to this part of the range, point to more than the other part at stretch 1.
-_FIRST, _POINTED = 0.1, 0.2
+#: Of noisy readings, if there are so many to tell it by, an offset is more than so many standard deviations.
+_BEYOND, _TELLING = 4.0, 10
+#: So has one whose first readings point to more than this part at stretch 1.
+_POINTED = 0.1
+#: First readings are within this part of the range and so many at least; the first of them is within the last part.
+_FIRST, _POINTING, _NEAR = 0.25, 6, 0.1
+#: Condition of a parabola that readings do not tell.
+_SINGULAR = 1e4
 #: Nothing stretches more, or shortens more than to the inverse: such a number is a strain, a percentage or a length.
 _LARGEST = 100.0
 #: Without a reading below the first of these a stretch beyond the second may be a strain in percent.
@@ -108,9 +114,10 @@ class LoadTest:
         largest = float(np.abs(stress).max(initial=0.0))
         rest = float(np.abs(stress[np.abs(stretch - 1) <= _UNSTRETCHED]).max(initial=0.0))
         offset = "where nothing pulls; subtract the offset, or count the stretch from the unloaded length"
-        if rest > _OFFSET * largest:
+        least = max(_OFFSET * largest, _BEYOND * _scatter(stretch, stress))
+        if rest > least:
             raise InputError(f"{self.source}: stress {format_quantity(rest, 'Pa', 4)} at stretch 1, {offset}")
-        opposed = ((stretch - 1) * stress < 0) & (np.abs(stress) > _OFFSET * largest)
+        opposed = ((stretch - 1) * stress < 0) & (np.abs(stress) > least)
         if opposed.any():
             k = int(np.argmax(opposed * np.abs(stretch - 1)))
             kind, side = ("tensile", "below") if stress[k] > 0 else ("compressive", "above")
@@ -121,7 +128,7 @@ class LoadTest:
         pointed = _pointed(stretch, stress)
         if abs(pointed) > _POINTED * largest:
             raise InputError(
-                f"{self.source}: the first readings point to a stress of {format_quantity(pointed, 'Pa', 3)} at "
+                f"{self.source}: the first readings point to a stress beyond {format_quantity(pointed, 'Pa', 2)} at "
                 f"stretch 1, {offset}; or {likely_cause(stretch, stress)}"
             )
 
@@ -162,6 +169,13 @@ class LoadTest:
         return LoadTest(self.mode, stretch, stress, self.source, self.legs, branch, self.ordered)
 
     @property
+    def left_out(self) -> tuple[Leg, ...]:
+        """The branches that `taking` did not take."""
+        if len(self.legs) == 1 or self.branch in ("", "all"):
+            return ()
+        return tuple(leg for leg in self.legs if leg.kind != self.branch)
+
+    @property
     def counts(self) -> dict[str, int]:
         """The number of readings of each kind of branch that there is."""
         counts = {kind: sum(len(leg.stretch) for leg in self.legs if leg.kind == kind) for kind in KINDS}
@@ -182,23 +196,36 @@ def _loaded(leg: Leg) -> Leg:
     return Leg(leg.kind, leg.stretch[rows], leg.stress[rows])
 
 
-def _pointed(stretch: Array, stress: Array) -> float:
-    """Return the stress [Pa] at stretch 1 to which the readings near it point, on the side with the farthest one.
+def _scatter(stretch: Array, stress: Array) -> float:
+    """Return the standard deviation of noise [Pa] by second differences along the stretch; 0 of few readings."""
+    if len(stress) < _TELLING:
+        return 0.0
+    bends = np.diff(stress[np.argsort(stretch, kind="stable")], 2)
+    return float(np.sqrt(np.mean(bends**2) / 6))
 
-    By a line, no less than three readings, of the first part of the range; 0 where the first reading is beyond that.
+
+def _pointed(stretch: Array, stress: Array) -> float:
+    """Return the least stress [Pa] at stretch 1 to which the readings near it may point, on the side of the farthest.
+
+    By a parabola through the first part of the range, no fewer than six readings, less three standard errors. 0 where
+    the first reading is beyond the first tenth of the range: it points to nothing.
     """
     strain = stretch - 1
     side = np.sign(strain[np.argmax(np.abs(strain))])
     chosen = side * strain > _UNSTRETCHED
     order = np.argsort(np.abs(strain[chosen]), kind="stable")
-    x, y = strain[chosen][order], stress[chosen][order]
-    reach = _FIRST * abs(x[-1]) if len(x) else 0.0
-    if len(x) < 4 or abs(x[0]) > reach:
+    x, y = np.abs(strain[chosen][order]), stress[chosen][order]
+    if len(x) < _POINTING or x[0] > _NEAR * x[-1]:
         return 0.0
-    n = max(int((np.abs(x) <= reach).sum()), 3)
-    if np.ptp(x[:n]) == 0:
+    n = max(int((x <= _FIRST * x[-1]).sum()), _POINTING)
+    columns = np.vander(x[:n] / x[n - 1], 3, increasing=True)
+    if not np.linalg.cond(columns) < _SINGULAR:
         return 0.0
-    return float(np.polyfit(x[:n], y[:n], 1)[1])
+    inverse = np.linalg.pinv(columns)
+    value = float(inverse[0] @ y[:n])
+    rest = y[:n] - columns @ (inverse @ y[:n])
+    error = float(np.linalg.norm(inverse[0]) * np.sqrt(rest @ rest / (n - 3)))
+    return float(np.sign(value)) * max(abs(value) - 3 * error, 0.0)
 
 
 def load_test_of(table: Table, mode: str) -> LoadTest:

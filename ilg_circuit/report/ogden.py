@@ -103,8 +103,10 @@ def figure(result: Characterisation) -> Figure:
         start, end = test.range
         inside = (stretch >= start) & (stretch <= end)
         measured: dict[str, Any] = {"markersize": 4, "alpha": 0.75, "markeredgewidth": 0, "label": f"{mode}, measured"}
-        for leg in test.legs:  # branches that are not fitted, faintly; those that are lie over them
-            upper.plot(leg.stretch, factor * leg.stress, marker, color=GREY, markersize=2.5, alpha=0.5, zorder=1)
+        if len(test.left_out):
+            stretches, stresses = np.concatenate([(leg.stretch, leg.stress) for leg in test.left_out], axis=1)
+            faint: dict[str, Any] = {"color": GREY, "markersize": 2.5, "alpha": 0.5, "label": f"{mode}, not fitted"}
+            upper.plot(stretches, factor * stresses, marker, **faint)
         upper.plot(test.stretch, factor * test.stress, marker, color=colour, **measured)
         upper.plot(stretch[inside], curve[inside], color=colour, linewidth=1.5, label=f"{mode}, fit")
         for part in (stretch <= start, stretch >= end):
