@@ -198,8 +198,8 @@ def test_a_picture(beyond: Reached, tmp_path: Path, target: tuple[float, float])
         ({"actuator": replace(PAPER, coupling=None)}, r"has no \[coupling\]"),
     ],
 )
-def test_refusals(options: dict[str, object], hint: str) -> None:
-    given = {"arm": ARM, "target": (0.02, 0.01), "duration": 1.0} | options
+def test_refusals(options: dict[str, Any], hint: str) -> None:
+    given: dict[str, Any] = {"arm": ARM, "target": (0.02, 0.01), "duration": 1.0} | options
     with pytest.raises(InputError, match=hint) as caught:
-        reach_target(**given)  # type: ignore[arg-type]
+        reach_target(**given)
     assert len(str(caught.value).splitlines()) == 1

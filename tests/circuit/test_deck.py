@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 from collections import defaultdict
 from dataclasses import replace
@@ -12,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from spice import NGSPICE, with_ngspice
 
 from ilg_circuit import __version__
 from ilg_circuit.circuit import Load, strip_netlist
@@ -23,9 +23,6 @@ from ilg_circuit.simulation.response import simulate
 from ilg_circuit.strip.actuator import PAPER, Actuator
 
 Array = NDArray[np.float64]
-
-NGSPICE = shutil.which("ngspice")
-with_ngspice = pytest.mark.skipif(NGSPICE is None, reason="the program ngspice is not installed")
 
 
 def run(text: str, folder: Path) -> dict[str, Array]:
