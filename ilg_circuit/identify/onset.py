@@ -91,11 +91,11 @@ class Onsets:
 
     def widened(self, fit: FitResult, found: Uncertainties) -> Uncertainties:
         """Return the estimates with what the onsets leave open in every standard error and interval."""
+        from scipy.stats import t as student
+
         if not self.every:
             return found
         reported = np.array([found.estimates[label].reported[0] for label in fit.labels])
-        from scipy.stats import t as student
-
         quantile = student.ppf(0.975, fit.freedom)
         more = self.reach(reported / fit.units, quantile, lambda x: x)
         spread = np.sqrt(np.diag(self.covariance(fit)))

@@ -94,7 +94,7 @@ def _annotate(panel: Any, result: Identification) -> None:
             return metric_text("final", m)
         if not np.isfinite(m.peak_time):
             return f"no peak, {metric_text('final', m)} at the end"
-        over = f"{metric_text('overshoot', m)} over the final value"
+        over = f"{metric_text('overshoot', m)} overshoot"
         return f"{metric_text('peak', m)} at {metric_text('peak_time', m)}, {over}"
 
     what = "peak" if metrics.peak is not None else "final value"
