@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study import ScenarioTemplate
-from ilg_circuit.study.evaluate import one_thread
+from ilg_circuit.arrays import one_thread
 from ilg_circuit.study.pareto import pareto_front, parse_objectives
 from ilg_circuit.study.problem import DesignProblem
 from ilg_circuit.study.space import Space, parse_ranges

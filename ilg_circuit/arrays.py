@@ -1,6 +1,10 @@
-"""The array types that annotations name, and arrays as plain data."""
+"""The array types that annotations name, arrays as plain data, and the threads of their linear algebra."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,3 +17,16 @@ Mask = NDArray[np.bool_]
 def plain(values: Array) -> list[float | None]:
     """Return ``values`` (n,) as JSON takes them: None for what is not finite."""
     return [value if np.isfinite(value) else None for value in values.tolist()]
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Limit the linear algebra of numpy and scipy to one thread within the block, or in the function it decorates.
+
+    Matrices here are small: more threads wait for each other, and take twice the processor's time or more.
+    """
+    from threadpoolctl import threadpool_limits
+
+    import_module("scipy.linalg")  # the limit applies to loaded libraries only
+    with threadpool_limits(1):
+        yield

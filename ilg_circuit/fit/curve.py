@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import Array
+from ..arrays import Array, one_thread
 from ..errors import InputError, SolveError
 from .criteria import structured
 from .fitting import finished, with_starts
@@ -34,6 +34,7 @@ _ROUNDS = 5
 _DECADES = (0.1, 0.5, 1.0, 2.0, 4.0)
 
 
+@one_thread()
 def fit_curve(
     model: Callable[..., Any],
     x: Any,

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array
+from ..arrays import Array, one_thread
 from ..errors import InputError
 from ..fit.selection import simplest_of_best
 from ..measurements.load_test import LoadTest
@@ -33,6 +33,7 @@ MODELS = ("auto", "ogden", *FIXED)
 _FARTHEST = 3.0
 
 
+@one_thread()
 def characterise(
     tests: Sequence[LoadTest],
     *,

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..arrays import one_thread
 from ..errors import IlgError, InputError, SolveError
 from ..findings import Finding
 from ..fit.bootstrap import SEED
@@ -61,6 +62,7 @@ from .statistics import statistics_of, told
 Data = Record | Spectrum
 
 
+@one_thread()
 def identify(
     data: Data | Sequence[Data],
     *,

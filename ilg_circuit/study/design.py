@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
+from ..arrays import one_thread
 from ..circuit.strip import Load
 from ..drive import Drive, drive_findings
 from ..errors import InputError
@@ -19,7 +20,6 @@ from ..strip.file import save_actuator
 from ..strip.validity import deflection_warnings, run_warnings
 from ..units import format_quantity, parse
 from .constraints import ActiveConstraint, WithoutRequirement, active_constraints, without_each_requirement
-from .evaluate import one_thread
 from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, rewritten, scenario_template
 from .pareto import Front, pareto_front, parse_objectives
 from .problem import Design, DesignProblem, Objective, best_design, distinct

@@ -7,10 +7,8 @@ engine as one stack of matrices. A batch that fails is halved until the failing 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -307,13 +305,3 @@ def _identity(drive: Drive) -> Any:
 def _reason(error: Exception) -> str:
     text = " ".join(str(error).split())
     return text if isinstance(error, IlgError) else f"values out of all proportion ({text or type(error).__name__})"
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """Limit the linear algebra of numpy and scipy to one thread within the block."""
-    from threadpoolctl import threadpool_limits
-
-    import_module("scipy.linalg")  # the limit applies to loaded libraries only
-    with threadpool_limits(1):
-        yield

@@ -14,12 +14,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from ..arrays import Array
+from ..arrays import Array, one_thread
 from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..simulation.response import sample_times
 from ..strip.file import FORMAT, dumps
-from .evaluate import STUDY_ACCURACY, Evaluation, Progress, evaluate_designs, one_thread, require_known
+from .evaluate import STUDY_ACCURACY, Evaluation, Progress, evaluate_designs, require_known
 from .outputs import DEFAULT_OUTPUTS, choose_outputs
 from .parameters import ScenarioTemplate
 from .plan import Column, Plan, grid_plan, random_plan, read_plan
