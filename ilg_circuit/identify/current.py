@@ -34,6 +34,8 @@ from .stored import decaying_terms
 
 #: Records of more rows are tried on so many of them; the model that is chosen is then fitted to all.
 _MOST_ROWS, _TRIAL_ROWS = 4000, 2000
+#: Rows by which the onset of a model that tells it is looked for.
+_ONSET_ROWS = 400
 #: Tolerance of a fit whose residuals only are asked for.
 _ROUGH = 1e-5
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
@@ -121,10 +123,12 @@ class CurrentData:
         return replace(self, only=None)
 
     def trial(self) -> CurrentData:
-        """Return the data with few enough rows to try many models, dense where the transient is fast."""
-        if len(self.rows) <= _MOST_ROWS:
-            return self
-        return replace(self, only=self.rows[thinned(self.abscissa, _TRIAL_ROWS)])
+        """Return the data with few enough rows to try many models."""
+        return self if len(self.rows) <= _MOST_ROWS else self._thinned(_TRIAL_ROWS)
+
+    def _thinned(self, most: int) -> CurrentData:
+        """Return the data with at most so many rows, dense where the transient is fast."""
+        return replace(self, only=self.rows[thinned(self.abscissa, most)])
 
     @cached_property
     def _kept(self) -> Channel:
@@ -212,7 +216,9 @@ class CurrentData:
         laddered = kind.linear and found.model.port(found.fit.values, ANY_LADDER).ladder is not None
         if not self.bracketed or not laddered:
             return found
-        share = likeliest(found.fit, lambda x: port_problem((self.at_share(x),), found.model, (1.0,)), BRACKET)
+        few = self._thinned(_ONSET_ROWS)
+        near = fit_near(port_problem((few,), found.model, (1.0,)), found.fit.values, progress)
+        share = likeliest(near, lambda x: port_problem((few.at_share(x),), found.model, (1.0,)), BRACKET)
         if not share:
             return found
         moved = self.at_share(share)

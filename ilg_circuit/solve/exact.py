@@ -146,11 +146,15 @@ def _modes(system: StateSpace, row: int) -> tuple[NDArray[Any], NDArray[Any]]:
 def _phi(z: NDArray[Any], order: int) -> NDArray[Any]:
     """Return (e^z - 1)/z, or (e^z - 1 - z)/z^2 for ``order`` 2, by its series where z is small."""
     small = np.abs(z) < _SMALL
-    far = np.where(small, 1.0, z)
+    near, far = z[small], z[~small]
     first = np.expm1(far) / far
+    result = np.empty_like(z)
     if order == 1:
-        return np.where(small, 1 + z / 2 * (1 + z / 3 * (1 + z / 4 * (1 + z / 5))), first)
-    return np.where(small, (1 + z / 3 * (1 + z / 4 * (1 + z / 5 * (1 + z / 6)))) / 2, (first - 1) / far)
+        result[small], result[~small] = 1 + near / 2 * (1 + near / 3 * (1 + near / 4 * (1 + near / 5))), first
+    else:
+        result[small] = (1 + near / 3 * (1 + near / 4 * (1 + near / 5 * (1 + near / 6)))) / 2
+        result[~small] = (first - 1) / far
+    return result
 
 
 def _recursion(kept: NDArray[Any], gained: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
