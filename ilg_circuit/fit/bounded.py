@@ -30,6 +30,8 @@ _LEVEL = 3.84
 _CLOSE = 1e-3
 #: Tolerance of the fits on the way.
 _TOLERANCE = 1e-9
+#: Step of a coordinate by which what follows from it is differentiated.
+_STEP = 1e-5
 #: Gauss-Newton steps at most, and the part of a standard error below which a step ends them.
 _STEPS, _SETTLED = 25, 1e-3
 
@@ -39,12 +41,13 @@ class BoundedProfile:
     """The profile over ``places`` (g,), ascending, of a quantity between the first and the last of them.
 
     ``deviance`` (g,) is -2 log(likelihood) above its least value, on independent samples; ``coordinates`` (g, n) are
-    those of the fit's parameters.
+    those of the fit's parameters, ``covariances`` (g, n, n) theirs there, but for one factor.
     """
 
     places: Array
     deviance: Array
     coordinates: Array
+    covariances: Array
 
     @cached_property
     def admitted(self) -> tuple[float, float]:
@@ -72,18 +75,29 @@ class BoundedProfile:
             np.insert(self.places, k, place),
             np.insert(self.deviance, k, deviance),
             np.insert(self.coordinates, k, coordinates, axis=0),
+            np.insert(self.covariances, k, _between(self.places, self.covariances, place), axis=0),
         )
+
+    def of(self, quantities: Callable[[Array], Array]) -> BoundedProfile:
+        """Return the profile of ``quantities`` (g, m) that follow from the coordinates (g, n)."""
+        x, steps = self.coordinates, _STEP * np.eye(self.coordinates.shape[1])
+        slopes = np.stack([(quantities(x + s) - quantities(x - s)) / (2 * _STEP) for s in steps], axis=1)
+        covariances = slopes.transpose(0, 2, 1) @ self.covariances @ slopes
+        return BoundedProfile(self.places, self.deviance, quantities(x), covariances)
 
     def reach(self, errors: Array, quantile: Array) -> tuple[Array, Array]:
         """Return how far intervals reach below and above the coordinates at the `middle` (n,), of standard ``errors``.
 
-        ``quantile`` (n,) is Student's. The interval is that of the profile likelihood of both, each error being taken
-        to be the same everywhere.
+        ``quantile`` (n,) is Student's. The interval is that of the profile likelihood of both; ``errors`` are those at
+        the middle, and elsewhere in proportion to the square roots of the covariances' diagonals.
         """
-        spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / _LEVEL, 0.0)) * quantile * errors
+        sizes = np.sqrt(np.diagonal(self.covariances, axis1=1, axis2=2))
+        at_middle = _between(self.places, sizes, self.middle)
+        there = errors * np.divide(sizes, at_middle, out=np.ones_like(sizes), where=at_middle > 0)
+        spare = np.sqrt(np.maximum(1 - self.deviance[:, None] / _LEVEL, 0.0)) * quantile * there
         inside = self.deviance <= _LEVEL
-        middle = np.array([np.interp(self.middle, self.places, column) for column in self.coordinates.T])
-        ends = np.array([[np.interp(x, self.places, c) for c in self.coordinates.T] for x in self.admitted])
+        middle = _between(self.places, self.coordinates, self.middle)
+        ends = np.array([_between(self.places, self.coordinates, x) for x in self.admitted])
         low = np.minimum((self.coordinates - spare)[inside].min(axis=0), ends.min(axis=0))
         high = np.maximum((self.coordinates + spare)[inside].max(axis=0), ends.max(axis=0))
         return middle - low, high - middle
@@ -91,8 +105,17 @@ class BoundedProfile:
     @property
     def range(self) -> Array:
         """Changes (n,) of the coordinates from one end of what is admitted to the other."""
-        low, high = (np.array([np.interp(x, self.places, c) for c in self.coordinates.T]) for x in self.admitted)
+        low, high = (_between(self.places, self.coordinates, x) for x in self.admitted)
         return high - low
+
+
+def _between(places: Array, rows: Array, place: float) -> Array:
+    """Return the one of ``rows`` (g, ...) at ``places`` (g,), ascending, that belongs to a ``place`` between them."""
+    k = int(np.clip(np.searchsorted(places, place), 1, len(places) - 1)) if len(places) > 1 else 0
+    if not k:
+        return np.asarray(rows[0])
+    share = np.clip((place - places[k - 1]) / (places[k] - places[k - 1]), 0.0, 1.0)
+    return np.asarray((1 - share) * rows[k - 1] + share * rows[k])
 
 
 def profile_bounded(
@@ -126,7 +149,7 @@ def profile_bounded(
             break
         for x in np.linspace(places[first], places[last], _CLOSER).tolist():
             trial.at(x)
-    return BoundedProfile(*trial.table)
+    return trial.profile()
 
 
 def likeliest(found: FitResult, at: Callable[[float], Problem], bounds: tuple[float, float]) -> float:
@@ -193,6 +216,22 @@ class _Trial:
 
     def _solve(self, residuals: Array) -> Array:
         return np.asarray(np.linalg.solve(self._normal, self._slopes @ residuals) / self._sizes)
+
+    def profile(self) -> BoundedProfile:
+        """Return the profile; covariances are those of the admitted places, of others the nearest one's."""
+        places, deviance, coordinates = self.table
+        inside = np.flatnonzero(deviance <= _LEVEL)
+        known = np.unique(inside[[0, len(inside) // 2, -1]])
+        covariances = np.array([self._covariance(self._at(places[k]), coordinates[k]) for k in known])
+        every = np.array([_between(places[known], covariances, place) for place in places])
+        return BoundedProfile(places, deviance, coordinates, every)
+
+    def _covariance(self, problem: Problem, x: Array) -> Array:
+        """Return the covariance (n, n) of the coordinates ``x`` by residuals of unit variance."""
+        slopes = problem.projected(problem.derivatives(x)[1].T)
+        sizes = np.linalg.norm(slopes, axis=1)
+        slopes = slopes / sizes[:, None]
+        return np.asarray(np.linalg.pinv(slopes @ slopes.T, hermitian=True) / np.outer(sizes, sizes))
 
     @property
     def table(self) -> tuple[Array, Array, Array]:

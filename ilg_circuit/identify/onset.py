@@ -129,8 +129,7 @@ class Onsets:
         """
         more = np.zeros((2, len(errors)))
         for each in self.every:  # several onsets may all lie at their ends
-            profile = replace(each, coordinates=of(each.coordinates))
-            more += np.maximum(np.array(profile.reach(errors, quantile)) - quantile * errors, 0.0)
+            more += np.maximum(np.array(each.of(of).reach(errors, quantile)) - quantile * errors, 0.0)
         return more
 
     def told(self, row: ObservationFit) -> ObservationFit:

@@ -48,8 +48,13 @@ def test_what_the_data_do_not_tell_stays_open() -> None:
     b = float(np.exp(coordinates[1]))
     assert found.range == pytest.approx([-0.8 / b, 0.0], abs=1e-6)
     low, high = found.reach(errors, np.full(2, 1.96))
-    assert low == pytest.approx([0.4 / b + 1.96 * errors[0], 1.96 * errors[1]], rel=1e-4)
-    assert high == pytest.approx(low, rel=1e-4)
+    first = fit(problem(data, 0.0, told=False), np.array([2.0, 3.0]))
+    covariance = first.covariance / np.outer(first.units, first.units)
+    # so the error of log a at another place has that of shift/b in it
+    below, above = (np.sqrt(np.array([1, shift / b]) @ covariance @ [1, shift / b]) for shift in (0.4, -0.4))
+    assert abs(below / above - 1) > 0.1
+    assert low == pytest.approx([0.4 / b + 1.96 * below, 1.96 * errors[1]], rel=1e-4)
+    assert high == pytest.approx([0.4 / b + 1.96 * above, 1.96 * errors[1]], rel=1e-4)
     assert matters(found, errors).tolist() == [True, False]
     assert (
         likeliest(

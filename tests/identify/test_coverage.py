@@ -91,7 +91,7 @@ def test_a_time_constant_is_surer_than_its_resistance_and_capacitance(outliers: 
 
 def test_a_profile_knows_the_fit_in_its_middle() -> None:
     """A coordinate that bends between two places is measured from where the fit of the middle is."""
-    profile = BoundedProfile(np.array([0.0, 1.0]), np.zeros(2), np.array([[0.0], [1.0]]))
+    profile = BoundedProfile(np.array([0.0, 1.0]), np.zeros(2), np.array([[0.0], [1.0]]), np.ones((2, 1, 1)))
     low, high = profile.knowing(0.5, np.array([0.9])).reach(np.array([0.1]), np.array([2.0]))
     assert low == pytest.approx(0.9 + 0.2)
     assert high == pytest.approx(0.1 + 0.2)
