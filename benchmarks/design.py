@@ -20,9 +20,9 @@ from figure import Figure
 from machine import conditions
 from numpy.typing import NDArray
 
+from ilg_circuit.arrays import one_thread
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study import ScenarioTemplate
-from ilg_circuit.arrays import one_thread
 from ilg_circuit.study.pareto import pareto_front, parse_objectives
 from ilg_circuit.study.problem import DesignProblem
 from ilg_circuit.study.space import Space, parse_ranges
