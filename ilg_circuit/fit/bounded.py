@@ -230,7 +230,7 @@ class _Trial:
         """Return the covariance (n, n) of the coordinates ``x`` by residuals of unit variance."""
         slopes = problem.projected(problem.derivatives(x)[1].T)
         sizes = np.linalg.norm(slopes, axis=1)
-        slopes = slopes / sizes[:, None]
+        slopes /= sizes[:, None]
         return np.asarray(np.linalg.pinv(slopes @ slopes.T, hermitian=True) / np.outer(sizes, sizes))
 
     @property
