@@ -1,3 +1,74 @@
-"""From an ionic-liquid-gel strip's geometry and measurements to a solved, checked circuit."""
+"""From an ionic-liquid-gel strip's geometry and measurements to a solved, checked circuit.
+
+import ilg_circuit as ilg
+
+Names are imported when they are first used, so that the import itself takes no time.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .errors import IlgError, InputError, SolveError
+    from .fit.curve import fit_curve
+    from .front.circuits import library, netlist, subcircuit
+    from .front.data import read
+    from .front.fits import identify, ogden
+    from .front.given import load
+    from .front.models import register_model
+    from .front.motion import arm, cpg
+    from .front.runs import impedance, sense, simulate
+    from .front.studies import design, pareto, sweep
+    from .strip.actuator import PAPER
 
 __version__ = "0.2.0"
+
+__all__ = [
+    "PAPER",
+    "IlgError",
+    "InputError",
+    "SolveError",
+    "arm",
+    "cpg",
+    "design",
+    "fit_curve",
+    "identify",
+    "impedance",
+    "library",
+    "load",
+    "netlist",
+    "ogden",
+    "pareto",
+    "read",
+    "register_model",
+    "sense",
+    "simulate",
+    "subcircuit",
+    "sweep",
+]
+
+_PLACES = {
+    "errors": ("IlgError", "InputError", "SolveError"),
+    "fit.curve": ("fit_curve",),
+    "front.circuits": ("library", "netlist", "subcircuit"),
+    "front.data": ("read",),
+    "front.fits": ("identify", "ogden"),
+    "front.given": ("load",),
+    "front.models": ("register_model",),
+    "front.motion": ("arm", "cpg"),
+    "front.runs": ("impedance", "sense", "simulate"),
+    "front.studies": ("design", "pareto", "sweep"),
+    "strip.actuator": ("PAPER",),
+}
+
+
+def __getattr__(name: str) -> Any:
+    for place, names in _PLACES.items():
+        if name in names:
+            found = globals()[name] = getattr(import_module(f"{__name__}.{place}"), name)
+            return found
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -71,21 +71,30 @@ def library(actuator: Actuator, name: str = "ilg_strip") -> str:
     a load is an inductor (mass), resistor (dashpot) or capacitor (spring) from ``tip`` to ground. Nothing leans on
     ground at the electrical pins. Raises InputError for a name that SPICE would not take.
     """
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
-        raise InputError(f"subcircuit name '{plain(name[:40])}': use letters, digits and _, starting with a letter")
     netlist = strip_netlist(actuator, load=Load())
     lumped = lumped_elements(actuator)
-    pins = "plus minus tip" if actuator.coupling is not None else "plus minus"
+    pins, elements = pinned(actuator, name)
     parameters = library_parameters(actuator)
     g = actuator.geometry
     text = actuator.material.model.ions.library(lumped.port, g.length * g.width / g.thickness)
     values = element_values(actuator, lumped, text)
-    pinned = _at_the_pins(netlist.driven, coupled=actuator.coupling is not None)
-    body = [line for element in pinned for line in _lines(element, values)]
-    lines = [f"* {plain(line)}".rstrip() for line in _header(actuator, lumped, name, pins, netlist.title)]
-    lines += [f".subckt {name} {pins}", "+ params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
+    body = [line for element in elements for line in _lines(element, values)]
+    lines = [f"* {plain(line)}".rstrip() for line in _header(actuator, lumped, name, " ".join(pins), netlist.title)]
+    lines += [f".subckt {name} {' '.join(pins)}", "+ params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
     lines += [f".param {key}={{{value}}}" for key, value in derived_values(actuator, text).items()]
     return "\n".join([*lines, *folded(body), f".ends {name}", ""])
+
+
+def pinned(actuator: Actuator, name: str) -> tuple[tuple[str, ...], tuple[Element, ...]]:
+    """Return the pins of the subcircuit ``name`` and its elements, see `library`.
+
+    Raises InputError for a name that SPICE would not take.
+    """
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
+        raise InputError(f"subcircuit name '{plain(name[:40])}': use letters, digits and _, starting with a letter")
+    coupled = actuator.coupling is not None
+    elements = strip_netlist(actuator, load=Load()).driven
+    return ("plus", "minus", "tip")[: 2 + coupled], tuple(_at_the_pins(elements, coupled=coupled))
 
 
 def derived_values(actuator: Actuator, ions: LibraryText) -> dict[str, str]:

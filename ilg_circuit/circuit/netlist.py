@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
@@ -216,18 +216,23 @@ class Netlist:
         from PySpice.Spice.Netlist import Circuit
 
         circuit = Circuit(plain(self.title))
-        for element in self.driven:
-            add = getattr(circuit, _KINDS[element.kind][1])
-            name, nodes = element.name[1:], element.nodes
-            if element.law:
-                add(name, *nodes[:2], **{_LAWS[element.law][1]: element.expression})
-                continue
-            values = [element.control] if element.control else []
-            start = {"initial_condition": float(element.start)} if element.kind in _WITH_STATE else {}
-            add(name, *nodes, *values, repr(float(element.value)), **start)
+        add_elements(circuit, self.driven)
         waveform = "0.0" if drive is None else drive.spice(duration)
         circuit.V(self.source.name[1:], *self.source.nodes, waveform)
         return circuit
+
+
+def add_elements(circuit: Any, elements: Iterable[Element]) -> None:
+    """Add ``elements`` to a PySpice circuit or subcircuit."""
+    for element in elements:
+        add = getattr(circuit, _KINDS[element.kind][1])
+        name, nodes = element.name[1:], element.nodes
+        if element.law:
+            add(name, *nodes[:2], **{_LAWS[element.law][1]: element.expression})
+            continue
+        values = [element.control] if element.control else []
+        start = {"initial_condition": float(element.start)} if element.kind in _WITH_STATE else {}
+        add(name, *nodes, *values, repr(float(element.value)), **start)
 
 
 def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:

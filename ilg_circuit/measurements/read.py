@@ -53,7 +53,7 @@ def read(path: str | Path, mode: str | None = None, onset: Stated = None) -> Rec
             )
         return load_test_of(_table(file, format_, kind), mode)
     table = _table(file, format_, kind)
-    return spectrum_of(table) if kind == SPECTRUM else _record(table, onset)
+    return spectrum_of(table) if kind == SPECTRUM else record_of(table, onset)
 
 
 def read_record(path: str | Path, onset: Stated = None) -> Record:
@@ -66,7 +66,7 @@ def read_record(path: str | Path, onset: Stated = None) -> Record:
     InputError
         The file cannot be read, holds no record, or nothing was excited in it; see `prepare`.
     """
-    return _record(read_columns(path, RECORD), onset)
+    return record_of(read_columns(path, RECORD), onset)
 
 
 def read_spectrum(path: str | Path) -> Spectrum:
@@ -123,7 +123,8 @@ def read_columns(path: str | Path, kind: Kind) -> Table:
     return _table(file, _format(file, kind), kind)
 
 
-def _record(table: Table, onset: Stated) -> Record:
+def record_of(table: Table, onset: Stated = None) -> Record:
+    """Return the record in the columns of a table, see `prepare`."""
     return replace(prepare(table, onset), headers=table.headers)
 
 

@@ -98,14 +98,31 @@ def parse_table(lines: Sequence[str], name: str, kind: Kind, numbers: Sequence[i
     with np.errstate(over="ignore"):
         cells *= [c.factor for c in taken.values()]
     columns = {quantity: cells[:, k] for k, quantity in enumerate(taken)}
-    _require_sensible(columns, taken, name)
-    if "time" in columns:
-        columns, more = _in_time(columns, at, name, kind.repeats)
-        notes = (*notes, *more)
     quantities = {c.place: quantity for quantity, c in taken.items()}
     for place, marked in rows.marked.items():
         values = {"quantity": quantities[place], "count": marked.count, "mark": marked.mark[:30]}
         notes = (*notes, Finding("readings-marked", values=values))
+    return table_of(columns, taken, left, notes, at, name, kind)
+
+
+def table_of(
+    columns: dict[str, Array],
+    taken: Mapping[str, Column],
+    left: Sequence[str],
+    notes: tuple[Finding, ...],
+    numbers: Sequence[int],
+    name: str,
+    kind: Kind,
+) -> Table:
+    """Return the table of ``columns`` in SI units, after a check of sizes and times.
+
+    ``taken`` are their headers, ``left`` those not understood, ``numbers`` the lines of the rows. Raises InputError for
+    a value beyond all proportion, and times that repeat or decrease.
+    """
+    _require_sensible(columns, taken, name)
+    if "time" in columns:
+        columns, more = _in_time(columns, numbers, name, kind.repeats)
+        notes = (*notes, *more)
     headers = {quantity: (c.title.strip(), c.unit) for quantity, c in taken.items()}
     return Table(columns, name, tuple(left), notes, headers)
 

@@ -52,7 +52,15 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
         return bare.read(lines, name, kind)
     if kind.most_rows and len(lines) - layout.header > 2 * kind.most_rows:
         raise InputError(f"{name}: {len(lines) - layout.header} rows; a {kind.name} has {kind.most_rows} at most")
-    table = parse_table(lines, name, kind)
+    return with_imaginary_part(parse_table(lines, name, kind), kind)
+
+
+def with_imaginary_part(table: Table, kind: Kind) -> Table:
+    """Return the table of a spectrum with its imaginary part [ohm] as ``im``, whatever its sign was.
+
+    Raises InputError where there is none, or one of each sign.
+    """
+    name = table.source
     columns, headers = dict(table.columns), dict(table.headers)
     minus = columns.pop("minus_im", None)
     if minus is None and "im" not in columns:

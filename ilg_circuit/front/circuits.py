@@ -1,0 +1,109 @@
+"""The strip as a circuit, for other programs and for circuits of a user's own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..circuit.deck import deck
+from ..circuit.library import library as write_library
+from ..circuit.library import pinned
+from ..circuit.netlist import add_elements
+from ..circuit.strip import strip_netlist
+from .given import Driven, Given, Hung, Strip, mounted, run_of
+from .given import load as strip_of
+
+if TYPE_CHECKING:
+    from PySpice.Spice.Netlist import SubCircuit
+
+
+def netlist(
+    strip: Strip,
+    drive: Driven,
+    duration: Given | None = None,
+    *,
+    tip: str = "free",
+    beam: str | None = None,
+    load: Hung = None,
+) -> str:
+    """Return a SPICE deck of a strip under a drive, which ``ngspice -b`` runs as it is.
+
+    Parameters
+    ----------
+    strip, drive, duration, tip, beam, load
+        As in `simulate`.
+
+    Raises
+    ------
+    InputError
+        A value is not understood or out of range.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> text = ilg.netlist("paper", "step:4V", "300 s")
+    >>> text.splitlines()[-1]
+    '.end'
+    """
+    actuator = strip_of(strip)
+    source, times = run_of(drive, duration)
+    circuit = strip_netlist(actuator, **mounted(actuator, tip, beam, load))
+    return deck(circuit, source, float(times[-1]), actuator)
+
+
+def library(strip: Strip, name: str = "ilg_strip") -> str:
+    """Return a strip as the text of a SPICE subcircuit with parameters: pins plus, minus and, with a coupling, tip.
+
+    Parameters
+    ----------
+    strip
+        An object, the path of a TOML file or a preset's name.
+    name
+        Of the subcircuit.
+
+    Raises
+    ------
+    InputError
+        SPICE would not take the name.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> ".subckt gripper plus minus tip" in ilg.library("paper", "gripper")
+    True
+    """
+    return write_library(strip_of(strip), name)
+
+
+def subcircuit(strip: Strip, name: str = "ilg_strip") -> SubCircuit:
+    """Return a strip as a PySpice subcircuit, for a circuit of one's own: ``circuit.subcircuit(...)``, ``circuit.X(...)``.
+
+    Its pins are plus and minus and, with a coupling, tip: across tip and ground is the force (1 V is 1 uN), out of it
+    flows the velocity. Grounded the tip is free, open it is clamped.
+
+    Parameters
+    ----------
+    strip
+        An object, the path of a TOML file or a preset's name.
+    name
+        Of the subcircuit.
+
+    Raises
+    ------
+    InputError
+        SPICE would not take the name.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> from PySpice.Spice.Netlist import Circuit
+    >>> circuit = Circuit("driver")
+    >>> circuit.subcircuit(ilg.subcircuit("paper"))
+    >>> source = circuit.V("supply", "out", circuit.gnd, 4)
+    >>> strip = circuit.X("1", "ilg_strip", "out", circuit.gnd, circuit.gnd)
+    """
+    from PySpice.Spice.Netlist import SubCircuit
+
+    pins, elements = pinned(strip_of(strip), name)
+    made = SubCircuit(name, *pins)
+    add_elements(made, elements)
+    return made

@@ -1,0 +1,115 @@
+"""Measured data as users have them: paths, data frames, arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import InputError
+from ..measurements.columns import read_data
+from ..measurements.load_test import LoadTest
+from ..measurements.onset import Stated
+from ..measurements.read import read as read_file
+from ..measurements.record import Record
+from ..measurements.spectrum import Spectrum
+from ..units import parse
+
+#: One set of data that was read.
+Measured: TypeAlias = Record | Spectrum | LoadTest
+#: One set of data: a path, what was read of one, or columns by header: a data frame or a mapping of arrays.
+Source: TypeAlias = "str | Path | Measured | Mapping[str, ArrayLike] | Any"
+
+#: Arrays by keyword -> the headers of their columns, SI units.
+_HEADERS = {
+    "time": "time_s",
+    "voltage": "voltage_V",
+    "current": "current_A",
+    "displacement": "displacement_m",
+    "force": "force_N",
+    "charge": "charge_C",
+    "frequency": "frequency_Hz",
+    "stretch": "stretch",
+    "stress": "stress_Pa",
+}
+
+
+def read(*data: Source, mode: str | None = None, onset: Stated | str = None, **arrays: ArrayLike) -> Any:
+    """Return measured data, ready for a fit: one set, or a list where several are given.
+
+    Parameters
+    ----------
+    data
+        Paths of files; or columns by header, such as ``current_mA``: a pandas data frame, or a mapping of arrays.
+    mode
+        Of a load test: uniaxial, equibiaxial or planar.
+    onset
+        When a record's excitation began: a time [s] or a text such as "4 s"; "last-rest" or "first-level" (default:
+        found, and left open between two readings).
+    arrays
+        Arrays (n,) in SI units in place of ``data``: ``time``, ``voltage``, ``current``, ``displacement``, ``force``,
+        ``charge``; or ``frequency`` and complex ``impedance``; or ``stretch`` and ``stress``.
+
+    Raises
+    ------
+    InputError
+        A file or a column cannot be read, or one that is needed is missing; the message names it.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> t = np.arange(-5.0, 60.0, 0.5)
+    >>> current = np.where(t < 0, 0.0, 4 / 600 + 4 / 20 * np.exp(-t / 7))
+    >>> record = ilg.read(time=t, voltage=np.where(t < 0, 0.0, 4.0), current=current)
+    >>> record.step
+    4.0
+    """
+    if bool(data) == bool(arrays):
+        raise InputError("give paths, a data frame or columns; or arrays by keyword, such as time=, voltage=, current=")
+    at = parse(onset, "s", "onset") if isinstance(onset, str) and onset not in ("last-rest", "first-level") else onset
+    sources = data or (_by_header(arrays),)
+    found = [
+        _read(source, mode, at, f"data {k + 1}" if len(sources) > 1 else "data") for k, source in enumerate(sources)
+    ]
+    return found if len(found) > 1 else found[0]
+
+
+def sets_of(data: Source | Sequence[Source], onset: Stated | str = None) -> list[Any]:
+    """Return the sets of data of one source or of several, read where they are not."""
+    several = list(data) if isinstance(data, list | tuple) else [data]
+    if not several:
+        raise InputError("no data were given; give paths, data frames, or what ilg.read returned")
+    found = read(*several, onset=onset)
+    return found if isinstance(found, list) else [found]
+
+
+def _by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
+    """Return arrays in SI units by the headers of their columns. Raises InputError for a keyword that is none."""
+    found: dict[str, ArrayLike] = {}
+    for name, values in arrays.items():
+        if name == "impedance":
+            z = np.asarray(values, dtype=complex)
+            found |= {"re_ohm": z.real, "im_ohm": z.imag}
+        elif name in _HEADERS:
+            found[_HEADERS[name]] = values
+        else:
+            raise InputError(f"'{name}' is no array that is read; these are: {', '.join([*_HEADERS, 'impedance'])}")
+    return found
+
+
+def _read(source: Source, mode: str | None, onset: Stated, name: str) -> Measured:
+    if isinstance(source, Record | Spectrum | LoadTest):
+        return source
+    if isinstance(source, str | Path):
+        return read_file(source, onset=onset) if mode is None else read_file(source, mode)
+    titles = getattr(source, "columns", source)
+    try:
+        columns = {str(title): source[title] for title in titles}
+    except (TypeError, KeyError, IndexError):
+        raise InputError(
+            f"data are a path, a data frame or columns by header, such as time_s; not {type(source).__name__}"
+        ) from None
+    return read_data(columns, name, mode=mode, onset=onset)

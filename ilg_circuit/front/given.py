@@ -1,0 +1,152 @@
+"""What users give, as what the rooms take: strips, drives, loads, times and ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array
+from ..circuit.strip import Load, parse_load
+from ..drive import Drive, PiecewiseLinear
+from ..errors import InputError
+from ..simulation.drives import DRIVE_FORMS, MOTION_FORMS, parse_drive
+from ..simulation.response import sample_times
+from ..strip.actuator import PAPER, Actuator
+from ..strip.file import load_actuator
+from ..study.parameters import varied_parameter
+from ..units import format_quantity, si
+
+#: A strip: an object, the path of its TOML file, or a preset's name.
+Strip: TypeAlias = Actuator | str | Path
+#: A drive: an object, a text such as "step:4V", or rows of times [s] and values.
+Driven: TypeAlias = Drive | str | tuple[ArrayLike, ArrayLike]
+#: A quantity: a number in SI units, or a text with a unit.
+Given: TypeAlias = float | str
+#: What hangs on the tip: an object, a text such as "mass=1g", or its parts by name.
+Hung: TypeAlias = Load | str | Mapping[str, Given] | None
+
+
+def load(strip: Strip = "paper") -> Actuator:
+    """Return the strip that a preset's name or the path of a TOML file stands for; a strip itself as it is.
+
+    Raises
+    ------
+    InputError
+        There is no such file or preset, or the file holds no strip; the message names the key.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> strip = ilg.load("paper")
+    >>> f"{1e3 * strip.geometry.thickness:.1f} mm"
+    '0.5 mm'
+    """
+    if isinstance(strip, Actuator):
+        return strip
+    if not isinstance(strip, str | Path):
+        raise InputError(f"a strip is an object, the path of a TOML file or a preset's name, not {_kind(strip)}")
+    return PAPER if strip == "paper" else load_actuator(strip)
+
+
+def run_of(
+    drive: Driven,
+    duration: Given | None,
+    unit: str = "V",
+    *,
+    samples: int | None = None,
+    step: Given | None = None,
+    times: ArrayLike | None = None,
+) -> tuple[Drive, Array]:
+    """Return a drive, its values in ``unit``, and the times [s] (n,) of a run.
+
+    They are ``times`` themselves; or ``samples``, or one every ``step``, over ``duration``, which is that of the rows
+    where the drive has some. Raises InputError for what is not understood.
+    """
+    if times is not None:
+        if duration is not None or samples is not None or step is not None:
+            raise InputError("give either times, or a duration with samples or step")
+        given = np.asarray(times, dtype=float).ravel()
+        return drive_of(drive, float(given[-1]) if len(given) else 0.0, unit), given
+    if duration is None:
+        if isinstance(drive, PiecewiseLinear):
+            duration = float(drive.times[-1])
+        elif isinstance(drive, tuple) and len(drive) == 2:
+            duration = float(np.asarray(drive[0], dtype=float).ravel()[-1])
+        else:
+            raise InputError("duration is missing: say how long, such as '300 s'")
+    seconds = quantity(duration, "s", "duration")
+    at = sample_times(seconds, samples=samples, step=None if step is None else quantity(step, "s", "step"))
+    return drive_of(drive, seconds, unit), at
+
+
+def drive_of(drive: Driven, duration: float, unit: str = "V") -> Drive:
+    """Return the drive of a run of ``duration`` [s]. Raises InputError for what is none."""
+    if isinstance(drive, str):
+        return parse_drive(drive, duration, unit)
+    if isinstance(drive, tuple) and len(drive) == 2:
+        times, values = (np.asarray(row, dtype=float) for row in drive)
+        return PiecewiseLinear(times, values, "given rows")
+    if not isinstance(drive, Drive):
+        forms = DRIVE_FORMS if unit == "V" else MOTION_FORMS
+        raise InputError(f"a drive is a text ({forms}) or a pair of times and values, not {_kind(drive)}")
+    return drive
+
+
+def load_of(hung: Hung) -> Load | None:
+    """Return the load that is given as an object, as text, or by its parts. Raises InputError for others."""
+    if isinstance(hung, str):
+        return parse_load(hung)
+    if isinstance(hung, Mapping):
+        units = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m"}
+        unknown = [name for name in hung if name not in units]
+        if unknown:
+            raise InputError(f"load has no '{unknown[0]}'; it has {', '.join(units)}")
+        return Load(**{name: quantity(value, units[name], f"load {name}") for name, value in hung.items()})
+    if hung is not None and not isinstance(hung, Load):
+        raise InputError(f"a load is a text such as 'mass=1g,stiffness=1mN/m', not {_kind(hung)}")
+    return hung
+
+
+def mounted(strip: Actuator, tip: str, beam: str | None, hung: Hung) -> dict[str, Any]:
+    """Return tip, beam (by default the strip's usual one) and load, as solvers take them."""
+    load = load_of(hung)
+    return {"tip": tip, "beam": beam or strip.usual_beam(loaded=bool(load)), "load": load}
+
+
+def ranges(vary: Mapping[str, Any] | Iterable[str]) -> list[str]:
+    """Return what is varied as texts such as ``thickness=0.2mm:1mm``.
+
+    A mapping gives a text, a pair (low, high), a triple with a number of points, or one value, for each name; numbers
+    are in SI units. Raises InputError for a name that is not known.
+    """
+    if isinstance(vary, str):
+        return [vary]
+    if not isinstance(vary, Mapping):
+        return list(vary)
+    found = []
+    for name, value in vary.items():
+        parts = list(value) if isinstance(value, tuple | list) else [value]
+        unit = varied_parameter(name).unit
+        words = [part if isinstance(part, str) else format_quantity(part, unit) for part in parts[:2]]
+        found.append(f"{name}={':'.join([*words, *map(str, parts[2:])])}")
+    return found
+
+
+def quantity(value: Given, unit: str, name: str) -> float:
+    """Return a number in SI units from one, or from a text with a unit. Raises InputError naming it."""
+    if isinstance(value, str):
+        return si(value, unit, name)
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        example = f"'30 {unit}'".replace(" '", "'")
+        raise InputError(f"{name} is a number{f' in {unit}' if unit else ''} or a text such as {example}") from None
+
+
+def _kind(thing: object) -> str:
+    """Return what a thing is, in an error."""
+    return f"{type(thing).__name__} {thing!r}"[:60]

@@ -1,0 +1,175 @@
+"""A strip under a drive: its response, its impedance, what it senses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from ..simulation.impedance import Impedance, frequencies
+from ..simulation.impedance import impedance as solve_impedance
+from ..simulation.prediction_band import prediction_band
+from ..simulation.response import Response
+from ..simulation.response import simulate as solve
+from ..simulation.sensing import Sensed
+from ..simulation.sensing import sense as solve_sensed
+from ..solve.transient import Progress
+from .given import Driven, Given, Hung, Strip, mounted, quantity, run_of
+from .given import load as strip_of
+
+
+def simulate(
+    strip: Strip,
+    drive: Driven,
+    duration: Given | None = None,
+    *,
+    samples: int | None = None,
+    step: Given | None = None,
+    times: ArrayLike | None = None,
+    tip: str = "free",
+    beam: str | None = None,
+    load: Hung = None,
+    engine: str = "ngspice",
+    accuracy: float | None = None,
+    band: bool = False,
+    progress: Progress | None = None,
+) -> Response:
+    """Return the current, displacement, force, charge and energy of a strip under a drive, over time.
+
+    Parameters
+    ----------
+    strip
+        An object, the path of a TOML file or a preset's name.
+    drive
+        A text such as "step:4V", "square:-2V..2V,30s" or "file:drive.csv", a pair of times [s] and voltages [V] (n,),
+        or a drive. The strip is at rest under the drive's rest level until t = 0.
+    duration
+        How long [s]; not needed where the drive is rows.
+    samples, step, times
+        Number of samples (default 601), or the time between them [s], or the times themselves [s] (n,).
+    tip, beam, load
+        "free" or "clamped"; "dynamic" or "static" (default: as the coupling was fitted); what hangs on the tip, such as
+        "mass=1g" or ``{"mass": "1 g"}``.
+    engine, accuracy
+        "ngspice" or, for linear circuits, "exact"; error to stay below, relative to the largest value.
+    band
+        Adds standard errors from the uncertainty of a fitted strip.
+    progress
+        Called with (done, total) [s].
+
+    Raises
+    ------
+    InputError
+        A value is not understood or out of range.
+    SolveError
+        The circuit cannot be solved to the accuracy.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> run = ilg.simulate("paper", "step:4V", "300 s", engine="exact")
+    >>> f"{1e3 * run.displacement[-1]:.2f} mm"
+    '1.67 mm'
+    """
+    actuator = strip_of(strip)
+    source, at = run_of(drive, duration, samples=samples, step=step, times=times)
+    how = mounted(actuator, tip, beam, load)
+    response = solve(actuator, source, at, engine=engine, accuracy=accuracy, progress=progress, **how)
+    if not band:
+        return response
+    return replace(response, stderr=prediction_band(actuator, source, response.time, engine=engine, **how).stderr)
+
+
+def impedance(
+    strip: Strip,
+    low: Given = 1e-3,
+    high: Given = 1e3,
+    *,
+    points: int | None = None,
+    frequency: ArrayLike | None = None,
+    bias: Given = 0.0,
+    tip: str = "free",
+    beam: str | None = None,
+    load: Hung = None,
+    engine: str = "ngspice",
+) -> Impedance:
+    """Return the impedance [ohm] that a strip shows at its terminals for a small signal.
+
+    Parameters
+    ----------
+    strip
+        An object, the path of a TOML file or a preset's name.
+    low, high, points
+        Band [Hz], and the number of frequencies in it, even in logarithm (default: ten a decade).
+    frequency
+        The frequencies themselves [Hz] (f,), ascending, in place of a band.
+    bias
+        Voltage [V] about which the signal is small.
+    tip, beam, load, engine
+        As in `simulate`.
+
+    Raises
+    ------
+    InputError
+        A value is not understood or out of range.
+    SolveError
+        The circuit cannot be solved.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> spectrum = ilg.impedance("paper", "1 mHz", "10 Hz", engine="exact")
+    >>> len(spectrum.frequency)
+    41
+    """
+    actuator = strip_of(strip)
+    band = quantity(low, "Hz", "low"), quantity(high, "Hz", "high")
+    chosen = frequencies(*band, points) if frequency is None else frequency
+    how = mounted(actuator, tip, beam, load)
+    return solve_impedance(actuator, chosen, bias=quantity(bias, "V", "bias"), engine=engine, **how)
+
+
+def sense(
+    strip: Strip,
+    motion: Driven,
+    duration: Given | None = None,
+    *,
+    samples: int | None = None,
+    step: Given | None = None,
+    times: ArrayLike | None = None,
+    terminals: str = "open",
+    engine: str = "ngspice",
+    accuracy: float | None = None,
+    progress: Progress | None = None,
+) -> Sensed:
+    """Return what a strip's terminals show while its tip is moved.
+
+    Parameters
+    ----------
+    strip, samples, step, times, engine, accuracy, progress
+        As in `simulate`.
+    motion
+        A text such as "sine:1mm,0.1Hz", a pair of times [s] and positions [m] (n,), or a drive.
+    duration
+        How long [s]; not needed where the motion is rows.
+    terminals
+        "open": the voltage between them; "short": the current through them.
+
+    Raises
+    ------
+    InputError
+        A value is not understood or out of range.
+    SolveError
+        The circuit cannot be solved.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> sensed = ilg.sense("paper", "sine:1mm,0.1Hz", "20 s", engine="exact")
+    >>> len(sensed.time)
+    601
+    """
+    source, at = run_of(motion, duration, "m", samples=samples, step=step, times=times)
+    how: dict[str, Any] = {"terminals": terminals, "engine": engine, "accuracy": accuracy}
+    return solve_sensed(strip_of(strip), source, at, progress=progress, **how)

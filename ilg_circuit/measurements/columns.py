@@ -1,0 +1,75 @@
+"""Data that are in memory already: columns by header, such as a data frame has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array
+from ..errors import InputError
+from .formats.csv import with_imaginary_part
+from .header import columns_of
+from .kind import LOAD_TEST, RECORD, SPECTRUM, Kind
+from .layout import Layout, choose
+from .load_test import LOAD_MODES, LoadTest, load_test_of
+from .onset import Stated
+from .read import record_of
+from .record import Record
+from .spectrum import Spectrum, spectrum_of
+from .table import table_of
+
+
+def read_data(
+    columns: Mapping[str, ArrayLike], name: str = "data", *, mode: str | None = None, onset: Stated = None
+) -> Record | Spectrum | LoadTest:
+    """Return the data in ``columns``, arrays (n,) by headers as a CSV file has them, such as ``current_mA``.
+
+    ``name`` stands for the data in messages; ``mode`` is a load test's, ``onset`` a record's, see `read.read`.
+
+    Raises
+    ------
+    InputError
+        A column is missing, has no unit or holds no numbers, or times decrease; the message names it.
+    """
+    kind, layout = _recognised(columns)
+    taken, left, notes = choose(layout, kind, name, 1)
+    titles = {quantity: layout.titles[c.place] for quantity, c in taken.items()}
+    arrays = {
+        quantity: _numbers(columns[titles[quantity]], titles[quantity], name) * c.factor
+        for quantity, c in taken.items()
+    }
+    if len({len(values) for values in arrays.values()}) > 1:
+        sizes = ", ".join(f"{title}: {len(arrays[quantity])}" for quantity, title in titles.items())
+        raise InputError(f"{name}: columns have different lengths ({sizes})")
+    table = table_of(arrays, taken, left, notes, range(len(next(iter(arrays.values())))), name, kind)
+    if kind == LOAD_TEST:
+        if mode is None:
+            raise InputError(f"{name}: a load test needs its mode: {', '.join(LOAD_MODES)}")
+        return load_test_of(table, mode)
+    return spectrum_of(with_imaginary_part(table, kind)) if kind == SPECTRUM else record_of(table, onset)
+
+
+def _recognised(columns: Mapping[str, ArrayLike]) -> tuple[Kind, Layout]:
+    """Return the kind of data whose columns are all there; a record where none is."""
+    layouts = {}
+    titles = tuple(columns)
+    for kind in (SPECTRUM, RECORD, LOAD_TEST):
+        found = tuple(columns_of(titles, [""] * len(titles), kind.quantities))
+        readable = {c.quantity for c in found if not c.complaint}
+        complete = readable >= set(kind.required) and (not kind.either or bool(readable & set(kind.either)))
+        layouts[kind.name] = Layout(0, titles, found, 1, ",", complete)
+        if complete:
+            return kind, layouts[kind.name]
+    return RECORD, layouts[RECORD.name]
+
+
+def _numbers(values: ArrayLike, title: str, name: str) -> Array:
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: column '{title[:80]}' holds something else than numbers") from None
+    if found.ndim != 1:
+        raise InputError(f"{name}: column '{title[:80]}' has the shape {found.shape}; give one row of numbers")
+    return found
