@@ -39,7 +39,7 @@ def simulation() -> list[Figure]:
 
 def supercapacitor() -> list[Figure]:
     """Two spectra of a carbon supercapacitor."""
-    from ilg_circuit.identify import identify
+    from ilg_circuit.identification import identify
     from ilg_circuit.measurements.read import read_spectrum
 
     found = [identify(read_spectrum(p)) for p in sorted((DATA / "eis_supercap").glob("eis_*.txt"))]
@@ -76,8 +76,8 @@ def rubber() -> list[Figure]:
 
 def rhythm() -> list[Figure]:
     """What the paper's rhythm keeps behind the paper's circuit, by ngspice."""
-    from ilg_circuit.arm.coupling import couple
-    from ilg_circuit.cpg.network import unit
+    from ilg_circuit.arms.coupling import couple
+    from ilg_circuit.oscillators.network import unit
 
     rows = (
         ("| 1.035 s, the paper's | 2.4%, −89° | 0.44%, −91° |", 1.0),
@@ -96,8 +96,8 @@ def rhythm() -> list[Figure]:
 
 def beam() -> list[Figure]:
     """Natural frequencies of the arm beside Euler and Bernoulli's."""
-    from ilg_circuit.arm import strip_arm
-    from ilg_circuit.arm.statics import natural_frequencies
+    from ilg_circuit.arms import strip_arm
+    from ilg_circuit.arms.statics import natural_frequencies
 
     arm = strip_arm()
     exact = arm.first_frequency * np.array([1.0, (4.694091 / 1.875104) ** 2])
@@ -111,8 +111,8 @@ def beam() -> list[Figure]:
 
 def reach() -> list[Figure]:
     """The share of the disc that the tip comes near to."""
-    from ilg_circuit.arm import strip_arm
-    from ilg_circuit.arm.reach import reach_target
+    from ilg_circuit.arms import strip_arm
+    from ilg_circuit.arms.reach import reach_target
 
     arm = strip_arm()
     found = reach_target(arm, (arm.length * 2 / 3, arm.length / 2), 6.0)

@@ -22,7 +22,7 @@ from figure import Figure
 from machine import conditions
 from numpy.typing import NDArray
 
-from ilg_circuit.arm import Activation, Arm, activation, simulate
+from ilg_circuit.arms import Activation, Arm, activation, simulate
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from cases import ACCURACY, DRIVE, TIMES, Array, case, record
 from memory import growth
 
 from ilg_circuit.fit.result import FitResult
-from ilg_circuit.identify.current import CurrentData
+from ilg_circuit.identification.current import CurrentData
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.solve import transient

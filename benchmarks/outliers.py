@@ -31,8 +31,8 @@ from sets import (
 from tqdm import tqdm
 
 from ilg_circuit.drive import PiecewiseLinear
-from ilg_circuit.identify.current import CurrentData
-from ilg_circuit.identify.outliers import named_by, without_outliers
+from ilg_circuit.identification.current import CurrentData
+from ilg_circuit.identification.outliers import named_by, without_outliers
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.strip.models import electrical_model

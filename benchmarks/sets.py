@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilg_circuit.drive import PiecewiseLinear
-from ilg_circuit.identify import Identification, identify
-from ilg_circuit.identify.current import currents
-from ilg_circuit.identify.modal import modal_currents
-from ilg_circuit.identify.motion import Motion
+from ilg_circuit.identification import Identification, identify
+from ilg_circuit.identification.current import currents
+from ilg_circuit.identification.modal import modal_currents
+from ilg_circuit.identification.motion import Motion
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.table import Table

@@ -19,7 +19,7 @@ from figure import Figure
 from machine import conditions
 from numpy.typing import NDArray
 
-from ilg_circuit.identify import identify_each
+from ilg_circuit.identification import identify_each
 from ilg_circuit.strip.models import electrical_model
 
 RESULTS = Path(__file__).with_name("SPECTRA.md")

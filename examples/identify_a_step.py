@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ilg_circuit.drive import PiecewiseLinear
-from ilg_circuit.identify import identify
+from ilg_circuit.identification import identify
 from ilg_circuit.measurements.read import read_record
 from ilg_circuit.report.axes import save
 from ilg_circuit.report.identification import write_actuator

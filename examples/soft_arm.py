@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ilg_circuit.arm import activation, simulate, strip_arm
+from ilg_circuit.arms import activation, simulate, strip_arm
 
 arm = strip_arm(segments=30)
 time = np.linspace(0.0, 20.0, 2001)

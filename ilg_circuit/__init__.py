@@ -6,7 +6,8 @@ Names are imported when they are first used, so that the import itself takes no 
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+
+TYPE_CHECKING = False  # as that of `typing`, whose import would take most of the time
 
 if TYPE_CHECKING:
     from .errors import IlgError, InputError, SolveError
@@ -61,13 +62,14 @@ _PLACES = {
     "strip.actuator": ("PAPER",),
 }
 
+if not TYPE_CHECKING:
 
-def __getattr__(name: str) -> Any:
-    for place, names in _PLACES.items():
-        if name in names:
-            found = globals()[name] = getattr(import_module(f"{__name__}.{place}"), name)
-            return found
-    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    def __getattr__(name):
+        for place, names in _PLACES.items():
+            if name in names:
+                found = globals()[name] = getattr(import_module(f"{__name__}.{place}"), name)
+                return found
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:

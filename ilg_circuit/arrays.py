@@ -7,7 +7,9 @@ from contextlib import contextmanager
 from importlib import import_module
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import InputError
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -17,6 +19,17 @@ Mask = NDArray[np.bool_]
 def plain(values: Array) -> list[float | None]:
     """Return ``values`` (n,) as JSON takes them: None for what is not finite."""
     return [value if np.isfinite(value) else None for value in values.tolist()]
+
+
+def row(values: ArrayLike, what: str) -> Array:
+    """Return ``values`` as one row of numbers (n,). Raises InputError naming ``what`` where they are none."""
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} holds something else than numbers") from None
+    if found.ndim != 1:
+        raise InputError(f"{what} has the shape {found.shape}; give one row of numbers")
+    return found
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from command import Outcome, Run
 from hypothesis import settings
 from synthetic import Synthetic, record, step
 
-from ilg_circuit.identify import Identification, identify
+from ilg_circuit.identification import Identification, identify
 from ilg_circuit.strip.actuator import PAPER, Actuator, IonBranch
 
 # Small matrices: the threads of a linear algebra library would only wait for one another. Set before numpy is loaded.

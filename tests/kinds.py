@@ -8,7 +8,7 @@ from typing import Any
 
 from synthetic import drives, record, spectrum, step, write_spectrum
 
-from ilg_circuit.identify import Identification, identify
+from ilg_circuit.identification import Identification, identify
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.strip.actuator import PAPER

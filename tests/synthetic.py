@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilg_circuit.drive import Drive, PiecewiseLinear, Sine
-from ilg_circuit.identify.current import CurrentData
-from ilg_circuit.identify.port_fit import PortFit, fit_port
+from ilg_circuit.identification.current import CurrentData
+from ilg_circuit.identification.port_fit import PortFit, fit_port
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum

@@ -54,8 +54,8 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
     looked for, and --plot shows the places that the tip can come to.
     """
     require_arm()
-    from ..arm.run import PERIOD, ArmResult
-    from ..arm.run import arm as move
+    from ..arms.run import PERIOD, ArmResult
+    from ..arms.run import arm as move
     from ..report.motion import animate, require_animation
 
     outputs = {"--out": out, "--animate": animation, "--plot": plot}
@@ -63,7 +63,7 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
         require_animation(animation)
     require_outputs(outputs)
     reach, options["period"] = options["reach"], options["period"] or PERIOD
-    if sys.stderr.isatty() and not any(Path(__file__).parents[1].glob("arm/__pycache__/*plicit-*.nbi")):
+    if sys.stderr.isatty() and not any(Path(__file__).parents[1].glob("arms/__pycache__/*plicit-*.nbi")):
         click.echo("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
     result = move(duration, progress=ProgressBar("", doing="moving" if reach is None else "searching"), **options)
 

@@ -13,7 +13,7 @@ from .options import FILE
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
-    from ..cpg.run import RhythmRun
+    from ..oscillators.run import RhythmRun
 
 
 @click.command()
@@ -48,13 +48,13 @@ def cpg(duration: str | None, swept: str | None, as_json: bool, **options: Any) 
     options["start"] = _start(options["start"])
     files: dict[str, Any] = {"inputs": (options["weights"],), "as_json": as_json}
     if swept:
-        from ..cpg.sweep import cpg_sweep
+        from ..oscillators.sweep import cpg_sweep
 
         sampling = {name: options.pop(name) for name in ("engine", "samples", "step")}
         _require_sweepable(outputs, {"duration": duration, **sampling})
         emit(cpg_sweep(swept, progress=ProgressBar("networks"), **options), outputs, **files)
         return
-    from ..cpg.run import cpg as run
+    from ..oscillators.run import cpg as run
 
     if duration is None:
         raise InputError("--duration is missing; say how long, such as --duration 10s")
@@ -72,8 +72,8 @@ def _require_sweepable(outputs: dict[str, Any], sampling: dict[str, Any]) -> Non
 
 
 def _write_deck(result: RhythmRun, path: Path) -> None:
-    from ..cpg.netlist import deck
     from ..files import write_text
+    from ..oscillators.netlist import deck
 
     time, start = float(result.time[-1]), result.rhythm.start
     write_text(path, deck(result.network, time, start, provenance=result.provenance))

@@ -41,7 +41,7 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     spectrum: frequency_Hz, re_ohm, im_ohm, or what EC-Lab (text), Gamry (.DTA) and ZPlot (.z) export. Several files of
     one strip, records and spectra, are fitted together, and each is predicted from the others.
     """
-    from ..identify import identify as fit
+    from ..identification import identify as fit
     from ..measurements.read import read
     from ..measurements.spectrum import Spectrum
     from ..report.identification import write_actuator

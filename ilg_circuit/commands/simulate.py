@@ -13,7 +13,7 @@ from .options import FILE, engine_option, mounted, output_options, outputs, run_
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
-    from ..identify.comparison import Compared
+    from ..identification.comparison import Compared
     from ..strip.actuator import Actuator
 
 
@@ -78,7 +78,7 @@ def _compared(
     strip: Actuator, options: dict[str, Any], drive: str, seconds: float, how: dict[str, Any]
 ) -> tuple[Compared, ...]:
     """The prediction beside what was measured: in the file of --compare, or the drive's file if it has a current."""
-    from ..identify.comparison import compare
+    from ..identification.comparison import compare
     from ..measurements.kind import RECORD
     from ..measurements.prepare import prepare
     from ..measurements.read import read_columns

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from ..circuit.deck import deck
@@ -9,6 +10,8 @@ from ..circuit.library import library as write_library
 from ..circuit.library import pinned
 from ..circuit.netlist import add_elements
 from ..circuit.strip import strip_netlist
+from ..errors import SolveError
+from ..solve.library import prepare_library
 from .given import Driven, Given, Hung, Strip, mounted, run_of
 from .given import load as strip_of
 
@@ -75,7 +78,7 @@ def library(strip: Strip, name: str = "ilg_strip") -> str:
 
 
 def subcircuit(strip: Strip, name: str = "ilg_strip") -> SubCircuit:
-    """Return a strip as a PySpice subcircuit, for a circuit of one's own: ``circuit.subcircuit(...)``, ``circuit.X(...)``.
+    """Return a strip as a PySpice subcircuit, for a circuit of one's own.
 
     Its pins are plus and minus and, with a coupling, tip: across tip and ground is the force (1 V is 1 uN), out of it
     flows the velocity. Grounded the tip is free, open it is clamped.
@@ -101,6 +104,8 @@ def subcircuit(strip: Strip, name: str = "ilg_strip") -> SubCircuit:
     >>> source = circuit.V("supply", "out", circuit.gnd, 4)
     >>> strip = circuit.X("1", "ilg_strip", "out", circuit.gnd, circuit.gnd)
     """
+    with suppress(SolveError):  # the circuit may be meant for another program
+        prepare_library()  # for PySpice's own simulators
     from PySpice.Spice.Netlist import SubCircuit
 
     pins, elements = pinned(strip_of(strip), name)

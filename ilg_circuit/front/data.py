@@ -16,7 +16,7 @@ from ..measurements.onset import Stated
 from ..measurements.read import read as read_file
 from ..measurements.record import Record
 from ..measurements.spectrum import Spectrum
-from ..units import parse
+from ..units import si
 
 #: One set of data that was read.
 Measured: TypeAlias = Record | Spectrum | LoadTest
@@ -60,6 +60,7 @@ def read(*data: Source, mode: str | None = None, onset: Stated | str = None, **a
 
     Examples
     --------
+    >>> import numpy as np
     >>> import ilg_circuit as ilg
     >>> t = np.arange(-5.0, 60.0, 0.5)
     >>> current = np.where(t < 0, 0.0, 4 / 600 + 4 / 20 * np.exp(-t / 7))
@@ -69,8 +70,8 @@ def read(*data: Source, mode: str | None = None, onset: Stated | str = None, **a
     """
     if bool(data) == bool(arrays):
         raise InputError("give paths, a data frame or columns; or arrays by keyword, such as time=, voltage=, current=")
-    at = parse(onset, "s", "onset") if isinstance(onset, str) and onset not in ("last-rest", "first-level") else onset
-    sources = data or (_by_header(arrays),)
+    at = _onset(onset)
+    sources = data or (by_header(arrays),)
     found = [
         _read(source, mode, at, f"data {k + 1}" if len(sources) > 1 else "data") for k, source in enumerate(sources)
     ]
@@ -86,7 +87,19 @@ def sets_of(data: Source | Sequence[Source], onset: Stated | str = None) -> list
     return found if isinstance(found, list) else [found]
 
 
-def _by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
+def _onset(given: Stated | str) -> Stated:
+    if isinstance(given, str):
+        return (
+            "last-rest"
+            if given == "last-rest"
+            else "first-level"
+            if given == "first-level"
+            else si(given, "s", "onset")
+        )
+    return given
+
+
+def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
     """Return arrays in SI units by the headers of their columns. Raises InputError for a keyword that is none."""
     found: dict[str, ArrayLike] = {}
     for name, values in arrays.items():

@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike
 
 from ..errors import InputError
 from ..hyperelastic import Characterisation, characterise
-from ..identify.identification import Identification
-from ..identify.identify import identify as fit
+from ..identification.identification import Identification
+from ..identification.identify import identify as fit
 from ..measurements.load_test import LoadTest
 from ..measurements.onset import Stated
-from .data import Source, read, sets_of
+from .data import Source, by_header, read, sets_of
 from .given import Given, Strip, load, quantity
 
 
@@ -78,6 +78,7 @@ def identify(
 
     Examples
     --------
+    >>> import numpy as np
     >>> import ilg_circuit as ilg
     >>> t = np.arange(-5.0, 60.0, 0.25)
     >>> current = np.where(t < 0, 0.0, 4 / 600 + 4 / 20 * np.exp(-t / 7)) + 1e-4 * np.sin(1e3 * t)
@@ -87,7 +88,7 @@ def identify(
     """
     if (data is None) == (not arrays):
         raise InputError("give data, or arrays by keyword such as time=, voltage=, current=")
-    sets = [read(onset=onset, **arrays)] if data is None else sets_of(data, onset)
+    sets = sets_of(by_header(arrays) if data is None else data, onset)
     if any(isinstance(each, LoadTest) for each in sets):
         raise InputError("a load test says nothing of a circuit; fit it by ilg.ogden, or the command ogden")
     delay, resistance = displacement_delay, electrode_resistance
@@ -133,11 +134,12 @@ def ogden(
 
     Examples
     --------
+    >>> import numpy as np
     >>> import ilg_circuit as ilg
     >>> stretch = np.linspace(1.05, 2.0, 20)
     >>> gel = ilg.ogden({"stretch": stretch, "stress_kPa": 3 * (stretch - stretch**-2)}, model="neo-hookean")
-    >>> f"{gel.youngs_modulus / 1e3:.2f} kPa"
-    '9.00 kPa'
+    >>> gel.success, f"{gel.material.mu[0] / 1e3:.2f} kPa"
+    (True, '3.00 kPa')
     """
     given = {"uniaxial": uniaxial, "equibiaxial": equibiaxial, "planar": planar}
     tests = [read(source, mode=mode) for mode, source in given.items() if source is not None]

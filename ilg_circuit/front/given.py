@@ -6,12 +6,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array
+from ..arrays import Array, row
 from ..circuit.strip import Load, parse_load
-from ..drive import Drive, PiecewiseLinear
+from ..drive import Drive, PiecewiseLinear, Sine
 from ..errors import InputError
 from ..simulation.drives import DRIVE_FORMS, MOTION_FORMS, parse_drive
 from ..simulation.response import sample_times
@@ -69,13 +68,13 @@ def run_of(
     if times is not None:
         if duration is not None or samples is not None or step is not None:
             raise InputError("give either times, or a duration with samples or step")
-        given = np.asarray(times, dtype=float).ravel()
+        given = row(times, "times")
         return drive_of(drive, float(given[-1]) if len(given) else 0.0, unit), given
     if duration is None:
         if isinstance(drive, PiecewiseLinear):
             duration = float(drive.times[-1])
         elif isinstance(drive, tuple) and len(drive) == 2:
-            duration = float(np.asarray(drive[0], dtype=float).ravel()[-1])
+            duration = float(row(drive[0], "times of the drive")[-1])
         else:
             raise InputError("duration is missing: say how long, such as '300 s'")
     seconds = quantity(duration, "s", "duration")
@@ -88,9 +87,8 @@ def drive_of(drive: Driven, duration: float, unit: str = "V") -> Drive:
     if isinstance(drive, str):
         return parse_drive(drive, duration, unit)
     if isinstance(drive, tuple) and len(drive) == 2:
-        times, values = (np.asarray(row, dtype=float) for row in drive)
-        return PiecewiseLinear(times, values, "given rows")
-    if not isinstance(drive, Drive):
+        return PiecewiseLinear(row(drive[0], "times of the drive"), row(drive[1], "values of the drive"), "given rows")
+    if not isinstance(drive, PiecewiseLinear | Sine):
         forms = DRIVE_FORMS if unit == "V" else MOTION_FORMS
         raise InputError(f"a drive is a text ({forms}) or a pair of times and values, not {_kind(drive)}")
     return drive

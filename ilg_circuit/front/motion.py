@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arm.run import ArmResult
-from ..arm.run import arm as move
-from ..cpg.run import RhythmRun
-from ..cpg.run import cpg as run
+from ..arms.run import ArmResult
+from ..arms.run import arm as move
+from ..oscillators.run import RhythmRun
+from ..oscillators.run import cpg as run
 from .given import Given, Strip
 from .given import load as strip_of
 
@@ -22,7 +22,7 @@ def cpg(duration: Given, **options: Any) -> RhythmRun:
     options
         ``engine`` ("ode" or "ngspice"), ``samples``, ``step``, ``start``, ``progress``; the network: ``topology``,
         ``size``, ``inhibition``, ``tonic``, ``adaptation``, ``rise_time``, ``adaptation_time``, ``weights`` of
-        `cpg.network.wired`.
+        `oscillators.network.wired`.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def arm(duration: Given, strip: Strip = "paper", **options: Any) -> ArmResult:
         What the arm is cut from: an object, the path of a TOML file or a preset's name.
     options
         ``segments``, ``formulation``, ``coupling``, ``activation``, ``rhythm``, ``voltage``, ``reach`` and others of
-        `arm.run.arm`.
+        `arms.run.arm`.
 
     Raises
     ------

@@ -7,6 +7,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from ..arrays import row
 from ..simulation.impedance import Impedance, frequencies
 from ..simulation.impedance import impedance as solve_impedance
 from ..simulation.prediction_band import prediction_band
@@ -70,7 +71,7 @@ def simulate(
     >>> import ilg_circuit as ilg
     >>> run = ilg.simulate("paper", "step:4V", "300 s", engine="exact")
     >>> f"{1e3 * run.displacement[-1]:.2f} mm"
-    '1.67 mm'
+    '3.98 mm'
     """
     actuator = strip_of(strip)
     source, at = run_of(drive, duration, samples=samples, step=step, times=times)
@@ -125,7 +126,7 @@ def impedance(
     """
     actuator = strip_of(strip)
     band = quantity(low, "Hz", "low"), quantity(high, "Hz", "high")
-    chosen = frequencies(*band, points) if frequency is None else frequency
+    chosen = frequencies(*band, points) if frequency is None else row(frequency, "frequency")
     how = mounted(actuator, tip, beam, load)
     return solve_impedance(actuator, chosen, bias=quantity(bias, "V", "bias"), engine=engine, **how)
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array
+from ..arrays import row
 from ..errors import InputError
 from .formats.csv import with_imaginary_part
 from .header import columns_of
@@ -37,7 +36,7 @@ def read_data(
     taken, left, notes = choose(layout, kind, name, 1)
     titles = {quantity: layout.titles[c.place] for quantity, c in taken.items()}
     arrays = {
-        quantity: _numbers(columns[titles[quantity]], titles[quantity], name) * c.factor
+        quantity: row(columns[titles[quantity]], f"{name}: column '{titles[quantity][:80]}'") * c.factor
         for quantity, c in taken.items()
     }
     if len({len(values) for values in arrays.values()}) > 1:
@@ -63,13 +62,3 @@ def _recognised(columns: Mapping[str, ArrayLike]) -> tuple[Kind, Layout]:
         if complete:
             return kind, layouts[kind.name]
     return RECORD, layouts[RECORD.name]
-
-
-def _numbers(values: ArrayLike, title: str, name: str) -> Array:
-    try:
-        found = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: column '{title[:80]}' holds something else than numbers") from None
-    if found.ndim != 1:
-        raise InputError(f"{name}: column '{title[:80]}' has the shape {found.shape}; give one row of numbers")
-    return found

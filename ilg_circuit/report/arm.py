@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arm.coupling import Coupled
-from ..arm.reach import Reached
-from ..arm.run import ArmResult
+from ..arms.coupling import Coupled
+from ..arms.reach import Reached
+from ..arms.run import ArmResult
 from ..arrays import Array
 from ..units import format_quantity
 from . import motion as motions

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..cpg.sweep import RhythmSweep
+from ..oscillators.sweep import RhythmSweep
 from .axes import BLUE, GREY, ORANGE, Figure, legend_above, new_figure
 
 _LABELS = {

@@ -16,9 +16,9 @@ from .. import __version__
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..fit.selection import Candidate
-from ..identify.displacement_metrics import TAIL, DisplacementMetrics
-from ..identify.identification import Identification
-from ..identify.observation_fit import SIZE, ObservationFit
+from ..identification.displacement_metrics import TAIL, DisplacementMetrics
+from ..identification.identification import Identification
+from ..identification.observation_fit import SIZE, ObservationFit
 from ..simulation.step_metrics import SETTLING_BAND, StepMetrics
 from ..strip.file import dumps, save_actuator
 from ..units import format_quantity

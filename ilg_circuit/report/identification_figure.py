@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array, ComplexArray, Mask
-from ..identify.current import CurrentData
-from ..identify.identification import Identification
-from ..identify.impedance import ImpedanceData
-from ..identify.observation_fit import ObservationFit
+from ..identification.current import CurrentData
+from ..identification.identification import Identification
+from ..identification.impedance import ImpedanceData
+from ..identification.observation_fit import ObservationFit
 from ..units import format_quantity
 from .axes import BLUE, GREY, ORANGE, engineering, new_figure, plain
 

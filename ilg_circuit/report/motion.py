@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arm.motion import Motion
+from ..arms.motion import Motion
 from ..arrays import Array
 from ..errors import InputError
 from ..files import replacing, require_writable

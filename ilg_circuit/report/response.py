@@ -15,7 +15,7 @@ from .page import Grid, Page, Section, picture
 from .tables import aligned
 
 if TYPE_CHECKING:
-    from ..identify.comparison import Compared
+    from ..identification.comparison import Compared
     from ..simulation.response import Response
     from ..simulation.waveforms import Simulated, Waveform
 

@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from ..arm import strip_arm
-from ..arm.coupling import Coupled, couple
-from ..arm.reach import reach_target
+from ..arms import strip_arm
+from ..arms.coupling import Coupled, couple
+from ..arms.reach import reach_target
 from ..report.arm import reach_figure
 from ..report.axes import COLOURS, GREY, grid
 from .cpg_motion import move

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arm import Motion, simulate, strip_arm
-from ..arm.coupling import Coupled, couple
+from ..arms import Motion, simulate, strip_arm
+from ..arms.coupling import Coupled, couple
 from ..arrays import Array
-from ..cpg.network import Network
-from ..cpg.rhythm import rhythm
+from ..oscillators.network import Network
+from ..oscillators.rhythm import rhythm
 from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Figure, grid
 from ..report.motion import SNAPSHOT_TIMES
 from .cpg_rhythm import add_legends, draw_neurons, draw_portrait

@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 
 from ..arrays import Array
-from ..cpg.closed_forms import describing_frequency
-from ..cpg.flow import Flow, sampled
-from ..cpg.network import ADAPTATION, ADAPTATION_TIME, INHIBITION, RISE_TIME, Network, ring, unit
-from ..cpg.outcome import Rhythm
-from ..cpg.rhythm import rhythm
-from ..cpg.run import run
+from ..oscillators.closed_forms import describing_frequency
+from ..oscillators.flow import Flow, sampled
+from ..oscillators.network import ADAPTATION, ADAPTATION_TIME, INHIBITION, RISE_TIME, Network, ring, unit
+from ..oscillators.outcome import Rhythm
+from ..oscillators.rhythm import rhythm
+from ..oscillators.run import run
 from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, grid
 from ..report.cpg import draw_cycle, plane
 from .items import Check, Reproduction, largest_ratio, rows

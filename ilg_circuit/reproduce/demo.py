@@ -11,7 +11,7 @@ from ..circuit.deck import deck
 from ..circuit.library import library
 from ..drive import PiecewiseLinear
 from ..files import write_json, write_text
-from ..identify import identify
+from ..identification import identify
 from ..measurements.read import read_record
 from ..report import check as checked
 from ..report.axes import save

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..cpg.network import INHIBITION, Network, ring, unit
-from ..cpg.outcome import Rhythm
-from ..cpg.rhythm import rhythm
 from ..drive import PiecewiseLinear
 from ..files import csv_text
+from ..oscillators.network import INHIBITION, Network, ring, unit
+from ..oscillators.outcome import Rhythm
+from ..oscillators.rhythm import rhythm
 from ..simulation.response import Response, simulate
 from ..strip.actuator import PAPER, Actuator, Coupling
 from .published import published
 
 if TYPE_CHECKING:
-    from ..identify import Identification
+    from ..identification import Identification
 
 #: The paper's step [V], and the time [s] after which its current was steady.
 VOLTAGE, DURATION = 4.0, 300.0
@@ -118,7 +118,7 @@ def period_of(found: Rhythm) -> float:
 
 def _identified(source: str, record: Array) -> Identification:
     """From a ``record`` of time, voltage, current, displacement (t, 4) [SI]."""
-    from ..identify import identify
+    from ..identification import identify
     from ..measurements.prepare import prepare
     from ..measurements.table import Table
 

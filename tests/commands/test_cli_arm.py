@@ -11,9 +11,9 @@ from command import Run
 from PIL import Image
 
 from ilg_circuit import extras
-from ilg_circuit.arm import reach, read_motion
-from ilg_circuit.cpg.network import ring, unit
-from ilg_circuit.cpg.run import run as run_network
+from ilg_circuit.arms import reach, read_motion
+from ilg_circuit.oscillators.network import ring, unit
+from ilg_circuit.oscillators.run import run as run_network
 
 Arm = Callable[..., tuple[int, str, str]]
 

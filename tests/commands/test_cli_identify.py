@@ -15,7 +15,7 @@ from spectrum_texts import FORMATS
 from synthetic import Synthetic, record, step, two_branches
 
 from ilg_circuit.errors import InputError
-from ilg_circuit.identify import identify_each
+from ilg_circuit.identification import identify_each
 from ilg_circuit.simulation.impedance import frequencies, impedance
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements

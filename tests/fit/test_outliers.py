@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.fit.outliers import outlying
-from ilg_circuit.identify.outliers import spikes
+from ilg_circuit.identification.outliers import spikes
 from ilg_circuit.measurements.record import Channel
 
 Array = NDArray[np.float64]

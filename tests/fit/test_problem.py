@@ -15,7 +15,7 @@ from ilg_circuit.fit.parameter import Parameter
 from ilg_circuit.fit.problem import Problem
 from ilg_circuit.fit.reported import correlated
 from ilg_circuit.fit.result import FitResult
-from ilg_circuit.identify.port_start import combined
+from ilg_circuit.identification.port_start import combined
 
 Array = NDArray[np.float64]
 T = np.linspace(0.0, 5.0, 200)

@@ -11,7 +11,7 @@ from damage import read_or_refused
 from format_texts import PAIRS, TEXTS, examples, load_test
 
 from ilg_circuit.errors import InputError
-from ilg_circuit.identify.kramers_kronig import kramers_kronig
+from ilg_circuit.identification.kramers_kronig import kramers_kronig
 from ilg_circuit.measurements.formats import FORMATS, Format
 from ilg_circuit.measurements.kind import LOAD_TEST, RECORD, SPECTRUM, Kind
 from ilg_circuit.measurements.load_test import LoadTest

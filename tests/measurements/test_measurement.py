@@ -14,7 +14,7 @@ from synthetic import Synthetic, ready, record, step
 from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.errors import InputError
 from ilg_circuit.findings import codes
-from ilg_circuit.identify import identify
+from ilg_circuit.identification import identify
 from ilg_circuit.measurements.read import read_record
 from ilg_circuit.measurements.smoothing import noise_level
 from ilg_circuit.measurements.table import Table

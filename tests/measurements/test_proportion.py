@@ -9,7 +9,7 @@ import pytest
 from synthetic import record, spectrum, step, write_spectrum
 
 from ilg_circuit.findings import Finding, codes
-from ilg_circuit.identify import identify
+from ilg_circuit.identification import identify
 from ilg_circuit.measurements.proportion import proportion_findings
 from ilg_circuit.measurements.read import read_record, read_spectrum
 from ilg_circuit.measurements.record import Record

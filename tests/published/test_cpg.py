@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ilg_circuit.cpg.closed_forms import describing_frequency, window
-from ilg_circuit.cpg.network import Network, chain, ring, unit
-from ilg_circuit.cpg.rhythm import rhythm
 from ilg_circuit.errors import InputError
+from ilg_circuit.oscillators.closed_forms import describing_frequency, window
+from ilg_circuit.oscillators.network import Network, chain, ring, unit
+from ilg_circuit.oscillators.rhythm import rhythm
 
 
 def test_the_papers_unit() -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from ilg_circuit.findings import codes
-from ilg_circuit.identify import Identification, identify
-from ilg_circuit.identify.impedance import ImpedanceData
+from ilg_circuit.identification import Identification, identify
+from ilg_circuit.identification.impedance import ImpedanceData
 from ilg_circuit.measurements.read import read_spectrum
 from ilg_circuit.strip.models import electrical_model
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from ilg_circuit.cpg.rhythm import rhythm
+from ilg_circuit.oscillators.rhythm import rhythm
 from ilg_circuit.reproduce import ITEMS, Outcome, run
 from ilg_circuit.reproduce.cpg_rhythm import edge
 from ilg_circuit.reproduce.paper_runs import PaperRuns
@@ -56,7 +56,7 @@ class TestWithTheArm:
         assert any("mutual inhibition a is lost" in text for text in found.reproduction.unknown)
 
     def test_a_slow_rhythm_passes_through_the_circuit(self) -> None:
-        from ilg_circuit.arm.coupling import couple
+        from ilg_circuit.arms.coupling import couple
         from ilg_circuit.reproduce.cpg_circuit import fundamental
 
         runs = PaperRuns()

@@ -21,8 +21,8 @@ from ilg_circuit.circuit import port_netlist, strip_netlist
 from ilg_circuit.circuit.deck import deck
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError
-from ilg_circuit.identify.impedance import ImpedanceData
-from ilg_circuit.identify.port_fit import fit_port
+from ilg_circuit.identification.impedance import ImpedanceData
+from ilg_circuit.identification.port_fit import fit_port
 from ilg_circuit.measurements.record import Channel, Record
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.voltage import MeasuredDrive

@@ -13,8 +13,8 @@ from numpy.testing import assert_allclose
 from ilg_circuit.circuit.strip import port_netlist
 from ilg_circuit.errors import InputError
 from ilg_circuit.fit.parameter import Parameter
-from ilg_circuit.identify.impedance import ImpedanceData
-from ilg_circuit.identify.port_fit import fit_port
+from ilg_circuit.identification.impedance import ImpedanceData
+from ilg_circuit.identification.port_fit import fit_port
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.impedance import impedance

@@ -28,14 +28,26 @@ _DECADES = 1.5
 
 @dataclass(frozen=True)
 class GivenPath(LadderPath):
-    """A series resistance and an element of impedance ``function`` (s, *constants), ``typical`` values (k,) given."""
+    """A series resistance and an element of impedance ``function`` (s, *constants); ``typical`` are values (k,)."""
 
-    name: str  # type: ignore[misc]
+    word: str
     function: Callable[..., Any]
-    constants: tuple[Parameter, ...]  # type: ignore[misc]
+    own: tuple[Parameter, ...]
     typical: tuple[float, ...]
-    equation: str = ""  # type: ignore[misc]
+    text: str = ""
     auto: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return self.word
+
+    @property
+    def equation(self) -> str:
+        return self.text
+
+    @property
+    def constants(self) -> tuple[Parameter, ...]:
+        return self.own
 
     def __post_init__(self) -> None:
         s = 2j * np.pi * np.geomspace(1e-3, 1e3, 7)
@@ -63,7 +75,8 @@ class GivenPath(LadderPath):
         )
 
     def element(self, values: Array, s: ComplexArray) -> ComplexArray:
-        return np.asarray(self.function(s, *values.T[:, :, None]), dtype=complex) * np.ones((len(values), 1))
+        found: ComplexArray = np.broadcast_to(self.function(s, *values.T[:, :, None]), (len(values), len(s)))
+        return found.astype(complex)
 
     def to_material(self, values: Sequence[float]) -> dict[str, float]:
         series, *constants = values
@@ -83,7 +96,8 @@ class GivenPath(LadderPath):
         return [0.5 / sum(1 / r for r, _ in pairs), *self.typical]
 
     def spectrum_starts(self, z: ComplexArray, omega: Array, random: np.random.Generator) -> Array:
-        s, limits = 1j * omega, np.array([p.upper for p in self.constants])
+        s: ComplexArray = 1j * omega.astype(complex)
+        limits = np.array([p.upper for p in self.constants])
 
         def start(ions: ComplexArray, _: float) -> list[float]:
             spread = 10 ** random.uniform(-_DECADES, _DECADES, len(limits))

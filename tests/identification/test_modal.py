@@ -1,0 +1,107 @@
+"""The sum of modes against the exact engine and the closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from ilg_circuit.circuit.strip import strip_netlist
+from ilg_circuit.drive import PiecewiseLinear
+from ilg_circuit.identification.current import currents
+from ilg_circuit.identification.modal import modal_currents, modal_displacements
+from ilg_circuit.simulation import closed_forms as formulas
+from ilg_circuit.solve.transient import transient
+from ilg_circuit.strip.actuator import PAPER, Actuator, Coupling
+from ilg_circuit.strip.elements import lumped_elements
+from ilg_circuit.strip.models import electrical_model
+
+VALUES = {
+    "rc": (233.0, 20.0, 0.2),
+    "rc2": (400.0, 40.0, 0.02, 100.0, 0.1),
+    "rc3": (1000.0, 60.0, 0.004, 100.0, 0.02, 150.0, 0.15),
+    "warburg": (300.0, 10.0, 50.0, 8.0),
+    "cpe": (1000.0, 10.0, 0.02, 0.8),
+}
+DRIVES = {
+    "step": PiecewiseLinear.step(2.0),
+    "square": PiecewiseLinear.square(-1.0, 2.0, 7.0, 60.0),
+    "bends": PiecewiseLinear(np.array([0.0, 3.0, 3.0, 11.0, 40.0]), np.array([0.0, 1.0, -0.5, 2.0, 2.0])),
+}
+
+
+@pytest.mark.parametrize("resistance", [0.0, 2.0])
+@pytest.mark.parametrize("drive", DRIVES)
+@pytest.mark.parametrize("model", VALUES)
+def test_modes_are_the_exact_engine_s(model: str, drive: str, resistance: float) -> None:
+    kind = electrical_model(model)
+    ports = [kind.port([v * factor if v != 0.8 else v for v in VALUES[model]], resistance) for factor in (1.0, 1.3)]
+    t = np.sort(np.concatenate([np.linspace(0.0, 60.0, 41), np.geomspace(1e-3, 50.0, 20)]))
+    exact = currents(ports, DRIVES[drive], t, "exact")
+    found = modal_currents(ports, DRIVES[drive], t)
+    assert found == pytest.approx(exact, abs=1e-8 * np.abs(exact).max())
+
+
+def test_a_long_record_goes_in_blocks() -> None:
+    t = np.linspace(0.0, 60.0, 5003)
+    found = modal_currents([electrical_model("rc").port(VALUES["rc"], 2.0)], DRIVES["step"], t)[0]
+    assert found == pytest.approx(
+        2 * formulas.current_step(t, *formulas.current_constants(*VALUES["rc"], 2.0)), rel=1e-9
+    )
+
+
+# -- the whole strip ---------------------------------------------------------------------------------------------------
+
+TIMES = {
+    "even": np.linspace(0.0, 200.0, 301),
+    "uneven": np.sort(np.concatenate([[0.0], np.random.default_rng(1).uniform(0.0, 200.0, 150)])),
+}
+MEASURED = PiecewiseLinear(
+    np.linspace(0.0, 250.0, 120), 4 + 0.02 * np.random.default_rng(2).standard_normal(120) + np.linspace(0.0, 0.4, 120)
+)
+
+
+def both(strip: Actuator, beam: str, drive: PiecewiseLinear, t: NDArray[np.float64]) -> tuple[Any, Any]:
+    """The displacement by modes and by the exact engine."""
+    netlists = [strip_netlist(strip, beam=beam)]
+    exact = transient(netlists, drive, t, engine="exact")
+    return modal_displacements(netlists, drive, t)[0], exact.output("displacement")
+
+
+@pytest.mark.parametrize("times", TIMES)
+@pytest.mark.parametrize("damping", [0.05, 0.6212, 1 - 1e-12, 1.0, 1 + 1e-9, 1 + 1e-5, 2.3, 40.0])
+@pytest.mark.parametrize(("beam", "modulus"), [("static", 7600.0), ("dynamic", 7600.0), ("dynamic", 1e8)])
+def test_displacements_through_critical_damping(beam: str, modulus: float, damping: float, times: str) -> None:
+    """Two poles that become one have eigenvectors that become one; the answer must not notice."""
+    k = PAPER.coupling
+    assert k is not None
+    strip = replace(
+        PAPER,
+        material=replace(PAPER.material, youngs_modulus=modulus),
+        coupling=Coupling(k.gain, k.zero, damping, k.natural_frequency),
+    )
+    drive = PiecewiseLinear.step(4.0) if times == "uneven" else MEASURED
+    found, exact = both(strip, beam, drive, TIMES[times])
+    assert found == pytest.approx(exact, abs=1e-9 * float(np.abs(exact).max()))
+
+
+@pytest.mark.parametrize("beam", ["static", "dynamic"])
+def test_displacements_behind_an_electrode_resistance(beam: str) -> None:
+    m = PAPER.material
+    strip = replace(PAPER, material=replace(m, electrode_resistivity_1=350.0, electrode_thickness_1=1e-6))
+    assert lumped_elements(strip).port.electrode_resistance > 0
+    found, exact = both(strip, beam, MEASURED, TIMES["even"])
+    assert found == pytest.approx(exact, abs=1e-9 * float(np.abs(exact).max()))
+
+
+def test_a_mode_that_hardly_moves_follows_a_ramp() -> None:
+    """The response to a ramp of a mode slower than the record by 1e6: no digits are lost to (e^z - 1 - z)/z^2."""
+    port = electrical_model("rc").port((1e3, 20.0, 1e7), 0.0)
+    ramp, t = PiecewiseLinear.ramp(0.1, 50.0), np.linspace(0.0, 40.0, 101)
+    current = modal_currents([port], ramp, t)[0]
+    rate = 1 / (20.0 * 1e7)
+    by_hand = 0.1 * t / 1e3 + 0.1 * 1e7 * -np.expm1(-rate * t)
+    assert current == pytest.approx(by_hand, rel=1e-12)
