@@ -6,13 +6,14 @@ for numpy, what makes drives is imported when one is made.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
-from ..units import parse
+from ..units import parse, require_positive
 
 if TYPE_CHECKING:
     from ..arrays import Array
@@ -35,9 +36,15 @@ class Form:
 FORMS: tuple[Form, ...] = (
     Form("step", ("step:4V", "step:1mm"), range(1, 2)),
     Form("square", ("square:4V,30s[,duty], square:-4V..4V,30s", "square:1mm,30s[,duty]"), range(2, 4)),
+    Form("triangle", ("triangle:4V,30s, triangle:-2V..2V,30s", "triangle:1mm,30s"), range(2, 3)),
+    Form("cv", ("cv:-1V..1V,50mV/s[,cycles]", "cv:-1mm..1mm,0.1mm/s[,cycles]"), range(2, 4)),
+    Form("pulse", ("pulse:4V,1s,10s[,count]", "pulse:1mm,1s,10s[,count]"), range(3, 5)),
     Form("sine", ("sine:2V,0.1Hz", "sine:1mm,0.1Hz"), range(2, 3)),
+    Form("chirp", ("chirp:1V,0.01Hz..1Hz", "chirp:1mm,0.01Hz..1Hz"), range(2, 3)),
+    Form("multisine", ("multisine:1V,0.01Hz..1Hz[,tones]", "multisine:1mm,0.01Hz..1Hz[,tones]"), range(2, 4)),
     Form("ramp", ("ramp:1V/s", "ramp:0.1mm/s"), range(1, 2)),
     Form("file", ("file:drive.csv", "file:motion.csv"), None),
+    Form("repeat", ("repeat:5,drive.csv", "repeat:5,motion.csv"), None),
 )
 
 DRIVE_FORMS, MOTION_FORMS = (", ".join(form.examples[k] for form in FORMS) for k in (0, 1))
@@ -67,26 +74,64 @@ def parse_drive(text: str, duration: float, unit: str = "V") -> Drive:
 def _made(name: str, parts: list[str], duration: float, unit: str) -> Drive:
     """The drive of a form for a run of ``duration`` [s], from the ``parts`` after the colon; values are in ``unit``."""
     from ..drive import PiecewiseLinear, Sine
+    from . import shapes
+
+    def lines(rows: shapes.Rows) -> Drive:
+        return PiecewiseLinear(*rows, f"{name} {', '.join(parts)}")
 
     match name:
         case "step":
             return PiecewiseLinear.step(parse(parts[0], unit, name), unit=unit)
         case "square":
-            low, separator, high = parts[0].partition("..")
-            levels = (parse(low, unit, name) if separator else 0.0, parse(high if separator else low, unit, name))
             duty = parse(parts[2], "", "square, duty") if len(parts) == 3 else 0.5
-            return PiecewiseLinear.square(*levels, parse(parts[1], "s", name), duration, duty, unit)
+            return PiecewiseLinear.square(*_two(parts[0], unit, name), parse(parts[1], "s", name), duration, duty, unit)
+        case "triangle":
+            return lines(shapes.triangle(*_two(parts[0], unit, name), parse(parts[1], "s", name), duration))
+        case "cv":
+            low, high = _two(parts[0], unit, name)
+            rate, cycles = parse(parts[1], f"{unit}/s", name), _count(parts, 2, "cv, cycles")
+            require_positive("cv, rate", rate, f"{unit}/s")
+            return lines(shapes.triangle(low, high, 2 * (high - low) / rate, duration, cycles))
+        case "pulse":
+            width, period = (parse(part, "s", name) for part in parts[1:3])
+            count = _count(parts, 3, "pulse, count")
+            return lines(shapes.pulses(parse(parts[0], unit, name), width, period, duration, count))
         case "sine":
             return Sine(parse(parts[0], unit, name), parse(parts[1], "Hz", name), unit)
+        case "chirp":
+            return lines(shapes.chirp(parse(parts[0], unit, name), *_two(parts[1], "Hz", name), duration))
+        case "multisine":
+            tones = int(_count(parts, 2, "multisine, tones", 10))
+            return lines(shapes.multisine(parse(parts[0], unit, name), *_two(parts[1], "Hz", name), duration, tones))
         case "ramp":
             return PiecewiseLinear.ramp(parse(parts[0], f"{unit}/s", name), duration, unit)
         case _:
             from ..measurements.read import read_waveform
 
-            path = Path(parts[0])
+            count_text, _, file = parts[0].partition(",") if name == "repeat" else ("", "", parts[0])
+            path = Path(file)
             times, values, notes = read_waveform(path, "voltage" if unit == "V" else "displacement")
             text = f"file {path.name}"
+            if name == "repeat":
+                times, values = shapes.repeated(times, values, int(_count([count_text], 0, "repeat")))
+                text = f"{count_text} times {text}"
             return drawn(times, values, duration, text, [note.about(text) for note in notes])
+
+
+def _two(text: str, unit: str, name: str) -> tuple[float, float]:
+    """The two values of ``low..high``; one alone is the higher one, above zero."""
+    low, separator, high = text.partition("..")
+    return parse(low, unit, name) if separator else 0.0, parse(high if separator else low, unit, name)
+
+
+def _count(parts: Sequence[str], place: int, what: str, usual: float = math.inf) -> float:
+    """The whole number at a place of the parts, if it is there."""
+    if place >= len(parts):
+        return usual
+    value = parse(parts[place], "", what)
+    if not (value >= 1 and value == int(value)):
+        raise InputError(f"{what}: '{parts[place]}' is no whole number of one or more")
+    return value
 
 
 def drawn(times: Array, values: Array, duration: float, text: str, notes: Sequence[Finding] = ()) -> Drive:

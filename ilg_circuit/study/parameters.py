@@ -35,8 +35,13 @@ NO_LOAD = Load()
 _LOAD_UNITS = {"mass": "kg", "stiffness": "N/m", "damping": "N*s/m"}
 #: Number in a drive's text -> unit, meaning, kinds of drive that have it, place after the colon.
 DRIVE_KEYS = {
-    "voltage": ("V", "largest voltage of the drive", ("step", "square", "sine", "file"), 0),
-    "period": ("s", "period of a square wave", ("square",), 1),
+    "voltage": (
+        "V",
+        "largest voltage of the drive",
+        ("step", "square", "triangle", "cv", "pulse", "sine", "chirp", "multisine", "file", "repeat"),
+        0,
+    ),
+    "period": ("s", "period of a square or triangular wave", ("square", "triangle"), 1),
     "duty": ("", "part of the period for which a square wave is high", ("square",), 2),
     "frequency": ("Hz", "frequency of a sine", ("sine",), 1),
     "rate": ("V/s", "slope of a ramp", ("ramp",), 0),

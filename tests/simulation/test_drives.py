@@ -24,7 +24,7 @@ DURATION = 60.0
 def test_its_examples_are_drives(form: Form, k: int, unit: str, column: str, run: Run) -> None:
     for name in ("drive.csv", "motion.csv"):
         Path(name).write_text(f"time_s,{column}\n0,1\n1,2\n")
-    for example in form.examples[k].replace("[,duty]", ",0.5").split(", "):
+    for example in re.sub(r"\[,\w+\]", lambda m: ",0.5" if m[0] == "[,duty]" else ",3", form.examples[k]).split(", "):
         assert example.startswith(f"{form.name}:")
         drive = parse_drive(example, DURATION, unit)
         assert np.isfinite(drive.value(np.linspace(0, DURATION, 7))).all()
@@ -35,7 +35,7 @@ def test_its_examples_are_drives(form: Form, k: int, unit: str, column: str, run
 def test_errors_name_every_form(unit: str, forms: str) -> None:
     assert all(f"{form.name}:" in forms for form in FORMS)
     with pytest.raises(InputError, match=re.escape(forms)):
-        parse_drive("triangle:1V", DURATION, unit)
+        parse_drive("sawtooth:1V", DURATION, unit)
 
 
 @pytest.mark.parametrize(
