@@ -44,7 +44,7 @@ def test_a_multisine_has_its_tones_and_its_peak() -> None:
     assert tones.tolist() == [1, 2, 3, 6, 11, 20]
     assert_allclose(power[tones], power[1], rtol=1e-3)
     # the crest factor of one sine is 1.41, that of six in phase 3.46
-    assert np.abs(values).max() / values.std() < 2.0
+    assert np.abs(values).max() / values.std() < 2.2
 
 
 def test_a_file_is_repeated(tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
