@@ -32,8 +32,23 @@ def netlist(
 
     Parameters
     ----------
-    strip, drive, duration, tip, beam, load
-        As in `simulate`.
+    strip : Actuator, str or Path
+        An object, the path of a TOML file or a preset's name.
+    drive : str, Drive or (times, values)
+        Voltage over time, as in `simulate`.
+    duration : float or str
+        How long [s]; not needed where the drive is rows.
+    tip : {"free", "clamped"}
+        Whether the tip moves.
+    beam : {"dynamic", "static"}, optional
+        With the beam's mass or without it (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        What hangs on the tip, such as "mass=1g".
+
+    Returns
+    -------
+    str
+        The deck.
 
     Raises
     ------
@@ -58,10 +73,15 @@ def library(strip: Strip, name: str = "ilg_strip") -> str:
 
     Parameters
     ----------
-    strip
+    strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
-    name
+    name : str
         Of the subcircuit.
+
+    Returns
+    -------
+    str
+        The subcircuit.
 
     Raises
     ------
@@ -85,10 +105,15 @@ def subcircuit(strip: Strip, name: str = "ilg_strip") -> SubCircuit:
 
     Parameters
     ----------
-    strip
+    strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
-    name
+    name : str
         Of the subcircuit.
+
+    Returns
+    -------
+    PySpice.Spice.Netlist.SubCircuit
+        The strip between its pins.
 
     Raises
     ------

@@ -42,16 +42,21 @@ def read(*data: Source, mode: str | None = None, onset: Stated | str = None, **a
 
     Parameters
     ----------
-    data
+    *data : str, Path, DataFrame, mapping, Record, Spectrum or a list of these
         Paths of files; or columns by header, such as ``current_mA``: a pandas data frame, or a mapping of arrays.
-    mode
+    mode : {"uniaxial", "equibiaxial", "planar"}, optional
         Of a load test: uniaxial, equibiaxial or planar.
-    onset
+    onset : float or str, optional
         When a record's excitation began: a time [s] or a text such as "4 s"; "last-rest" or "first-level" (default:
         found, and left open between two readings).
-    arrays
+    **arrays : array_like
         Arrays (n,) in SI units in place of ``data``: ``time``, ``voltage``, ``current``, ``displacement``, ``force``,
         ``charge``; or ``frequency`` and complex ``impedance``; or ``stretch`` and ``stress``.
+
+    Returns
+    -------
+    Record, Spectrum or LoadTest, or a list
+        The data in SI units, with findings on what was left out.
 
     Raises
     ------

@@ -38,36 +38,41 @@ def identify(
 
     Parameters
     ----------
-    data
+    data : str, Path, DataFrame, mapping, Record, Spectrum or a list of these
         A path, a data frame or mapping with columns as in a CSV file (time_s, voltage_V, current_mA, displacement_mm;
         or frequency_Hz, re_ohm, im_ohm), what `read` returned, or a list of these, of one strip.
-    strip
+    strip : Actuator, str or Path
         Geometry, Young's modulus and density: an object, a path or a preset's name (default: the paper's, which is
         said in a finding).
-    model
+    model : str
         Name of an electrical model, or "auto": the simplest of the best by BIC.
-    onset
+    onset : float or str, optional
         When a record's excitation began, see `read`.
-    electrode_resistance
+    electrode_resistance : float or str, optional
         Re [ohm], held (default: the strip's), or "fit" with nonlinear models.
-    bias
+    bias : float or str
         Bias [V] of a spectrum, or of each set of data.
-    until
+    until : float or str, optional
         Time [s] since the onset up to which records are fitted.
-    displacement_delay
+    displacement_delay : float or str
         How much later [s] the displacement's clock reads, or "fit".
-    own
+    own : sequence of str
         Parameters that each set of data has for itself.
-    engine
+    engine : {"ngspice", "exact"}
         "ngspice" judges the answer by a transient of its own, "exact" by the closed form.
-    intervals
+    intervals : str
         Method of the 95 % intervals: "covariance", "profile", "bootstrap" or "mcmc".
-    weighting
+    weighting : {"modulus", "unit"}
         Of spectra: "modulus" or "unit".
-    progress
+    progress : callable, optional
         Called after each evaluation.
-    arrays
+    **arrays : array_like
         Arrays in SI units in place of ``data``, see `read`.
+
+    Returns
+    -------
+    Identification
+        Parameters with intervals, the fitted strip, residuals, findings.
 
     Raises
     ------
@@ -118,12 +123,20 @@ def ogden(
 
     Parameters
     ----------
-    uniaxial, equibiaxial, planar
-        One test each: a path, a data frame or mapping with columns stretch and stress_MPa (nominal), or what `read`
-        returned.
-    options
+    uniaxial : str, Path, DataFrame, mapping or LoadTest, optional
+        One test: a path, a data frame or mapping with columns stretch and stress_MPa (nominal), or what `read` returned.
+    equibiaxial : str, Path, DataFrame, mapping or LoadTest, optional
+        Likewise.
+    planar : str, Path, DataFrame, mapping or LoadTest, optional
+        Likewise.
+    **options : Any
         ``model``, ``terms``, ``constrained``, ``weighting``, ``at``, ``branch``, ``seed`` of
         `hyperelastic.characterise`.
+
+    Returns
+    -------
+    Characterisation
+        Material, predictions, findings.
 
     Raises
     ------

@@ -32,6 +32,16 @@ Hung: TypeAlias = Load | str | Mapping[str, Given] | None
 def load(strip: Strip = "paper") -> Actuator:
     """Return the strip that a preset's name or the path of a TOML file stands for; a strip itself as it is.
 
+    Parameters
+    ----------
+    strip : Actuator, str or Path
+        What stands for it.
+
+    Returns
+    -------
+    Actuator
+        The strip: geometry, material, coupling.
+
     Raises
     ------
     InputError

@@ -28,18 +28,23 @@ def register_model(
 
     Parameters
     ----------
-    name
+    name : str
         A word; "name+sinh" and the like then exist too.
-    impedance
+    impedance : callable
         Function of complex ``s`` [rad/s] and the constants in their order, written with numpy; it returns the
         element's impedance [ohm]. Rs and Rdc are added to it.
-    constants
+    constants : mapping of str to str or float
         Name of each constant and a typical value with its unit, where fits start: "40 ohm", "0.3 F", "20 s", "1 Hz",
         or a plain number. One is in F, or one in ohm and one in s.
-    upper
+    upper : mapping of str to float, optional
         Upper limits of constants, such as 1 for an exponent; all are positive.
-    auto
+    auto : bool
         True if the choice of a model for spectra tries it too.
+
+    Returns
+    -------
+    IonPath
+        The model; it is in the registry from then on.
 
     Raises
     ------

@@ -40,24 +40,38 @@ def simulate(
 
     Parameters
     ----------
-    strip
+    strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
-    drive
+    drive : str, Drive or (times, values)
         A text such as "step:4V", "square:-2V..2V,30s" or "file:drive.csv", a pair of times [s] and voltages [V] (n,),
         or a drive. The strip is at rest under the drive's rest level until t = 0.
-    duration
+    duration : float or str
         How long [s]; not needed where the drive is rows.
-    samples, step, times
-        Number of samples (default 601), or the time between them [s], or the times themselves [s] (n,).
-    tip, beam, load
-        "free" or "clamped"; "dynamic" or "static" (default: as the coupling was fitted); what hangs on the tip, such as
-        "mass=1g" or ``{"mass": "1 g"}``.
-    engine, accuracy
-        "ngspice" or, for linear circuits, "exact"; error to stay below, relative to the largest value.
-    band
+    samples : int, optional
+        Number of samples (default 601).
+    step : float or str, optional
+        Time between samples [s], in place of their number.
+    times : array_like, optional
+        The times themselves [s] (n,), in place of a duration.
+    tip : {"free", "clamped"}
+        Whether the tip moves.
+    beam : {"dynamic", "static"}, optional
+        With the beam's mass or without it (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        What hangs on the tip, such as "mass=1g" or ``{"mass": "1 g"}``.
+    engine : {"ngspice", "exact"}
+        ngspice, or matrix exponentials for linear circuits.
+    accuracy : float, optional
+        Error to stay below, relative to the largest value (default 1e-9, nonlinear 1e-6).
+    band : bool
         Adds standard errors from the uncertainty of a fitted strip.
-    progress
+    progress : callable, optional
         Called with (done, total) [s].
+
+    Returns
+    -------
+    Response
+        Waveforms over time, the account of energies, warnings.
 
     Raises
     ------
@@ -99,16 +113,31 @@ def impedance(
 
     Parameters
     ----------
-    strip
+    strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
-    low, high, points
-        Band [Hz], and the number of frequencies in it, even in logarithm (default: ten a decade).
-    frequency
+    low : float or str
+        Lowest frequency [Hz].
+    high : float or str
+        Highest frequency [Hz].
+    points : int, optional
+        Number of frequencies, even in logarithm (default: ten a decade).
+    frequency : array_like, optional
         The frequencies themselves [Hz] (f,), ascending, in place of a band.
-    bias
+    bias : float or str
         Voltage [V] about which the signal is small.
-    tip, beam, load, engine
-        As in `simulate`.
+    tip : {"free", "clamped"}
+        Whether the tip moves.
+    beam : {"dynamic", "static"}, optional
+        With the beam's mass or without it (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        What hangs on the tip, such as "mass=1g".
+    engine : {"ngspice", "exact"}
+        ngspice, or the circuit's equations solved directly.
+
+    Returns
+    -------
+    Impedance
+        Complex impedance [ohm] (f,) over frequency [Hz].
 
     Raises
     ------
@@ -148,14 +177,31 @@ def sense(
 
     Parameters
     ----------
-    strip, samples, step, times, engine, accuracy, progress
-        As in `simulate`.
-    motion
+    strip : Actuator, str or Path
+        An object, the path of a TOML file or a preset's name.
+    motion : str, Drive or (times, values)
         A text such as "sine:1mm,0.1Hz", a pair of times [s] and positions [m] (n,), or a drive.
-    duration
+    duration : float or str
         How long [s]; not needed where the motion is rows.
-    terminals
-        "open": the voltage between them; "short": the current through them.
+    samples : int, optional
+        Number of samples (default 601).
+    step : float or str, optional
+        Time between samples [s], in place of their number.
+    times : array_like, optional
+        The times themselves [s] (n,), in place of a duration.
+    terminals : {"open", "short"}
+        Open: the voltage between them; short: the current through them.
+    engine : {"ngspice", "exact"}
+        ngspice, or matrix exponentials for linear circuits.
+    accuracy : float, optional
+        Error to stay below, relative to the largest value (default 1e-9).
+    progress : callable, optional
+        Called with (done, total) [s].
+
+    Returns
+    -------
+    Sensed
+        Voltage or current over time.
 
     Raises
     ------

@@ -125,12 +125,17 @@ def pareto(
 
     Parameters
     ----------
-    strip, drive, duration, vary, require, options
+    strip, drive, duration, vary, require, **options : Actuator, str or Path / str, Drive or (times, values) / float or str / mapping or iterable of str / str or iterable of str / Any
         As in `design`.
-    objectives
+    objectives : str or iterable of str
         Outputs such as ``["displacement_final", "force_blocked"]``; each is maximised, or minimised after a minus sign.
-    points
+    points : int, optional
         Number of points of the front.
+
+    Returns
+    -------
+    DesignReport
+        Its ``front`` holds the designs.
 
     Raises
     ------
