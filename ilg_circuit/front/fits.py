@@ -124,7 +124,7 @@ def ogden(
     Parameters
     ----------
     uniaxial : str, Path, DataFrame, mapping or LoadTest, optional
-        One test: a path, a data frame or mapping with columns stretch and stress_MPa (nominal), or what `read` returned.
+        A path, a data frame or mapping with columns stretch and stress_MPa (nominal), or what `read` returned.
     equibiaxial : str, Path, DataFrame, mapping or LoadTest, optional
         Likewise.
     planar : str, Path, DataFrame, mapping or LoadTest, optional
