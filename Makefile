@@ -48,6 +48,7 @@ lint: .venv/.stamp-dev
 	$(bin)/python -m ruff check .
 	$(bin)/python -m ruff format --check .
 	$(bin)/python -m mypy
+	$(bin)/python scripts/validate_docstrings.py
 
 # Other programs that answers are compared with; some of them do not install everywhere.
 peers: .venv/.stamp-dev

@@ -1,22 +1,20 @@
-"""The inverse problem: which strip bends by 4 mm, pushes with 0.1 uN and takes the least energy? And the trade-off.
+# %% [markdown]
+# # Which strip bends by 4 mm with the least energy?
+#
+# A design within ranges that meets requirements, and the trade-off of force and displacement.
 
-Run: python examples/design_a_strip.py
-"""
+# %%
+import ilg_circuit as ilg
 
-from ilg_circuit.study.design import design
-
-report = design(
-    "paper",
-    "step:4V",
-    "300s",
-    vary=["thickness=0.2mm:1mm", "free_length=15mm:40mm", "voltage=1V:4V"],
-    require=["displacement_final>=4mm", "force_blocked>=0.1uN"],
-    minimise="energy",
-    pareto="displacement_final,force_blocked",
-    points=8,
-)
+ranges = {"thickness": ("0.2 mm", "1 mm"), "free_length": ("15 mm", "40 mm"), "voltage": ("1 V", "4 V")}
+wanted = ["displacement_final>=4mm", "force_blocked>=0.1uN"]
+report = ilg.design("paper", "step:4V", "300 s", ranges, require=wanted, minimise="energy")
 print(report.summary(), *report.warnings, sep="\n")
-front = report.front
-if front:
-    for y, force in zip(front.simulated["displacement_final"], front.simulated["force_blocked"], strict=True):
-        print(f"{1e3 * y:.2f} mm with {1e9 * force:.0f} nN")
+
+# %%
+report.save("designed.toml")
+print(ilg.load("designed.toml"))
+
+# %%
+front = ilg.pareto("paper", "step:4V", "300 s", ranges, ["displacement_final", "force_blocked"], points=8)
+axes = front.plot()

@@ -1,22 +1,88 @@
-"""The examples run as they are, and the netlists of the paper's strip are those that the package writes today."""
+"""The examples run as scripts and as notebooks; netlists of the paper's strip are those that the package writes today."""
 
+from __future__ import annotations
+
+import ast
 import runpy
-import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+jupytext = pytest.importorskip("jupytext", reason="notebooks are made with jupytext")
+nbformat = pytest.importorskip("nbformat", reason="notebooks are made with nbformat")
+nbclient = pytest.importorskip("nbclient", reason="notebooks are run with nbclient")
+
 ROOT = Path(__file__).parents[1]
+SCRIPTS = sorted((ROOT / "examples").glob("*.py"))
 NETLISTS = runpy.run_path(str(ROOT / "netlists" / "generate.py"))["texts"]()
+#: What an example needs besides the package.
+NEEDS = {"sweep_strips": "loky", "soft_arm": "numba", "fit_a_dataframe": "pandas"}
 
 
-@pytest.mark.parametrize("script", sorted(p.name for p in (ROOT / "examples").glob("*.py")))
-def test_example_runs(script: str, tmp_path: Path) -> None:
-    command = [sys.executable, "-W", "error::RuntimeWarning", str(ROOT / "examples" / script), str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=120)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip()
+def needing(script: Path) -> None:
+    if script.stem in NEEDS:
+        pytest.importorskip(NEEDS[script.stem], reason="an extra of the package")
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda p: p.stem)
+def test_example_runs(
+    script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    needing(script)
+    import matplotlib
+
+    matplotlib.use("agg")
+    from matplotlib import pyplot
+
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(script))
+    pyplot.close("all")
+    assert capsys.readouterr().out.strip()
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda p: p.stem)
+def test_an_example_imports_the_front_door_alone(script: Path) -> None:
+    imported = [
+        node for node in ast.walk(ast.parse(script.read_text())) if isinstance(node, ast.Import | ast.ImportFrom)
+    ]
+    ours = [ast.unparse(node) for node in imported if "ilg_circuit" in ast.unparse(node)]
+    assert ours == ["import ilg_circuit as ilg"]
+
+
+@pytest.fixture(scope="module")
+def kernel() -> Iterator[Any]:
+    """One kernel for all notebooks: it takes as long to start as most of them to run."""
+    from jupyter_client.manager import start_new_kernel
+
+    manager, client = start_new_kernel(kernel_name="python3")
+    client.stop_channels()
+    yield manager
+    manager.shutdown_kernel(now=True)
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda p: p.stem)
+def test_notebook_runs(script: Path, kernel: Any, tmp_path: Path) -> None:
+    needing(script)
+    book = jupytext.read(script.parent / "notebooks" / f"{script.stem}.ipynb")
+    first = f"%reset -f\nimport os, sys\nos.chdir({str(tmp_path)!r})\nsys.path[:] = {[str(ROOT), *sys.path]!r}"
+    book.cells.insert(0, nbformat.v4.new_code_cell(first))
+    nbclient.NotebookClient(book, km=kernel, timeout=120).execute()
+    outputs = [output for cell in book.cells if cell.cell_type == "code" for output in cell.outputs]
+    assert any(output.output_type in ("stream", "display_data", "execute_result") for output in outputs)
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda p: p.stem)
+def test_its_notebook_has_the_same_cells(script: Path) -> None:
+    made = runpy.run_path(str(ROOT / "scripts" / "make_notebooks.py"))["notebook"](script)
+    kept = jupytext.read(script.parent / "notebooks" / f"{script.stem}.ipynb")
+    assert [c.source for c in kept.cells] == [c.source for c in made.cells], "run python scripts/make_notebooks.py"
+
+
+def test_no_notebook_is_left_over() -> None:
+    assert {p.stem for p in (ROOT / "examples" / "notebooks").glob("*.ipynb")} == {p.stem for p in SCRIPTS}
 
 
 @pytest.mark.parametrize("name", sorted(NETLISTS))
