@@ -1,5 +1,10 @@
 """The two ways in which a call can fail; the command line turns them into exit codes 2 and 1."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
 
 class IlgError(Exception):
     """Base of every error that this package raises on purpose. The message is one line for the user."""
@@ -21,6 +26,14 @@ class MissingLibraryError(SolveError):
     """The ngspice shared library was not found; the input of the user cannot be used without it."""
 
     exit_code = 2
+
+
+def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
+    """Return the error for a name that is not ``known``: it lists the nearest names, or all."""
+    names = list(known)
+    near = get_close_matches(name, names, n=4)
+    hint = f"perhaps {', '.join(near)}" if near else f"known are {', '.join(names) or 'none'}"
+    return InputError(f"unknown {kind} '{name[:40]}'; {hint}")
 
 
 def first_line(error: Exception) -> str:

@@ -24,6 +24,16 @@ def require_sensitivity() -> None:
     _require(("SALib",), "Sobol indices", "sensitivity")
 
 
+def require_dataframe(module: str) -> None:
+    """The same for ``module``, pandas or xarray, as which a result was asked for: the extra ``dataframe``."""
+    _require((module,), f"a result as a table of {module}", "dataframe")
+
+
+def require_netcdf() -> None:
+    """The same for a result as a netCDF file: the extra ``study``."""
+    _require(("xarray", "h5netcdf", "h5py"), "a netCDF file", "study")
+
+
 def _require(modules: tuple[str, ...], what: str, extra: str) -> None:
     missing = [name for name in modules if find_spec(name) is None]
     if missing:

@@ -1,28 +1,76 @@
-"""The base of every result: plain data, whose text, picture and page are made in `report` when asked for."""
+"""The base of every result: plain data, whose text, picture, tables and files are made when asked for."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import json
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from .files import write_csv
+from .extras import require_dataframe, require_netcdf
+from .files import replacing, write_csv
 from .provenance import Provenance
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+    from pandas import DataFrame
+    from xarray import Dataset
 
     from .report.page import Page
 
 
 @dataclass(frozen=True)
+class Column:
+    """A column of a result's table: ``values`` (n,) in ``unit``, "" for a ratio or a count, None for words.
+
+    The unit is None too where it differs from row to row. ``over`` marks the one that all others are over, such as
+    time.
+    """
+
+    name: str
+    values: Iterable[Any]
+    unit: str | None = None
+    over: bool = False
+
+    @property
+    def header(self) -> str:
+        """Its header in a CSV file, such as current_A."""
+        return f"{self.name}_{self.unit}" if self.unit else self.name
+
+
+@dataclass(frozen=True)
+class Curve:
+    """What was measured of a ``quantity`` [``unit``] in ``source`` and its fit, both (n,), over an abscissa ``x``."""
+
+    quantity: str
+    unit: str
+    source: str
+    x: Column
+    measured: NDArray[Any]
+    fitted: NDArray[Any]
+
+    def add_to(self, data: Dataset, number: int) -> None:
+        """Add its variables to ``data``, their names ending in ``number``; complex ones as real and imaginary part."""
+        over, unit = f"{self.x.name}_{number}", self.unit or "1"
+        data[over] = (over, self.x.values, {"units": self.x.unit or "1"})
+        parts = {"re_": "real", "im_": "imag"} if self.measured.dtype.kind == "c" else {"": "real"}
+        for what, values in (("", self.measured), ("_fit", self.fitted)):
+            for start, part in parts.items():
+                attributes = {"units": unit, "source": self.source}
+                data[f"{start}{self.quantity}{what}_{number}"] = (over, getattr(values, part), attributes)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
 class Result:
     """What a command or a call of the front door returns; ``provenance`` says where it comes from.
 
-    A subclass names in ``presenter`` the module of `ilg_circuit.report` that shows it: its functions ``summary``,
-    ``figure`` and ``page`` take the result.
+    A subclass names in ``presenter`` the module of `ilg_circuit.report` that shows it: its functions ``headline``,
+    ``facts``, ``panels``, ``summary``, ``figure`` and, for more than `report.doors` makes of these, ``page`` take the
+    result.
     """
 
     presenter: ClassVar[str]
@@ -30,28 +78,190 @@ class Result:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain data, ready for JSON."""
-        raise TypeError(f"{type(self).__name__} has no plain form")
+        raise NotImplementedError(f"{type(self).__name__}.to_dict")
 
-    def columns(self) -> Mapping[str, Iterable[Any]]:
-        """Return the result as columns of one length, by header."""
-        raise TypeError(f"{type(self).__name__} has no columns")
+    def table(self) -> tuple[Column, ...]:
+        """Return the result as columns of one length."""
+        raise NotImplementedError(f"{type(self).__name__}.table")
+
+    def curves(self) -> Iterable[Curve]:
+        """Return what was measured and fitted, for `to_xarray`; nothing where nothing was measured."""
+        return ()
+
+    def columns(self) -> dict[str, Any]:
+        """Return the columns' values by their headers, as in a CSV file."""
+        return {column.header: column.values for column in self.table()}
+
+    def to_dataframe(self) -> DataFrame:
+        """Return the result's table as a pandas DataFrame, whose columns are named as those of a CSV file.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row a sample, a frequency, a parameter or a design. SI units, at the end of each column's name.
+
+        Raises
+        ------
+        MissingLibraryError
+            pandas is not installed; it comes with the extra ``dataframe``.
+
+        Examples
+        --------
+        >>> from ilg_circuit.simulation.drives import parse_drive
+        >>> from ilg_circuit.simulation.response import simulate
+        >>> from ilg_circuit.strip.actuator import PAPER
+        >>> response = simulate(PAPER, parse_drive("step:4V", 300.0), [0.0, 150.0, 300.0], engine="exact")
+        >>> response.to_dataframe()[["time_s", "voltage_V", "current_A"]].round(4)
+           time_s  voltage_V  current_A
+        0     0.0        4.0     0.2118
+        1   150.0        4.0     0.0060
+        2   300.0        4.0     0.0060
+        """
+        require_dataframe("pandas")
+        from pandas import DataFrame
+
+        return DataFrame(self.columns())
+
+    def to_xarray(self) -> Dataset:
+        """Return the result's table as an xarray Dataset: one variable a column, with its unit in ``attrs["units"]``.
+
+        A fit has the curves beside its table of parameters: of each file what was measured and the fit of it, over a
+        dimension of its own.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over time, frequency or whatever the table is over, else over the number of the row; SI.
+
+        Raises
+        ------
+        MissingLibraryError
+            xarray is not installed; it comes with the extra ``dataframe``.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from ilg_circuit.simulation.impedance import impedance
+        >>> from ilg_circuit.strip.actuator import PAPER
+        >>> data = impedance(PAPER, np.geomspace(0.001, 1, 4), engine="exact").to_xarray()
+        >>> data["re"].dims, data["re"].attrs["units"], round(float(data["re"].sel(frequency=1.0)), 2)
+        (('frequency',), 'ohm', 18.89)
+        """
+        require_dataframe("xarray")
+        import numpy as np
+        from xarray import Dataset
+
+        columns = self.table()
+        over = next((column.name for column in columns if column.over), "row")
+        values = {column.name: np.asarray([np.nan if x is None else x for x in column.values]) for column in columns}
+        units = {c.name: {} if c.unit is None else {"units": c.unit or "1"} for c in columns}
+        data = {name: (over, column, units[name]) for name, column in values.items()}
+        if over == "row":
+            data["row"] = ("row", np.arange(len(next(iter(values.values())))), {"units": "1"})
+        coordinate = {over: data.pop(over)}
+        about = {"title": self._shown("headline"), "provenance": json.dumps(self.provenance.to_dict())}
+        whole = Dataset(data, coords=coordinate, attrs=about)
+        for number, curve in enumerate(self.curves(), 1):
+            curve.add_to(whole, number)
+        return whole
+
+    def save(self, path: str | Path) -> None:
+        """Write the result; the suffix of ``path`` says as what. A file is replaced whole or not at all.
+
+        Parameters
+        ----------
+        path
+            ``.csv`` (the table with full precision), ``.json`` (`to_dict` with the provenance), ``.png``, ``.pdf``,
+            ``.svg`` (the picture), ``.html`` (the page), ``.nc`` (`to_xarray`), and ``.toml`` of a result that makes a
+            strip.
+
+        Raises
+        ------
+        InputError
+            The result cannot be written as what the suffix says, or the file cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> from pathlib import Path
+        >>> from ilg_circuit.cpg.sweep import cpg_sweep
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     cpg_sweep("inhibition=2:3:2").save(Path(folder) / "rhythms.csv")
+        ...     print((Path(folder) / "rhythms.csv").read_text().splitlines()[0])
+        inhibition,oscillates,period_s,amplitude
+        """
+        _doors().save(self, path)
 
     def write_csv(self, path: str | Path) -> None:
-        """Write the columns with full precision."""
+        """Write the columns as CSV with full precision, whatever the file's name ends in."""
         write_csv(path, self.columns())
+
+    def write_netcdf(self, path: str | Path) -> None:
+        """Write `to_xarray` as netCDF, whatever the file's name ends in."""
+        require_netcdf()
+        with replacing(Path(path)) as temporary, self.to_xarray() as data:
+            data.load().to_netcdf(temporary, engine="h5netcdf")
+
+    def plot(self, ax: Any = None, what: str = "", **style: Any) -> Any:
+        """Draw the result and return the axes; nothing is saved, and nothing shown before ``plt.show()``.
+
+        Parameters
+        ----------
+        ax
+            Matplotlib axes on which one panel is drawn. Left out, the whole picture is drawn through pyplot, as a
+            notebook shows it.
+        what
+            Name of the panel, such as ``current`` of a response or ``bode`` of an impedance; the most telling one if
+            left out.
+        style
+            Of the panel's main curve, such as ``color`` and ``label``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes or numpy.ndarray
+            The axes, an array where there are several.
+
+        Raises
+        ------
+        InputError
+            There is no such panel or style, or nothing to draw.
+
+        Examples
+        --------
+        >>> from matplotlib.figure import Figure
+        >>> from ilg_circuit.simulation.drives import parse_drive
+        >>> from ilg_circuit.simulation.response import simulate
+        >>> from ilg_circuit.strip.actuator import PAPER
+        >>> response = simulate(PAPER, parse_drive("step:4V", 300.0), [0.0, 150.0, 300.0], engine="exact")
+        >>> axes = response.plot(ax=Figure().subplots(), what="current", color="black")
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('time [s]', 'current [mA]')
+        """
+        return _doors().plot(self, ax, what, style)
 
     def summary(self) -> str:
         """Return the result as text for a terminal."""
-        return self._presented("summary")
+        return self._shown("summary")
 
     def figure(self) -> Figure:
         """Return the result as a picture; nothing is shown or saved."""
-        return self._presented("figure")
+        return self._shown("figure")
 
     def page(self) -> Page:
         """Return the result as a page of HTML sections; `report.page.write_page` writes it."""
-        return self._presented("page")
+        return _doors().page(self)
 
-    def _presented(self, how: str) -> Any:
-        module = import_module(f"{__package__}.report.{self.presenter}")
-        return getattr(module, how)(self)
+    def __repr__(self) -> str:
+        """Return what the result tells in at most ten lines."""
+        return _doors().brief(self)
+
+    def _repr_html_(self) -> str:
+        """Return the same as a table with a small picture, for a notebook."""
+        return _doors().html(self)
+
+    def _shown(self, how: str, *more: Any) -> Any:
+        return getattr(import_module(f"{__package__}.report.{self.presenter}"), how)(self, *more)
+
+
+def _doors() -> ModuleType:
+    return import_module(f"{__package__}.report.doors")

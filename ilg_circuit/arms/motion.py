@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array
+from ..arrays import Array, plain
 from ..errors import InputError
-from ..files import replacing
+from ..extras import require_dataframe
 from ..findings import Finding
 from ..provenance import Provenance
-from ..result import Result
+from ..result import Column, Result
 from .activation import CHANNELS, Activation
 from .energy import evaluate
 from .explicit import Integration
@@ -64,7 +64,7 @@ class Event:
         return f"{_WARNING if self.warning else ''}{self.finding}"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Motion(Result):
     """An arm's motion at ``time`` [s] (t,); arrays as in `VARIABLES`, time first, SI.
 
@@ -140,8 +140,31 @@ class Motion(Result):
         nearest = np.abs(self.time - inside[:, None]).argmin(axis=1)
         return self.time[nearest], self.positions[nearest]
 
-    def dataset(self) -> Dataset:
-        """Return the motion as an xarray Dataset with units, labels, arm and provenance."""
+    def table(self) -> tuple[Column, ...]:
+        """Return time, the tip's place, the tensions in the first segment, energies and works (t,)."""
+        pairs = [("tip_x", self.tip[:, 0], "m"), ("tip_y", self.tip[:, 1], "m")]
+        sides = zip(("plus", "minus"), self.first_segment_force.T, strict=True)
+        pairs += [(f"tension_{side}", force, "N") for side, force in sides]
+        pairs += [(name, values, "J") for name, values in zip(ENERGIES, self.energies.T, strict=True)]
+        pairs += [(name, values, "J") for name, values in zip(POWERS, self.works.T, strict=True)]
+        return (Column("time", self.time, "s", over=True), *(Column(*column) for column in pairs))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return arm, method, accuracy and the table as plain data; positions of all nodes are in `to_xarray`."""
+        return {
+            "arm": asdict(self.arm),
+            "method": self.method,
+            "activation": self.text,
+            "area_drift": self.area_drift,
+            "balance_error": self.balance_error,
+            "waveforms": {header: plain(values) for header, values in self.columns().items()},
+            "events": [[e.time, e.text] for e in self.events],
+            "warnings": list(self.warnings),
+        }
+
+    def to_xarray(self) -> Dataset:
+        """Return all of the motion as an xarray Dataset with units, labels, arm and provenance."""
+        require_dataframe("xarray")
         import xarray
 
         values = {name: getattr(self, name) for name in VARIABLES} | self.signals
@@ -162,14 +185,9 @@ class Motion(Result):
         }
         return xarray.Dataset(data, coords=labels, attrs=attributes)
 
-    def write(self, path: str | Path) -> None:
-        """Write a netCDF file, whole or not at all. Raises InputError where that is impossible."""
-        with replacing(Path(path)) as temporary:
-            self.dataset().to_netcdf(temporary, engine="h5netcdf")
-
 
 def read_motion(path: str | Path) -> Motion:
-    """Read a file that `Motion.write` of any version wrote. Raises InputError where it is not a motion."""
+    """Read a file that `Motion.save` of any version wrote. Raises InputError where it is not a motion."""
     import xarray
 
     try:

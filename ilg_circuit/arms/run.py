@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..errors import InputError
 from ..findings import Finding
-from ..result import Result
+from ..result import Column, Result
 from ..simulation.response import sample_times
 from ..strip.actuator import Actuator
 from ..strip.file import load_actuator
@@ -22,6 +22,9 @@ from .motion import Motion
 from .reach import Reached, reach_target, rhythm_network
 from .statics import equilibrium
 
+if TYPE_CHECKING:
+    from xarray import Dataset
+
 #: Amplitude of a sine by formulation: the free strain of the `paper` strip at 4 V, 3 d0 V/b; a level at which the
 #: octopus arm bends strongly.
 AMPLITUDES = {"beam": 2.21e-3, "yekutieli": 0.02}
@@ -30,7 +33,7 @@ PERIOD = 1.035463
 ACTIVATIONS = ("cpg", "sine", "wave")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class ArmResult(Result):
     """A motion, the rhythm that drove it, if any, and the result of a search for a target, if asked for.
 
@@ -54,9 +57,42 @@ class ArmResult(Result):
         """The findings as sentences, those of the motion with their times."""
         return (*(self.coupled.warnings if self.coupled else ()), *self.motion.warnings)
 
-    def save(self, path: str | Path) -> None:
-        """Write the motion as netCDF, with this result's provenance. Raises InputError where that is impossible."""
-        replace(self.motion, provenance=self.provenance).write(path)
+    def table(self) -> tuple[Column, ...]:
+        """Return the table of the motion."""
+        return self.motion.table()
+
+    def to_xarray(self) -> Dataset:
+        """Return all of the motion as an xarray Dataset, with this result's provenance."""
+        return replace(self.motion, provenance=self.provenance).to_xarray()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the motion, the coupling's time scales and the search's result as plain data."""
+        coupled, reached = self.coupled, self.reached
+        return {
+            "motion": self.motion.to_dict(),
+            "coupling": coupled
+            and {
+                "mode": coupled.mode,
+                "period_s": coupled.run.period,
+                "largest_strain": coupled.largest_strain,
+                "scales": [asdict(scale) for scale in coupled.scales],
+            },
+            "reached": reached
+            and {
+                "reached": reached.reached,
+                "target_m": reached.target.tolist(),
+                "tolerance_m": reached.tolerance,
+                "distance_m": reached.distance,
+                "time_s": reached.time,
+                "nearest_m": reached.nearest.tolist(),
+                "parameters": reached.parameters,
+                "bounds": {name: list(ends) for name, ends in reached.bounds.items()},
+                "share": reached.share,
+                "failed": reached.failed,
+            },
+            "slower": self.slower,
+            "warnings": list(self.warnings),
+        }
 
 
 def arm(

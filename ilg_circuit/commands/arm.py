@@ -75,5 +75,5 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
         outputs,
         inputs=(options["actuator"],),
         seed=None if reach is None else options["seed"],
-        writers={"--out": lambda made, path: made.save(path), "--animate": write_animation},
+        writers={"--out": lambda made, path: made.write_netcdf(path), "--animate": write_animation},
     )

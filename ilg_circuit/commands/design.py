@@ -70,8 +70,8 @@ def design(actuator: str, **options: Any) -> None:
         inputs=(actuator, options["drive"].removeprefix("file:")),
         seed=options["seed"],
         writers={
-            "--out": lambda result, path: result.save(path) if result.feasible else None,
-            "--front": lambda result, path: result.front.to_csv(path) if result.front else None,
+            "--out": lambda result, path: result.write_strip(path) if result.feasible else None,
+            "--front": lambda result, path: result.front.write_csv(path) if result.front else None,
             "--sobol-plot": lambda result, path: (
                 save(sobol_figure(result.sobol), path, result.provenance) if result.sobol else None
             ),

@@ -72,6 +72,8 @@ def fit_curve(
     >>> fit = fit_curve(lambda x, a, b: a * np.exp(-b * x), x, 3 * np.exp(-2 * x), [1, 1], names=("a", "b"))
     >>> fit.labels, fit.values.round(9).tolist()
     (('a', 'b'), [3.0, 2.0])
+    >>> round(fit["b"].value, 9), fit["b"].stderr < 1e-9
+    (2.0, True)
     """
     curve = _Curve(model, x, y, sigma, np.atleast_1d(np.asarray(start, dtype=float)))
     if names and len(names) != len(curve.start):

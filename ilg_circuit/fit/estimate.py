@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections import ChainMap
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, Literal
+
+from ..errors import unknown_name
+from ..result import Column
+from ..units import format_quantity
 
 Method = Literal["covariance", "bootstrap", "profile", "mcmc", "autoregression"]
 Interval = tuple[float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Estimate:
     """A value with its unit, standard error and 95 % interval; ``fixed_because`` says why it was not fitted.
 
@@ -50,6 +56,25 @@ class Estimate:
         assert interval is not None
         return error, interval
 
+    @property
+    def interval(self) -> Interval | None:
+        """The 95 % interval that is reported; None of what was held or is undetermined."""
+        return None if self.stderr is None or self.ci95 is None else self.reported[1]
+
+    @property
+    def quoted(self) -> Estimate:
+        """The estimate with the reported standard error as its ``stderr``, which allows for autocorrelation."""
+        return self if self.interval is None else replace(self, stderr=self.reported[0])
+
+    def __repr__(self) -> str:
+        """Return value, standard error and interval with units, or why it was held."""
+        value, interval = format_quantity(self.value, self.unit, 6), self.interval
+        if interval is None:
+            return f"<Estimate {value}, {self.fixed_because or 'error not known'}>"
+        error, (low, high) = format_quantity(self.reported[0], self.unit, 2), interval
+        ends = f"{format_quantity(low, self.unit, 5)} to {format_quantity(high, self.unit, 5)}"
+        return f"<Estimate {value}, standard error {error}, 95 % interval {ends}>"
+
     def to_dict(self) -> dict[str, Any]:
         """Return the entry of fit.json; an end of an interval that is open is null."""
         entry: dict[str, Any] = {
@@ -71,6 +96,59 @@ class Estimate:
         if self.note:
             entry["method_note"] = self.note
         return entry | ({"held": self.fixed_because} if self.fixed_because else {})
+
+
+class Estimated:
+    """Mixin of results that have estimates: by name, and as a table."""
+
+    def estimate_tables(self) -> Mapping[str, Mapping[str, Estimate]]:
+        """Return kind -> name -> estimate."""
+        raise NotImplementedError
+
+    def __getitem__(self, name: str) -> Estimate:
+        """Return the estimate of that name, with ``value``, ``stderr``, ``interval`` and ``unit``.
+
+        ``stderr`` is the reported one, which allows for autocorrelated residuals. Raises InputError, which lists names,
+        for one that there is not.
+
+        >>> import numpy as np
+        >>> from ilg_circuit.fit.curve import fit_curve
+        >>> fit = fit_curve(lambda x, a: a * x, np.array([1.0, 2.0, 3.0]), [2.1, 3.9, 6.0], [1.0], names=("a",))
+        >>> fit["a"], round(fit["a"].value, 3), "b" in fit
+        (<Estimate 1.99286, standard error 0.026, 95 % interval 1.8799 to 2.1058>, 1.993, False)
+        """
+        known = ChainMap(*map(dict, self.estimate_tables().values()))
+        if name not in known:
+            raise unknown_name("parameter", str(name), self)
+        return known[name].quoted
+
+    def __contains__(self, name: object) -> bool:
+        return name in list(self)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names."""
+        for found in self.estimate_tables().values():
+            yield from found
+
+    def table(self) -> tuple[Column, ...]:
+        """Return a row an estimate."""
+        return estimate_table(self.estimate_tables())
+
+
+def estimate_table(tables: Mapping[str, Mapping[str, Estimate]]) -> tuple[Column, ...]:
+    """Return estimates (kind -> name -> estimate) as a table."""
+    rows = [(kind, name, e.quoted) for kind, table in tables.items() for name, e in table.items()]
+    ends = [e.interval or (None, None) for _, _, e in rows]
+    return (
+        Column("parameter", [name for _, name, _ in rows], over=True),
+        Column("kind", [kind for kind, _, _ in rows]),
+        Column("value", [e.value for *_, e in rows]),
+        Column("stderr", [e.stderr for *_, e in rows]),
+        Column("low", [low for low, _ in ends]),
+        Column("high", [high for _, high in ends]),
+        Column("unit", [e.unit for *_, e in rows]),
+        Column("held", [e.fixed_because for *_, e in rows]),
+    )
 
 
 def _plain(interval: Interval | None) -> list[float | None] | None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
+from ..errors import SolveError
 from .criteria import independent_samples
 
 #: values (k, p) -> predictions (k, m): k sets of parameters at once
@@ -39,6 +41,13 @@ class Observation:
     channels: int = 1
     derivatives: Callable[[Array], Array] | None = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: all but the model, which is a function of the process that fitted."""
+        return self.__dict__ | {"predict": _not_kept, "derivatives": None}
+
+    def __deepcopy__(self, _: object) -> Observation:
+        return self
+
     def fitted(self, values: Array) -> Array:
         """Return the prediction (m,) of the parameters (p,) with the best linear terms."""
         prediction = self.predict(values[None])[0]
@@ -55,6 +64,10 @@ class Observation:
     def rms(self, fitted: Array) -> float:
         """Return the root mean square of data - ``fitted`` [unit]."""
         return float(np.sqrt(np.mean((self.data - fitted) ** 2)))
+
+
+def _not_kept(values: Array) -> Array:
+    raise SolveError("a fit that was stored does not predict anew; fit again, or use the curves that it has")
 
 
 def observation(

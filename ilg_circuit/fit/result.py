@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arrays import Array
+from ..result import Column, Curve, Result
 from .criteria import likelihood
+from .estimate import Estimate, Estimated
 from .multistart import ONE_START, StartSummary
 from .problem import Problem
 
 
-@dataclass(frozen=True, eq=False)
-class FitResult:
+@dataclass(frozen=True, repr=False, eq=False)
+class FitResult(Estimated, Result):
     """A converged fit of ``problem``.
 
     ``values`` (n,) are in the order of ``problem.labels``, ``nuisance`` (q,) the linear terms' amounts. ``covariance``
@@ -24,6 +28,8 @@ class FitResult:
     observation determines; ``freedom`` (n,) are the degrees of freedom of each error. ``offset`` tells how well the fit
     has converged. ``components`` are the fits that a problem falls into whose observations share no parameter.
     """
+
+    presenter: ClassVar[str] = "curve"
 
     problem: Problem
     values: Array
@@ -130,6 +136,42 @@ class FitResult:
     def bic(self) -> float:
         """Schwarz's criterion, m log(sum of squares/m) + k log m."""
         return likelihood(self.residuals) + float(np.log(len(self.residuals))) * self.count
+
+    @cached_property
+    def estimates(self) -> Mapping[str, Estimate]:
+        """The values with their errors, by labels; those that were held without."""
+        units = {label: p.unit for label, p in self.problem.labelled}
+        rows = zip(self.labels, self.values.tolist(), self.errors.tolist(), self.intervals.tolist(), strict=True)
+        found = {label: Estimate(value, units[label], error, (low, high)) for label, value, error, (low, high) in rows}
+        held = {label: Estimate(x, units[label], fixed_because="held") for label, x in self.problem.fixed.items()}
+        return found | held
+
+    def estimate_tables(self) -> dict[str, Mapping[str, Estimate]]:
+        """Return the values with their errors."""
+        return {"parameter": self.estimates}
+
+    def curves(self) -> Iterator[Curve]:
+        """Yield the data of every observation with the fit."""
+        for k, o in enumerate(self.problem.observations):
+            n = len(o.data) // o.channels
+            data, fitted = (x if o.channels == 1 else x[:n] + 1j * x[n:] for x in (o.data, self.fitted(k)))
+            yield Curve(o.quantity, o.unit, o.source, Column("x", o.x, ""), data, fitted)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return parameters, statistics and correlations as plain data."""
+        pairs = combinations(range(len(self.labels)), 2)
+        return {
+            "parameters": {name: e.to_dict() for name, e in self.estimates.items()},
+            "statistics": {
+                "rmse": self.rmse,
+                "aic": self.aic,
+                "bic": self.bic,
+                "n": len(self.residuals),
+                "starts": self.starts.starts,
+                "starts_agreeing": self.starts.agreeing,
+            },
+            "correlations": {f"{self.labels[a]}, {self.labels[b]}": self.correlations[a, b].item() for a, b in pairs},
+        }
 
     def residuals_of(self, k: int) -> Array:
         """Return data - prediction of observation ``k``, in its unit."""

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ..findings import Finding, sentences
-from ..fit.estimate import Estimate
+from ..fit.estimate import Estimate, Estimated
 from ..measurements.branches import RELOADING, UNLOADING, Leg, area_shares
 from ..measurements.load_test import LoadTest
-from ..result import Result
+from ..result import Column, Curve, Result
 from .estimates import correlations, derived, parameters
 from .fit import HyperelasticFit
 from .material import CONVENTION, OTHER_CONVENTION, Ogden
@@ -63,8 +63,8 @@ class Instability:
         return {"test": self.mode, "kind": self.kind, "stretch": [self.low, self.high]}
 
 
-@dataclass(frozen=True, eq=False)
-class Characterisation(Result):
+@dataclass(frozen=True, repr=False, eq=False)
+class Characterisation(Estimated, Result):
     """The fit that was chosen, those it was chosen from, predictions, and findings.
 
     ``small_strain_modulus`` is E [Pa] by the readings at small strains alone, the tangent at stretch 1, with its
@@ -98,6 +98,16 @@ class Characterisation(Result):
     def warnings(self) -> tuple[str, ...]:
         """The findings as sentences."""
         return sentences(self.findings)
+
+    def estimate_tables(self) -> dict[str, dict[str, Estimate]]:
+        """Return the parameters, and what follows from them, such as ``youngs_modulus``."""
+        return {"parameter": parameters(self.fit), "derived": derived(self.fit)}
+
+    def curves(self) -> Iterator[Curve]:
+        """Yield the nominal stress of every test with the fit."""
+        for t, residuals in zip(self.fit.tests, self.fit.residuals, strict=True):
+            over = Column("stretch", t.stretch, "")
+            yield Curve(f"stress_{t.mode}", "Pa", t.source, over, t.stress, t.stress - residuals)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain data in SI units; what is not determined is null."""

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 from ..findings import Finding, Warned
 from ..fit.criteria import ResidualWindow
-from ..fit.estimate import Estimate
+from ..fit.estimate import Estimate, Estimated
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
-from ..result import Result
+from ..result import Column, Curve, Result
 from ..strip.actuator import Actuator
 from .coupling_fit import CouplingFit
 from .displacement_metrics import DisplacementMetrics
@@ -23,8 +24,8 @@ from .port_fit import PortFit
 SCHEMA_VERSION = 2
 
 
-@dataclass(frozen=True, eq=False)
-class Identification(Warned, Result):
+@dataclass(frozen=True, repr=False, eq=False)
+class Identification(Estimated, Warned, Result):
     """What one file or several say of a strip; ``actuator`` has the fitted circuit and, if there is one, the coupling.
 
     ``fit`` is that of all observations in one parameter space; ``port`` and ``coupling`` are views of it, with the
@@ -87,6 +88,21 @@ class Identification(Warned, Result):
             return {}
         last = float(self.observations[0].abscissa[-1])
         return {o.quantity: o.windows(last) for o in self.observations}
+
+    def estimate_tables(self) -> dict[str, Mapping[str, Estimate]]:
+        """Return the parameters, those of single records named as capacitance[1V.csv], and what follows from them."""
+        own = {f"{name}[{file}]": e for file, found in self.own.items() for name, e in found.items()}
+        return {"parameter": self.parameters, "own": own, "derived": self.derived}
+
+    def curves(self) -> Iterator[Curve]:
+        """Yield every observation with the fit of all."""
+        for o in self.observations:
+            name, unit = ("frequency", "Hz") if o.quantity == "impedance" else ("time", "s")
+            yield Curve(o.quantity, o.unit or "ohm", o.source, Column(name, o.abscissa, unit), o.data, o.fitted)
+
+    def write_strip(self, path: str | Path) -> None:
+        """Write the fitted strip as TOML; its comment says where it comes from."""
+        self._shown("write_actuator", path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return fit.json: one schema for one file or several, of any kind."""

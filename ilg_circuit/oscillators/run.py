@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Array, plain
 from ..errors import InputError
 from ..findings import Finding, Warned
-from ..result import Result
+from ..result import Column, Result
 from ..simulation.response import sample_times
 from ..units import require_positive, si
 from .flow import Flow, sampled
@@ -28,7 +28,7 @@ _SAMPLES_PER_CONSTANT = 100
 _MOST_DEFAULT_SAMPLES = 100_000
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class RhythmRun(Result, Warned):
     """A network from ``start`` at ``time`` [s] (t,): ``states`` (t, 2 n) = (x, v), NaN for v from ngspice.
 
@@ -63,13 +63,12 @@ class RhythmRun(Result, Warned):
         """Findings about the rhythm, and about a duration too short to show it."""
         return (*self.rhythm.findings, *_about_duration(self.rhythm, float(self.time[-1])))
 
-    def columns(self) -> dict[str, Array]:
-        """Return time_s, neuron_1.., output (y_1 - y_2), and for a chain unit_1.. by name."""
-        columns = {"time_s": self.time} | {f"neuron_{k + 1}": y for k, y in enumerate(self.outputs.T)}
-        columns["output"] = self.unit_outputs[:, 0]
-        if len(self.network.units) > 1:
-            columns |= {f"unit_{k + 1}": y for k, y in enumerate(self.unit_outputs.T)}
-        return columns
+    def table(self) -> tuple[Column, ...]:
+        """Return time, neuron_1.., output (y_1 - y_2), and for a chain unit_1.. ."""
+        neurons = [(f"neuron_{k + 1}", y) for k, y in enumerate(self.outputs.T)]
+        units = [(f"unit_{k + 1}", y) for k, y in enumerate(self.unit_outputs.T)] if len(self.network.units) > 1 else []
+        waves = [*neurons, ("output", self.unit_outputs[:, 0]), *units]
+        return (Column("time", self.time, "s", over=True), *(Column(name, y, "") for name, y in waves))
 
     def to_dict(self) -> dict[str, Any]:
         """Return outcome, period, amplitude, lags, states of rest and the network as JSON-ready values."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Mask, plain
 from ..errors import InputError
-from ..result import Result
+from ..result import Column, Result
 from ..units import parse
 from .network import Network, wired
 from .rhythm import rhythm
@@ -21,7 +21,7 @@ PARAMETERS = {"inhibition": "", "adaptation": "", "tonic": "", "rise-time": "s",
 MOST_VALUES = 10_000
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class RhythmSweep(Result):
     """Rhythms over ``values`` (n,) [SI] of ``parameter``.
 
@@ -48,13 +48,16 @@ class RhythmSweep(Result):
         rows = [dict(zip(keys, row, strict=True)) for row in columns]
         return {"parameter": self.parameter, "unit": PARAMETERS[self.parameter], "rows": rows}
 
-    def columns(self) -> dict[str, Any]:
+    def table(self) -> tuple[Column, ...]:
         """Return parameter, oscillates (1 or 0), period_s, amplitude; None, NaN where there is none, or undecided."""
         pairs = zip(self.outcomes, self.oscillates, strict=True)
         flags = [None if outcome == "undecided" else int(moving) for outcome, moving in pairs]
-        found = {"oscillates": flags, "period_s": self.period, "amplitude": self.amplitude}
-        name = self.parameter.replace("-", "_") + ("_s" if PARAMETERS[self.parameter] else "")
-        return {name: self.values} | found
+        return (
+            Column(self.parameter.replace("-", "_"), self.values, PARAMETERS[self.parameter], over=True),
+            Column("oscillates", flags, ""),
+            Column("period", self.period, "s"),
+            Column("amplitude", self.amplitude, ""),
+        )
 
 
 def sweep(

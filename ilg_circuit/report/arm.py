@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
 import numpy as np
 
 from ..arms.coupling import Coupled
@@ -10,7 +13,7 @@ from ..arms.run import ArmResult
 from ..arrays import Array
 from ..units import format_quantity
 from . import motion as motions
-from .axes import BLUE, GREY, ORANGE, Figure, blank, engineering
+from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, blank, engineering, scaled
 
 
 def summary(result: ArmResult) -> str:
@@ -25,7 +28,38 @@ def figure(result: ArmResult) -> Figure:
     """Return the picture of the search for a target, or of the motion with snapshots at the paper's times."""
     if result.reached:
         return reach_figure(result.reached)
-    return motions.figure(result.motion, [result.slower * time for time in motions.SNAPSHOT_TIMES])
+    return motions.figure(result.motion, _snapshots(result))
+
+
+def headline(result: ArmResult) -> str:
+    """Return in a line what arm moved by what."""
+    return motions.headline(result.motion)
+
+
+def facts(result: ArmResult) -> list[tuple[str, str]]:
+    """Return whether the target was reached, what the coupling kept of the rhythm, and the motion."""
+    rows: list[tuple[str, str]] = []
+    if found := result.reached:
+        there = "reached" if found.reached else "NOT reached"
+        rows.append(
+            (f"target {_point(found.target)}", f"{there}, {_length(found.distance)} away at {found.time:.4g} s")
+        )
+        rows += [(name, f"{value:.4g}") for name, value in found.parameters.items()]
+    if result.coupled and result.coupled.scales:
+        scale = result.coupled.scales[0]
+        kept = f"{scale.kept:.2%} of the ideal strain kept at {scale.period:.4g} s"
+        rows.append((f"coupling {result.coupled.mode}", kept))
+    return [*rows, *motions.facts(result.motion)]
+
+
+def panels(result: ArmResult) -> Panels:
+    """Return what draws the places visited by a search, the arm, its tip and the first segment's tensions, on axes."""
+    of_search = {"visited": partial(_visited, result.reached)} if result.reached else {}
+    return {**of_search, **motions.panels(result.motion, _snapshots(result))}
+
+
+def _snapshots(result: ArmResult) -> list[float]:
+    return [result.slower * time for time in motions.SNAPSHOT_TIMES]
 
 
 def coupling_table(coupled: Coupled) -> str:
@@ -79,18 +113,12 @@ def reach_figure(found: Reached) -> Figure:
 
     motion = found.motion
     whole = blank((10.0, 4.8))
-    scale, unit = engineering(np.array([motion.arm.length]), "m")
     left, right = whole.subplots(1, 2)
     at = int(np.abs(motion.time - found.time).argmin())
     for panel in (left, right):
-        panel.plot(*(scale * found.visited).T, ".", color=GREY, markersize=1.0, alpha=0.5, rasterized=True)
-        panel.plot([], [], ".", color=GREY, label=f"visited by {len(found.sample)} motions")
-        panel.plot(*(scale * motion.tip).T, color=ORANGE, linewidth=1.0, label="tip's path, best motion")
-        panel.add_patch(Circle(tuple(scale * found.target), scale * found.tolerance, fill=False, edgecolor="black"))
-        panel.plot(*(scale * found.target), "x", color="black", markersize=7, label="target and tolerance")
-        panel.plot(*(scale * found.nearest), "o", color=ORANGE, markersize=5, label=f"nearest, {found.time:.3g} s")
-        panel.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
+        _visited(found, panel)
         panel.grid(alpha=0.25, linewidth=0.6)
+    scale, _ = engineering(np.array([motion.arm.length]), "m")
     motions.draw_arm(left, scale * motion.positions[at], BLUE, "arm at that time")
     length = scale * motion.arm.length
     left.add_patch(Circle((0.0, 0.0), length, fill=False, edgecolor=GREY, linestyle=":", label="the arm's length"))
@@ -107,3 +135,20 @@ def reach_figure(found: Reached) -> Figure:
     away, there = format_quantity(found.distance, "m", 3), "reached" if found.reached else "not reached"
     whole.suptitle(f"{motions.title(motion)}, {found.coupled.mode} coupling: target {there}, {away} left", fontsize=10)
     return whole
+
+
+def _visited(found: Reached, panel: Axes, **style: Any) -> Axes:
+    """Draw the visited places, the target with its tolerance, and the tip's path in the best motion."""
+    from matplotlib.patches import Circle
+
+    scale, unit = scaled(panel.xaxis, np.array([found.motion.arm.length]), "m")
+    panel.plot(*(scale * found.visited).T, ".", color=GREY, markersize=1.0, alpha=0.5, rasterized=True)
+    panel.plot([], [], ".", color=GREY, label=f"visited by {len(found.sample)} motions")
+    look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.0, "label": "tip's path, best motion"} | style
+    panel.plot(*(scale * found.motion.tip).T, **look)
+    x, y = scale * found.target
+    panel.add_patch(Circle((x, y), scale * found.tolerance, fill=False, edgecolor="black"))
+    panel.plot(x, y, "x", color="black", markersize=7, label="target and tolerance")
+    panel.plot(*(scale * found.nearest), "o", color=ORANGE, markersize=5, label=f"nearest, {found.time:.3g} s")
+    panel.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
+    return panel

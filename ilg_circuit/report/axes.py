@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -20,11 +23,21 @@ if TYPE_CHECKING:
 #: The types of every picture: matplotlib itself is loaded only where one is drawn.
 Axes: TypeAlias = "matplotlib.axes.Axes"
 Figure: TypeAlias = "matplotlib.figure.Figure"
+#: What draws the panels of a picture on given axes, by name; keywords are a style of the main curve.
+Panels: TypeAlias = Mapping[str, Callable[..., Any]]
 
 _PREFIXES = ((1e-15, "f"), (1e-12, "p"), (1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
 BLUE, ORANGE, GREY = "#1f5fa8", "#d1601f", "#6b6b6b"
+#: Axes of designs over more than this ratio are logarithmic.
+DECADES = 8.0
 #: Of the curves of a panel.
 COLOURS = (BLUE, ORANGE, "#3a8f4d", "#8b4fa8", "#b0892c", "#3f8f96", "#c2427a", "#444444")
+
+
+#: Whether new figures are pyplot's, which a notebook shows.
+_PYPLOT: ContextVar[bool] = ContextVar("pyplot", default=False)
+#: Of an axis that has been drawn on: unit, and the factor and the unit of its numbers.
+_SCALES: WeakKeyDictionary[Any, tuple[str, float, str]] = WeakKeyDictionary()
 
 
 def engineering(values: Array, unit: str) -> tuple[float, str]:
@@ -36,8 +49,45 @@ def engineering(values: Array, unit: str) -> tuple[float, str]:
     return 1 / size, f"{prefix}{unit}".replace("u", "\N{MICRO SIGN}", 1 if prefix == "u" else 0)
 
 
+def scaled(axis: Any, values: Array, unit: str) -> tuple[float, str]:
+    """Return `engineering` of ``values``, or what it was for the first curve that was drawn on this ``axis``."""
+    known = _SCALES.get(axis)
+    if known is None or known[0] != unit:
+        known = _SCALES[axis] = (unit, *engineering(values, unit))
+    return known[1:]
+
+
+def curve(panel: Axes, x: Array, values: Array, name: str, unit: str, **style: Any) -> float:
+    """Draw ``values`` [``unit``] over ``x``, name the axis, and return the factor by which they are drawn."""
+    factor, label = scaled(panel.yaxis, values, unit)
+    look: dict[str, Any] = {"color": BLUE, "linewidth": 1.4} | style
+    panel.plot(x, factor * values, **look)
+    panel.set_ylabel(axis_label(name, label))
+    return factor
+
+
+@contextmanager
+def through_pyplot() -> Iterator[None]:
+    """Within the block new figures are pyplot's; one that is not finished is closed."""
+    from matplotlib import pyplot
+
+    before, token = set(pyplot.get_fignums()), _PYPLOT.set(True)
+    try:
+        yield
+    except BaseException:
+        for number in set(pyplot.get_fignums()) - before:
+            pyplot.close(number)
+        raise
+    finally:
+        _PYPLOT.reset(token)
+
+
 def blank(size: tuple[float, float], dpi: int = 150) -> Figure:
-    """Return an empty figure of ``size`` [inch] that needs no display."""
+    """Return an empty figure of ``size`` [inch]: one that needs no display, or pyplot's within `through_pyplot`."""
+    if _PYPLOT.get():
+        from matplotlib import pyplot
+
+        return pyplot.figure(figsize=size, layout="constrained")
     from matplotlib import figure
 
     return figure.Figure(figsize=size, dpi=dpi, layout="constrained")

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
-from ..oscillators.flow import Flow, sampled
-from ..oscillators.network import Network
-from ..oscillators.outcome import Rhythm
-from ..oscillators.run import RhythmRun
-from .axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, blank, legend_above, plain
+from ..cpg.flow import Flow, sampled
+from ..cpg.network import Network
+from ..cpg.outcome import Rhythm
+from ..cpg.run import RhythmRun
+from .axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, Panels, blank, legend_above, plain
 
 #: Most neurons drawn as curves; more are drawn as a map over time.
 _MOST_LINES = 6
@@ -23,9 +24,7 @@ _MOST_PERIODS = 40
 def summary(result: RhythmRun) -> str:
     """Return outcome, period, amplitude, lags and states of rest as text."""
     end, network = result.rhythm, result.network
-    answer = {True: "yes", False: "no", None: "not decided"}[end.oscillates]
-    lines = [f"{network.size} neurons, {result.time[-1]:g} s, engine {result.engine}"]
-    lines.append(f"oscillates    {answer}: {end.reason}")
+    lines = [headline(result), f"oscillates    {_oscillates(result)}: {end.reason}"]
     if result.period is not None:
         lines.append(f"period        {result.period:.7g} s ({1 / result.period:.5g} Hz)")
     lines.append(f"amplitude     {result.amplitude:.7g} (half the peak-to-peak of y_1 - y_2)")
@@ -47,6 +46,26 @@ def summary(result: RhythmRun) -> str:
     return "\n".join(lines)
 
 
+def headline(result: RhythmRun) -> str:
+    """Return in a line what was run."""
+    return f"{result.network.size} neurons, {result.time[-1]:g} s, engine {result.engine}"
+
+
+def facts(result: RhythmRun) -> list[tuple[str, str]]:
+    """Return whether it oscillates, period, amplitude and states of rest."""
+    rests = result.rhythm.rest_states
+    return [
+        ("oscillates", f"{_oscillates(result)}: {result.rhythm.reason}"),
+        *([("period", f"{result.period:.7g} s ({1 / result.period:.5g} Hz)")] if result.period else []),
+        ("amplitude", f"{result.amplitude:.7g} (half the peak-to-peak of y_1 - y_2)"),
+        ("states of rest", f"{len(rests.states)}, {len(rests.stable)} of them stable"),
+    ]
+
+
+def _oscillates(result: RhythmRun) -> str:
+    return {True: "yes", False: "no", None: "not decided"}[result.rhythm.oscillates]
+
+
 def figure(result: RhythmRun) -> Figure:
     """Return outputs over time, the drive output beneath, and its phase portrait with the limit cycle."""
     figure = blank((10.5, 4.8))
@@ -57,15 +76,9 @@ def figure(result: RhythmRun) -> Figure:
     for panel in (upper, lower, portrait):
         plain(panel)
     _outputs(result, upper)
-    units = len(result.network.units)
-    lower.plot(result.time, result.unit_outputs[:, 0], color=BLUE, linewidth=1.2, label="unit 1 (tail)")
-    if units > 1:
-        lower.plot(result.time, result.unit_outputs[:, -1], color=ORANGE, linewidth=1.2, label=f"unit {units} (head)")
-        legend_above(lower)
-    lower.set(xlabel="time [s]", ylabel="output $y_1 - y_2$" if units == 1 else "unit outputs")
+    upper.set_xlabel("")
+    _drive(result, lower)
     upper.tick_params(labelbottom=False)
-    end = float(result.time[-1])
-    upper.set_xlim(max(0.0, end - _MOST_PERIODS * (result.rhythm.period or end)), end)
     _portrait(result, portrait)
     figure.align_ylabels([upper, lower])
     cycle = f"period {result.period:.6g} s, amplitude {result.amplitude:.6g}" if result.period else ""
@@ -73,14 +86,41 @@ def figure(result: RhythmRun) -> Figure:
     return figure
 
 
-def _outputs(result: RhythmRun, panel: Any) -> None:
+def panels(result: RhythmRun) -> Panels:
+    """Return what draws the neurons' outputs, the drive output, and the phase portrait on axes."""
+    drawn = {"outputs": _outputs, "drive": _drive, "portrait": _portrait}
+    return {name: partial(draw, result) for name, draw in drawn.items()}
+
+
+def _last_periods(result: RhythmRun, panel: Axes) -> Axes:
+    end = float(result.time[-1])
+    panel.set_xlim(max(0.0, end - _MOST_PERIODS * (result.rhythm.period or end)), end)
+    panel.set_xlabel("time [s]")
+    return panel
+
+
+def _drive(result: RhythmRun, panel: Axes, **style: Any) -> Axes:
+    """Draw the outputs of the first and the last unit."""
+    units = len(result.network.units)
+    look: dict[str, Any] = {"color": BLUE, "linewidth": 1.2, "label": "unit 1 (tail)"} | style
+    panel.plot(result.time, result.unit_outputs[:, 0], **look)
+    if units > 1:
+        panel.plot(result.time, result.unit_outputs[:, -1], color=ORANGE, linewidth=1.2, label=f"unit {units} (head)")
+        legend_above(panel)
+    panel.set_ylabel("output $y_1 - y_2$" if units == 1 else "unit outputs")
+    return _last_periods(result, panel)
+
+
+def _outputs(result: RhythmRun, panel: Any, **style: Any) -> Axes:
+    """Draw each neuron's output as a curve, many neurons or units as a map over time."""
     n = result.network.size
     if n <= _MOST_LINES:
         for k in range(n):
-            panel.plot(result.time, result.outputs[:, k], color=COLOURS[k], linewidth=1.2, label=f"neuron {k + 1}")
+            look = {"color": COLOURS[k], "linewidth": 1.2, "label": f"neuron {k + 1}"} | style
+            panel.plot(result.time, result.outputs[:, k], **look)
         panel.set_ylabel("outputs $y_k$")
         legend_above(panel)
-        return
+        return _last_periods(result, panel)
     units = len(result.network.units)
     shown, label = (result.unit_outputs, "unit") if units > 1 else (result.outputs, "neuron")
     count = shown.shape[1]
@@ -88,15 +128,16 @@ def _outputs(result: RhythmRun, panel: Any) -> None:
     limit = float(np.abs(shown).max()) or 1.0
     low, colours = (-limit, "RdBu_r") if units > 1 else (0.0, "Blues")
     extent = (float(result.time[0]), float(result.time[-1]), 0.5, count + 0.5)
-    how: dict[str, Any] = {"aspect": "auto", "origin": "lower", "interpolation": "nearest"}
+    how: dict[str, Any] = {"aspect": "auto", "origin": "lower", "interpolation": "nearest"} | style
     image = panel.imshow(thin.T, cmap=colours, vmin=low, vmax=limit, extent=extent, **how)
     panel.grid(visible=False)
     panel.locator_params(axis="y", integer=True)
     panel.set_ylabel(f"{label}" + (" (1 = tail)" if units > 1 else ""))
     panel.figure.colorbar(image, ax=panel, label="output", pad=0.01)
+    return _last_periods(result, panel)
 
 
-def _portrait(result: RhythmRun, panel: Axes) -> None:
+def _portrait(result: RhythmRun, panel: Axes) -> Axes:
     """Draw x_1 - x_2 against v_1 - v_2, the plane of the drive output: the motion in grey, the cycle on top."""
     network, rhythm = result.network, result.rhythm
     x, v = plane(network, result.states)
@@ -120,6 +161,7 @@ def _portrait(result: RhythmRun, panel: Axes) -> None:
     across, up = (f"${state}_{{{extensor + 1}}} - {state}_{{{flexor + 1}}}$" for state in "xv")
     panel.set(xlabel=across, ylabel=up)
     legend_above(panel)
+    return panel
 
 
 def plane(network: Network, states: Array) -> tuple[Array, Array]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -10,12 +12,27 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError
 from ..study.design import DesignReport, aim, design_drive
-from ..study.pareto import Front
 from ..study.problem import Design
 from ..study.search import INITIAL_POINTS
 from ..study.sensitivity import Sensitivity, SobolIndices
 from ..units import format_quantity
-from .axes import BLUE, COLOURS, GREY, ORANGE, Figure, axis_label, engineering, legend_below, logarithmic, tiles, wide
+from . import front as fronts
+from .axes import (
+    BLUE,
+    COLOURS,
+    DECADES,
+    GREY,
+    ORANGE,
+    Axes,
+    Figure,
+    Panels,
+    axis_label,
+    engineering,
+    legend_below,
+    logarithmic,
+    tiles,
+    wide,
+)
 from .tables import aligned
 
 #: A design is not unique if agreeing starts differ by more than this fraction of a parameter's range.
@@ -25,8 +42,6 @@ _SAME = 5e-3
 #: Line styles by which coinciding lines can be told apart.
 _STYLES = ("-", (0, (5, 2)), "-.", (0, (1, 1)))
 _SLICE = 61
-#: Axes over more than this ratio are logarithmic.
-_DECADES = 8.0
 
 
 def summary(report: DesignReport) -> str:
@@ -37,7 +52,7 @@ def summary(report: DesignReport) -> str:
         if report.sensitivity:
             parts.append(_sensitivity(report.design, report.sensitivity, report.confidence))
     if report.front:
-        parts.append(_front(report.front))
+        parts.append(fronts.summary(report.front))
     if report.sobol:
         parts.append(_sobol(report.sobol))
     return "\n\n".join(parts)
@@ -46,7 +61,7 @@ def summary(report: DesignReport) -> str:
 def figure(report: DesignReport) -> Figure:
     """Return the picture of the front, or of the design without one. Raises InputError where there is neither."""
     if report.front:
-        return front_figure(report.front, report.design)
+        return fronts.figure(report.front, report.design)
     if report.design:
         return design_figure(report.design)
     raise InputError("there is neither a design nor a front to draw")
@@ -59,12 +74,7 @@ def _percent(part: float) -> str:
 def _design(design: Design, report: DesignReport) -> str:
     problem = design.problem
     space = problem.space
-    head = "best design" if design.feasible else "NO design meets all requirements; nearest"
-    lines = [
-        f"{head} of '{space.template.actuator.name}', {design_drive(design)}, "
-        f"{format_quantity(space.template.duration, 's')}: {aim(design) if design.feasible else 'least worst margin'}",
-        "",
-    ]
+    lines = [_headline(design), ""]
     rows = []
     ends = {(constraint.parameter, constraint.end) for constraint in report.active_constraints}
     for interval in space.ranges:
@@ -163,20 +173,6 @@ def _sensitivity(design: Design, found: Sensitivity, confidence: float | None) -
     return "\n".join(lines)
 
 
-def _front(front: Front) -> str:
-    names = list(dict.fromkeys([*(o.quantity.name for o in front.objectives), *front.columns]))
-    columns = {**front.simulated, **front.columns}
-    aims = ", ".join(("min " if o.sense > 0 else "max ") + o.quantity.name for o in front.objectives)
-    shown = np.unique(np.linspace(0, len(front) - 1, min(len(front), 12)).round().astype(int))
-    rows = [[format_quantity(float(columns[n][k]), front.units[n], 4) for n in names] for k in shown]
-    amount = f" by more than {front.improvable:.1e} of the front's extent" if front.improvable else ""
-    lines = [f"Pareto front: {aims}; {len(front)} designs, {len(shown)} of them"]
-    lines += aligned([names, *rows], ">" * len(names), indent="  ")
-    lines.append(f"no random design near a point is better in all objectives{amount}")
-    lines.append(f"simulated again by ngspice: differs by at most {front.difference:.1e}")
-    return "\n".join(lines)
-
-
 def _sobol(found: SobolIndices) -> str:
     rows = [["Sobol indices", "parameter", "first-order", "total"]]
     for k, name in enumerate(found.quantities):
@@ -190,113 +186,140 @@ def _sobol(found: SobolIndices) -> str:
     return "\n".join([*aligned(rows, "<<>>", indent="  "), last])
 
 
+def facts(report: DesignReport) -> list[tuple[str, str]]:
+    """Return the design's parameters and what was asked of it, and of a front how many designs it has."""
+    rows: list[tuple[str, str]] = []
+    if report.front:
+        rows.append(("Pareto front", fronts.headline(report.front)))
+    if report.design:
+        design, ranges = report.design, report.design.problem.space.ranges
+        units = {r.parameter.name: r.parameter.unit for r in ranges}
+        rows += [(name, format_quantity(design.values[name], unit, 6)) for name, unit in units.items()]
+        asked = {r.text: r.quantity for r in design.problem.requirements}
+        if design.problem.objective:
+            asked = {design.problem.objective.text: design.problem.objective.quantity} | asked
+        rows += [(text, format_quantity(design.simulated[q.name], q.unit, 5)) for text, q in asked.items()]
+    if report.sobol:
+        rows.append(("Sobol indices", f"of {', '.join(report.sobol.quantities)}"))
+    return rows
+
+
+def headline(report: DesignReport) -> str:
+    """Return in a line what was found."""
+    if report.design:
+        return _headline(report.design)
+    return fronts.headline(report.front) if report.front else "Sobol indices"
+
+
+def _headline(design: Design) -> str:
+    space = design.problem.space
+    head = "best design" if design.feasible else "NO design meets all requirements; nearest"
+    return (
+        f"{head} of '{space.template.actuator.name}', {design_drive(design)}, "
+        f"{format_quantity(space.template.duration, 's')}: {aim(design) if design.feasible else 'least worst margin'}"
+    )
+
+
+def panels(report: DesignReport) -> Panels:
+    """Return what draws the front, the requirements along each parameter of the design, and Sobol indices, on axes."""
+    drawn: dict[str, Callable[..., Axes]] = {}
+    if report.front:
+        drawn["front"] = partial(fronts.trade_off, report.front, report.design)
+        drawn["parameters"] = partial(fronts.parameters, report.front)
+    if report.design:
+        names = report.design.problem.space.names
+        drawn |= {name: partial(_one_slice, report.design, j) for j, name in enumerate(names)}
+    if report.sobol:
+        drawn |= {f"sobol {name}": partial(_bars, report.sobol, k) for k, name in enumerate(report.sobol.quantities)}
+    return drawn
+
+
+def _one_slice(design: Design, j: int, panel: Axes, **style: Any) -> Axes:
+    _slice(design, j, panel, **style).legend(frameon=False, fontsize=8)
+    return panel
+
+
 def design_figure(design: Design) -> Figure:
     """Return the factor by which each requirement is met along each parameter, the others as designed."""
-    problem, space = design.problem, design.problem.space
-    n = len(space.ranges)
+    n = len(design.problem.space.ranges)
     columns = min(n, 3)
     figure, axes = tiles(n, columns, height=2.7, width=3.4)
-    shares = np.linspace(0, 1, _SLICE)
-    points = np.tile(design.search.best.point, (n, _SLICE, 1))
-    points[range(n), :, range(n)] = shares
-    values = space.at(points.reshape(-1, n), problem.quantities)
-    values = {name: column.reshape(n, _SLICE) for name, column in values.items()}
-    for j, (panel, interval) in enumerate(zip(axes, space.ranges, strict=True)):
-        x = space.columns(points[j])[interval.parameter.name]
-        factor, unit = engineering(x, interval.parameter.unit)
-        for k, r in enumerate(problem.requirements):
-            column = values[r.quantity.name][j]
-            # of an equality how far off, instead of a tolerance's sliver
-            score = np.log(np.abs(column / r.limit)) if r.relation == "=" else r.score(column)
-            met = np.exp(np.clip(score, -4, 4))
-            style: Any = {"color": COLOURS[k % len(COLOURS)], "linestyle": _STYLES[k % len(_STYLES)]}
-            panel.plot(factor * x, met, linewidth=1.6, label=r.text, **style)
-        if problem.objective:
-            name = problem.objective.quantity.name
-            here = design.exact[name]
-            if here > 0:
-                style = {"color": GREY, "linewidth": 1.2, "label": f"{name} / at the design"}
-                panel.plot(factor * x, values[name][j] / here, "--", **style)
-        panel.axvline(factor * design.values[interval.parameter.name], color="black", linewidth=0.9, label="design")
-        if wide(x, _DECADES) and interval.log:
-            logarithmic(panel, "x")
-        logarithmic(panel, "y")
-        low, high = panel.get_ylim()
-        low, high = min(low, 0.8), max(high, 1.25)
-        panel.set(xlabel=axis_label(interval.parameter.name, unit), ylim=(low, high))
-        panel.axhspan(low, 1.0, color="#d9534f", alpha=0.09, linewidth=0)
-        panel.axhline(1.0, color="#d9534f", linewidth=0.8)
-        if j % columns == 0:
-            panel.set_ylabel("factor by which it is met")
+    for j, panel in enumerate(axes):
+        _slice(design, j, panel)
+        if j % columns:
+            panel.set_ylabel("")
     legend_below(figure, axes[:1])
     title = "design" if design.feasible else "nearest design (not all requirements are met)"
     figure.suptitle(f"{title}: shaded, a requirement is missed", fontsize=10)
     return figure
 
 
-def front_figure(front: Front, design: Design | None = None) -> Figure:
-    """Return the front, its third objective as colour, the parameters along it, and ``design`` where comparable."""
-    names = [o.quantity.name for o in front.objectives]
-    figure, (panel, beside) = tiles(2, 2, height=3.9, width=4.6)
-    scales = [engineering(front.simulated[name], front.units[name]) for name in names]
-    data = [factor * front.simulated[name] for name, (factor, _) in zip(names, scales, strict=True)]
-    labels = [axis_label(name, unit) for name, (_, unit) in zip(names, scales, strict=True)]
-    if len(names) == 2:
-        panel.plot(*data, "o-", color=BLUE, markersize=4, linewidth=1.0, label="Pareto front")
-    else:
-        colours: dict[str, Any] = {"c": data[2], "cmap": "viridis"}
-        if wide(data[2], _DECADES):
-            colours["norm"] = "log"
-        points = panel.scatter(data[0], data[1], s=26, edgecolors="white", linewidths=0.4, **colours)
-        figure.colorbar(points, ax=panel, label=labels[2])
-    if design and all(name in design.simulated for name in names):
-        mark = [factor * design.simulated[name] for name, (factor, _) in zip(names[:2], scales, strict=False)]
-        label = f"best design: {aim(design)}"
-        panel.plot(*mark, "*", color=ORANGE, markersize=13, markeredgecolor="black", label=label)
-    for axis, values, label in zip("xy", data, labels, strict=False):
-        getattr(panel, f"set_{axis}label")(label)
-        if wide(values, _DECADES):
-            logarithmic(panel, axis)
-    if panel.get_lines():
-        panel.legend(frameon=False, fontsize=8)
-    _parameters(beside, front, data[0], labels[0])
-    aims = ", ".join(("min " if o.sense > 0 else "max ") + o.quantity.name for o in front.objectives)
-    figure.suptitle(f"Pareto front of {len(front)} designs: {aims}", fontsize=10)
-    return figure
+@lru_cache(maxsize=4)
+def _slices(design: Design) -> tuple[Array, dict[str, Array]]:
+    """Points (n, slice, n) along each parameter through the design, and every quantity there (n, slice)."""
+    n, space = len(design.problem.space.ranges), design.problem.space
+    points = np.tile(design.search.best.point, (n, _SLICE, 1))
+    points[range(n), :, range(n)] = np.linspace(0, 1, _SLICE)
+    values = space.at(points.reshape(-1, n), design.problem.quantities)
+    return points, {name: column.reshape(n, _SLICE) for name, column in values.items()}
 
 
-def _parameters(panel: Any, front: Front, x: Array, label: str) -> None:
-    """Draw each parameter along the front, relative to its largest value there."""
-    style = "o-" if len(front.objectives) == 2 else "o"
-    for k, (name, column) in enumerate(front.columns.items()):
-        factor, unit = engineering(column, front.units[name])
-        largest = float(np.abs(column).max()) or 1.0
-        text = f"{name} / {factor * largest:.4g} {unit}".rstrip()
-        panel.plot(x, column / largest, style, color=COLOURS[k % len(COLOURS)], markersize=3, linewidth=1.0, label=text)
-    if wide(x, _DECADES):
+def _slice(design: Design, j: int, panel: Axes, **style: Any) -> Axes:
+    """Draw the factor by which each requirement is met along parameter ``j``."""
+    problem, interval = design.problem, design.problem.space.ranges[j]
+    points, values = _slices(design)
+    x = problem.space.columns(points[j])[interval.parameter.name]
+    factor, unit = engineering(x, interval.parameter.unit)
+    for k, r in enumerate(problem.requirements):
+        column = values[r.quantity.name][j]
+        # of an equality how far off, instead of a tolerance's sliver
+        score = np.log(np.abs(column / r.limit)) if r.relation == "=" else r.score(column)
+        met = np.exp(np.clip(score, -4, 4))
+        look: dict[str, Any] = {"color": COLOURS[k % len(COLOURS)], "linestyle": _STYLES[k % len(_STYLES)]}
+        panel.plot(factor * x, met, **(look | {"linewidth": 1.6, "label": r.text} | style))
+    if problem.objective:
+        name = problem.objective.quantity.name
+        here = design.exact[name]
+        if here > 0:
+            look = {"color": GREY, "linewidth": 1.2, "label": f"{name} / at the design"}
+            panel.plot(factor * x, values[name][j] / here, "--", **look)
+    panel.axvline(factor * design.values[interval.parameter.name], color="black", linewidth=0.9, label="design")
+    if wide(x, DECADES) and interval.log:
         logarithmic(panel, "x")
-    panel.set(xlabel=label, ylabel="parameter / its largest on the front", ylim=(min(0.0, panel.get_ylim()[0]), 1.3))
-    panel.legend(frameon=False, fontsize=8, loc="upper center", ncols=2)
+    logarithmic(panel, "y")
+    low, high = panel.get_ylim()
+    low, high = min(low, 0.8), max(high, 1.25)
+    panel.set(xlabel=axis_label(interval.parameter.name, unit), ylabel="factor by which it is met", ylim=(low, high))
+    panel.axhspan(low, 1.0, color="#d9534f", alpha=0.09, linewidth=0)
+    panel.axhline(1.0, color="#d9534f", linewidth=0.8)
+    return panel
 
 
 def sobol_figure(found: SobolIndices) -> Figure:
     """Return first-order and total indices of each quantity as bars with their 95 % intervals."""
     n = len(found.quantities)
     figure, axes = tiles(n, min(n, 2), height=0.9 + 0.42 * len(found.parameters), width=4.4)
-    y = np.arange(len(found.parameters), dtype=float)
-    for k, (panel, name) in enumerate(zip(axes, found.quantities, strict=True)):
-        for shift, values, errors, colour, label in (
-            (-0.19, found.first[k], found.first_error[k], BLUE, "first-order: alone"),
-            (0.19, found.total[k], found.total_error[k], ORANGE, "total: with all interactions"),
-        ):
-            if np.isfinite(values).all():
-                panel.barh(y + shift, values, 0.36, xerr=errors, color=colour, error_kw={"elinewidth": 1}, label=label)
-        if not np.isfinite(found.first[k]).all():
-            panel.text(0.5, 0.5, "does not vary, or is missing for some design", transform=panel.transAxes, ha="center")
-        panel.set_yticks(y, found.parameters)
-        panel.invert_yaxis()
-        panel.set(xlabel="part of the variance", xlim=(0, max(1.0, panel.get_xlim()[1])))
-        panel.set_title(name, fontsize=9, loc="left")
+    for k, panel in enumerate(axes):
+        _bars(found, k, panel)
     legend_below(figure, axes)
     figure.suptitle("Sobol indices over the ranges, 95 % intervals", fontsize=10)
     return figure
+
+
+def _bars(found: SobolIndices, k: int, panel: Axes, **style: Any) -> Axes:
+    """Draw the indices of quantity ``k``."""
+    y = np.arange(len(found.parameters), dtype=float)
+    for shift, values, errors, colour, label in (
+        (-0.19, found.first[k], found.first_error[k], BLUE, "first-order: alone"),
+        (0.19, found.total[k], found.total_error[k], ORANGE, "total: with all interactions"),
+    ):
+        if np.isfinite(values).all():
+            look: dict[str, Any] = {"color": colour, "error_kw": {"elinewidth": 1}, "label": label} | style
+            panel.barh(y + shift, values, 0.36, xerr=errors, **look)
+    if not np.isfinite(found.first[k]).all():
+        panel.text(0.5, 0.5, "does not vary, or is missing for some design", transform=panel.transAxes, ha="center")
+    panel.set_yticks(y, found.parameters)
+    panel.invert_yaxis()
+    panel.set(xlabel="part of the variance", xlim=(0, max(1.0, panel.get_xlim()[1])))
+    panel.set_title(found.quantities[k], fontsize=9, loc="left")
+    return panel

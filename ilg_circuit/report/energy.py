@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import groupby
 from operator import itemgetter
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from ..simulation.energy import EnergyAccount
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, Figure, engineering, new_figure
+from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, engineering, new_figure
 from .page import Grid, Page, Section, picture
 
 #: Elements that are named in a line, where there are more.
@@ -34,16 +35,44 @@ def summary(account: EnergyAccount) -> str:
 
 def figure(account: EnergyAccount) -> Figure:
     """Return bars of the energies at the end: what each element dissipated (orange) and stored (blue)."""
+    figure, (panel,) = new_figure(1, [0.6 + 0.22 * len(_taken(account))])
+    _bars(account, panel)
+    return figure
+
+
+def panels(account: EnergyAccount) -> Panels:
+    """Return what draws the bars on axes."""
+    return {"energies": partial(_bars, account)}
+
+
+def headline(account: EnergyAccount) -> str:
+    """Return in a line what was delivered."""
+    return f"{format_quantity(float(account.source[-1]), 'J', 5)} delivered in {account.time[-1]:g} s"
+
+
+def facts(account: EnergyAccount) -> list[tuple[str, str]]:
+    """Return what each side dissipated and stored until the end, and how well the balances close."""
+    taken: dict[str, float] = {}
+    for _, how, energy in _taken(account):
+        taken[how] = taken.get(how, 0.0) + energy
+    rows = [(how, format_quantity(energy, "J", 4)) for how, energy in taken.items()]
+    return [*rows, ("efficiency", f"{account.efficiency:.1e}"), ("balances closed to", _balance(account))]
+
+
+def _balance(account: EnergyAccount) -> str:
+    return f"{max(account.electrical_imbalance, account.mechanical_imbalance):.1e}"
+
+
+def _bars(account: EnergyAccount, panel: Axes) -> Axes:
     bars = _taken(account)
-    figure, (panel,) = new_figure(1, [0.6 + 0.22 * len(bars)])
     energies = np.array([energy for _, _, energy in bars])
     factor, unit = engineering(energies, "J")
     colours = [ORANGE if how.startswith("dissipated") else BLUE for _, how, _ in bars]
     panel.barh([name for name, _, _ in bars], factor * energies, color=colours)
     panel.axvline(factor * float(account.source[-1]), color=GREY, linewidth=0.8, linestyle="--")
     panel.invert_yaxis()
-    panel.set_xlabel(f"energy at the end [{unit}]; orange: dissipated, blue: stored, dashed: delivered")
-    return figure
+    panel.set_xlabel(f"energy at the end [{unit}]\norange: dissipated, blue: stored, dashed: delivered")
+    return panel
 
 
 def section(account: EnergyAccount) -> Section:
@@ -56,9 +85,8 @@ def section(account: EnergyAccount) -> Section:
 def page(account: EnergyAccount) -> Page:
     """Return the account as a page."""
     delivered = format_quantity(float(account.source[-1]), "J", 5)
-    balance = f"{max(account.electrical_imbalance, account.mechanical_imbalance):.1e}"
-    facts = [("delivered", delivered), ("efficiency", f"{account.efficiency:.1e}"), ("balances closed to", balance)]
-    return Page("Energy of a strip", "delivered, dissipated, stored", facts, (), [section(account)])
+    told = [("delivered", delivered), *facts(account)[-2:]]
+    return Page("Energy of a strip", "delivered, dissipated, stored", told, (), [section(account)])
 
 
 def _taken(account: EnergyAccount) -> list[tuple[str, str, float]]:

@@ -79,6 +79,11 @@ def plus_minus(e: Estimate) -> str:
     return f" +- {format_quantity(e.reported[0], e.unit, 2)}" if e.stderr is not None else " (held)"
 
 
+def estimate_facts(estimates: Mapping[str, Estimate]) -> list[tuple[str, str]]:
+    """Return name, and value with standard error as text."""
+    return [(name, f"{format_quantity(e.value, e.unit, 5)}{plus_minus(e)}") for name, e in estimates.items()]
+
+
 def method_lines(estimates: Mapping[str, Estimate]) -> list[str]:
     """Return by what method intervals were made, where it was not the covariance; one line a method."""
     groups: dict[Method, list[str]] = {}

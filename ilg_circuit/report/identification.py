@@ -28,16 +28,17 @@ from .estimates import (
     correlation_section,
     derived_line,
     derived_section,
+    estimate_facts,
     estimate_line,
     method_lines,
     parameter_section,
     plus_minus,
     strong_correlations,
 )
-from .identification_figure import figure
+from .identification_figure import figure, panels
 from .page import Grid, Listing, Page, Prose, Section, picture, repetition
 
-__all__ = ["figure", "page", "summary", "write_actuator"]
+__all__ = ["facts", "figure", "headline", "page", "panels", "summary", "write_actuator"]
 
 #: Metrics of a displacement as people read them: name -> (unit, "" for a ratio; what it says in words)
 _METRICS = {
@@ -93,6 +94,16 @@ def headline(result: Identification) -> str:
     return f"{first.source}: {what}; model {result.model}, {_engines(result)}"
 
 
+def facts(result: Identification) -> list[tuple[str, str]]:
+    """Return the parameters, each with its standard error, after the residuals."""
+    return [("largest rms of the residuals", _worst(result)), *estimate_facts(result.parameters)]
+
+
+def _worst(result: Identification) -> str:
+    worst = max(result.observations, key=lambda o: o.rms_joint / o.size)
+    return f"{worst.rms_joint / worst.size:.2%} ({worst.source}, {worst.quantity})"
+
+
 def files(result: Identification) -> str:
     """Return how many records and spectra."""
     spectra = sum(d.quantity == "impedance" for d in result.port.data)
@@ -118,12 +129,7 @@ def write_actuator(result: Identification, path: str | Path) -> None:
 
 def page(result: Identification) -> Page:
     """Return the report as a page."""
-    worst = max(result.observations, key=lambda o: o.rms_joint / o.size)
-    facts = [
-        ("model", result.model),
-        ("measured", files(result)),
-        ("largest rms of the residuals", f"{worst.rms_joint / worst.size:.2%} ({worst.source}, {worst.quantity})"),
-    ]
+    told = [("model", result.model), ("measured", files(result)), ("largest rms of the residuals", _worst(result))]
     sections = [
         Section("Data, fit and residuals", [picture(figure(result), "measurements, fit, prediction, residuals")]),
         *_check_sections(result),
@@ -141,7 +147,7 @@ def page(result: Identification) -> Page:
         Section("Its circuit", [Listing(str(strip_netlist(result.actuator, beam="static").to_pyspice()))]),
         repetition(result.provenance.call, _programs(result)),
     ]
-    return Page(", ".join(result.sources), headline(result), facts, result.warnings, sections)
+    return Page(", ".join(result.sources), headline(result), told, result.warnings, sections)
 
 
 def _statistics_line(result: Identification, o: ObservationFit) -> str:

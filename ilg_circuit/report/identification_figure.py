@@ -6,7 +6,9 @@ prediction from the others, and compared.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -16,11 +18,11 @@ from ..identification.identification import Identification
 from ..identification.impedance import ImpedanceData
 from ..identification.observation_fit import ObservationFit
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, engineering, new_figure, plain
+from .axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, Panels, blank, engineering, new_figure, plain, scaled
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+#: How a fit is drawn, and one of several files together.
+_FIT: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "label": "fit"}
+_JOINT: dict[str, Any] = _FIT | {"label": "joint fit"}
 #: Files are drawn in two columns where there are more.
 _ONE_COLUMN = 3
 #: Axes are logarithmic over more than that, of time and of anything else.
@@ -37,48 +39,97 @@ def figure(result: Identification) -> Figure:
 
 def _record(result: Identification) -> Figure:
     """Data, fit and residuals of current and displacement, the drive beneath; time by logarithm for a step."""
-    current = result.port.data[0]
-    assert isinstance(current, CurrentData)
-    moved = result.coupling.individual[0] if result.coupling is not None else None
-    rows = 5 if moved is not None else 3
-    drawn, axes = new_figure(rows, [2.0, 0.9] * (rows // 2) + [0.8])
-    t = current.abscissa
-    _pair(axes[0], axes[1], t, current.data, result.observations[0].fitted, "current", "A")
-    axes[0].set_title(f"{current.source}: model {result.model}", fontsize=10, loc="left")
-    if moved is not None:
-        channel, window = moved.data.channel, moved.data.window
-        _pair(axes[2], axes[3], channel.time, channel.values, moved.fitted, "displacement", "m", window)
+    names = [name for name in ("current", "displacement") if name in _drawn_over_time(result)]
+    drawn, axes = new_figure(2 * len(names) + 1, [2.0, 0.9] * len(names) + [0.8])
+    for name, upper, lower in zip(names, axes[::2], axes[1::2], strict=False):
+        _fit(result, name, upper)
+        _fit_residuals(result, name, lower)
+    axes[0].set_title(f"{result.port.data[0].source}: model {result.model}", fontsize=10, loc="left")
+    if "displacement" in names:
         _annotate(axes[2], result)
-    after, drive = t[t >= 0], current.record.drive
-    axes[-1].plot(after, drive.value(after), color=ORANGE, linewidth=1.2)
-    axes[-1].set_ylabel("voltage [V]")
-    low, high = axes[-1].get_ylim()
-    axes[-1].set_ylim(min(low, 0.0), max(high, 0.0) * 1.05)
-    if current.level is not None:
-        axes[-1].set_xscale("log")
-        axes[-1].set_xlim(after[after > 0][0], after[-1])
-    axes[-1].set_xlabel("time since the onset [s]")
+    _drive(result, axes[-1])
+    _since_onset(result, axes[-1])
     drawn.align_ylabels(axes)
     return drawn
 
 
-def _pair(
-    upper: Any, lower: Any, t: Array, data: Array, fitted: Array, name: str, unit: str, window: float = np.inf
-) -> None:
-    """Draw data and fit over time, residuals beneath; beyond ``window`` [s] the fit does not go."""
-    factor, label = engineering(data, unit)
-    upper.plot(t, factor * data, ".", color=GREY, markersize=2.5, label="measured")
+def panels(result: Identification) -> Panels:
+    """Return what draws each measured quantity with its fit on axes, a spectrum as a Nyquist plot first."""
+    first = result.port.data[0]
+    if not result.single:
+        quantities = dict.fromkeys(o.quantity for o in result.observations)
+        every = {name: partial(_together, result, name) for name in quantities}
+        return {**every, "comparison": partial(_comparison, result.observations)}
+    if isinstance(first, ImpedanceData):
+        halves = {"size": partial(_size, result), "phase": partial(_phase, result)}
+        return {"nyquist": partial(_nyquist, result), **halves}
+
+    def over_time(draw: Callable[..., None], panel: Axes, **style: Any) -> Axes:
+        draw(panel, **style)
+        _since_onset(result, panel)
+        return panel
+
+    waves = {name: partial(_fit, result, name) for name in _drawn_over_time(result)}
+    return {name: partial(over_time, draw) for name, draw in {**waves, "voltage": partial(_drive, result)}.items()}
+
+
+def _drawn_over_time(result: Identification) -> dict[str, tuple[Array, Array, Array, str, float]]:
+    """Of a single record's quantities: time, data, fit, unit, and the time [s] beyond which the fit does not go."""
+    current = result.port.data[0]
+    assert isinstance(current, CurrentData)
+    waves = {"current": (current.abscissa, current.data, result.observations[0].fitted, "A", np.inf)}
+    if result.coupling is not None:
+        moved = result.coupling.individual[0]
+        channel = moved.data.channel
+        waves["displacement"] = (channel.time, channel.values, moved.fitted, "m", moved.data.window)
+    return waves
+
+
+def _fit(result: Identification, name: str, panel: Axes, **style: Any) -> None:
+    """Draw data and fit over time, dashed where the fit does not go."""
+    t, data, fitted, unit, window = _drawn_over_time(result)[name]
+    factor, label = scaled(panel.yaxis, data, unit)
+    look: dict[str, Any] = _FIT | style
+    panel.plot(t, factor * data, ".", color=GREY, markersize=2.5, label="measured")
     inside = t <= window
-    upper.plot(t[inside], factor * fitted[inside], color=BLUE, linewidth=1.5, label="fit")
+    panel.plot(t[inside], factor * fitted[inside], **look)
     if not inside.all():
-        upper.plot(t[~inside], factor * fitted[~inside], "--", color=BLUE, linewidth=1.0, label="beyond the fit")
-    upper.set_ylabel(f"{name} [{label}]")
-    upper.legend(frameon=False, fontsize=8)
+        beyond: dict[str, Any] = {"linestyle": "--", "linewidth": 1.0, "label": "beyond the fit"}
+        panel.plot(t[~inside], factor * fitted[~inside], **(look | beyond))
+    panel.set_ylabel(f"{name} [{label}]")
+    panel.legend(frameon=False, fontsize=8)
+
+
+def _fit_residuals(result: Identification, name: str, panel: Axes) -> None:
+    t, data, fitted, unit, window = _drawn_over_time(result)[name]
+    inside = t <= window
     residuals = (data - fitted)[inside]
-    small, small_label = engineering(residuals, unit)
-    lower.plot(t[inside], small * residuals, ".", color=GREY, markersize=2)
-    lower.axhline(0.0, color=BLUE, linewidth=0.8)
-    lower.set_ylabel(f"residual [{small_label}]")
+    factor, label = engineering(residuals, unit)
+    panel.plot(t[inside], factor * residuals, ".", color=GREY, markersize=2)
+    panel.axhline(0.0, color=BLUE, linewidth=0.8)
+    panel.set_ylabel(f"residual [{label}]")
+
+
+def _drive(result: Identification, panel: Axes, **style: Any) -> None:
+    current = result.port.data[0]
+    assert isinstance(current, CurrentData)
+    after = current.abscissa[current.abscissa >= 0]
+    look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.2} | style
+    panel.plot(after, current.record.drive.value(after), **look)
+    panel.set_ylabel("voltage [V]")
+    low, high = panel.get_ylim()
+    panel.set_ylim(min(low, 0.0), max(high, 0.0) * 1.05)
+
+
+def _since_onset(result: Identification, panel: Axes) -> None:
+    """Name the axis of time, which is logarithmic for a step."""
+    current = result.port.data[0]
+    assert isinstance(current, CurrentData)
+    if current.level is not None:
+        after = current.abscissa[current.abscissa > 0]
+        panel.set_xscale("log")
+        panel.set_xlim(after[0], after[-1])
+    panel.set_xlabel("time since the onset [s]")
 
 
 def _annotate(panel: Any, result: Identification) -> None:
@@ -112,9 +163,7 @@ def _annotate(panel: Any, result: Identification) -> None:
 
 def _spectrum(result: Identification, data: ImpedanceData) -> Figure:
     """Bode plot, residuals of the fit and of the Kramers-Kronig check over frequency; Nyquist plots beside them."""
-    from matplotlib.figure import Figure
-
-    drawn = Figure(figsize=(11.0, 8.2), dpi=150, layout="constrained")
+    drawn = blank((11.0, 8.2))
     columns = drawn.add_gridspec(1, 2, width_ratios=[1.25, 1.0])
     left = columns[0].subgridspec(4, 1, height_ratios=[1.3, 1.1, 1.0, 1.0])
     size = drawn.add_subplot(left[0])
@@ -126,9 +175,8 @@ def _spectrum(result: Identification, data: ImpedanceData) -> Figure:
     twice = within < 0.4 * float(np.abs(z).max())
     right = columns[1].subgridspec(2 if twice else 1, 1)
     planes = [drawn.add_subplot(right[k]) for k in range(2 if twice else 1)]
-    dense = np.geomspace(f[0], f[-1], 400)
-    fit = result.port.port.impedance(2j * np.pi * dense, ideal=True)
-    _bode(size, phase, f, z, bad, dense, fit)
+    _size(result, size)
+    _phase(result, phase)
     (o,) = result.observations
     relative = np.asarray(o.residuals / np.abs(o.data), dtype=complex)
     _parts(misfit, o.abscissa, relative, "fit residual\n[% of abs(Z)]")
@@ -136,8 +184,9 @@ def _spectrum(result: Identification, data: ImpedanceData) -> Figure:
     check.set_xlabel("frequency [Hz]")
     for panel in (size, phase, misfit):
         panel.tick_params(labelbottom=False)
+        panel.set_xlabel("")
     for panel, largest in zip(planes, (None, within), strict=False):
-        _nyquist(panel, z, bad, fit, largest)
+        _nyquist(result, panel, largest)
     for panel in (size, phase, misfit, check, *planes):
         plain(panel)
     drawn.align_ylabels([size, phase, misfit, check])
@@ -146,18 +195,38 @@ def _spectrum(result: Identification, data: ImpedanceData) -> Figure:
     return drawn
 
 
-def _bode(size: Any, phase: Any, f: Array, z: ComplexArray, bad: Mask, dense: Array, fit: ComplexArray) -> None:
-    factor, label = engineering(np.abs(z), "\N{OHM SIGN}")
-    size.loglog(f[~bad], factor * np.abs(z[~bad]), "o", color=GREY, markersize=3.5, label="measured")
-    phase.semilogx(f[~bad], np.degrees(np.angle(z[~bad])), "o", color=GREY, markersize=3.5)
+def _spectra(result: Identification) -> tuple[Array, ComplexArray, Mask, Array, ComplexArray]:
+    """Frequency, measured impedance, what was left out; frequencies close together and the fit there."""
+    data = result.port.data[0]
+    assert isinstance(data, ImpedanceData)
+    f = data.measured.frequency
+    dense = np.geomspace(f[0], f[-1], 400)
+    fit = result.port.port.impedance(2j * np.pi * dense, ideal=True)
+    return f, data.measured.impedance, data.check.bad, dense, fit
+
+
+def _points(panel: Axes, x: Array, y: Array, bad: Mask) -> None:
+    panel.plot(x[~bad], y[~bad], "o", color=GREY, markersize=3.5, label="measured")
     if bad.any():
-        size.loglog(f[bad], factor * np.abs(z[bad]), "x", color=ORANGE, markersize=6, label="left out")
-        phase.semilogx(f[bad], np.degrees(np.angle(z[bad])), "x", color=ORANGE, markersize=6)
-    size.loglog(dense, factor * np.abs(fit), color=BLUE, linewidth=1.5, label="fit")
-    phase.semilogx(dense, np.degrees(np.angle(fit)), color=BLUE, linewidth=1.5)
-    size.set_ylabel(f"abs(Z) [{label}]")
-    phase.set_ylabel("phase [deg]")
-    size.legend(frameon=False, fontsize=8)
+        panel.plot(x[bad], y[bad], "x", color=ORANGE, markersize=6, label="left out")
+
+
+def _size(result: Identification, panel: Axes, **style: Any) -> Axes:
+    f, z, bad, dense, fit = _spectra(result)
+    factor, label = scaled(panel.yaxis, np.abs(z), "\N{OHM SIGN}")
+    _points(panel, f, factor * np.abs(z), bad)
+    panel.loglog(dense, factor * np.abs(fit), **_FIT | style)
+    panel.set(xlabel="frequency [Hz]", ylabel=f"abs(Z) [{label}]")
+    panel.legend(frameon=False, fontsize=8)
+    return panel
+
+
+def _phase(result: Identification, panel: Axes, **style: Any) -> Axes:
+    f, z, bad, dense, fit = _spectra(result)
+    _points(panel, f, np.degrees(np.angle(z)), bad)
+    panel.semilogx(dense, np.degrees(np.angle(fit)), **_FIT | style)
+    panel.set(xlabel="frequency [Hz]", ylabel="phase [deg]")
+    return panel
 
 
 def _parts(panel: Any, f: Array, relative: ComplexArray, name: str) -> None:
@@ -168,27 +237,25 @@ def _parts(panel: Any, f: Array, relative: ComplexArray, name: str) -> None:
     panel.legend(frameon=False, fontsize=7, ncols=2)
 
 
-def _nyquist(panel: Any, z: ComplexArray, bad: Mask, fit: ComplexArray, largest: float | None = None) -> None:
+def _nyquist(result: Identification, panel: Axes, largest: float | None = None, **style: Any) -> Axes:
     """Draw -Im Z over Re Z; ``largest`` [ohm]: only what lies within it."""
-    factor, label = engineering(np.abs(z) if largest is None else np.array([largest]), "\N{OHM SIGN}")
-    for points, style, name in (
-        (z[~bad], {"marker": "o", "color": GREY, "markersize": 3.5, "linestyle": ""}, "measured"),
-        (z[bad], {"marker": "x", "color": ORANGE, "markersize": 6, "linestyle": ""}, "left out"),
-        (fit, {"color": BLUE, "linewidth": 1.5}, "fit"),
-    ):
-        if len(points):
-            panel.plot(factor * points.real, -factor * points.imag, **style, label=name)
+    _, z, bad, _, fit = _spectra(result)
+    shown = np.abs(z) if largest is None else np.array([largest])
+    factor, label = scaled(panel.xaxis, shown, "\N{OHM SIGN}")
+    _points(panel, factor * z.real, -factor * z.imag, bad)
+    panel.plot(factor * fit.real, -factor * fit.imag, **_FIT | style)
     panel.set_xlabel(f"Re Z [{label}]")
     panel.set_ylabel(f"-Im Z [{label}]")
     panel.set_aspect("equal", adjustable="box" if largest else "datalim")
     if largest is None:
         panel.set_title("Nyquist", fontsize=9, loc="left")
-        return
+        return panel
     inside = factor * z[np.abs(z) <= largest]
     room = 0.05 * float(np.ptp(inside.real) + np.ptp(inside.imag))
     panel.set_xlim(float(inside.real.min()) - room, float(inside.real.max()) + room)
     panel.set_ylim(-float(inside.imag.max()) - room, -float(inside.imag.min()) + room)
     panel.set_title("Nyquist, upper frequencies", fontsize=9, loc="left")
+    return panel
 
 
 def _corner(z: ComplexArray) -> float:
@@ -198,15 +265,13 @@ def _corner(z: ComplexArray) -> float:
 
 def _several(result: Identification) -> Figure:
     """Every file with the joint fit and the prediction from the others, residuals beneath, the comparison last."""
-    from matplotlib.figure import Figure
-
     from .identification import files
 
     rows_of = result.observations
     columns = 1 if len(rows_of) <= _ONE_COLUMN else 2
     rows = -(-len(rows_of) // columns)
     below = 0.6 + 0.22 * len(rows_of)
-    drawn = Figure(figsize=(7.5 if columns == 1 else 11.0, 2.6 * rows + below + 0.6), dpi=130, layout="constrained")
+    drawn = blank((7.5 if columns == 1 else 11.0, 2.6 * rows + below + 0.6), dpi=130)
     layout: Any = drawn.get_layout_engine()
     layout.set(h_pad=0.02, w_pad=0.04, hspace=0.0)
     grid: Any = drawn.add_gridspec(rows + 1, columns, height_ratios=[2.6] * rows + [below])
@@ -215,35 +280,48 @@ def _several(result: Identification) -> Figure:
         upper = drawn.add_subplot(pair[0])
         lower = drawn.add_subplot(pair[1], sharex=upper)
         _waveforms(upper, o)
+        voltage = format_quantity(o.voltage, "V", 3)
+        title = f"{o.source}: {o.quantity}, {'about ' * (o.quantity == 'impedance')}{voltage}"
+        upper.set_title(title, fontsize=8, loc="left")
         _residuals(lower, o)
         upper.tick_params(labelbottom=False)
         for panel in (upper, lower):
             plain(panel)
         if not k:
             upper.legend(frameon=False, fontsize=7)
-    _comparison(drawn.add_subplot(grid[rows, :]), rows_of)
+    _comparison(rows_of, drawn.add_subplot(grid[rows, :]))
     drawn.suptitle(f"{files(result)} together: model {result.model}", fontsize=10)
     return drawn
 
 
-def _waveforms(panel: Any, o: ObservationFit) -> None:
+def _together(result: Identification, quantity: str, panel: Axes, **style: Any) -> Axes:
+    """Draw one quantity of all files, each with the joint fit in a colour of its own."""
+    rows = [o for o in result.observations if o.quantity == quantity]
+    for k, o in enumerate(rows):
+        _waveforms(panel, o, {"color": COLOURS[k % len(COLOURS)], "label": o.source} | style, alone=False)
+    panel.set_xlabel("frequency [Hz]" if quantity == "impedance" else "time since the onset [s]")
+    panel.legend(frameon=False, fontsize=7)
+    return panel
+
+
+def _waveforms(panel: Any, o: ObservationFit, style: Mapping[str, Any] = _JOINT, *, alone: bool = True) -> None:
+    """Draw data and joint fit of an observation, and the prediction from the others where it is ``alone``."""
     spectrum = o.quantity == "impedance"
-    curves: list[tuple[Any, dict[str, Any], str]] = [
-        (o.data, {"linestyle": "", "marker": ".", "color": GREY, "markersize": 3}, "measured"),
-        (o.fitted, {"color": BLUE, "linewidth": 1.5}, "joint fit"),
+    measured = {"linestyle": "", "marker": ".", "color": GREY, "markersize": 3}
+    curves: list[tuple[Any, Mapping[str, Any]]] = [
+        (o.data, measured | ({"label": "measured"} if alone else {})),
+        (o.fitted, _JOINT | dict(style)),
     ]
-    if o.predicted is not None:
-        curves.append((o.predicted, {"color": ORANGE, "linewidth": 1.1, "linestyle": "--"}, "from the others"))
-    factor, label = engineering(np.abs(o.data), "\N{OHM SIGN}" if spectrum else o.unit)
+    if o.predicted is not None and alone:
+        curves.append((o.predicted, {"color": ORANGE, "linewidth": 1.1, "linestyle": "--", "label": "from the others"}))
+    factor, label = scaled(panel.yaxis, np.abs(o.data), "\N{OHM SIGN}" if spectrum else o.unit)
     x, shown = _abscissa(panel, o)
-    for values, style, name in curves:
+    for values, look in curves:
         sizes = np.abs(values) if spectrum else values
-        panel.plot(x, factor * sizes[shown], **style, label=name)
+        panel.plot(x, factor * sizes[shown], **look)
     if spectrum and np.ptp(np.log(np.abs(o.data))) > np.log(_DECADE):
         panel.set_yscale("log")
     panel.set_ylabel(f"{'abs(Z)' if spectrum else o.quantity}\n[{label}]", fontsize=8)
-    voltage = format_quantity(o.voltage, "V", 3)
-    panel.set_title(f"{o.source}: {o.quantity}, {'about ' * spectrum}{voltage}", fontsize=8, loc="left")
     panel.tick_params(labelsize=7)
 
 
@@ -277,7 +355,7 @@ def _abscissa(panel: Any, o: ObservationFit) -> tuple[Array, Mask]:
     return o.abscissa[shown], shown
 
 
-def _comparison(panel: Any, rows: tuple[ObservationFit, ...]) -> None:
+def _comparison(rows: tuple[ObservationFit, ...], panel: Any) -> Axes:
     """Draw the comparison: three marks an observation, by logarithm."""
     places = np.arange(len(rows))[::-1]
     marks = (
@@ -304,3 +382,4 @@ def _comparison(panel: Any, rows: tuple[ObservationFit, ...]) -> None:
     panel.grid(alpha=0.25, linewidth=0.6, which="both")
     panel.spines[["top", "right"]].set_visible(False)
     panel.legend(frameon=False, fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return panel

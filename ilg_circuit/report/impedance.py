@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, ComplexArray
 from ..simulation.impedance import Impedance
 from ..units import format_quantity
-from .axes import BLUE, ORANGE, Figure, blank, engineering, plain
+from .axes import BLUE, ORANGE, Axes, Figure, Panels, blank, plain, scaled
 from .page import Page, Prose, Section, picture
 
 _OHM = "\N{OHM SIGN}"
@@ -19,7 +21,7 @@ def summary(result: Impedance) -> str:
     """Return a few lines: both ends of the spectrum, what the motion reflects, the ladder if there is one."""
     ends = [
         f"{format_quantity(float(f), 'Hz', 4):>10}  abs(Z) {format_quantity(float(np.abs(z)), 'ohm', 5):>12}, "
-        f"phase {np.degrees(np.angle(z)):7.2f} deg"
+        f"phase {_degrees(z):7.2f} deg"
         for f, z in zip(result.frequency[[0, -1]], result.impedance[[0, -1]], strict=True)
     ]
     return "\n".join([*ends, *_notes(result)])
@@ -40,20 +42,70 @@ def figure(result: Impedance) -> Figure:
     figure = blank((10.0, 4.8))
     grid = figure.add_gridspec(2, 2, width_ratios=[1.15, 1.0])
     size, phase, plane = (figure.add_subplot(grid[place]) for place in ((0, 0), (1, 0), (slice(None), 1)))
-    factor, label = engineering(np.abs(result.impedance), _OHM)
-    curves: tuple[tuple[Any, dict[str, Any], str], ...] = (
-        (result.impedance, {"color": BLUE, "linewidth": 1.8}, f"netlist, {result.engine}"),
-        (result.port, {"color": ORANGE, "linestyle": "--", "linewidth": 1.2}, "closed form, no motion"),
-    )
-    for z, style, name in curves:
-        size.loglog(result.frequency, np.abs(z), **style, label=name)
-        phase.semilogx(result.frequency, np.degrees(np.angle(z)), **style)
-        plane.plot(factor * z.real, -factor * z.imag, **style)
-    size.set_ylabel(f"abs(Z) [{_OHM}]")
+    bode(result, (size, phase))
+    size.set_xlabel("")
     size.legend(frameon=False, fontsize=8)
-    phase.set(xlabel="frequency [Hz]", ylabel="phase [deg]")
-    plane.set(xlabel=f"Re Z [{label}]", ylabel=f"-Im Z [{label}]")
-    plane.set_aspect("equal", adjustable="datalim")
+    nyquist(result, plane)
+    for panel in (size, phase, plane):
+        plain(panel)
+    figure.suptitle(f"{result.actuator.name}: impedance about {result.bias:g} V", fontsize=10)
+    return figure
+
+
+def panels(result: Impedance) -> Panels:
+    """Return what draws a Nyquist plot, a Bode plot, or one of its halves on axes."""
+    return {draw.__name__: partial(draw, result) for draw in (nyquist, bode, size, phase)}
+
+
+def facts(result: Impedance) -> list[tuple[str, str]]:
+    """Return both ends of the spectrum, what the motion reflects, the smallest real part."""
+    ends = list(zip(result.frequency.tolist(), result.impedance.tolist(), strict=True))
+    return [
+        *((format_quantity(f, "Hz", 4), f"abs(Z) {format_quantity(abs(z), 'ohm', 5)}, phase {_degrees(z):.2f} deg")
+          for f, z in dict([ends[0], ends[-1]]).items()),
+        ("smallest real part", format_quantity(result.least_resistance, "ohm", 4)),
+        ("reflected by the motion", f"at most {result.reflected:.1e}"),
+        ("engine", result.engine),
+    ]  # fmt: skip
+
+
+def bode(result: Impedance, ax: Any, **style: Any) -> tuple[Axes, Axes]:
+    """Draw size and phase over frequency on two axes, or on one with the phase dotted along the right-hand side."""
+    shared = np.size(ax) == 1
+    upper, lower = (ax, ax.twinx()) if shared else np.ravel(ax)
+    size(result, upper, **style)
+    if shared:
+        (z, look), _ = _curves(result, style)
+        lower.semilogx(result.frequency, _degrees(z), **look | {"linestyle": ":"})
+        lower.set_ylabel("phase (dotted) [deg]")
+    else:
+        phase(result, lower, **style)
+    return upper, lower
+
+
+def size(result: Impedance, panel: Axes, **style: Any) -> Axes:
+    """Draw abs(Z) over frequency."""
+    for z, look in _curves(result, style):
+        panel.loglog(result.frequency, np.abs(z), **look)
+    panel.set(xlabel="frequency [Hz]", ylabel=f"abs(Z) [{_OHM}]")
+    return panel
+
+
+def phase(result: Impedance, panel: Axes, **style: Any) -> Axes:
+    """Draw the phase over frequency."""
+    for z, look in _curves(result, style):
+        panel.semilogx(result.frequency, _degrees(z), **look)
+    panel.set(xlabel="frequency [Hz]", ylabel="phase [deg]")
+    return panel
+
+
+def nyquist(result: Impedance, panel: Axes, **style: Any) -> Axes:
+    """Draw -Im Z over Re Z, with a mark at whole decades of the frequency."""
+    factor, label = scaled(panel.xaxis, np.abs(result.impedance), _OHM)
+    for z, look in _curves(result, style):
+        panel.plot(factor * z.real, -factor * z.imag, **look)
+    panel.set(xlabel=f"Re Z [{label}]", ylabel=f"-Im Z [{label}]")
+    panel.set_aspect("equal", adjustable="datalim")
     labelled: list[complex] = []
     room = 0.06 * factor * float(np.ptp(result.impedance.real) + np.ptp(result.impedance.imag))
     for decade in _whole_decades(result.frequency):
@@ -62,21 +114,28 @@ def figure(result: Impedance) -> Figure:
         if any(abs(z - other) < room for other in labelled):
             continue  # a label there would lie on another
         labelled.append(z)
-        plane.plot(z.real, -z.imag, "o", color=BLUE, markersize=4)
+        panel.plot(z.real, -z.imag, "o", color=style.get("color", BLUE), markersize=4)
         name = format_quantity(float(decade), "Hz", 3)
-        plane.annotate(name, (z.real, -z.imag), (4, 4), textcoords="offset points", fontsize=8)
-    for panel in (size, phase, plane):
-        plain(panel)
-    figure.suptitle(f"{result.actuator.name}: impedance about {result.bias:g} V", fontsize=10)
-    return figure
+        panel.annotate(name, (z.real, -z.imag), (4, 4), textcoords="offset points", fontsize=8)
+    return panel
+
+
+def _curves(result: Impedance, style: Mapping[str, Any]) -> list[tuple[ComplexArray, dict[str, Any]]]:
+    """The impedance, and dashed on top the closed form of the electrical port, with their looks."""
+    form = {"color": ORANGE, "linestyle": "--", "linewidth": 1.2, "label": "closed form, no motion"}
+    given = {"color": BLUE, "linewidth": 1.8, "label": f"netlist, {result.engine}"}
+    return [(result.impedance, given | dict(style)), (result.port, form)]
+
+
+def _degrees(z: Any) -> Any:
+    return np.degrees(np.angle(z))
 
 
 def page(result: Impedance) -> Page:
     """Return a page: the picture and what is known of the spectrum."""
-    facts = [("engine", result.engine), ("smallest real part", format_quantity(result.least_resistance, "ohm", 4))]
     shown = picture(figure(result), "size and phase over frequency, Nyquist plot")
     sections = [Section("Spectrum", [shown, *map(Prose, _notes(result))])]
-    return Page(f"Impedance of {result.actuator.name}", headline(result), facts, result.warnings, sections)
+    return Page(f"Impedance of {result.actuator.name}", headline(result), facts(result), result.warnings, sections)
 
 
 def _notes(result: Impedance) -> list[str]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from ..arrays import Array
 from ..errors import InputError
 from ..files import replacing, require_writable
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, Axes, Figure, blank, engineering, legend_above, plain
+from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, axis_label, blank, engineering, legend_above, plain, scaled
 
 #: Times of the snapshots in CPG Fig. 10(c) [s].
 SNAPSHOT_TIMES = (0.5, 0.7, 1.0, 1.5)
@@ -28,20 +30,32 @@ _LIGHT, _DARK = np.array([0.75, 0.87, 0.95]), np.array([0.03, 0.19, 0.42])
 
 def summary(motion: Motion) -> str:
     """Return what the arm is, the tip's displacements, the first segment's tension, and the accuracy as text."""
-    body = motion.arm
+    lines = [headline(motion), *(f"{name} {value}" for name, value in facts(motion))]
+    return "\n".join([*lines, *(f"{e.time:.4g} s: {e.finding}" for e in motion.events if not e.warning)])
+
+
+def headline(motion: Motion) -> str:
+    """Return in a line what arm moved by what."""
+    return (
+        f"{title(motion)}, {format_quantity(motion.arm.length, 'm', 4)} long: {motion.text}, "
+        f"{motion.time[-1]:g} s, {len(motion.time)} samples"
+    )
+
+
+def facts(motion: Motion) -> list[tuple[str, str]]:
+    """Return the tip's displacements, the first segment's tension, and the accuracy."""
     moved = np.linalg.norm(motion.tip - motion.tip[0], axis=1)
     largest = int(moved.argmax())
-    tension = np.abs(motion.first_segment_force).max()
-    lines = [
-        f"{title(motion)}, {format_quantity(body.length, 'm', 4)} long: {motion.text}, "
-        f"{motion.time[-1]:g} s, {len(motion.time)} samples",
-        f"tip's largest displacement {format_quantity(float(moved[largest]), 'm', 4)} "
-        f"at {motion.time[largest]:.4g} s, at the end {format_quantity(float(moved[-1]), 'm', 4)}",
-        f"largest tension in the first segment {format_quantity(float(tension), 'N', 4)}",
-        f"cells' areas kept to {motion.area_drift:.1e}, energy balance closed to {motion.balance_error:.1e} of its "
-        "largest term",
+    tension = float(np.abs(motion.first_segment_force).max())
+    peak, end = (format_quantity(float(moved[k]), "m", 4) for k in (largest, -1))
+    return [
+        ("tip's largest displacement", f"{peak} at {motion.time[largest]:.4g} s, at the end {end}"),
+        ("largest tension in the first segment", format_quantity(tension, "N", 4)),
+        (
+            "cells' areas kept to",
+            f"{motion.area_drift:.1e}, energy balance closed to {motion.balance_error:.1e} of its largest term",
+        ),
     ]
-    return "\n".join([*lines, *(f"{e.time:.4g} s: {e.finding}" for e in motion.events if not e.warning)])
 
 
 def figure(motion: Motion, snapshots: ArrayLike = SNAPSHOT_TIMES) -> Figure:
@@ -52,36 +66,70 @@ def figure(motion: Motion, snapshots: ArrayLike = SNAPSHOT_TIMES) -> Figure:
     figure = blank((9.5, 5.6))
     grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
     shape, tip, force = (figure.add_subplot(grid[place]) for place in (np.s_[:, 0], np.s_[0, 1], np.s_[1, 1]))
-    scale, unit = engineering(motion.positions, "m")
-    times, positions = motion.snapshots(snapshots)
-    if len(times) == 0:
-        times, positions = motion.snapshots([motion.time[-1]])
-    draw_arm(shape, scale * motion.positions[0], GREY, "start", dashed=True)
-    for k, (time, nodes) in enumerate(zip(times, positions, strict=True)):
-        part = (k + 1) / len(times)
-        draw_arm(shape, scale * nodes, part * _DARK + (1 - part) * _LIGHT, f"{time:.3g} s")
-    shape.plot(*(scale * motion.tip).T, color=ORANGE, linewidth=1.0, label="tip's path")
-    _frame(shape, scale, motion, unit)
-    shape.legend(fontsize=8, loc="best", framealpha=0.85)
-    moved, tension = motion.tip - motion.tip[0], motion.first_segment_force
-    _pair(tip, motion.time, moved, ("tip's displacement", "m"), {"x": (GREY, "-"), "y": (BLUE, "-")})
-    faces = {"+normal face": (ORANGE, "-"), "\N{MINUS SIGN}normal face": (BLUE, "--")}
-    _pair(force, motion.time, tension, ("tension in segment 1", "N"), faces)
-    force.set_xlabel("time [s]")
+    _shapes(motion, snapshots, shape)
+    _tip(motion, tip)
+    tip.set_xlabel("")
+    _tension(motion, force)
     figure.suptitle(f"{title(motion)}: {motion.text}", fontsize=10)
     return figure
 
 
-def _pair(panel: Axes, time: Array, waves: Array, quantity: tuple[str, str], looks: dict[str, tuple[str, str]]) -> None:
-    """Draw two ``waves`` (t, 2) of a quantity (name, unit); ``looks``: label -> colour and style."""
-    name, unit = quantity
-    factor, unit = engineering(waves, unit)
-    for (label, (colour, style)), wave in zip(looks.items(), factor * waves.T, strict=True):
-        panel.plot(time, wave, color=colour, linestyle=style, linewidth=1.2, label=label)
-    panel.set_ylabel(f"{name} [{unit}]")
+def panels(motion: Motion, snapshots: ArrayLike = SNAPSHOT_TIMES) -> Panels:
+    """Return what draws the arm at ``snapshots`` [s], its tip and the first segment's tensions on axes."""
+    return {
+        "shape": partial(_shapes, motion, snapshots),
+        "tip": partial(_tip, motion),
+        "force": partial(_tension, motion),
+    }
+
+
+def _shapes(motion: Motion, snapshots: ArrayLike, panel: Axes, **style: Any) -> Axes:
+    """Draw the arm at ``snapshots`` [s] and the tip's path."""
+    scale, unit = scaled(panel.xaxis, motion.positions, "m")
+    times, positions = motion.snapshots(snapshots)
+    if len(times) == 0:
+        times, positions = motion.snapshots([motion.time[-1]])
+    draw_arm(panel, scale * motion.positions[0], GREY, "start", dashed=True)
+    for k, (time, nodes) in enumerate(zip(times, positions, strict=True)):
+        part = (k + 1) / len(times)
+        draw_arm(panel, scale * nodes, part * _DARK + (1 - part) * _LIGHT, f"{time:.3g} s")
+    look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.0, "label": "tip's path"} | style
+    panel.plot(*(scale * motion.tip).T, **look)
+    _frame(panel, scale, motion, unit)
+    panel.legend(fontsize=8, loc="best", framealpha=0.85)
+    return panel
+
+
+def _tip(motion: Motion, panel: Axes, **style: Any) -> Axes:
+    """Draw the tip's displacement over time."""
+    looks = {"x": {"color": GREY}, "y": {"color": BLUE}}
+    return _pair(panel, motion.time, motion.tip - motion.tip[0], ("tip's displacement", "m"), looks, style)
+
+
+def _tension(motion: Motion, panel: Axes, **style: Any) -> Axes:
+    """Draw the tensions along both faces of the first segment over time."""
+    looks = {"+normal face": {"color": ORANGE}, "\N{MINUS SIGN}normal face": {"color": BLUE, "linestyle": "--"}}
+    return _pair(panel, motion.time, motion.first_segment_force, ("tension in segment 1", "N"), looks, style)
+
+
+def _pair(
+    panel: Axes,
+    time: Array,
+    waves: Array,
+    quantity: tuple[str, str],
+    looks: Mapping[str, Mapping[str, str]],
+    style: Mapping[str, Any],
+) -> Axes:
+    """Draw two ``waves`` (t, 2) of a quantity (name, unit); ``looks`` by label."""
+    for (label, look), wave in zip(looks.items(), waves.T, strict=True):
+        factor, unit = scaled(panel.yaxis, waves, quantity[1])
+        drawn: dict[str, Any] = {"linewidth": 1.2, "label": label, **look, **style}
+        panel.plot(time, factor * wave, **drawn)
+    panel.set(xlabel="time [s]", ylabel=axis_label(quantity[0], unit))
     panel.margins(x=0.01)
     plain(panel)
     legend_above(panel)
+    return panel
 
 
 def require_animation(path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
 from ..units import format_quantity
 from . import estimates
-from .axes import BLUE, GREY, ORANGE, Figure, engineering, new_figure
+from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, engineering, new_figure, scaled
 from .page import Grid, Page, Prose, Section, picture, repetition
 
 _STYLES = {"uniaxial": (BLUE, "o"), "equibiaxial": (ORANGE, "s"), "planar": ("#2e8b57", "^")}
@@ -59,7 +60,7 @@ def headline(result: Characterisation) -> str:
 def page(result: Characterisation) -> Page:
     """Return readings and fit, constants in both conventions, predictions for other loads, what else was tried."""
     fit, fitted = result.fit, parameters(result.fit)
-    facts = [
+    told = [
         ("material", fit.name),
         ("Young's modulus", _stress(fit.material.youngs_modulus)),
         ("rms of the residuals", _stress(fit.rmse, 3)),
@@ -76,53 +77,85 @@ def page(result: Characterisation) -> Page:
         estimates.correlation_section([name for name, e in fitted.items() if not e.fixed_because], correlations(fit)),
         repetition(result.provenance.call),
     ]
-    return Page(", ".join(t.source for t in fit.tests), headline(result), facts, result.warnings, sections)
+    return Page(", ".join(t.source for t in fit.tests), headline(result), told, result.warnings, sections)
 
 
 def figure(result: Characterisation) -> Figure:
     """Return readings and fit (solid where there are readings, else dashed), other loads dashed, residuals beneath."""
+    figure, (upper, lower) = new_figure(2, [3.4, 1.1])
+    _stresses(result, upper)
+    upper.set_xlabel("")
+    _residuals(result, lower)
+    figure.align_ylabels([upper, lower])
+    return figure
+
+
+def panels(result: Characterisation) -> Panels:
+    """Return what draws stresses with the fit, and residuals, on axes."""
+    return {"stress": partial(_stresses, result), "residuals": partial(_residuals, result)}
+
+
+def facts(result: Characterisation) -> list[tuple[str, str]]:
+    """Return E and the parameters, each with its standard error, and the rms of the residuals."""
+    fit = result.fit
+    modulus = {"youngs_modulus": derived(fit)["youngs_modulus"]}
+    told = estimates.estimate_facts(modulus | parameters(fit))
+    return [told[0], ("rms of the residuals", _stress(fit.rmse, 3)), *told[1:]]
+
+
+def _stresses(result: Characterisation, panel: Axes, **style: Any) -> Axes:
+    """Draw readings, the fit and the predictions of other loads."""
     fit = result.fit
     low, high = fit.stretch_range
     stress = np.concatenate([t.stress for t in fit.tests])
-    factor, unit = engineering(stress, "Pa")
-    figure, (upper, lower) = new_figure(2, [3.4, 1.1])
+    factor, unit = scaled(panel.yaxis, stress, "Pa")
     stretch = np.geomspace(low, high, 500)
     bottom, top = min(float(stress.min()), 0.0), max(float(stress.max()), 0.0)
     margin = 0.12 * (top - bottom)
-    upper.set_ylim(factor * (bottom - (margin if bottom < 0 else 0.02 * top)), factor * (top + margin))
-    tests = {t.mode: (t, r) for t, r in zip(fit.tests, fit.residuals, strict=True)}
+    panel.set_ylim(factor * (bottom - (margin if bottom < 0 else 0.02 * top)), factor * (top + margin))
+    tests = {t.mode: t for t in fit.tests}
     beyond = False
     for mode in MODES:
         curve, (colour, marker) = factor * fit.material.nominal(mode, stretch), _STYLES[mode]
         if mode not in tests:
             wild = absurd_from(fit.material, high) if mode == "equibiaxial" else None
             label = f"{mode}, predicted" + (f": absurd from {wild:.3g} on" if wild is not None else "")
-            upper.plot(stretch, curve, "--", color=colour, linewidth=1.2, label=label)
+            panel.plot(stretch, curve, "--", color=colour, linewidth=1.2, label=label)
             continue
-        test, residuals = tests[mode]
+        test = tests[mode]
         start, end = test.range
         inside = (stretch >= start) & (stretch <= end)
         measured: dict[str, Any] = {"markersize": 4, "alpha": 0.75, "markeredgewidth": 0, "label": f"{mode}, measured"}
         if len(test.left_out):
             stretches, stresses = np.concatenate([(leg.stretch, leg.stress) for leg in test.left_out], axis=1)
             faint: dict[str, Any] = {"color": GREY, "markersize": 2.5, "alpha": 0.5, "label": f"{mode}, not fitted"}
-            upper.plot(stretches, factor * stresses, marker, **faint)
-        upper.plot(test.stretch, factor * test.stress, marker, color=colour, **measured)
-        upper.plot(stretch[inside], curve[inside], color=colour, linewidth=1.5, label=f"{mode}, fit")
+            panel.plot(stretches, factor * stresses, marker, **faint)
+        panel.plot(test.stretch, factor * test.stress, marker, color=colour, **measured)
+        look: dict[str, Any] = {"color": colour, "linewidth": 1.5, "label": f"{mode}, fit"} | style
+        panel.plot(stretch[inside], curve[inside], **look)
         for part in (stretch <= start, stretch >= end):
             if part.sum() > 1:  # the end itself is always one
-                upper.plot(stretch[part], curve[part], "--", color=colour, linewidth=1.0)
+                panel.plot(stretch[part], curve[part], "--", color=look["color"], linewidth=1.0)
                 beyond = True
-        lower.plot(test.stretch, factor * residuals, f"{marker}-", color=colour, markersize=3, linewidth=0.6)
-    upper.set_ylabel(f"nominal stress [{unit}]")
+    panel.set(xlabel="stretch [1]", ylabel=f"nominal stress [{unit}]")
     if beyond:
-        upper.plot([], [], "--", color=GREY, linewidth=1.0, label="beyond the readings")
-    upper.legend(frameon=False, fontsize=8)
-    upper.set_title(f"{fit.name}: E = {_stress(fit.material.youngs_modulus)}", fontsize=10, loc="left")
-    lower.axhline(0.0, color=GREY, linewidth=0.8)
-    lower.set(xlabel="stretch [1]", ylabel=f"data - fit [{unit}]")
-    figure.align_ylabels([upper, lower])
-    return figure
+        panel.plot([], [], "--", color=GREY, linewidth=1.0, label="beyond the readings")
+    panel.legend(frameon=False, fontsize=8)
+    panel.set_title(f"{fit.name}: E = {_stress(fit.material.youngs_modulus)}", fontsize=10, loc="left")
+    return panel
+
+
+def _residuals(result: Characterisation, panel: Axes, **style: Any) -> Axes:
+    """Draw data - fit of every test, in the unit of the stresses."""
+    fit = result.fit
+    factor, unit = engineering(np.concatenate([t.stress for t in fit.tests]), "Pa")
+    for t, residuals in zip(fit.tests, fit.residuals, strict=True):
+        colour, marker = _STYLES[t.mode]
+        look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 3, "linewidth": 0.6} | style
+        panel.plot(t.stretch, factor * residuals, **look)
+    panel.axhline(0.0, color=GREY, linewidth=0.8)
+    panel.set(xlabel="stretch [1]", ylabel=f"data - fit [{unit}]")
+    return panel
 
 
 def write_actuator(result: Characterisation, base: Actuator, path: str | Path) -> None:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..simulation.waveforms import ANSWERS, WAVEFORMS
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, Figure, engineering, new_figure
+from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, curve, new_figure
 from .energy import section as energy_section
 from .page import Grid, Page, Section, picture
 from .tables import aligned
@@ -58,32 +59,67 @@ def figure(response: Response, measured: Sequence[Compared] = ()) -> Figure:
     The 95 % band is drawn where the response has standard errors; what was ``measured`` is drawn as points beside the
     prediction that was compared with it.
     """
-    shown = [w for w in ANSWERS if np.nanmax(np.abs(response.waveforms[w.name]), initial=0.0) > 0]
+    shown = _shown(response)
     figure, axes = new_figure(len(shown) + 1, [1.5] * len(shown) + [1.0])
     beside = {part.quantity: part for part in measured}
     for panel, waveform in zip(axes, shown, strict=False):
-        values, error = response.waveforms[waveform.name], response.stderr.get(waveform.name)
-        factor, unit = engineering(values, waveform.unit)
-        time, title = response.time, None
-        if waveform.name in beside:  # the prediction that was compared: its drive jumps where the record does
-            part = beside[waveform.name]
-            time, values, error, title = part.time, part.predicted, part.stderr, "predicted"
-            panel.plot(time, factor * part.measured, ".", color=GREY, markersize=2.5, label=f"measured, {part.source}")
-        panel.plot(time, factor * values, color=BLUE, linewidth=1.4, label=title)
-        if error is not None:
-            half = _NORMAL_95 * error
-            edges = (factor * (values - half), factor * (values + half))
-            panel.fill_between(time, *edges, color=BLUE, alpha=0.25, linewidth=0, label="95 % band of the fit")
-        panel.set_ylabel(f"{waveform.name} [{unit}]")
+        _waveform(response, waveform, beside.get(waveform.name), panel)
     if response.stderr or measured:
         axes[0].legend(frameon=False, fontsize=8)
-    axes[-1].plot(response.time, response.voltage, color=ORANGE, linewidth=1.4)
-    low, high = min(response.voltage.min(), 0.0), max(response.voltage.max(), 0.0)
-    edge = 0.08 * (high - low or 1.0)
-    axes[-1].set(xlabel="time [s]", ylabel="voltage [V]", ylim=(low - edge, high + edge))
+    _drive(response, axes[-1])
+    axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
     figure.suptitle(f"{response.netlist.title}: {response.drive.text}", fontsize=10)
     return figure
+
+
+def panels(response: Response) -> Panels:
+    """Return what draws each waveform on axes, the displacement first where it is known."""
+    shown = sorted(_shown(response), key=lambda waveform: waveform.name != "displacement")
+    drawn = {w.name: partial(_waveform, response, w, None) for w in shown} | {"voltage": partial(_drive, response)}
+    return {name: partial(over_time, draw) for name, draw in drawn.items()}
+
+
+def over_time(draw: Callable[..., None], panel: Axes, **style: Any) -> Axes:
+    """Draw a panel whose abscissa is time."""
+    draw(panel, **style)
+    panel.set_xlabel("time [s]")
+    return panel
+
+
+def _shown(response: Response) -> list[Waveform]:
+    return [w for w in ANSWERS if np.nanmax(np.abs(response.waveforms[w.name]), initial=0.0) > 0]
+
+
+def _waveform(response: Response, waveform: Waveform, part: Compared | None, panel: Axes, **style: Any) -> None:
+    """Draw a waveform with its band; beside what was measured the prediction that was compared with it."""
+    time, values, error = response.time, response.waveforms[waveform.name], response.stderr.get(waveform.name)
+    if part is not None:  # its drive jumps where the record does
+        time, values, error, style = part.time, part.predicted, part.stderr, {"label": "predicted"} | style
+    factor = curve(panel, time, values, waveform.name, waveform.unit, **style)
+    if part is not None:
+        label = f"measured, {part.source}"
+        panel.plot(time, factor * part.measured, ".", color=GREY, markersize=2.5, label=label, zorder=1)
+    if error is not None:
+        edges = (factor * (values - _NORMAL_95 * error), factor * (values + _NORMAL_95 * error))
+        look: dict[str, Any] = {"alpha": 0.25, "linewidth": 0, "label": "95 % band of the fit"}
+        panel.fill_between(time, *edges, color=style.get("color", BLUE), **look)
+
+
+def _drive(response: Response, panel: Axes, **style: Any) -> None:
+    """Draw the drive with zero in sight."""
+    curve(panel, response.time, response.voltage, "voltage", "V", **{"color": ORANGE} | style)
+    panel.use_sticky_edges = False
+    panel.update_datalim([(response.time[0], 0.0)])
+    panel.autoscale_view()
+
+
+def facts(response: Response) -> list[tuple[str, str]]:
+    """Return of each waveform its value at the end, its largest value, and when that is."""
+    return [
+        (name, f"{end} at the end, largest {last[0]} at {last[1]}" if len(last) == 2 else f"{end}: {last[0]}")
+        for name, end, *last in _rows(response)
+    ]
 
 
 def page(response: Response, measured: Sequence[Compared] = ()) -> Page:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
 import numpy as np
 
 from ..simulation.sensing import Sensed
 from ..simulation.waveforms import WAVEFORMS
-from .axes import BLUE, ORANGE, Figure, engineering, new_figure
+from .axes import ORANGE, Axes, Figure, Panels, curve, new_figure
 from .page import Grid, Page, Section, picture
-from .response import largest, solved_by
+from .response import largest, over_time, solved_by
 
 
 def summary(sensed: Sensed) -> str:
@@ -31,19 +34,35 @@ def text(sensed: Sensed) -> str:
 
 def figure(sensed: Sensed) -> Figure:
     """Return the terminals' answer and the elastic force over time, the imposed motion beneath."""
-    shown = ("voltage" if sensed.terminals == "open" else "current", "force", "displacement")
+    shown = _shown(sensed)
     figure, axes = new_figure(len(shown), [1.5, 1.5, 1.0])
     for panel, name in zip(axes, shown, strict=True):
-        values = sensed.waveforms[name]
-        factor, unit = engineering(values, WAVEFORMS[name].unit)
-        panel.plot(sensed.time, factor * values, color=ORANGE if name == "displacement" else BLUE, linewidth=1.4)
-        panel.set_ylabel(f"{name} [{unit}]")
-        if np.ptp(values) < 1e-3 * np.abs(values).max():  # all but constant: shown against zero
-            panel.set_ylim(*sorted((0.0, 1.08 * factor * float(values[np.argmax(np.abs(values))]))))
+        _waveform(sensed, name, panel)
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
     figure.suptitle(f"{sensed.actuator.name}, {sensed.terminals} terminals: {sensed.motion.text}", fontsize=10)
     return figure
+
+
+def panels(sensed: Sensed) -> Panels:
+    """Return what draws each waveform on axes, the terminals' answer first."""
+    return {name: partial(over_time, partial(_waveform, sensed, name)) for name in _shown(sensed)}
+
+
+def facts(sensed: Sensed) -> list[tuple[str, str]]:
+    """Return each waveform's largest value, and when that is."""
+    return [(name, f"largest {value} at {time}") for name, value, time in _table(sensed).rows]
+
+
+def _shown(sensed: Sensed) -> tuple[str, str, str]:
+    return ("voltage" if sensed.terminals == "open" else "current", "force", "displacement")
+
+
+def _waveform(sensed: Sensed, name: str, panel: Axes, **style: Any) -> None:
+    values, colour = sensed.waveforms[name], {"color": ORANGE} if name == "displacement" else {}
+    factor = curve(panel, sensed.time, values, name, WAVEFORMS[name].unit, **colour | style)
+    if np.ptp(values) < 1e-3 * np.abs(values).max():  # all but constant: shown against zero
+        panel.set_ylim(*sorted((0.0, 1.08 * factor * float(values[np.argmax(np.abs(values))]))))
 
 
 def page(sensed: Sensed) -> Page:

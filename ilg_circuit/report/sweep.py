@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,22 @@ from ..study.parameters import PARAMETERS
 from ..study.plan import Plan
 from ..study.sweep import SweepResult
 from ..units import format_quantity
-from .axes import COLOURS, GREY, ORANGE, Figure, axis_label, engineering, grid, legend_below, round_levels, tiles, wide
+from .axes import (
+    COLOURS,
+    GREY,
+    ORANGE,
+    Axes,
+    Figure,
+    Panels,
+    axis_label,
+    engineering,
+    grid,
+    legend_below,
+    round_levels,
+    scaled,
+    tiles,
+    wide,
+)
 from .tables import aligned
 
 if TYPE_CHECKING:
@@ -48,8 +64,7 @@ _MOST_POINTS = 4000
 def summary(result: SweepResult) -> str:
     """Return the totals of a sweep: designs solved and failed, and each output's lowest and highest value."""
     totals, plan = result.totals, result.spec.plan
-    where = f" into {result.path}" if result.path else ""
-    lines = [f"{plan.text}: {totals.count - totals.failed} of {totals.count} designs solved{where}"]
+    lines = [headline(result)]
     if result.resumed:
         lines.append(f"{result.resumed} of them by an earlier run, which this one continued")
     if result.leftover:
@@ -89,10 +104,54 @@ def _value(name: str, value: Any) -> str:
     return f"{name} {value if item.words else format_quantity(float(value), item.unit, 4)}"
 
 
+def headline(result: SweepResult) -> str:
+    """Return in a line what was solved."""
+    totals = result.totals
+    where = f" into {result.path}" if result.path else ""
+    return f"{result.spec.plan.text}: {totals.count - totals.failed} of {totals.count} designs solved{where}"
+
+
+def facts(result: SweepResult) -> list[tuple[str, str]]:
+    """Return each output's lowest and highest value, and how many designs failed."""
+    low, high = result.totals.lowest, result.totals.highest
+    ends = {name: (low[name][0], high[name][0]) for name in result.spec.outputs if name in low}
+    rows = [(n, " to ".join(format_quantity(x, OUTPUTS[n].unit, 5) for x in pair)) for n, pair in ends.items()]
+    return ([("failed", f"{result.totals.failed} designs")] if result.totals.failed else []) + rows
+
+
 def figure(result: SweepResult, outputs: tuple[str, ...] = ()) -> Figure:
     """Return the picture of ``outputs``, at most six; by default up to four that differ. Raises InputError."""
     with result.to_xarray() as data:
         return dataset_figure(data, outputs)
+
+
+def panels(result: SweepResult) -> Panels:
+    """Return what draws each output on axes, the most telling one that varies first; none where none varies."""
+    with result.to_xarray() as data:
+        varied = _interesting(data)
+    names = dict.fromkeys((*varied, *result.spec.outputs)) if varied else ()
+    return {name: partial(_output, result, name) for name in names}
+
+
+def _output(result: SweepResult, name: str, panel: Axes, **style: Any) -> Axes:
+    """Draw one output: curves, a map, or a scatter over the parameter that it depends on most."""
+    with result.to_xarray() as data:
+        chosen = data[[name]].load()
+    if DESIGN in chosen.dims:
+        _dots(chosen, name, _strongest(chosen, name), panel, **style).legend(frameon=False, fontsize=8)
+        return panel
+    axes = _axes(chosen)
+    if _few(chosen, axes):
+        lines = _curves(chosen, name, axes, panel, **style)
+        for family in axes[1:]:
+            title, texts = _members(chosen[family])
+            panel.legend(lines, texts, title=title, fontsize=8, title_fontsize=8, frameon=False)
+        return panel
+    chosen, named = _held(chosen, axes)
+    _map(chosen, name, axes, panel, **style)
+    if named:
+        panel.set_title(f"{panel.get_title()} at {named}", fontsize=8)
+    return panel
 
 
 def dataset_figure(data: Dataset, outputs: tuple[str, ...] = ()) -> Figure:
@@ -107,7 +166,7 @@ def dataset_figure(data: Dataset, outputs: tuple[str, ...] = ()) -> Figure:
     if DESIGN in chosen.dims:
         drawn = _scatter(chosen, names)
     else:
-        axes = sorted((str(d) for d in chosen.dims if chosen.sizes[d] > 1), key=lambda d: -chosen.sizes[d])
+        axes = _axes(chosen)
         drawn = _lines(chosen, names, axes) if _few(chosen, axes) else _maps(chosen, names, axes)
     failed = int((data["failure"] != "").sum())
     note = f"; {failed} designs failed" if failed else ""
@@ -128,6 +187,11 @@ def _interesting(data: Dataset) -> tuple[str, ...]:
     return tuple(found[:_MOST_PANELS])
 
 
+def _axes(data: Dataset) -> list[str]:
+    """The dimensions that vary, the longest first."""
+    return sorted((str(d) for d in data.dims if data.sizes[d] > 1), key=lambda d: -data.sizes[d])
+
+
 def _few(data: Dataset, axes: list[str]) -> bool:
     """Return True if a grid is drawn as curves: with one axis, or a second one of few values or of words."""
     return len(axes) < 2 or (len(axes) == 2 and (data.sizes[axes[1]] <= _MOST_CURVES or _is_words(data[axes[1]])))
@@ -137,13 +201,15 @@ def _is_words(axis: DataArray) -> bool:
     return axis.dtype.kind not in "fiu"
 
 
-def _scaled(axis: DataArray) -> tuple[Any, str]:
-    """Return values for drawing and their label."""
+def _scaled(axis: DataArray, drawn: Any = None) -> tuple[Any, str]:
+    """Return values for drawing and their label; in the unit of what was ``drawn`` along an axis before."""
     name = str(axis.name).replace("_", " ")
     if _is_words(axis):
         return axis.values.astype(str), name
     unit = axis.attrs["units"]
-    factor, label = engineering(axis.values, unit) if unit in _PREFIXED else (1.0, unit)
+    factor, label = 1.0, unit
+    if unit in _PREFIXED:
+        factor, label = engineering(axis.values, unit) if drawn is None else scaled(drawn, axis.values, unit)
     return axis.values * factor, axis_label(name, "" if unit == "1" else label)
 
 
@@ -154,78 +220,119 @@ _PREFIXED = ("m", "V", "A", "F", "N", "C", "J", "Pa", "kg/m^3", "ohm", "Hz")
 def _lines(data: Dataset, names: list[str], axes: list[str]) -> Figure:
     """A panel for each output over the first axis, a curve for each value of a second one."""
     figure, panels = grid(len(names), 1, (6.5, 0.6 + 1.9 * len(names)), sharex=True)
-    over = axes[0] if axes else str(next(iter(data.dims)))
-    x, label = _scaled(data[over])
-    style: dict[str, Any] = {"marker": "o", "markersize": 3} if len(x) <= 40 else {}
     for panel, name in zip(panels[:, 0], names, strict=True):
-        values, title = _scaled(data[name])
-        table = np.moveaxis(values, data[name].dims.index(over), 0).reshape(len(x), -1)
-        for k, curve in enumerate(table.T):
-            panel.plot(x, curve, color=COLOURS[k % len(COLOURS)], linestyle=_DASHES[k % len(_DASHES)], **style)
-        panel.set_ylabel(title.replace(" [", "\n["))
-        _logarithmic(panel, "x", x)
-    panels[-1, 0].set_xlabel(label)
+        _curves(data, name, axes, panel)
+        panel.label_outer()
     for family in axes[1:]:
-        members, title = _scaled(data[family])
-        texts = [str(m) if _is_words(data[family]) else f"{m:.4g}" for m in members]
-        style = {"title": title, "fontsize": 8, "title_fontsize": 8, "frameon": False}
+        title, texts = _members(data[family])
+        style: dict[str, Any] = {"title": title, "fontsize": 8, "title_fontsize": 8, "frameon": False}
         figure.legend(panels[0, 0].get_lines(), texts, loc="outside right upper", **style)
     figure.align_ylabels(panels[:, 0])
     return figure
 
 
+def _curves(data: Dataset, name: str, axes: list[str], panel: Any, **style: Any) -> list[Any]:
+    """Draw an output over the first axis, a curve for each value of a second one, and return the curves."""
+    over = axes[0] if axes else str(next(iter(data.dims)))
+    x, label = _scaled(data[over], panel.xaxis)
+    marks: dict[str, Any] = {"marker": "o", "markersize": 3} if len(x) <= 40 else {}
+    values, title = _scaled(data[name], panel.yaxis)
+    table = np.moveaxis(values, data[name].dims.index(over), 0).reshape(len(x), -1)
+    curves = []
+    for k, curve in enumerate(table.T):
+        look = marks | {"color": COLOURS[k % len(COLOURS)], "linestyle": _DASHES[k % len(_DASHES)]} | style
+        curves += panel.plot(x, curve, **look)
+    panel.set(xlabel=label, ylabel=title.replace(" [", "\n["))
+    _logarithmic(panel, "x", x)
+    return curves
+
+
+def _members(family: DataArray) -> tuple[str, list[str]]:
+    """Title and texts of a legend of the values of an axis."""
+    members, title = _scaled(family)
+    return title, [str(m) if _is_words(family) else f"{m:.4g}" for m in members]
+
+
+def _held(data: Dataset, axes: list[str]) -> tuple[Dataset, str]:
+    """Return the data over the two longest axes, the others held at their middle, and where that is."""
+    held = {axis: data.sizes[axis] // 2 for axis in axes[2:]}
+    named = ", ".join(_value(axis, data[axis].values[k]) for axis, k in held.items()).replace("_", " ")
+    return data.isel(held).squeeze(), named
+
+
 def _maps(data: Dataset, names: list[str], axes: list[str]) -> Figure:
     """A map for each output over the two longest axes, the others held at their middle."""
-    across, up, *others = axes
-    held = {axis: data.sizes[axis] // 2 for axis in others}
-    named = ", ".join(_value(axis, data[axis].values[k]) for axis, k in held.items()).replace("_", " ")
-    data = data.isel(held).squeeze()
+    data, named = _held(data, axes)
     figure, panels = tiles(len(names), min(len(names), 2), height=3.3, width=4.4)
-    x, x_label = _scaled(data[across])
-    y, y_label = _scaled(data[up])
     for panel, name in zip(panels, names, strict=True):
-        table, title = _scaled(data[name].transpose(up, across))
-        panel.grid(False)
-        is_wide = wide(table, _WIDE)
-        norm = "log" if is_wide else None
-        shaded = panel.pcolormesh(x, y, table, cmap="viridis", norm=norm, shading="nearest", rasterized=True)
-        words = _is_words(data[across]) or _is_words(data[up])
-        if np.isfinite(table).all() and np.ptp(table) > 0 and not words:
-            levels = round_levels(table) if is_wide else 7
-            lines = panel.contour(x, y, table, levels=levels, colors="white", linewidths=0.8)
-            panel.clabel(lines, fontsize=7, fmt="%.4g")
-        figure.colorbar(shaded, ax=panel)
-        panel.set_title(title, fontsize=9)
-        panel.set(xlabel=x_label, ylabel=y_label)
-        _logarithmic(panel, "x", x)
-        _logarithmic(panel, "y", y)
+        _map(data, name, axes, panel)
     if named:
         figure.supxlabel(f"at {named}", fontsize=8)
     return figure
 
 
+def _map(data: Dataset, name: str, axes: list[str], panel: Any, **style: Any) -> None:
+    across, up = axes[:2]
+    x, x_label = _scaled(data[across], panel.xaxis)
+    y, y_label = _scaled(data[up], panel.yaxis)
+    table, title = _scaled(data[name].transpose(up, across))
+    panel.grid(False)
+    is_wide = wide(table, _WIDE)
+    look: dict[str, Any] = {"cmap": "viridis", "norm": "log" if is_wide else None} | style
+    shaded = panel.pcolormesh(x, y, table, shading="nearest", rasterized=True, **look)
+    words = _is_words(data[across]) or _is_words(data[up])
+    if np.isfinite(table).all() and np.ptp(table) > 0 and not words:
+        levels = round_levels(table) if is_wide else 7
+        lines = panel.contour(x, y, table, levels=levels, colors="white", linewidths=0.8)
+        panel.clabel(lines, fontsize=7, fmt="%.4g")
+    panel.figure.colorbar(shaded, ax=panel)
+    panel.set_title(title, fontsize=9)
+    panel.set(xlabel=x_label, ylabel=y_label)
+    _logarithmic(panel, "x", x)
+    _logarithmic(panel, "y", y)
+
+
 def _scatter(data: Dataset, names: list[str]) -> Figure:
     """A row for each output, a column for each parameter: every design, and the median over the others."""
-    parameters = [str(c) for c in data.coords if str(c) != DESIGN]
+    parameters = _varied(data)
     size = (max(2.4 * len(parameters), 6.5), 0.6 + 1.9 * len(names))
     figure, panels = grid(len(names), len(parameters), size, sharey="row", sharex="col")
-    every = slice(None, None, max(1, data.sizes[DESIGN] // _MOST_POINTS))
     for j, parameter in enumerate(parameters):
-        x, x_label = _scaled(data[parameter])
         for i, name in enumerate(names):
-            panel = panels[i, j]
-            y, y_label = _scaled(data[name])
-            points: dict[str, Any] = {"color": GREY, "alpha": 0.35, "markersize": 2.5, "rasterized": True}
-            panel.plot(x[every], y[every], ".", label="a design", **points)
-            if not _is_words(data[parameter]):
-                panel.plot(*_medians(x, y), color=ORANGE, linewidth=1.6, label="median of neighbours")
-            _logarithmic(panel, "y", y[np.isfinite(y)])
-            if j == 0:
-                panel.set_ylabel(y_label.replace(" [", "\n["))
-        panels[-1, j].set_xlabel(x_label)
+            _dots(data, name, parameter, panels[i, j])
+            panels[i, j].label_outer()
     figure.align_ylabels(panels[:, 0])
     legend_below(figure, panels.flat)
     return figure
+
+
+def _varied(data: Dataset) -> list[str]:
+    return [str(c) for c in data.coords if str(c) != DESIGN]
+
+
+def _strongest(data: Dataset, name: str) -> str:
+    """The parameter whose rank is correlated most with the output's."""
+
+    def correlation(parameter: str) -> float:
+        x, y = (np.argsort(np.argsort(data[n].values[known])) for n in (parameter, name))
+        return abs(float(np.corrcoef(x, y)[0, 1])) if len(x) > 1 and not _is_words(data[parameter]) else 0.0
+
+    known = np.isfinite(data[name].values)
+    return max(_varied(data), key=correlation)
+
+
+def _dots(data: Dataset, name: str, parameter: str, panel: Any, **style: Any) -> Axes:
+    """Draw every design over one parameter, and the median over the others."""
+    x, x_label = _scaled(data[parameter], panel.xaxis)
+    y, y_label = _scaled(data[name], panel.yaxis)
+    every = slice(None, None, max(1, data.sizes[DESIGN] // _MOST_POINTS))
+    points: dict[str, Any] = {"color": GREY, "alpha": 0.35, "markersize": 2.5, "rasterized": True, "label": "a design"}
+    panel.plot(x[every], y[every], ".", **(points | style))
+    if not _is_words(data[parameter]):
+        panel.plot(*_medians(x, y), color=ORANGE, linewidth=1.6, label="median of neighbours")
+    _logarithmic(panel, "y", y[np.isfinite(y)])
+    panel.set(xlabel=x_label, ylabel=y_label.replace(" [", "\n["))
+    return panel
 
 
 def _medians(x: Array, y: Array) -> Array:

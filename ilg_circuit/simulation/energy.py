@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ..arrays import Array, plain
 from ..circuit.netlist import GROUND, Element, Netlist, Output, Role
 from ..circuit.strip import FORCE_SCALE, VELOCITY_SCALE
-from ..result import Result
+from ..result import Column, Result
 from ..solve.transient import Waveforms
 
 #: power (t,) [W] on the grid of a solve -> energy [J] at the samples
@@ -31,9 +31,9 @@ Integral = Callable[[Array], Array]
 _MECHANICAL = FORCE_SCALE * VELOCITY_SCALE
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class EnergyAccount(Result):
-    """Energies [J] since t = 0, each (n,) at the response's times.
+    """Energies [J] since t = 0, each (n,) at ``time`` [s] (n,).
 
     ``source`` delivered at the terminals; ``dissipated`` and ``stored`` by element of either side, whose ``roles`` say
     which; ``converted`` = integral of u1 i1, taken from the electrical side; ``mechanical`` = integral of F1 v1, given
@@ -41,6 +41,7 @@ class EnergyAccount(Result):
     """
 
     presenter: ClassVar[str] = "energy"
+    time: Array
     source: Array
     dissipated: dict[str, Array]
     stored: dict[str, Array]
@@ -81,6 +82,13 @@ class EnergyAccount(Result):
         moved = np.abs(self.mechanical)
         k = int(np.argmax(moved))
         return float(moved[k] / self.source[k]) if moved[k] and self.source[k] > 0 else 0.0
+
+    def table(self) -> tuple[Column, ...]:
+        """Return time and energies: delivered, of each element, given to the mechanical side and to the beam."""
+        parts = [(f"{kind}_{k}", v) for kind in ("dissipated", "stored") for k, v in getattr(self, kind).items()]
+        ends = [("converted", self.converted), ("mechanical", self.mechanical)]
+        every = [("source", self.source), *parts, *ends]
+        return (Column("time", self.time, "s", over=True), *(Column(name, values, "J") for name, values in every))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the energies [J] over time as plain data, and the balances' errors."""
@@ -137,7 +145,7 @@ def account(
         (beam,) = _of(netlist, Role.BEAM)
         mechanical = integrate(_MECHANICAL * waves.output(f"across {beam.name}") * waves.output("v1"))
     roles = {e.name: e.role for e in netlist.elements if _counts(e)}
-    return EnergyAccount(source, dissipated, stored, converted, mechanical, roles)
+    return EnergyAccount(waves.times[at], source, dissipated, stored, converted, mechanical, roles)
 
 
 def _counts(element: Element) -> bool:

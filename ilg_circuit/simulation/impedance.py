@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Array, ComplexArray, plain
 from ..circuit.strip import Load, strip_netlist
 from ..errors import InputError
-from ..result import Result
+from ..result import Column, Result
 from ..solve.spectrum import spectrum
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements
@@ -20,7 +20,7 @@ from ..strip.models import LadderPath
 from ..units import format_quantity
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class Impedance(Result):
     """``impedance`` [ohm] (f,) at ``frequency`` [Hz] (f,), small signal about ``bias`` [V].
 
@@ -56,9 +56,10 @@ class Impedance(Result):
             ]
         return []
 
-    def columns(self) -> dict[str, Array]:
-        """Return frequency [Hz], real and imaginary part [ohm] (f,) by their headers."""
-        return {"frequency_Hz": self.frequency, "re_ohm": self.impedance.real, "im_ohm": self.impedance.imag}
+    def table(self) -> tuple[Column, ...]:
+        """Return frequency [Hz], real and imaginary part [ohm] (f,)."""
+        parts = (Column("re", self.impedance.real, "ohm"), Column("im", self.impedance.imag, "ohm"))
+        return (Column("frequency", self.frequency, "Hz", over=True), *parts)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the spectrum as plain data, lists by header."""

@@ -17,6 +17,7 @@ from ..drive import Drive, drive_findings
 from ..errors import InputError
 from ..files import write_csv
 from ..findings import Finding, sentences
+from ..result import Column
 from ..solve.grid import smooth_intervals
 from ..solve.state_space import state_space
 from ..solve.transient import Progress, sampled_times, transient
@@ -40,7 +41,7 @@ _GAUSS_NODES = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
 _GAUSS_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class Response(Simulated):
     """What a strip does under a ``drive``; `waveforms.WAVEFORMS` lists its waveforms.
 
@@ -67,18 +68,15 @@ class Response(Simulated):
         told = sentences([*drive_findings(self.drive), *beyond_fit(self.actuator, voltage)])
         return [*told, *run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)]
 
-    def columns(self, *, energy: bool = True) -> dict[str, Array]:
-        """Return the waveforms (n,) by their headers, such as current_A, then the standard errors.
-
-        Without ``energy`` only what a CSV file always has.
-        """
-        left_out = {waveform.column for waveform in WAVEFORMS.values() if waveform.on_request and not energy}
-        columns = {header: values for header, values in super().columns().items() if header not in left_out}
-        return columns | {WAVEFORMS[name].stderr_column: error for name, error in self.stderr.items()}
+    def table(self) -> tuple[Column, ...]:
+        """Return time and waveforms (n,), then the standard errors."""
+        errors = (Column(f"{name}_stderr", error, WAVEFORMS[name].unit) for name, error in self.stderr.items())
+        return (*super().table(), *errors)
 
     def write_csv(self, path: str | Path, *, energy: bool = False) -> None:
-        """Write the columns with full precision, blanks for NaN; ``energy`` adds the column energy_J."""
-        write_csv(path, self.columns(energy=energy))
+        """Write the command's CSV file, blanks for NaN, ``energy`` as its last column if asked; `save` writes all."""
+        left_out = {w.column for w in WAVEFORMS.values() if w.on_request and not energy}
+        write_csv(path, {header: values for header, values in self.columns().items() if header not in left_out})
 
     def to_dict(self) -> dict[str, Any]:
         """Return the response as plain data; waveforms are lists by header, None for NaN."""

@@ -21,7 +21,7 @@ from .waveforms import Simulated
 SENSED = ("displacement", "voltage", "current", "force", "charge")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class Sensed(Simulated):
     """What the ``terminals`` of a strip show under a ``motion`` of its tip.
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..drive import Drive
-from ..result import Result
+from ..result import Column, Result
 from ..solve.transient import Waveforms
 from ..strip.actuator import Actuator
 
@@ -61,11 +61,6 @@ class Waveform:
         """Its header in a CSV file, such as current_A."""
         return f"{self.name}_{self.unit}"
 
-    @property
-    def stderr_column(self) -> str:
-        """The header of its standard error, such as current_stderr_A."""
-        return f"{self.name}_stderr_{self.unit}"
-
     def of(self, solution: Solution) -> Array:
         """Return the waveform (n,) of a solution."""
         return self.compute(solution) if self.compute else solution.sampled(self.name)
@@ -91,7 +86,7 @@ WAVEFORMS = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class Simulated(Result):
     """Waveforms of an ``actuator`` at ``time`` [s] (n,): ``waveforms`` [SI], each (n,) and an attribute of its name.
 
@@ -109,9 +104,10 @@ class Simulated(Result):
             raise AttributeError(f"a response has no '{name}'; its waveforms are {', '.join(WAVEFORMS)}")
         return self.waveforms[name]
 
-    def columns(self) -> dict[str, Array]:
-        """Return time and waveforms (n,) by their headers, such as current_A."""
-        return {"time_s": self.time} | {WAVEFORMS[name].column: values for name, values in self.waveforms.items()}
+    def table(self) -> tuple[Column, ...]:
+        """Return time and waveforms (n,)."""
+        waves = (Column(name, values, WAVEFORMS[name].unit) for name, values in self.waveforms.items())
+        return (Column("time", self.time, "s", over=True), *waves)
 
 
 #: What a strip answers with: all but the drive, the electrical ones first, as pictures and checks show them.

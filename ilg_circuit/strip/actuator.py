@@ -289,7 +289,7 @@ class Uncertainty:
             raise InputError(f"uncertainty.voltage is {self.voltage!r}; it must be a number of volts, zero or more")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Actuator:
     """One strip. ``coupling`` is None where no displacement was ever measured: then only its circuit is known.
 
@@ -307,6 +307,42 @@ class Actuator:
         """The beam of a run that names none: the one that d(s) was fitted with, a dynamic one under a load."""
         fitted = self.coupling.beam if self.coupling is not None else None
         return "dynamic" if loaded or fitted is None else fitted
+
+    def with_(self, **values: Any) -> Actuator:
+        """Return a copy with some values changed; the keys are those of a strip's TOML file.
+
+        Material and d(s) are kept, so the elements of a fitted strip follow its sizes by EC (10)-(14), see
+        `ilg_circuit.strip.changes`. ``uncertainty`` is kept with new sizes, not with another material or coupling.
+
+        Parameters
+        ----------
+        values
+            Numbers in SI units, or texts with units; ``permittivity_2`` is of a second ionic branch.
+
+        Raises
+        ------
+        InputError
+            A key that there is not (the nearest ones are named), a wrong unit, an impossible strip.
+
+        Examples
+        --------
+        >>> PAPER.with_(thickness="0.4 mm", youngs_modulus=9e3).geometry.thickness
+        0.0004
+        """
+        from .changes import with_values
+
+        return with_values(self, values)
+
+    def __repr__(self) -> str:
+        """Return the strip as a table of at most twenty lines."""
+        from .describe import lines
+
+        return "\n".join(lines(self))
+
+    def _repr_html_(self) -> str:
+        from .describe import html
+
+        return html(self)
 
     @classmethod
     def from_port(cls, geometry: Geometry, port: Port, *, base: Material, **rest: Any) -> Self:

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from html import escape
 from typing import Any
 
+from ..units import format_quantity
 from .actuator import Actuator, quantities
 from .elements import lumped_elements
 from .models.model import ElectricalModel, Shown
 from .port import Port
 from .validity import assumptions
+
+#: Most lines of a strip in a console.
+_MOST = 20
+#: Shown though it is zero.
+_ALWAYS = ("beam_damping_ratio",)
 
 
 def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | None = None) -> dict[str, Any]:
@@ -45,6 +52,43 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
             for a in rows
         ],
     }
+
+
+def lines(actuator: Actuator) -> list[str]:
+    """Return the strip as a table of at most twenty lines; the whole of it is `strip.file.dumps`."""
+    rows = [f"  {part:<11}{name:<24}{value}".rstrip() for part, name, value, _ in _rows(actuator)]
+    more = [f"  and {len(rows) - _MOST + 2} more"] if len(rows) >= _MOST else []
+    return [_headline(actuator), *rows[: _MOST - 1 - len(more)], *more]
+
+
+def html(actuator: Actuator) -> str:
+    """Return the strip as a table with the meaning of every value, for a notebook."""
+    cells = ("".join(f'<td style="text-align:left">{escape(cell)}</td>' for cell in row) for row in _rows(actuator))
+    table = "".join(f"<tr>{row}</tr>" for row in cells)
+    return f"<div><b>{escape(_headline(actuator))}</b><table>{table}</table></div>"
+
+
+def _headline(actuator: Actuator) -> str:
+    """Name, electrical model, mounting, and whether a fit made it."""
+    name = " ".join(actuator.name.split())[:60]
+    fitted = ", with the covariance of a fit" if actuator.uncertainty is not None else ""
+    return f"Actuator '{name}': {actuator.material.model.name}, {actuator.mounting.orientation}{fitted}"
+
+
+def _rows(actuator: Actuator) -> list[tuple[str, str, str, str]]:
+    """Part, once, name, value and meaning of all quantities but those that are zero by default."""
+    first, *others = actuator.material.branches
+    material = [q for q in quantities(actuator.material) if q.value or q.name in _ALWAYS]
+    branches = actuator.material.branch_quantities()[len(quantities(first)) :] if others else []
+    parts = {"geometry": quantities(actuator.geometry), "material": material + branches}
+    parts["coupling"] = quantities(actuator.coupling) if actuator.coupling else []
+    rows = [(part, q) for part, found in parts.items() for q in found]
+    starts = [k == 0 or rows[k - 1][0] != part for k, (part, _) in enumerate(rows)]
+    table = [
+        (part if start else "", q.name, format_quantity(q.value, q.unit, 6), q.meaning)
+        for start, (part, q) in zip(starts, rows, strict=True)
+    ]
+    return table if actuator.coupling else [*table, ("coupling", "not known", "", "no displacement was measured")]
 
 
 def _electrical(port: Port, model: ElectricalModel) -> list[Shown]:

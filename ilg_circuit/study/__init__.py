@@ -5,9 +5,10 @@ In: a strip, a run and what to vary. Out: sweeps and designs. May import: the ro
 
 from __future__ import annotations
 
+from ..strip.changes import VariedParameter
 from .evaluate import Evaluation, evaluate, evaluate_designs
 from .outputs import OUTPUTS, Output, choose_outputs
-from .parameters import Scenario, ScenarioTemplate, VariedParameter, apply, varied_parameter
+from .parameters import Scenario, ScenarioTemplate, apply, varied_parameter
 
 __all__ = [
     "OUTPUTS",

@@ -14,10 +14,10 @@ from ..circuit.strip import Load
 from ..drive import Drive, drive_findings
 from ..errors import InputError
 from ..findings import Finding, Warned
-from ..result import Result
+from ..result import Column, Result
 from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
-from ..strip.validity import deflection_warnings, run_warnings
+from ..strip.validity import run_warnings
 from ..units import format_quantity, parse
 from .constraints import ActiveConstraint, WithoutRequirement, active_constraints, without_each_requirement
 from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, rewritten, scenario_template
@@ -27,13 +27,13 @@ from .requirements import parse_requirements, quantity
 from .search import INITIAL_POINTS
 from .sensitivity import Sensitivity, SobolIndices, confident_design, sobol_indices
 from .sensitivity import sensitivity as sensitivity_of
-from .space import Counter, Space, parse_ranges, resolve_engine
+from .space import Counter, Space, parse_ranges, resolve_engine, uncounted
 
 #: A whole number, which needs no .0.
 _WHOLE = re.compile(r"(\d)\.0(?=\D|$)")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class DesignReport(Result, Warned):
     """Result of `design`; None for what was not asked for.
 
@@ -69,20 +69,31 @@ class DesignReport(Result, Warned):
             if design.failures:
                 numbers = {"failures": design.failures, "total": INITIAL_POINTS[design.problem.space.engine]}
                 failed = [Finding("designs-failed", values=numbers)]
+        told += tuple(Finding("assumption-fails", values={"text": text}) for text in texts)
+        return (*told, *(self.front.findings if self.front else ()), *failed)
+
+    def table(self) -> tuple[Column, ...]:
+        """Return the front, a row a design; without one the best design in a row, or else the Sobol indices."""
         if self.front:
-            texts += deflection_warnings(self.front.bent)
-        return (*told, *(Finding("assumption-fails", values={"text": text}) for text in texts), *failed)
+            return self.front.table()
+        if self.design:
+            problem, values = self.design.problem, self.design.values
+            units = dict(zip(problem.space.names, (r.parameter.unit for r in problem.space.ranges), strict=True))
+            found = {q.name: self.design.simulated[q.name] for q in problem.quantities}
+            units |= {q.name: q.unit for q in problem.quantities}
+            return tuple(Column(name, [value], units[name]) for name, value in {**values, **found}.items())
+        return self.sobol.table() if self.sobol else ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON-ready values in SI units; what was not asked for is None."""
         return {
             "design": _design(self.design, self) if self.design else None,
-            "front": _front(self.front) if self.front else None,
+            "front": self.front.to_dict() if self.front else None,
             "sobol": _sobol(self.sobol) if self.sobol else None,
             "warnings": list(self.warnings),
         }
 
-    def save(self, path: str | Path) -> None:
+    def write_strip(self, path: str | Path) -> None:
         """Write the best strip as TOML; its comment gives aim, drive, requirements and provenance.
 
         Raises InputError where there is no feasible design, and where the file cannot be written.
@@ -121,7 +132,7 @@ def design(
     sensitivity: bool = False,
     confidence: str | float | None = None,
     sobol: bool = False,
-    count: Counter = lambda _: None,
+    count: Counter = uncounted,
     progress: Callable[[int, int], None] | None = None,
 ) -> DesignReport:
     """Find the strip, within the ranges of ``vary``, that meets the requirements: best, or on a Pareto front.
@@ -280,18 +291,6 @@ def _design(design: Design, report: DesignReport) -> dict[str, Any]:
         }
         if uncertainty
         else None,
-    }
-
-
-def _front(front: Front) -> dict[str, Any]:
-    return {
-        "objectives": {o.quantity.name: "minimise" if o.sense > 0 else "maximise" for o in front.objectives},
-        "units": front.units,
-        "parameters": {name: column.tolist() for name, column in front.columns.items()},
-        "values": {name: column.tolist() for name, column in front.values.items()},
-        "ngspice": {name: column.tolist() for name, column in front.simulated.items()},
-        "improvable": front.improvable,
-        "largest_difference": front.difference,
     }
 
 

@@ -24,8 +24,9 @@ from ..solve.exact import exact_on_panels
 from ..solve.panels import design_panels
 from ..solve.state_space import StateSpace, state_space
 from ..solve.transient import fastest_modes, similar, transient
+from ..strip.changes import Value
 from .outputs import WAVEFORMS, BatchWaveforms, Output, choose_outputs
-from .parameters import NO_LOAD, Scenario, ScenarioTemplate, Value, apply, scaled
+from .parameters import NO_LOAD, Scenario, ScenarioTemplate, apply, scaled
 from .piecewise import PiecewiseLegendre
 
 Progress = Callable[[int, int], None]

@@ -2,33 +2,27 @@
 
 Names are the keys of an actuator's TOML file (``thickness``, ``youngs_modulus``, ``gain``), those of further ionic
 branches with the branch's number (``permittivity_2``), ``load_mass`` ..., and what the drive's text holds (``voltage``,
-``period``, ``duty``, ``frequency``, ``rate``).
-
-A geometry stays one strip of the same make: where ``free_length`` is varied and ``length`` is not, the clamped part
-keeps its length, so the whole grows with the free part; where ``load_position`` is given and not varied, it keeps its
-place in proportion to the free part.
+``period``, ``duty``, ``frequency``, ``rate``). What a change of a strip's value does to the others:
+`ilg_circuit.strip.changes`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
-from difflib import get_close_matches
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from ..circuit.strip import Load, parse_load
 from ..drive import Drive, PiecewiseLinear, Sine
-from ..errors import InputError
+from ..errors import InputError, unknown_name
 from ..simulation.drives import parse_drive
-from ..strip.actuator import ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
+from ..strip.actuator import Actuator
+from ..strip.changes import ORIENTATION, STRIP_PARAMETERS, Value, VariedParameter, changed
 from ..strip.file import load_actuator
 from ..units import parse
-
-#: Value of a parameter: a number in SI units, or a word (an orientation).
-Value = float | str
 
 NO_LOAD = Load()
 
@@ -48,28 +42,6 @@ DRIVE_KEYS = {
 }
 #: Kinds of drive whose text begins with their voltage; others are scaled.
 FIRST_IS_VOLTAGE = ("step", "sine")
-
-
-@dataclass(frozen=True)
-class VariedParameter:
-    """A parameter that can be varied: the ``part`` of the description that it belongs to, SI unit, meaning.
-
-    ``words`` are the values allowed where it is not a number.
-    """
-
-    name: str
-    part: str
-    unit: str
-    meaning: str
-    words: tuple[str, ...] = ()
-
-    def value(self, text: str) -> Value:
-        """Parse a text with a unit. Raises InputError naming the parameter."""
-        if self.words:
-            if text not in self.words:
-                raise InputError(f"{self.name} is '{text[:40]}'; choose one of {', '.join(self.words)}")
-            return text
-        return parse(text, self.unit, self.name)
 
 
 @dataclass(frozen=True)
@@ -129,34 +101,14 @@ def scenario_template(
     return ScenarioTemplate(strip, drive, seconds, tip, beam or strip.usual_beam(loaded=bool(hung)), hung)
 
 
-def _of_record(kind: type, part: str, suffix: str = "") -> list[VariedParameter]:
-    return [
-        VariedParameter(f"{f.name}{suffix}", part, f.metadata["unit"], f.metadata["meaning"])
-        for f in fields(kind)
-        if "unit" in f.metadata
-    ]
-
-
 _ALL = [
-    *_of_record(Geometry, "geometry"),
-    *_of_record(Material, "material"),
-    *_of_record(Coupling, "coupling"),
-    *_of_record(IonBranch, "branch", "_2"),
-    *_of_record(IonBranch, "branch", "_3"),
+    *STRIP_PARAMETERS,
     *(VariedParameter(f"load_{n}", "load", u, f"{n} of the load at L_F") for n, u in _LOAD_UNITS.items()),
     *(VariedParameter(n, "drive", unit, meaning) for n, (unit, meaning, _, _) in DRIVE_KEYS.items()),
-    VariedParameter("orientation", "mounting", "", "how the strip is held against gravity", ORIENTATIONS),
+    ORIENTATION,
 ]
 #: Every parameter by name.
 PARAMETERS = {parameter.name: parameter for parameter in _ALL}
-
-
-def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
-    """Return the error for a name that is not ``known``: it lists the nearest names, or all."""
-    names = list(known)
-    near = get_close_matches(name, names, n=4)
-    hint = f"perhaps {', '.join(near)}" if near else f"known are {', '.join(names)}"
-    return InputError(f"unknown {kind} '{name[:40]}'; {hint}")
 
 
 def varied_parameter(name: str) -> VariedParameter:
@@ -172,62 +124,14 @@ def apply(template: ScenarioTemplate, values: Mapping[str, Value]) -> Scenario:
     Raises InputError for an unknown name, a value out of range, an impossible strip (a free part longer than the
     whole), or a parameter that the template does not have (a second branch's, a period of a step).
     """
-    changed: dict[str, dict[str, Any]] = {}
+    changes: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
         item = varied_parameter(name)
-        changed.setdefault(item.part, {})[name] = value if item.words else _number(name, value)
-    actuator = _actuator(template.actuator, changed)
-    drive = _drive(template.drive, template.duration, changed.get("drive", {}))
-    load = replace(template.load, **{name.removeprefix("load_"): v for name, v in changed.get("load", {}).items()})
+        changes.setdefault(item.part, {})[name] = value if item.words else item.checked(value)
+    actuator = changed(template.actuator, changes)
+    drive = _drive(template.drive, template.duration, changes.get("drive", {}))
+    load = replace(template.load, **{name.removeprefix("load_"): v for name, v in changes.get("load", {}).items()})
     return Scenario(actuator, drive, template.duration, template.tip, template.beam, load)
-
-
-def _number(name: str, value: Value) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise InputError(
-            f"{name} is {str(value)[:40]!r}; give a number in {PARAMETERS[name].unit or 'no unit'}"
-        ) from None
-    if not math.isfinite(number):
-        raise InputError(f"{name} is {number}; give a finite value")
-    return number
-
-
-def _actuator(actuator: Actuator, changed: Mapping[str, dict[str, Any]]) -> Actuator:
-    parts: dict[str, Any] = {}
-    if "geometry" in changed:
-        parts["geometry"] = _geometry(actuator.geometry, changed["geometry"])
-    if "material" in changed or "branch" in changed:
-        branches = list(actuator.material.further_branches)
-        for name, value in changed.get("branch", {}).items():
-            key, _, number = name.rpartition("_")
-            if int(number) - 2 >= len(branches):
-                raise InputError(
-                    f"{name} belongs to ionic branch {number}, and '{actuator.name}' has {len(branches) + 1}"
-                )
-            branches[int(number) - 2] = replace(branches[int(number) - 2], **{key: value})
-        parts["material"] = replace(actuator.material, further_branches=tuple(branches), **changed.get("material", {}))
-    if "coupling" in changed:
-        if actuator.coupling is None:
-            names = ", ".join(changed["coupling"])
-            raise InputError(f"{names}: actuator '{actuator.name}' has no [coupling] that could be varied")
-        parts["coupling"] = replace(actuator.coupling, **changed["coupling"])
-    if "mounting" in changed:
-        parts["mounting"] = Mounting(changed["mounting"]["orientation"])
-    if not parts.keys() <= {"geometry", "mounting"}:
-        parts["uncertainty"] = None  # the covariance is that of other constants
-    return replace(actuator, **parts) if parts else actuator
-
-
-def _geometry(geometry: Geometry, changed: dict[str, float]) -> Geometry:
-    if "free_length" in changed:
-        free = changed["free_length"]
-        follow = {"length": geometry.length - geometry.free_length + free}
-        if geometry.load_position is not None:
-            follow["load_position"] = geometry.load_position / geometry.free_length * free
-        changed = follow | changed
-    return replace(geometry, **changed)
 
 
 _parsed = lru_cache(maxsize=4096)(parse_drive)

@@ -10,15 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..errors import InputError, SolveError
-from ..files import write_csv
-from ..strip.validity import LARGEST_DEFLECTION
+from ..findings import Finding, Warned
+from ..result import Column, Result
+from ..strip.validity import LARGEST_DEFLECTION, deflection_warnings
 from .evaluate import Progress
 from .plan import sobol_points
 from .problem import DesignProblem, Objective, distinct, slacks
@@ -39,18 +40,20 @@ _PATIENCE = 0.5
 _CHALLENGERS, _CHALLENGE = 16, 0.02
 
 
-@dataclass(frozen=True, eq=False)
-class Front:
+@dataclass(frozen=True, repr=False, eq=False)
+class Front(Result, Warned):
     """Points in order of the first objective.
 
-    ``columns``: parameter -> (k,) [SI]; ``values`` and ``simulated``: quantity -> (k,) [SI], by the search's engine and
+    ``parameters``: name -> (k,) [SI]; ``values`` and ``simulated``: quantity -> (k,) [SI], by the search's engine and
     by ngspice; ``units`` of all of them. ``improvable``: largest improvement in all objectives at once by a random
     design near a point, relative to the front's extent. ``deflections`` (k,) are largest displacements over the load's
     distance, NaN without a coupling.
     """
 
+    presenter: ClassVar[str] = "front"
+
     objectives: tuple[Objective, ...]
-    columns: dict[str, Array]
+    parameters: dict[str, Array]
     values: dict[str, Array]
     simulated: dict[str, Array]
     units: dict[str, str]
@@ -58,7 +61,7 @@ class Front:
     deflections: Array
 
     def __len__(self) -> int:
-        return len(next(iter(self.columns.values())))
+        return len(next(iter(self.parameters.values())))
 
     @property
     def bent(self) -> int:
@@ -72,10 +75,27 @@ class Front:
             float(np.max(np.abs(self.simulated[n] / x - 1), initial=0.0, where=x != 0)) for n, x in self.values.items()
         )
 
-    def to_csv(self, path: str | Path) -> None:
-        """Write parameters and quantities (by ngspice) with their units, one point a row. Raises InputError."""
-        columns = {**self.columns, **self.simulated}
-        write_csv(path, {f"{n}_{self.units[n]}" if self.units[n] else n: values for n, values in columns.items()})
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """That designs exceed the small-deflection limit, if any do."""
+        return tuple(Finding("assumption-fails", values={"text": text}) for text in deflection_warnings(self.bent))
+
+    def table(self) -> tuple[Column, ...]:
+        """Return parameters and quantities (by ngspice), one point a row."""
+        found = {**self.parameters, **self.simulated}
+        return tuple(Column(name, values, self.units[name]) for name, values in found.items())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return objectives, units and points as plain data."""
+        return {
+            "objectives": {o.quantity.name: "minimise" if o.sense > 0 else "maximise" for o in self.objectives},
+            "units": self.units,
+            "parameters": {name: column.tolist() for name, column in self.parameters.items()},
+            "values": {name: column.tolist() for name, column in self.values.items()},
+            "ngspice": {name: column.tolist() for name, column in self.simulated.items()},
+            "improvable": self.improvable,
+            "largest_difference": self.difference,
+        }
 
 
 def parse_objectives(text: str, varied: Sequence[str]) -> tuple[Objective, ...]:

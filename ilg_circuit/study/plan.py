@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..errors import InputError
 from ..measurements.header import split_header
+from ..strip.changes import Value, VariedParameter
 from ..units import scale
-from .parameters import PARAMETERS, Value, VariedParameter, varied_parameter
+from .parameters import PARAMETERS, varied_parameter
 
 #: Values of one parameter: floats in SI units, or words.
 Column = Array | NDArray[np.str_]

@@ -8,18 +8,19 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, unknown_name
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements
 from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS, gravity
 from ..units import format_quantity, parse
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, Output
-from .parameters import PARAMETERS, Scenario, unknown_name
+from .parameters import PARAMETERS, Scenario
 
 #: Units of outputs that are maximised by default (displacement, force); all others are minimised.
 _WANTED_MORE = ("m", "N")
@@ -51,15 +52,27 @@ class Quantity:
 
 
 def _of_scenario(name: str, meaning: str, compute: Callable[[Scenario], float]) -> Quantity:
-    def each(designs: Designs) -> Array:
-        return np.array([np.nan if isinstance(c, str) else compute(c) for c in designs.scenarios])
-
-    return Quantity(name, "", meaning, each)
+    return Quantity(name, "", meaning, partial(_each, compute))
 
 
 def _of_output(output: Output) -> Quantity:
-    name = output.name
-    return Quantity(name, output.unit, output.meaning, lambda designs: designs.evaluation.output(name), (name,))
+    return Quantity(output.name, output.unit, output.meaning, partial(_output, output.name), (output.name,))
+
+
+def _each(compute: Callable[[Scenario], float], designs: Designs) -> Array:
+    return np.array([np.nan if isinstance(c, str) else compute(c) for c in designs.scenarios])
+
+
+def _output(name: str, designs: Designs) -> Array:
+    return designs.evaluation.output(name)
+
+
+def _column(name: str, designs: Designs) -> Array:
+    return designs.columns[name]
+
+
+def _window(scenario: Scenario) -> float:
+    return scenario.drive.largest() / ELECTROCHEMICAL_WINDOW
 
 
 def _slenderness(scenario: Scenario) -> float:
@@ -77,7 +90,7 @@ _ASSUMED = (
         _of_scenario(
             "window",
             f"largest voltage over the electrochemical window of {ELECTROCHEMICAL_WINDOW:g} V",
-            lambda c: c.drive.largest() / ELECTROCHEMICAL_WINDOW,
+            _window,
         ),
         1.0,
     ),
@@ -95,7 +108,7 @@ def quantity(name: str, varied: Sequence[str]) -> Quantity:
         return ASSUMPTIONS[name][0]
     if name in varied:
         item = PARAMETERS[name]
-        return Quantity(name, item.unit, item.meaning, lambda d: d.columns[name])
+        return Quantity(name, item.unit, item.meaning, partial(_column, name))
     if name in PARAMETERS:
         raise InputError(f"{name} is not varied, so it stays what it is; add --vary {name}=from:to, or ask another")
     raise unknown_name("quantity", name, (*OUTPUTS, *ASSUMPTIONS, *varied))

@@ -16,6 +16,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import IlgError, InputError
 from ..extras import require_sensitivity
+from ..result import Column
 from ..simulation.prediction_band import scaled
 from ..simulation.response import sample_times, transient_band
 from ..strip.actuator import Uncertainty
@@ -185,6 +186,17 @@ class SobolIndices:
     total: Array
     total_error: Array
     simulations: int
+
+    def table(self) -> tuple[Column, ...]:
+        """Return a row for each quantity and parameter."""
+        pairs = [(q, p) for q in self.quantities for p in self.parameters]
+        names = ("first", "first_ci95", "total", "total_ci95")
+        tables = (self.first, self.first_error, self.total, self.total_error)
+        return (
+            Column("quantity", [q for q, _ in pairs]),
+            Column("parameter", [p for _, p in pairs]),
+            *(Column(name, table.ravel(), "") for name, table in zip(names, tables, strict=True)),
+        )
 
 
 def sobol_indices(

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..errors import InputError
+from ..strip.changes import Value
 from .evaluate import Evaluation, evaluate, scenario_of, scenarios_of
-from .parameters import Scenario, ScenarioTemplate, Value
+from .parameters import Scenario, ScenarioTemplate
 from .plan import Range, parse_each
 from .requirements import Designs, Quantity
 
 #: Called with the number of designs simulated since the last call.
 Counter = Callable[[int], None]
+
+
+def uncounted(count: int) -> None:
+    """Count nothing."""
+
 
 #: Digits to which a design's sizes are rounded, so that the printed sizes are the simulated ones.
 _DIGITS = 6
@@ -55,7 +62,11 @@ class Space:
     ranges: tuple[Range, ...]
     fixed: dict[str, Value]
     engine: str
-    count: Counter = lambda _: None
+    count: Counter = uncounted
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: all but who counts."""
+        return self.__dict__ | {"count": uncounted}
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from ..errors import InputError, SolveError
 from ..files import require_writable
 from ..findings import Finding, Warned
 from ..provenance import Provenance
-from ..result import Result
+from ..result import Column, Result
 from ..strip.actuator import Actuator
 from ..strip.validity import deflection_warnings
 from .dataset import Store, SweepTotals, read_sweep, write_dataset
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class SweepResult(Result, Warned):
     """Result of a sweep: its specification, its file (None: kept in memory) and its totals.
 
@@ -58,6 +58,17 @@ class SweepResult(Result, Warned):
             return self.data
         assert self.path is not None
         return read_sweep(self.path)
+
+    def table(self) -> tuple[Column, ...]:
+        """Return parameters, outputs, estimated error and failure, a row a design; waveforms are in `to_xarray`."""
+        with self.to_xarray() as data:
+            kept = data.drop_dims("time", errors="ignore")
+            frame = kept.to_dataframe(dim_order=list(kept.dims)).reset_index()
+            units = {str(name): str(variable.attrs.get("units", "1")) for name, variable in kept.variables.items()}
+        words = {str(name) for name in frame if frame[name].dtype.kind not in "fiu"}
+        named = {str(name): None if str(name) in words else units.get(str(name), "") for name in frame}
+        columns = {name: frame[name].to_numpy() for name in named}
+        return tuple(Column(name, columns[name], "" if unit == "1" else unit) for name, unit in named.items())
 
     def to_dict(self) -> dict[str, Any]:
         """Return the totals as JSON-ready values, SI units; ``lowest`` and ``highest`` name the design's number."""

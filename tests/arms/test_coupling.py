@@ -272,14 +272,14 @@ def test_a_file_and_an_animation_of_a_driven_arm(tmp_path: Path) -> None:
     times = np.linspace(0, 1.0, 11)
     motion = simulate(arm, found.activation(arm), times)
     motion = replace(motion, signals=found.signals(times))
-    motion.write(tmp_path / "motion.nc")
+    motion.write_netcdf(tmp_path / "motion.nc")
     again = read_motion(tmp_path / "motion.nc")
     assert set(again.signals) == {"outputs", "voltages", "charges"}
     for name, values in found.signals(times).items():
         assert np.array_equal(again.signals[name], values)
         assert values.shape == (11, 3)
         assert np.ptp(values[-1]) > 0
-    assert motion.dataset()["charges"].attrs["units"] == "C"
+    assert motion.to_xarray()["charges"].attrs["units"] == "C"
     one, two = found.portrait(times)
     assert one - two == pytest.approx(again.signals["outputs"][:, 0], abs=1e-12)
     motion_report.animate(motion, tmp_path / "arm.gif", frames_per_second=5, portrait=(one, two))

@@ -35,7 +35,7 @@ def test_what_a_motion_tells(motion: Motion) -> None:
 
 
 def test_a_file_gives_back_the_motion(motion: Motion, tmp_path: Path) -> None:
-    motion.write(tmp_path / "motion.nc")
+    motion.write_netcdf(tmp_path / "motion.nc")
     again = read_motion(tmp_path / "motion.nc")
     assert again.arm == motion.arm
     assert (again.method, again.text, again.events) == (motion.method, motion.text, motion.events)
@@ -46,12 +46,12 @@ def test_a_file_gives_back_the_motion(motion: Motion, tmp_path: Path) -> None:
 
 def test_a_file_of_an_octopus(tmp_path: Path) -> None:
     motion = simulate(OCTOPUS, passive(OCTOPUS), [0.01])
-    motion.write(tmp_path / "motion.nc")
+    motion.write_netcdf(tmp_path / "motion.nc")
     assert read_motion(tmp_path / "motion.nc").arm == OCTOPUS
 
 
 def test_the_file_has_units(motion: Motion) -> None:
-    data = motion.dataset()
+    data = motion.to_xarray()
     assert data["positions"].dims == ("time", "rod", "side", "axis")
     assert data["pressures"].attrs["units"] == "Pa"
     assert data["energies"].sel(energy="shear").shape == (21,)
@@ -127,7 +127,7 @@ def test_motions_of_0_1_0_are_read(tmp_path: Path, name: str, segments: int, eve
     crossing = ("the arm crosses itself at segment 3; self-contact is not modelled (at 1 s)",)
     assert old.warnings == (crossing if name == "motion_events" else ())
     assert f"{segments} segments" in old.summary()
-    old.write(tmp_path / "again.nc")
+    old.write_netcdf(tmp_path / "again.nc")
     again = read_motion(tmp_path / "again.nc")
     assert (again.warnings, again.events) == (old.warnings, old.events)
     assert (again.positions == old.positions).all()

@@ -33,10 +33,10 @@ def test_displacement_against_force_is_the_closed_form() -> None:
     gaps = np.diff(np.sort(np.log(y)))
     assert gaps.max() < 2.5 * gaps.mean()
     assert found.improvable < 1e-6
-    assert found.columns["voltage"] == pytest.approx(np.full(15, 4.0))
-    assert found.columns["width"] == pytest.approx(np.full(15, 10e-3))
+    assert found.parameters["voltage"] == pytest.approx(np.full(15, 4.0))
+    assert found.parameters["width"] == pytest.approx(np.full(15, 10e-3))
     # the small-deflection beam does not hold for all of it, and that is said
-    assert found.deflections == pytest.approx(y / found.columns["free_length"], rel=0.15)  # peak over final
+    assert found.deflections == pytest.approx(y / found.parameters["free_length"], rel=0.15)  # peak over final
     bent = int((found.deflections > 0.2).sum())
     assert 0 < bent < 15
     assert any(f"{bent} designs have a relative_deflection beyond 0.2" in w for w in DesignReport(front=found).warnings)

@@ -1,0 +1,144 @@
+"""Strips with some of their values replaced: what `Actuator.with_` and a study's variations do.
+
+Names are the keys of an actuator's TOML file (``thickness``, ``youngs_modulus``, ``gain``), those of further ionic
+branches with the branch's number (``permittivity_2``).
+
+A geometry stays one strip of the same make: where ``free_length`` is changed and ``length`` is not, the clamped part
+keeps its length, so the whole grows with the free part; where ``load_position`` is given and not changed, it keeps its
+place in proportion to the free part. The material's constants stay what they are, so resistances, capacitances and
+stiffness follow the sizes by EC (12)-(14) and (10), those of a fitted strip too; a measured ``bending_stiffness`` and
+d(s) stay as they were measured.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from ..errors import InputError, unknown_name
+from ..units import parse
+from .actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
+from .models import material_keys
+
+#: Value of a parameter: a number in SI units, or a word (an orientation).
+Value = float | str
+
+
+@dataclass(frozen=True)
+class VariedParameter:
+    """A parameter that can be varied: the ``part`` of the description that it belongs to, SI unit, meaning.
+
+    ``words`` are the values allowed where it is not a number.
+    """
+
+    name: str
+    part: str
+    unit: str
+    meaning: str
+    words: tuple[str, ...] = ()
+
+    def value(self, text: str) -> Value:
+        """Parse a text with a unit. Raises InputError naming the parameter."""
+        if self.words:
+            if text not in self.words:
+                raise InputError(f"{self.name} is '{text[:40]}'; choose one of {', '.join(self.words)}")
+            return text
+        return parse(text, self.unit, self.name)
+
+    def checked(self, value: Any) -> Value:
+        """Return a word, or a finite SI number. Raises InputError naming the parameter."""
+        if self.words:
+            return self.value(str(value))
+        try:
+            number = float(value) if not isinstance(value, bool) else None
+        except (TypeError, ValueError, OverflowError):
+            number = None
+        if number is None:
+            raise InputError(f"{self.name} is {str(value)[:40]!r}; give a number in {self.unit or 'no unit'}")
+        if not math.isfinite(number):
+            raise InputError(f"{self.name} is {number}; give a finite value")
+        return number
+
+
+def _of_record(kind: type, part: str, suffix: str = "") -> list[VariedParameter]:
+    return [
+        VariedParameter(f"{f.name}{suffix}", part, f.metadata["unit"], f.metadata["meaning"])
+        for f in fields(kind)
+        if "unit" in f.metadata
+    ]
+
+
+#: Of a strip, in the order of its file.
+STRIP_PARAMETERS = (
+    *_of_record(Geometry, "geometry"),
+    *_of_record(Material, "material"),
+    *_of_record(Coupling, "coupling"),
+    *_of_record(IonBranch, "branch", "_2"),
+    *_of_record(IonBranch, "branch", "_3"),
+)
+ORIENTATION = VariedParameter("orientation", "mounting", "", "how the strip is held against gravity", ORIENTATIONS)
+_BEAM = VariedParameter("beam", "coupling", "", "the beam that d(s) was fitted with", BEAMS)
+
+
+def with_values(actuator: Actuator, values: Mapping[str, Any]) -> Actuator:
+    """Return ``actuator`` with ``values`` by key, SI numbers or texts with units; see `Actuator.with_`."""
+    given = dict(values)
+    name = given.pop("name", actuator.name)
+    if not isinstance(name, str):
+        raise InputError(f"name is {str(name)[:40]!r}; give a text")
+    known = {item.name: item for item in (*STRIP_PARAMETERS, ORIENTATION, _BEAM)}
+    known = {key: VariedParameter(key, "material", p.unit, p.meaning) for key, p in material_keys().items()} | known
+    changes: dict[str, dict[str, Value]] = {}
+    for key, value in given.items():
+        if key not in known:
+            raise unknown_name("key", key, ["name", *known])
+        item = known[key]
+        changes.setdefault(item.part, {})[key] = item.value(value) if isinstance(value, str) else item.checked(value)
+    return replace(changed(actuator, changes), name=name)
+
+
+def changed(actuator: Actuator, changes: Mapping[str, Mapping[str, Any]]) -> Actuator:
+    """Return ``actuator`` with ``changes``: part of the description -> name -> SI value or word.
+
+    Without its ``uncertainty`` where material or coupling change: the covariance is that of other constants. Raises
+    InputError for a value out of range, an impossible strip (a free part longer than the whole), and a part that the
+    strip does not have (a second branch, a coupling).
+    """
+    parts: dict[str, Any] = {}
+    if "geometry" in changes:
+        parts["geometry"] = _geometry(actuator.geometry, changes["geometry"])
+    if "material" in changes or "branch" in changes:
+        branches = list(actuator.material.further_branches)
+        for name, value in changes.get("branch", {}).items():
+            key, _, number = name.rpartition("_")
+            if int(number) - 2 >= len(branches):
+                raise InputError(
+                    f"{name} belongs to ionic branch {number}, and '{actuator.name}' has {len(branches) + 1}"
+                )
+            branches[int(number) - 2] = replace(branches[int(number) - 2], **{key: value})
+        given, known = dict(changes.get("material", {})), {f.name for f in fields(Material)}
+        constants = dict(actuator.material.constants) | {k: given.pop(k) for k in given.keys() - known}
+        material = {"further_branches": tuple(branches), "constants": constants, **given}
+        parts["material"] = replace(actuator.material, **material)
+    if "coupling" in changes:
+        if actuator.coupling is None:
+            names = ", ".join(changes["coupling"])
+            raise InputError(f"{names}: actuator '{actuator.name}' has no [coupling] that could be varied")
+        parts["coupling"] = replace(actuator.coupling, **changes["coupling"])
+    if "mounting" in changes:
+        parts["mounting"] = Mounting(changes["mounting"]["orientation"])
+    if not parts.keys() <= {"geometry", "mounting"}:
+        parts["uncertainty"] = None
+    return replace(actuator, **parts) if parts else actuator
+
+
+def _geometry(geometry: Geometry, changes: Mapping[str, float]) -> Geometry:
+    follow: dict[str, float] = {}
+    if "free_length" in changes:
+        free = changes["free_length"]
+        follow = {"length": geometry.length - geometry.free_length + free}
+        if geometry.load_position is not None:
+            follow["load_position"] = geometry.load_position / geometry.free_length * free
+    return replace(geometry, **{**follow, **changes})
