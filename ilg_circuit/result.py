@@ -184,7 +184,7 @@ class Result:
         --------
         >>> import tempfile
         >>> from pathlib import Path
-        >>> from ilg_circuit.cpg.sweep import cpg_sweep
+        >>> from ilg_circuit.oscillators.sweep import cpg_sweep
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     cpg_sweep("inhibition=2:3:2").save(Path(folder) / "rhythms.csv")
         ...     print((Path(folder) / "rhythms.csv").read_text().splitlines()[0])

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..cpg.flow import Flow, sampled
-from ..cpg.network import Network
-from ..cpg.outcome import Rhythm
-from ..cpg.run import RhythmRun
+from ..oscillators.flow import Flow, sampled
+from ..oscillators.network import Network
+from ..oscillators.outcome import Rhythm
+from ..oscillators.run import RhythmRun
 from .axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, Panels, blank, legend_above, plain
 
 #: Most neurons drawn as curves; more are drawn as a map over time.

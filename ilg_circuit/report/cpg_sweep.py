@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..cpg.sweep import PARAMETERS, RhythmSweep
+from ..oscillators.sweep import PARAMETERS, RhythmSweep
 from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, legend_above, new_figure
 
 _LABELS = {

@@ -18,7 +18,7 @@ from ilg_circuit import extras
 from ilg_circuit.errors import InputError, MissingLibraryError, SolveError
 from ilg_circuit.fit.curve import fit_curve
 from ilg_circuit.fit.estimate import Estimate
-from ilg_circuit.identify import Identification, identify
+from ilg_circuit.identification import Identification, identify
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.impedance import impedance
