@@ -1,8 +1,8 @@
 # %% [markdown]
 # # A strip behind a driver of one's own
 #
-# The strip as a PySpice subcircuit in a user's circuit: a supply of 5 V, a switch of 10 ohm, pulses. The third pin is the
-# tip's: at ground it is free.
+# The strip as a PySpice subcircuit in a user's circuit: a supply of 5 V, a switch of 10 ohm, pulses. The third pin is
+# the tip's: at ground it is free.
 
 # %%
 import numpy as np

@@ -10,6 +10,7 @@ from importlib import import_module
 TYPE_CHECKING = False  # as that of `typing`, whose import would take most of the time
 
 if TYPE_CHECKING:
+    from .arms.run import arm
     from .errors import IlgError, InputError, SolveError
     from .fit.curve import fit_curve
     from .front.circuits import library, netlist, subcircuit
@@ -17,10 +18,12 @@ if TYPE_CHECKING:
     from .front.fits import identify, ogden
     from .front.given import load
     from .front.models import register_model
-    from .front.motion import arm, cpg
     from .front.runs import impedance, sense, simulate
-    from .front.studies import design, pareto, sweep
+    from .front.studies import pareto
+    from .oscillators.run import cpg
     from .strip.actuator import PAPER
+    from .study.design import design
+    from .study.sweep import sweep
 
 __version__ = "0.2.0"
 
@@ -49,6 +52,7 @@ __all__ = [
 ]
 
 _PLACES = {
+    "arms.run": ("arm",),
     "errors": ("IlgError", "InputError", "SolveError"),
     "fit.curve": ("fit_curve",),
     "front.circuits": ("library", "netlist", "subcircuit"),
@@ -56,10 +60,12 @@ _PLACES = {
     "front.fits": ("identify", "ogden"),
     "front.given": ("load",),
     "front.models": ("register_model",),
-    "front.motion": ("arm", "cpg"),
     "front.runs": ("impedance", "sense", "simulate"),
-    "front.studies": ("design", "pareto", "sweep"),
+    "front.studies": ("pareto",),
+    "oscillators.run": ("cpg",),
     "strip.actuator": ("PAPER",),
+    "study.design": ("design",),
+    "study.sweep": ("sweep",),
 }
 
 if not TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""The examples run as scripts and as notebooks; netlists of the paper's strip are those that the package writes today."""
+"""The examples run as scripts and notebooks; netlists of the paper's strip are those that the package writes today."""
 
 from __future__ import annotations
 

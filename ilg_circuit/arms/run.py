@@ -97,8 +97,8 @@ class ArmResult(Result):
 
 def arm(
     duration: str | float,
+    strip: str | Path | Actuator = "paper",
     *,
-    actuator: str | Path | Actuator = "paper",
     segments: int = 15,
     formulation: str = "beam",
     coupling: str = "ideal",
@@ -126,34 +126,85 @@ def arm(
     step: str | float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> ArmResult:
-    """Move an arm over ``duration``, or find the rhythm that brings its tip to ``reach``, such as ``29mm,4mm``.
+    """Return the motion of a soft arm that a rhythm, a sine or a wave drives, or of one that reaches a place.
 
     Parameters
     ----------
-    duration, samples, step
-        Texts such as ``3s``, or seconds; ``samples`` (default 601), or the ``step`` between them.
-    actuator, segments, formulation, mounting, rest_ratio
-        The arm: a ``beam`` cut from a strip, or ``yekutieli``'s octopus arm with the pre-tension ``rest_ratio``.
-    coupling, voltage, slower, reference, neurons_in_circuit
-        From rhythm to strain, as in `coupling.couple`.
-    activation, rhythm, inhibition, tonic, adaptation, rise_time
-        ``cpg``: a network of `reach.RHYTHMS` and its constants; ``sine``: of ``amplitude`` and ``period``; ``wave``:
-        the octopus' wave of stiffness.
-    within, seed
-        Tolerance and seed of the search, as in `reach.reach_target`.
-    settled
-        Begin in equilibrium under the weight, not in the rest shape.
-    method, tolerance
-        As in `dynamics.simulate`.
-    progress
+    duration : float or str
+        How long: seconds, or a text such as "3 s".
+    strip : Actuator, str or Path
+        What the arm is cut from: an object, the path of a TOML file or a preset's name.
+    segments : int
+        Number of segments.
+    formulation : {"beam", "yekutieli"}
+        The free part of a strip, or the octopus arm.
+    coupling : {"ideal", "circuit", "charge"}
+        How outputs of neurons become strain: directly, or through the circuits of the strips.
+    activation : {"cpg", "sine", "wave"}
+        What drives the segments.
+    rhythm : str
+        Network of a rhythm: "unit", "chain" and others of `arms.reach.RHYTHMS`.
+    inhibition : float, optional
+        Weight between neurons.
+    tonic : float, optional
+        Tonic input of the neurons.
+    adaptation : float, optional
+        How strongly neurons fatigue.
+    rise_time : float or str, optional
+        Time constant of the neurons' state [s].
+    reference : float, optional
+        Output of a neuron that stands for ``voltage``.
+    slower : float
+        Factor by which the rhythm's time constants are stretched.
+    neurons_in_circuit : bool
+        Solves the neurons in the circuit of the strips.
+    voltage : float or str
+        Largest voltage of a segment [V].
+    reach : str, optional
+        Place that the tip is to come to, such as "29mm,4mm"; the rhythm is looked for.
+    within : float or str, optional
+        How near the tip must come [m].
+    seed : int
+        Of the search.
+    amplitude : float, optional
+        Of a sine: largest strain, or activation of the octopus arm.
+    period : float or str
+        Of a sine [s].
+    mounting : str, optional
+        How the arm is held against gravity (default: as the strip).
+    settled : bool
+        Begins in equilibrium under the weight, not in the rest shape.
+    rest_ratio : float, optional
+        Pre-tension of the octopus arm's muscles.
+    method : str, optional
+        Integrator: "explicit", "implicit" or "auto".
+    tolerance : float, optional
+        Of the integrator, relative.
+    samples : int, optional
+        Number of samples (default 601).
+    step : float or str, optional
+        Time between samples [s], in place of their number.
+    progress : callable, optional
         Called with (done, total).
+
+    Returns
+    -------
+    ArmResult
+        The motion, and the rhythm that drove it.
 
     Raises
     ------
     InputError
-        For values out of range, and for arguments that contradict one another.
+        A value is out of range, or arguments contradict one another.
     SolveError
-        Where the motion cannot be computed.
+        The motion cannot be computed.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> moved = ilg.arm("20 ms", segments=5, activation="sine")
+    >>> moved.motion.tip.shape
+    (601, 2)
     """
     constants = {"inhibition": inhibition, "tonic": tonic, "adaptation": adaptation, "rise_time": rise_time}
     transfer: dict[str, Any] = {"reference": reference, "slower": slower, "neurons_in_circuit": neurons_in_circuit}
@@ -181,9 +232,9 @@ def arm(
             raise InputError(message)
     seconds = si(duration, "s", "--duration")
     times = sample_times(seconds, samples=samples, step=None if step is None else si(step, "s", "--step"))
-    strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
-    body = _body(strip, formulation, segments, mounting, rest_ratio)
-    through_strip: dict[str, Any] = {"mode": coupling, "actuator": strip, "voltage": si(voltage, "V", "--voltage")}
+    cut = strip if isinstance(strip, Actuator) else load_actuator(strip)
+    body = _body(cut, formulation, segments, mounting, rest_ratio)
+    through_strip: dict[str, Any] = {"mode": coupling, "actuator": cut, "voltage": si(voltage, "V", "--voltage")}
     coupled = None
     if searching:
         drive = passive(body)

@@ -14,7 +14,9 @@ d0 [v_L/(Zd L C) + i/C], so nothing is ever differentiated. The transformer is t
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 from ..errors import InputError
 from ..strip.actuator import Actuator, Coupling
@@ -52,19 +54,33 @@ class Load:
         return bool(self.mass or self.stiffness or self.damping)
 
 
-def parse_load(text: str | None) -> Load | None:
-    """The load that a text such as ``mass=1g,stiffness=1mN/m,damping=1uN*s/m`` names. Raises InputError otherwise."""
-    from ..units import parse
+#: A load: an object, a text such as "mass=1g", or its parts by name, numbers in SI units or texts.
+Hung: TypeAlias = "Load | str | Mapping[str, float | str] | None"
 
-    if not text:
-        return None
+
+def load_of(given: Hung) -> Load | None:
+    """Return the load that an object, its parts or a text such as ``mass=1g,stiffness=1mN/m,damping=1uN*s/m`` name.
+
+    Raises InputError for others.
+    """
+    from ..units import si
+
+    if isinstance(given, Load) or not given:
+        return given if isinstance(given, Load) else None
+    wrong = InputError(f"load '{str(given)[:60]}' is not understood; write mass=1g,stiffness=1mN/m,damping=1uN*s/m")
+    if isinstance(given, str):
+        parts: list[Any] = [part.partition("=")[::2] for part in given.split(",")]
+    elif isinstance(given, Mapping):
+        parts = list(given.items())
+    else:
+        raise wrong
     units = {"mass": "kg", "stiffness": "N/m", "damping": "N*s/m"}
     values: dict[str, float] = {}
-    for part in text.split(","):
-        key, _, value = (p.strip() for p in part.partition("="))
-        if key not in units or not value or key in values:
-            raise InputError(f"load '{text}' is not understood; write mass=1g,stiffness=1mN/m,damping=1uN*s/m")
-        values[key] = parse(value, units[key], f"load {key}")
+    for name, value in parts:
+        key = name.strip()
+        if key not in units or value == "" or key in values:
+            raise wrong
+        values[key] = si(value, units[key], f"load {key}")
     return Load(**values)
 
 

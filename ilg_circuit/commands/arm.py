@@ -65,7 +65,10 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
     reach, options["period"] = options["reach"], options["period"] or PERIOD
     if sys.stderr.isatty() and not any(Path(__file__).parents[1].glob("arms/__pycache__/*plicit-*.nbi")):
         click.echo("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
-    result = move(duration, progress=ProgressBar("", doing="moving" if reach is None else "searching"), **options)
+    strip = options.pop("actuator")
+    result = move(
+        duration, strip, progress=ProgressBar("", doing="moving" if reach is None else "searching"), **options
+    )
 
     def write_animation(made: ArmResult, path: Path) -> None:
         animate(made.motion, path, portrait=made.coupled.portrait(made.motion.time) if made.coupled else None)
@@ -73,7 +76,7 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
     emit(
         result,
         outputs,
-        inputs=(options["actuator"],),
+        inputs=(strip,),
         seed=None if reach is None else options["seed"],
         writers={"--out": lambda made, path: made.write_netcdf(path), "--animate": write_animation},
     )

@@ -89,7 +89,7 @@ def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
 
 def mounted(actuator: Actuator, options: dict[str, Any]) -> dict[str, Any]:
     """Tip, beam (by default the usual one of this actuator) and load, from the options of these names."""
-    from ..circuit.strip import parse_load
+    from ..circuit.strip import load_of
 
-    load = parse_load(options["load"])
+    load = load_of(options["load"])
     return {"tip": options["tip"], "beam": options["beam"] or actuator.usual_beam(loaded=bool(load)), "load": load}

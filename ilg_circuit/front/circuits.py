@@ -9,10 +9,10 @@ from ..circuit.deck import deck
 from ..circuit.library import library as write_library
 from ..circuit.library import pinned
 from ..circuit.netlist import add_elements
-from ..circuit.strip import strip_netlist
+from ..circuit.strip import Hung, strip_netlist
 from ..errors import SolveError
 from ..solve.library import prepare_library
-from .given import Driven, Given, Hung, Strip, mounted, run_of
+from .given import Driven, Given, Strip, mounted, run_of
 from .given import load as strip_of
 
 if TYPE_CHECKING:

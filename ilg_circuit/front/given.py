@@ -1,23 +1,21 @@
-"""What users give, as what the rooms take: strips, drives, loads, times and ranges."""
+"""What users give, as what the rooms take: strips, drives, loads and times."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, row
-from ..circuit.strip import Load, parse_load
+from ..circuit.strip import Hung, load_of
 from ..drive import Drive, PiecewiseLinear, Sine
 from ..errors import InputError
 from ..simulation.drives import DRIVE_FORMS, MOTION_FORMS, parse_drive
 from ..simulation.response import sample_times
 from ..strip.actuator import PAPER, Actuator
 from ..strip.file import load_actuator
-from ..study.parameters import varied_parameter
-from ..units import format_quantity, si
+from ..units import si
 
 #: A strip: an object, the path of its TOML file, or a preset's name.
 Strip: TypeAlias = Actuator | str | Path
@@ -25,8 +23,6 @@ Strip: TypeAlias = Actuator | str | Path
 Driven: TypeAlias = Drive | str | tuple[ArrayLike, ArrayLike]
 #: A quantity: a number in SI units, or a text with a unit.
 Given: TypeAlias = float | str
-#: What hangs on the tip: an object, a text such as "mass=1g", or its parts by name.
-Hung: TypeAlias = Load | str | Mapping[str, Given] | None
 
 
 def load(strip: Strip = "paper") -> Actuator:
@@ -104,44 +100,10 @@ def drive_of(drive: Driven, duration: float, unit: str = "V") -> Drive:
     return drive
 
 
-def load_of(hung: Hung) -> Load | None:
-    """Return the load that is given as an object, as text, or by its parts. Raises InputError for others."""
-    if isinstance(hung, str):
-        return parse_load(hung)
-    if isinstance(hung, Mapping):
-        units = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m"}
-        unknown = [name for name in hung if name not in units]
-        if unknown:
-            raise InputError(f"load has no '{unknown[0]}'; it has {', '.join(units)}")
-        return Load(**{name: quantity(value, units[name], f"load {name}") for name, value in hung.items()})
-    if hung is not None and not isinstance(hung, Load):
-        raise InputError(f"a load is a text such as 'mass=1g,stiffness=1mN/m', not {_kind(hung)}")
-    return hung
-
-
 def mounted(strip: Actuator, tip: str, beam: str | None, hung: Hung) -> dict[str, Any]:
     """Return tip, beam (by default the strip's usual one) and load, as solvers take them."""
     load = load_of(hung)
     return {"tip": tip, "beam": beam or strip.usual_beam(loaded=bool(load)), "load": load}
-
-
-def ranges(vary: Mapping[str, Any] | Iterable[str]) -> list[str]:
-    """Return what is varied as texts such as ``thickness=0.2mm:1mm``.
-
-    A mapping gives a text, a pair (low, high), a triple with a number of points, or one value, for each name; numbers
-    are in SI units. Raises InputError for a name that is not known.
-    """
-    if isinstance(vary, str):
-        return [vary]
-    if not isinstance(vary, Mapping):
-        return list(vary)
-    found = []
-    for name, value in vary.items():
-        parts = list(value) if isinstance(value, tuple | list) else [value]
-        unit = varied_parameter(name).unit
-        words = [part if isinstance(part, str) else format_quantity(part, unit) for part in parts[:2]]
-        found.append(f"{name}={':'.join([*words, *map(str, parts[2:])])}")
-    return found
 
 
 def quantity(value: Given, unit: str, name: str) -> float:

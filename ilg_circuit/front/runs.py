@@ -8,6 +8,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..arrays import row
+from ..circuit.strip import Hung
 from ..simulation.impedance import Impedance, frequencies
 from ..simulation.impedance import impedance as solve_impedance
 from ..simulation.prediction_band import prediction_band
@@ -16,7 +17,7 @@ from ..simulation.response import simulate as solve
 from ..simulation.sensing import Sensed
 from ..simulation.sensing import sense as solve_sensed
 from ..solve.transient import Progress
-from .given import Driven, Given, Hung, Strip, mounted, quantity, run_of
+from .given import Driven, Given, Strip, mounted, quantity, run_of
 from .given import load as strip_of
 
 

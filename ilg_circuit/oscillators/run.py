@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,7 +18,7 @@ from ..result import Column, Result
 from ..simulation.response import sample_times
 from ..units import require_positive, si
 from .flow import Flow, sampled
-from .network import Network, checked_start, wired
+from .network import ADAPTATION, ADAPTATION_TIME, RISE_TIME, TONIC, Network, checked_start, wired
 from .outcome import Rhythm
 from .rhythm import rhythm
 from .symmetry import quotient
@@ -179,19 +180,89 @@ def _about_duration(end: Rhythm, duration: float) -> tuple[Finding, ...]:
 def cpg(
     duration: str | float,
     *,
+    topology: str | None = None,
+    neurons: int | None = None,
+    weights: str | Path | ArrayLike | None = None,
+    inhibition: float | None = None,
+    same: float | None = None,
+    cross: float | None = None,
+    adaptation: float = ADAPTATION,
+    tonic: float = TONIC,
+    rise_time: str | float = RISE_TIME,
+    adaptation_time: str | float = ADAPTATION_TIME,
     start: ArrayLike | None = None,
     samples: int | None = None,
     step: str | float | None = None,
     engine: str = "ode",
     progress: Callable[[float, float], None] | None = None,
-    **wiring: Any,
 ) -> RhythmRun:
-    """Run a network over ``duration`` (a text such as ``10s``, or seconds); ``wiring`` as in `network.wired`.
+    """Return the outputs over time of a central pattern generator, and its rhythm: period, amplitude, phases.
 
-    ``samples``, or a ``step`` between them; by default as in `default_times`. Other arguments as in `run`. Raises
-    InputError for values out of range.
+    Parameters
+    ----------
+    duration : float or str
+        How long: seconds, or a text such as "10 s".
+    topology : {"mutual", "ring", "one-way-ring", "chain"}, optional
+        How neurons inhibit each other (default mutual).
+    neurons : int, optional
+        How many (default 2; 3 in a ring; 30 in a chain).
+    weights : str, Path or array_like, optional
+        W (n, n) or a CSV file of it, in place of a topology: row i, what inhibits neuron i.
+    inhibition : float, optional
+        Every weight of the topology (default 2.5).
+    same : float, optional
+        Coupling of a chain to the same neuron of the unit before (default 0.1).
+    cross : float, optional
+        Coupling of a chain to the other neuron of the unit before (default 0.1).
+    adaptation : float
+        How strongly a neuron fatigues.
+    tonic : float
+        Tonic input.
+    rise_time : float or str
+        Time constant of the state [s].
+    adaptation_time : float or str
+        Time constant of the fatigue [s].
+    start : array_like, optional
+        States x of each neuron, then v of each (default: the paper's).
+    samples : int, optional
+        Number of samples (default: a hundred in the shorter time constant).
+    step : float or str, optional
+        Time between samples [s], in place of their number.
+    engine : {"ode", "ngspice"}
+        The exact flow between thresholds, or the netlist.
+    progress : callable, optional
+        Called with (time, end) [s].
+
+    Returns
+    -------
+    RhythmRun
+        Outputs over time; ``rhythm`` is the long-term behaviour.
+
+    Raises
+    ------
+    InputError
+        A value is out of range, or arguments contradict one another.
+    SolveError
+        ngspice fails.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> ilg.cpg("10 s").rhythm.oscillates
+    True
     """
-    network = wired(**wiring)
+    network = wired(
+        topology=topology,
+        neurons=neurons,
+        weights=weights,
+        inhibition=inhibition,
+        same=same,
+        cross=cross,
+        rise_time=rise_time,
+        adaptation_time=adaptation_time,
+        adaptation=adaptation,
+        tonic=tonic,
+    )
     seconds = si(duration, "s", "--duration")
     if samples is None and step is None:
         times = default_times(network, seconds)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from ..arrays import one_thread
-from ..circuit.strip import Load
+from ..circuit.strip import Hung
 from ..drive import Drive, drive_findings
 from ..errors import InputError
 from ..findings import Finding, Warned
@@ -22,6 +22,7 @@ from ..units import format_quantity, parse
 from .constraints import ActiveConstraint, WithoutRequirement, active_constraints, without_each_requirement
 from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, rewritten, scenario_template
 from .pareto import Front, pareto_front, parse_objectives
+from .plan import Vary, range_texts
 from .problem import Design, DesignProblem, Objective, best_design, distinct
 from .requirements import parse_requirements, quantity
 from .search import INITIAL_POINTS
@@ -114,19 +115,19 @@ class DesignReport(Result, Warned):
 
 
 def design(
-    actuator: str | Path | Actuator,
+    strip: str | Path | Actuator,
     drive: str | Drive,
     duration: str | float,
+    vary: Vary,
     *,
-    vary: Iterable[str],
-    require: Iterable[str] = (),
+    require: str | Iterable[str] = (),
     minimise: str | None = None,
     maximise: str | None = None,
-    pareto: str | None = None,
+    pareto: str | Iterable[str] | None = None,
     points: int | None = None,
     tip: str = "free",
     beam: str | None = None,
-    load: str | Load | None = None,
+    load: Hung = None,
     engine: str = "auto",
     seed: int = 0,
     sensitivity: bool = False,
@@ -135,37 +136,71 @@ def design(
     count: Counter = uncounted,
     progress: Callable[[int, int], None] | None = None,
 ) -> DesignReport:
-    """Find the strip, within the ranges of ``vary``, that meets the requirements: best, or on a Pareto front.
+    """Return the strip, within the ranges of ``vary``, that meets requirements and is best, or a Pareto front.
 
     Parameters
     ----------
-    actuator, drive, duration, tip, beam, load
-        The strip that is varied and its run, as in `study.parameters.scenario_template`.
-    vary
-        Ranges such as ``thickness=0.2mm:1mm``; ``width=5mm`` fixes a value.
-    require
-        Requirements such as ``displacement_final>=4mm``, or ``valid`` for all assumptions of the model.
-    minimise, maximise
-        Name of the objective; without one, the worst margin is maximised.
-    pareto, points
-        Two or three objectives of a front, such as ``displacement_final,force_blocked``, and its number of points.
-    engine
-        ``exact``, ``ngspice``, or ``auto``: exact for linear circuits. The answer is always simulated by ngspice.
-    sensitivity, confidence
-        Propagate the fit's uncertainty to the design; probability with which each requirement must be met.
-    sobol
-        Sobol indices of all quantities over the ranges.
-    count, progress
-        Called with the number of simulations since the last call, and with (done, total) points of the front.
+    strip : Actuator, str or Path
+        What is varied: an object, the path of a TOML file or a preset's name.
+    drive : str or Drive
+        A text such as "step:4V", whose values can be varied too, or a drive.
+    duration : float or str
+        How long the run is [s].
+    vary : mapping or iterable of str
+        ``{"thickness": ("0.2 mm", "1 mm")}`` or texts such as "thickness=0.2mm:1mm"; one value fixes it. Names as in
+        `sweep`.
+    require : str or iterable of str
+        Requirements such as "displacement_final>=4mm", or "valid" for all assumptions of the model.
+    minimise : str, optional
+        Name of the output that is minimised.
+    maximise : str, optional
+        Name of the output that is maximised; without an objective the worst margin of the requirements is.
+    pareto : str or iterable of str, optional
+        Two or three objectives of a front, such as ``["displacement_final", "force_blocked", "min:energy"]``.
+    points : int, optional
+        Number of points of the front.
+    tip : {"free", "clamped"}
+        Whether the tip moves.
+    beam : {"dynamic", "static"}, optional
+        With the beam's mass or without it (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        What hangs on the tip, such as "mass=1g".
+    engine : {"auto", "exact", "ngspice"}
+        Auto: exact for linear circuits. The answer is always simulated by ngspice.
+    seed : int
+        Of the search's starting points.
+    sensitivity : bool
+        Propagates the fit's uncertainty to the design.
+    confidence : float or str, optional
+        Probability with which each requirement must be met.
+    sobol : bool
+        Adds Sobol indices of all quantities over the ranges.
+    count : callable
+        Called with the number of simulations since the last call.
+    progress : callable, optional
+        Called with (done, total) points of the front.
+
+    Returns
+    -------
+    DesignReport
+        The design, what limits it, what was asked for besides; ``save("strip.toml")`` writes the strip.
 
     Raises
     ------
     InputError
-        For texts that are not understood and options that contradict one another.
+        A name, a range or a requirement is not understood, or options contradict one another.
     SolveError
-        Where no design within the ranges can be simulated, or there is no front.
+        No design within the ranges can be simulated, or there is no front.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> wanted = {"require": "displacement_final>=4mm", "minimise": "energy"}
+    >>> report = ilg.design("paper", "step:4V", "300 s", {"thickness": ("0.2 mm", "1 mm")}, **wanted)
+    >>> report.feasible
+    True
     """
-    wishes = tuple(require)
+    wishes = (require,) if isinstance(require, str) else tuple(require)
     probability = parse(confidence, "", "--confidence") if isinstance(confidence, str) else confidence
     for wrong, advice in (
         (minimise and maximise, "--minimise and --maximise: give one of them, or --pareto for several"),
@@ -179,13 +214,14 @@ def design(
     ):
         if wrong:
             raise InputError(advice)
-    template = scenario_template(actuator, drive, duration, tip=tip, beam=beam, load=load)
+    template = scenario_template(strip, drive, duration, tip=tip, beam=beam, load=load)
     template.parsed_drive()  # a text that is no drive fails at once
-    ranges, fixed = parse_ranges(list(vary))
+    ranges, fixed = parse_ranges(range_texts(vary))
     space = Space(template, ranges, fixed, resolve_engine(template, ranges, fixed, engine), count)
     named, sense = (minimise, 1) if minimise else (maximise, -1)
     objective = Objective(quantity(named, space.names), sense) if named else None
-    front_of = parse_objectives(pareto, space.names) if pareto else ()
+    aims = pareto if isinstance(pareto, str) else ",".join(pareto or ())
+    front_of = parse_objectives(aims, space.names) if aims else ()
     requirements = parse_requirements(wishes, space.names, template.actuator)
     problem = DesignProblem(space, requirements, objective or (front_of[0] if front_of else None), seed)
     best, report = None, DesignReport(confidence=probability)

@@ -15,7 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ..circuit.strip import Load, parse_load
+from ..circuit.strip import Hung, Load, load_of
 from ..drive import Drive, PiecewiseLinear, Sine
 from ..errors import InputError, unknown_name
 from ..simulation.drives import parse_drive
@@ -88,7 +88,7 @@ def scenario_template(
     *,
     tip: str = "free",
     beam: str | None = None,
-    load: str | Load | None = None,
+    load: Hung = None,
 ) -> ScenarioTemplate:
     """Return the template of objects, or of texts: a TOML file or preset, ``step:4V``, ``300s``, ``mass=1g``.
 
@@ -96,7 +96,7 @@ def scenario_template(
     InputError for a text that is not understood.
     """
     strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
-    hung = (parse_load(load) if isinstance(load, str) else load) or NO_LOAD
+    hung = load_of(load) or NO_LOAD
     seconds = parse(duration, "s", "--duration") if isinstance(duration, str) else duration
     return ScenarioTemplate(strip, drive, seconds, tip, beam or strip.usual_beam(loaded=bool(hung)), hung)
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +16,13 @@ from ..arrays import Array
 from ..errors import InputError
 from ..measurements.header import split_header
 from ..strip.changes import Value, VariedParameter
-from ..units import scale
+from ..units import format_quantity, scale
 from .parameters import PARAMETERS, varied_parameter
 
 #: Values of one parameter: floats in SI units, or words.
 Column = Array | NDArray[np.str_]
+#: What is varied: texts such as "thickness=0.2mm:1mm", or by name a text, a pair, a triple or one value.
+Vary: TypeAlias = "Mapping[str, Any] | Iterable[str]"
 
 MOST_DESIGNS = 10_000_000
 METHODS = ("lhs", "sobol", "uniform")
@@ -128,6 +131,25 @@ def parse_each(texts: Iterable[str]) -> list[Range]:
         if names.count(name) > 1:
             raise InputError(f"{name} is varied twice; give it once")
     return ranges
+
+
+def range_texts(vary: Vary) -> list[str]:
+    """Return what is varied as texts such as ``thickness=0.2mm:1mm``.
+
+    A mapping has for each name a text, a pair (low, high), a triple with a number of points, or one value; numbers are
+    in SI units. Raises InputError for a name that is not known.
+    """
+    if isinstance(vary, str):
+        return [vary]
+    if not isinstance(vary, Mapping):
+        return list(vary)
+    found = []
+    for name, value in vary.items():
+        parts = list(value) if isinstance(value, tuple | list) else [value]
+        unit = varied_parameter(name).unit
+        words = [part if isinstance(part, str) else format_quantity(part, unit) for part in parts[:2]]
+        found.append(f"{name}={':'.join([*words, *map(str, parts[2:])])}")
+    return found
 
 
 def grid_plan(texts: Sequence[str]) -> Plan:

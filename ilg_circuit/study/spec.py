@@ -139,7 +139,7 @@ def sweep_spec(
     random: int | None = None,
     method: str | None = None,
     seed: int | None = None,
-    designs: Path | None = None,
+    designs: str | Path | None = None,
     outputs: Sequence[str] | None = None,
     waveforms: Sequence[str] = (),
     samples: int | None = None,
@@ -159,7 +159,7 @@ def sweep_spec(
     if designs and (vary or random is not None):
         raise InputError("--designs lists every design; leave out --vary and --random")
     if designs:
-        plan = read_plan(designs)
+        plan = read_plan(Path(designs))
     elif random is None:
         plan = grid_plan(vary)
     else:

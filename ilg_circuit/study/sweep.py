@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, field, replace
@@ -9,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..circuit.strip import Load
+from ..circuit.strip import Hung
 from ..drive import Drive, drive_findings
 from ..errors import InputError, SolveError
 from ..files import require_writable
@@ -19,8 +20,9 @@ from ..result import Column, Result
 from ..strip.actuator import Actuator
 from ..strip.validity import deflection_warnings
 from .dataset import Store, SweepTotals, read_sweep, write_dataset
-from .evaluate import Evaluation, Progress
+from .evaluate import STUDY_ACCURACY, Evaluation, Progress
 from .parameters import scenario_template
+from .plan import Vary, range_texts
 from .spec import SweepSpec, solve_task, sweep_spec
 from .workers import GivenPool, LokyPool, cluster_pool, processes_possible, solve_on
 
@@ -90,29 +92,116 @@ class SweepResult(Result, Warned):
 
 
 def sweep(
-    actuator: str | Path | Actuator,
+    strip: str | Path | Actuator,
     drive: str | Drive,
     duration: str | float,
+    vary: Vary = (),
     *,
     tip: str = "free",
     beam: str | None = None,
-    load: str | Load | None = None,
+    load: Hung = None,
+    random: int | None = None,
+    method: str | None = None,
+    seed: int | None = None,
+    designs: str | Path | None = None,
+    outputs: Sequence[str] | None = None,
+    waveforms: Sequence[str] = (),
+    samples: int | None = None,
+    engine: str = "ngspice",
+    accuracy: float = STUDY_ACCURACY,
     out: str | Path | None = None,
     jobs: int | None = None,
     cluster: str | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
     provenance: Provenance | None = None,
-    **designs: Any,
 ) -> SweepResult:
-    """Solve many designs of one strip: strip and run as in `parameters.scenario_template`.
+    """Return what many designs of one strip do: the values that are varied, and the outputs of each run.
 
-    ``designs`` are the arguments of `sweep_spec`: ``vary``, ``random``, ``method``, ``seed``, ``designs``, ``outputs``,
-    ``waveforms``, ``samples``, ``engine``, ``accuracy``. ``out`` and the arguments after it are those of `solve_sweep`.
-    Raises InputError and SolveError.
+    Parameters
+    ----------
+    strip : Actuator, str or Path
+        What is varied: an object, the path of a TOML file or a preset's name.
+    drive : str or Drive
+        A text such as "step:4V", whose values can be varied too, or a drive.
+    duration : float or str
+        How long each run is [s].
+    vary : mapping or iterable of str
+        ``{"thickness": ("0.2 mm", "1 mm", 9)}`` or texts such as "thickness=0.2mm:1mm:9": low, high and a number of
+        points, several of which make a grid. Names are the keys of a strip's file, voltage, period, duty, frequency
+        or rate of the drive, load_mass, load_stiffness, load_damping, orientation.
+    tip : {"free", "clamped"}
+        Whether the tip moves.
+    beam : {"dynamic", "static"}, optional
+        With the beam's mass or without it (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        What hangs on the tip, such as "mass=1g".
+    random : int, optional
+        So many random designs within the ranges, in place of a grid.
+    method : {"lhs", "sobol", "uniform"}, optional
+        How random designs are drawn (default: Latin hypercube).
+    seed : int, optional
+        Of random designs (default 0).
+    designs : str or Path, optional
+        CSV file with one design a row, in place of ``vary``.
+    outputs : sequence of str, optional
+        Names of the outputs (default: all that one run gives).
+    waveforms : sequence of str
+        Waveforms that are kept, such as "displacement".
+    samples : int, optional
+        Samples of each waveform (default 601).
+    engine : {"ngspice", "exact", "auto"}
+        Auto: exact for linear circuits.
+    accuracy : float
+        Of ngspice, relative to each maximum.
+    out : str or Path, optional
+        netCDF file; an interrupted sweep into it goes on where it was. Without it the result is kept in memory.
+    jobs : int, optional
+        Processes (default: one a core).
+    cluster : str, optional
+        Workers of a dask cluster: "tcp://HOST:PORT", or "local:4".
+    executor : concurrent.futures.Executor, optional
+        Workers of one's own.
+    progress : callable, optional
+        Called with (done, total) designs.
+    provenance : Provenance, optional
+        What the file says of its origin.
+
+    Returns
+    -------
+    SweepResult
+        ``to_xarray()`` has designs and outputs with units.
+
+    Raises
+    ------
+    InputError
+        A name, a range or an option is not understood, or the file cannot be written.
+    SolveError
+        Every design fails.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> ranges = {"thickness": ("0.4 mm", "0.6 mm", 3)}
+    >>> found = ilg.sweep("paper", "step:4V", "300 s", ranges, engine="exact", jobs=1)
+    >>> found.to_xarray().displacement_final.shape
+    (3,)
     """
-    spec = sweep_spec(scenario_template(actuator, drive, duration, tip=tip, beam=beam, load=load), **designs)
-    made_by = provenance or Provenance(seed=designs.get("seed"))
+    template = scenario_template(strip, drive, duration, tip=tip, beam=beam, load=load)
+    spec = sweep_spec(
+        template,
+        range_texts(vary),
+        random=random,
+        method=method,
+        seed=seed,
+        designs=designs,
+        outputs=outputs,
+        waveforms=waveforms,
+        samples=samples,
+        engine=engine,
+        accuracy=accuracy,
+    )
+    made_by = provenance or Provenance(seed=seed)
     return solve_sweep(spec, out, jobs=jobs, cluster=cluster, executor=executor, progress=progress, provenance=made_by)
 
 

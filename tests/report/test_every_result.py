@@ -27,14 +27,14 @@ from synthetic import record, step
 import ilg_circuit
 from ilg_circuit.arms.motion import Motion
 from ilg_circuit.arms.run import ArmResult, arm
-from ilg_circuit.oscillators.run import RhythmRun, cpg
-from ilg_circuit.oscillators.sweep import RhythmSweep, cpg_sweep
 from ilg_circuit.errors import InputError
 from ilg_circuit.fit.curve import fit_curve
 from ilg_circuit.fit.result import FitResult
 from ilg_circuit.hyperelastic import characterise
 from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
+from ilg_circuit.oscillators.run import RhythmRun, cpg
+from ilg_circuit.oscillators.sweep import RhythmSweep, cpg_sweep
 from ilg_circuit.report import doors, page
 from ilg_circuit.result import Result
 from ilg_circuit.simulation.drives import parse_drive
