@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from io import TextIOWrapper
 
 import click
 
 from . import __version__
 from .commands import COMMANDS
-from .errors import IlgError
+from .commands.emit import say
+from .errors import IlgError, one_line
 
 
 class _Commands(click.Group):
@@ -39,10 +41,13 @@ def cli() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point: every failure that is ours ends in one line on stderr and the exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # a letter that a terminal's encoding lacks is no failure
+            stream.reconfigure(errors="backslashreplace")
     try:
         status = cli.main(args=arguments, prog_name="ilg-circuit", standalone_mode=False, obj=arguments)
     except click.exceptions.NoArgsIsHelpError as error:  # called without a command: the help is the answer
-        click.echo(error.format_message())
+        say(error.format_message())
         sys.exit(2)
     except click.ClickException as error:
         _fail(error.format_message(), 2)
@@ -59,5 +64,5 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _fail(message: str, status: int) -> None:
-    click.echo("ilg-circuit: " + " ".join(message.split()), err=True)
+    say(one_line(f"ilg-circuit: {message}"), err=True)
     sys.exit(status)

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from ..extras import require_arm
-from .emit import emit, require_outputs
+from .emit import emit, require_outputs, say
 from .options import FILE
 from .progress import ProgressBar
 
@@ -64,7 +64,7 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
     require_outputs(outputs)
     reach, options["period"] = options["reach"], options["period"] or PERIOD
     if sys.stderr.isatty() and not any(Path(__file__).parents[1].glob("arm/__pycache__/*plicit-*.nbi")):
-        click.echo("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
+        say("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
     result = move(duration, progress=ProgressBar("", doing="moving" if reach is None else "searching"), **options)
 
     def write_animation(made: ArmResult, path: Path) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
-from .emit import emit, show_check
+from .emit import emit, say, show_check
 from .options import FILE, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
 from .progress import ProgressBar
 
@@ -95,5 +95,5 @@ def _compared(
     except InputError as error:
         if asked:
             raise
-        click.echo(f"warning: not compared with what was measured: {error}", err=True)
+        say(f"warning: not compared with what was measured: {error}", err=True)
         return ()

@@ -6,7 +6,7 @@ prediction from the others, and compared.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +16,7 @@ from ..identify.identification import Identification
 from ..identify.impedance import ImpedanceData
 from ..identify.observation_fit import ObservationFit
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, engineering, new_figure, plain
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .axes import BLUE, GREY, ORANGE, Figure, blank, engineering, new_figure, plain
 
 #: Files are drawn in two columns where there are more.
 _ONE_COLUMN = 3
@@ -112,9 +109,7 @@ def _annotate(panel: Any, result: Identification) -> None:
 
 def _spectrum(result: Identification, data: ImpedanceData) -> Figure:
     """Bode plot, residuals of the fit and of the Kramers-Kronig check over frequency; Nyquist plots beside them."""
-    from matplotlib.figure import Figure
-
-    drawn = Figure(figsize=(11.0, 8.2), dpi=150, layout="constrained")
+    drawn = blank((11.0, 8.2))
     columns = drawn.add_gridspec(1, 2, width_ratios=[1.25, 1.0])
     left = columns[0].subgridspec(4, 1, height_ratios=[1.3, 1.1, 1.0, 1.0])
     size = drawn.add_subplot(left[0])
@@ -198,15 +193,13 @@ def _corner(z: ComplexArray) -> float:
 
 def _several(result: Identification) -> Figure:
     """Every file with the joint fit and the prediction from the others, residuals beneath, the comparison last."""
-    from matplotlib.figure import Figure
-
     from .identification import files
 
     rows_of = result.observations
     columns = 1 if len(rows_of) <= _ONE_COLUMN else 2
     rows = -(-len(rows_of) // columns)
     below = 0.6 + 0.22 * len(rows_of)
-    drawn = Figure(figsize=(7.5 if columns == 1 else 11.0, 2.6 * rows + below + 0.6), dpi=130, layout="constrained")
+    drawn = blank((7.5 if columns == 1 else 11.0, 2.6 * rows + below + 0.6), dpi=130)
     layout: Any = drawn.get_layout_engine()
     layout.set(h_pad=0.02, w_pad=0.04, hspace=0.0)
     grid: Any = drawn.add_gridspec(rows + 1, columns, height_ratios=[2.6] * rows + [below])

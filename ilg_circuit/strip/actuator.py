@@ -13,7 +13,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, visible
 from .ladder import LADDER_BAND
 from .models.branches import branch_endings
 from .models.model import ElectricalModel
@@ -22,6 +22,8 @@ from .port import Port
 
 #: First root of cos(x) cosh(x) = -1, the cantilever's eigenvalue in EC (11).
 CANTILEVER_EIGENVALUE = 1.875104068711961
+
+_LONGEST_NAME = 200
 
 ORIENTATIONS = ("weightless", "hanging", "horizontal")
 BEAMS = ("dynamic", "static")
@@ -302,6 +304,11 @@ class Actuator:
     mounting: Mounting = Mounting()
     name: str = "strip"
     uncertainty: Uncertainty | None = None
+
+    def __post_init__(self) -> None:
+        if len(self.name) > _LONGEST_NAME:
+            raise InputError(f"name '{self.name[:40]}...' is longer than {_LONGEST_NAME} characters; shorten it")
+        object.__setattr__(self, "name", visible(self.name))
 
     def usual_beam(self, *, loaded: bool = False) -> str:
         """The beam of a run that names none: the one that d(s) was fitted with, a dynamic one under a load."""
