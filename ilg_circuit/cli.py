@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
-from io import TextIOWrapper
 
 import click
 
@@ -41,9 +40,6 @@ def cli() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point: every failure that is ours ends in one line on stderr and the exit code."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):  # a letter that a terminal's encoding lacks is no failure
-            stream.reconfigure(errors="backslashreplace")
     try:
         status = cli.main(args=arguments, prog_name="ilg-circuit", standalone_mode=False, obj=arguments)
     except click.exceptions.NoArgsIsHelpError as error:  # called without a command: the help is the answer

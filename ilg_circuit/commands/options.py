@@ -9,15 +9,30 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..errors import InputError
 from ..simulation.drives import DRIVE_FORMS
-from ..units import parse
+from ..units import parse, si
 from .emit import require_outputs
 
 if TYPE_CHECKING:
     from ..arrays import Array
     from ..strip.actuator import Actuator
 
+
+class _Number(click.types.FloatParamType):
+    """A pure number of a plausible size."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        try:
+            return si(value, "", param.opts[-1] if param else "number")
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+
+
 FILE = click.Path(path_type=Path)
+NUMBER = _Number()
+#: What begins random numbers.
+SEED = click.IntRange(0, 2**63 - 1)
 
 engine_option = click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice")
 tip_option = click.option("--tip", type=click.Choice(["free", "clamped"]), default="free")

@@ -9,7 +9,7 @@ import click
 
 from ..errors import InputError
 from .emit import emit, say, show_check
-from .options import FILE, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
+from .options import FILE, NUMBER, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @engine_option
 @click.option(
     "--accuracy",
-    type=float,
+    type=NUMBER,
     help="Error allowed, relative to each maximum.  [default: 1e-09; with nonlinear elements 1e-06]",
 )
 @sample_options

@@ -75,9 +75,9 @@ def _made(name: str, parts: list[str], duration: float, unit: str) -> Drive:
             low, separator, high = parts[0].partition("..")
             levels = (parse(low, unit, name) if separator else 0.0, parse(high if separator else low, unit, name))
             duty = parse(parts[2], "", "square, duty") if len(parts) == 3 else 0.5
-            return PiecewiseLinear.square(*levels, parse(parts[1], "s", name), duration, duty, unit)
+            return PiecewiseLinear.square(*levels, parse(parts[1], "s", "square, period"), duration, duty, unit)
         case "sine":
-            return Sine(parse(parts[0], unit, name), parse(parts[1], "Hz", name), unit)
+            return Sine(parse(parts[0], unit, name), parse(parts[1], "Hz", "sine, frequency"), unit)
         case "ramp":
             return PiecewiseLinear.ramp(parse(parts[0], f"{unit}/s", name), duration, unit)
         case _:

@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..errors import InputError, visible
+from ..units import require_plausible
 from .ladder import LADDER_BAND
 from .models.branches import branch_endings
 from .models.model import ElectricalModel
@@ -83,6 +84,7 @@ def checked(name: str, value: Any, unit: str, *, zero: bool = False) -> float:
         raise InputError(f"{name} is {number}; give a finite value")
     if number < 0 or (number == 0 and not zero):
         raise InputError(f"{name} is {number:g}; it must be {'zero or more' if zero else 'more than zero'}")
+    require_plausible(name, number, unit)
     return number
 
 
