@@ -29,10 +29,16 @@ class _Number(click.types.FloatParamType):
             self.fail(str(error), param, ctx)
 
 
+class _Seed(click.types.IntParamType):
+    """What begins random numbers: any count of 63 bits."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        number: int = super().convert(value, param, ctx)
+        return number if 0 <= number < 2**63 else self.fail("give a whole number from 0 to 2^63 - 1", param, ctx)
+
+
 FILE = click.Path(path_type=Path)
-NUMBER = _Number()
-#: What begins random numbers.
-SEED = click.IntRange(0, 2**63 - 1)
+NUMBER, SEED = _Number(), _Seed()
 
 engine_option = click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice")
 tip_option = click.option("--tip", type=click.Choice(["free", "clamped"]), default="free")
