@@ -11,6 +11,9 @@ class IlgError(Exception):
 
     exit_code = 1
 
+    def __init__(self, message: str = "") -> None:
+        super().__init__(one_line(message))
+
 
 class InputError(IlgError, ValueError):
     """The input is wrong: the message says what was given, what is allowed and what to do."""

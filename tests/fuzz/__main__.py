@@ -36,6 +36,7 @@ def main() -> int:
         folder = Path(name)
         if given.what == "commands":
             fuzz_case.write_inputs(folder)
+            fuzz_case.warm()
         for seed in cases:
             found = case(seed, folder)
             outcomes["wrong" if found.wrong else f"exit {found.code}"] += 1

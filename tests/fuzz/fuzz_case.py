@@ -83,6 +83,15 @@ def write_inputs(folder: Path) -> None:
         (folder / name).write_text(text, encoding="utf-8")
 
 
+def warm() -> None:
+    """Have the arm's kernels compiled, once after a change of them, before any case is timed."""
+    for how in (["--formulation", "beam"], ["--formulation", "yekutieli"], ["--method", "implicit"]):
+        with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+            line = ["arm", *how, "--duration", "1ms", "--samples", "2", "--segments", "2", "--out", f"{folder}/a.nc"]
+            with contextlib.suppress(SystemExit):
+                main(line)
+
+
 def run_command(seed: int, given: Path) -> Outcome:
     """Run the command line of a seed in a folder with copies of the inputs ``given``."""
     with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
@@ -201,7 +210,10 @@ def _partial(path: Path) -> str:
     if not path.is_file() or not path.stat().st_size:
         return f"{path.name} is no file, or empty"
     if path.suffix in (".csv", ".json", ".toml", ".cir", ".lib"):
-        text = path.read_text(encoding="utf-8")
+        try:
+            text = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            return f"{path.name} is not text"
         if found := _NOT_A_NUMBER.search(text):
             return f"{found[0]} in {path.name}: {text[max(found.start() - 80, 0) : found.end() + 20]!r}"
         if path.suffix == ".json":

@@ -52,7 +52,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "identify --bias": ("0V", "spectrum.csv=0.5V"),
     "--voltage": ("4V", "-1V", "0V"),
     "--actuator": STRIPS,
-    "--model": ("rc", "rc", "rc2", "auto", "warburg", "cpe", "randles", "rc+sinh", "rc+growing", "rc+inductance"),
+    "--model": ("rc", "rc", "rc2", "warburg", "cpe", "randles", "rc+sinh", "rc+growing", "rc+inductance"),
     "ogden --model": ("auto", "ogden", "neo-hookean", "mooney-rivlin"),
     "--electrode-resistance": ("2ohm", "0 ohm", "fit"),
     "--own": ("dc_resistance", "capacitance"),
@@ -99,10 +99,10 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--period": ("1s", "0.1s"),
     "--rest-ratio": ("0.5", "0.8"),
     "--tolerance": ("1e-6", "1e-4"),
-    "--compare": ("step.csv",), "--cluster": ("local:1",),
+    "--time-limit": ("100s",), "--compare": ("step.csv",), "--cluster": ("local:1",),
     "--out": ("out.csv",),
     "identify --out": ("out.toml",), "ogden --out": ("out.toml",), "design --out": ("out.toml",),
-    "netlist --out": ("out.cir", "out.lib"), "sweep --out": ("out.nc", "out.csv"), "arm --out": ("out.nc",),
+    "netlist --out": ("out.cir", "out.lib"), "sweep --out": ("out.nc",), "arm --out": ("out.nc",),
     "--json": ("out.json",),
     "--plot": ("out.png", "out.svg"),
     "--sobol-plot": ("sobol.png",),
@@ -117,9 +117,10 @@ GOOD: dict[str, tuple[str, ...]] = {
 _RARE = {"--plot": 0.05, "--report": 0.05, "--animate": 0.01, "--reach": 0.02, "--pareto": 0.05, "--sobol": 0.02,
          "--sobol-plot": 0.02, "--intervals": 0.03, "--cluster": 0.0, "--sensitivity": 0.05, "--confidence": 0.05,
          "--sobol_plot": 0.0, "--help": 0.01, "--settled": 0.1, "--neurons-in-circuit": 0.1}  # fmt: skip
-#: Must be there, or the command waits for more processes than one.
+#: Must be there, or the command waits for more processes than one, or tries all models.
 _ALWAYS = {"--jobs": ("sweep",), "--segments": ("arm",), "--samples": ("arm",), "--duration": ("cpg",),
-           "--require": ("design",), "--vary": ("design", "sweep"), "--uniaxial": ("ogden",)}  # fmt: skip
+           "--require": ("design",), "--vary": ("design", "sweep"), "--uniaxial": ("ogden",),
+           "--model": ("identify",)}  # fmt: skip
 _SIZES = ("0", "-1", "1e-300", "5e-324", "1e308", "-1e300", "1e-13", "1e13", "nan", "inf", "1e999", "9" * 5000, "1_0")
 _UNITS = ("mm", "m", "V", "kV", "s", "Hz", "rad/s", "ohm", "Pa", "px", "degC", "%", "\N{MICRO SIGN}m", "")
 _SCRAPS = (
