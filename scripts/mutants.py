@@ -132,13 +132,17 @@ def mutated(source: str, site: int) -> tuple[str, Mutant]:
 
 
 def sample(rooms: tuple[str, ...], count: int, seed: int) -> list[tuple[str, int]]:
-    """Return ``count`` mutants as (module, site), every site of the rooms as likely as any other."""
+    """Return ``count`` mutants as (module, site), every site of the rooms as likely as any other.
+
+    Those of the arm come last: after each its kernels are compiled anew.
+    """
     found = []
     for room in rooms:
         for path in sorted((ROOT / "ilg_circuit" / room).rglob("*.py")):
             name = path.relative_to(ROOT).as_posix()
             found += [(name, k) for k, _ in enumerate(sites(ast.parse(path.read_text(encoding="utf-8"))))]
-    return random.Random(seed).sample(found, min(count, len(found)))
+    chosen = random.Random(seed).sample(found, min(count, len(found)))
+    return sorted(chosen, key=lambda one: one[0].startswith("ilg_circuit/arm/"))
 
 
 def tests_of(module: str) -> list[str]:
