@@ -52,7 +52,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "identify --bias": ("0V", "spectrum.csv=0.5V"),
     "--voltage": ("4V", "-1V", "0V"),
     "--actuator": STRIPS,
-    "--model": ("rc", "rc", "rc2", "warburg", "cpe", "randles", "rc+sinh", "rc+growing", "rc+inductance"),
+    "--model": ("rc", "rc", "rc2", "warburg", "cpe", "randles", "rc+inductance", "rc3"),
     "ogden --model": ("auto", "ogden", "neo-hookean", "mooney-rivlin"),
     "--electrode-resistance": ("2ohm", "0 ohm", "fit"),
     "--own": ("dc_resistance", "capacitance"),
