@@ -24,13 +24,15 @@ anew := FORCE
 endif
 endif
 
-.PHONY: help setup demo test lint peers bench clean FORCE
+.PHONY: help setup demo test lint fuzz mutants peers bench clean FORCE
 
 help:
 	@echo 'make setup   installs the package and ngspice into .venv (ngspice only where the system has none)'
 	@echo 'make demo    runs the whole flow once, results in demo/'
 	@echo 'make test    runs the tests'
 	@echo 'make lint    checks style and types'
+	@echo 'make fuzz    runs 20000 random commands and 50000 damaged files; hours, goes on where it stopped'
+	@echo 'make mutants counts how many of 300 small faults in the engine the tests notice; hours, goes on likewise'
 	@echo 'make peers   installs other programs that the tests compare with'
 	@echo 'make bench   measures every figure of the README again, beside its peers; most of an hour'
 	@echo 'make clean   removes .venv and everything generated'
@@ -49,6 +51,13 @@ lint: .venv/.stamp-dev
 	$(bin)/python -m ruff format --check .
 	$(bin)/python -m mypy
 	$(bin)/python scripts/validate_docstrings.py
+
+fuzz: .venv/.stamp-dev
+	$(bin)/python tests/fuzz files 50000 --state fuzz-files.jsonl
+	$(bin)/python tests/fuzz commands 20000 --state fuzz-commands.jsonl
+
+mutants: .venv/.stamp-dev
+	$(bin)/python scripts/mutants.py --state mutants.jsonl
 
 # Other programs that answers are compared with; some of them do not install everywhere.
 peers: .venv/.stamp-dev

@@ -9,7 +9,8 @@ import click
 
 from . import __version__
 from .commands import COMMANDS
-from .errors import IlgError
+from .commands.emit import say
+from .errors import IlgError, one_line
 
 
 class _Commands(click.Group):
@@ -42,7 +43,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         status = cli.main(args=arguments, prog_name="ilg-circuit", standalone_mode=False, obj=arguments)
     except click.exceptions.NoArgsIsHelpError as error:  # called without a command: the help is the answer
-        click.echo(error.format_message())
+        say(error.format_message())
         sys.exit(2)
     except click.ClickException as error:
         _fail(error.format_message(), 2)
@@ -59,5 +60,5 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _fail(message: str, status: int) -> None:
-    click.echo("ilg-circuit: " + " ".join(message.split()), err=True)
+    say(one_line(f"ilg-circuit: {message}"), err=True)
     sys.exit(status)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .arrays import Array
 from .errors import InputError
 from .findings import Finding
-from .units import format_quantity
+from .units import format_quantity, require_plausible
 
 if TYPE_CHECKING:
     from typing import Self
@@ -68,6 +68,7 @@ class Sine:
             raise InputError(
                 f"sine of {self.amplitude:g} {self.unit}, {self.frequency:g} Hz: the frequency must be more than zero"
             )
+        require_plausible("sine, frequency", self.frequency, "Hz")
 
     @property
     def text(self) -> str:

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+import unicodedata
+
+#: No message is longer, whatever was given.
+_LONGEST = 2000
 
 
 class IlgError(Exception):
     """Base of every error that this package raises on purpose. The message is one line for the user."""
 
     exit_code = 1
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(one_line(message))
 
 
 class InputError(IlgError, ValueError):
@@ -45,3 +52,21 @@ def first_line(error: Exception) -> str:
     'KeyError'
     """
     return next(iter(str(error).strip().splitlines()), type(error).__name__)
+
+
+def visible(text: str) -> str:
+    """Return one line of text in which all that a terminal would act on, and not show, is written as its code.
+
+    >>> print(visible(chr(27) + "[31mred"))
+    \\x1b[31mred
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or unicodedata.category(c) == "Zs" else ascii(c)[1:-1] for c in text)
+
+
+def one_line(message: str) -> str:
+    """Return a message as one line that a terminal shows, the middle of a very long one left out."""
+    line = visible(" ".join(message.split()))
+    half = _LONGEST // 2
+    return line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}"

@@ -38,6 +38,36 @@ _IN_USE = re.compile(
     "|weber"
 )
 
+#: SI unit, or name of an option -> least and largest size of such a quantity, with room around all that was ever
+#: measured on a gel. Zero is no matter of size.
+PLAUSIBLE = {
+    "--duration": (1e-9, 1e9),
+    "--rise-time": (1e-6, 1e6),
+    "--adaptation-time": (1e-6, 1e6),
+    "--slower": (1e-3, 1e3),
+    "": (1e-15, 1e12),
+    "m": (1e-12, 1e4),
+    "s": (1e-12, 1e12),
+    "Hz": (1e-12, 1e12),
+    "1/s": (1e-15, 1e15),
+    "rad/s": (1e-15, 1e15),
+    "V": (1e-12, 1e6),
+    "A": (1e-18, 1e9),
+    "N": (1e-18, 1e9),
+    "V/s": (1e-18, 1e15),
+    "m/s": (1e-18, 1e9),
+    "kg": (1e-18, 1e6),
+    "kg/m^3": (1e-3, 1e6),
+    "Pa": (1e-6, 1e15),
+    "N/m": (1e-18, 1e12),
+    "ohm": (1e-15, 1e21),
+    "ohm m": (1e-15, 1e21),
+    "F": (1e-21, 1e9),
+    "F/m": (1e-18, 1e12),
+    "H": (1e-21, 1e12),
+}
+_ANY_SIZE = (1e-30, 1e30)
+
 #: SI prefixes used when a value is written; larger or smaller values are written without one.
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "H", "N", "s", "C", "J", "W", "Hz"})
@@ -100,8 +130,8 @@ def parse(text: str, si_unit: str, what: str = "quantity") -> float:
     Raises InputError naming ``what`` when the text has no number, no unit, a unit of another dimension, or a value
     that is not finite.
     """
-    match = _NUMBER.fullmatch(text)
-    if match is None or len(text) > 200:
+    match = _NUMBER.fullmatch(text) if len(text) <= 200 else None
+    if match is None:
         example = f"'30 {si_unit}'" if si_unit else "'0.3'"
         raise InputError(f"{what}: '{text[:40]}' is not a number with a unit; write it like {example}")
     number, unit = match.groups()
@@ -118,6 +148,9 @@ def parse(text: str, si_unit: str, what: str = "quantity") -> float:
             value = math.inf
     if not math.isfinite(value):
         raise InputError(f"{what}: '{text}' is not a finite value")
+    if not value and Fraction(number):
+        value = 5e-324  # not zero, but smaller than any number
+    require_plausible(what, value, si_unit)
     return value
 
 
@@ -126,10 +159,18 @@ def si(value: str | float, si_unit: str, what: str) -> float:
     return parse(value, si_unit, what) if isinstance(value, str) else float(value)
 
 
+def require_plausible(what: str, value: float, unit: str = "") -> None:
+    """Raise InputError naming ``what`` for a ``value`` [``unit``], other than zero, of a size that nothing has."""
+    low, high = PLAUSIBLE.get(what, PLAUSIBLE.get(unit, _ANY_SIZE))
+    if value and not low <= abs(value) <= high:
+        raise InputError(f"{what} {value:g} {unit}".strip() + f": give a size from {low:g} to {high:g} {unit}".rstrip())
+
+
 def require_positive(what: str, value: float, unit: str = "") -> None:
     """Raise InputError naming ``what`` for a ``value`` [``unit``] that is not positive or not finite."""
     if not (math.isfinite(value) and value > 0):
         raise InputError(f"{f'{what} {value:g} {unit}'.strip()} must be more than zero and finite")
+    require_plausible(what, value, unit)
 
 
 def format_quantity(value: float, si_unit: str, digits: int | None = None) -> str:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from hypothesis import strategies as st
 
 from ilg_circuit.strip.actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
+from ilg_circuit.units import PLAUSIBLE
 
 
 def log_floats(low: float, high: float) -> st.SearchStrategy[float]:
@@ -55,7 +56,9 @@ def strips(draw: st.DrawFn, *, most_branches: int = 2) -> Actuator:
     return Actuator(geometry, material, coupling, name="random")
 
 
-_ANY_POSITIVE = st.floats(min_value=1e-300, max_value=1e300, allow_nan=False)
+#: Sizes that are allowed in every unit.
+_LEAST = max(low for unit, (low, _) in PLAUSIBLE.items() if unit[:1] != "-")
+_ANY_POSITIVE = st.floats(min_value=_LEAST, max_value=1e4)
 _ANY_NAME = st.text(max_size=30)
 
 
@@ -63,8 +66,8 @@ _ANY_NAME = st.text(max_size=30)
 def wild_actuators(draw: st.DrawFn) -> Actuator:
     """Any actuator that can be written down, sensible or not: what a file must carry without loss."""
     length = draw(_ANY_POSITIVE)
-    free = draw(st.floats(min_value=1e-300, max_value=length))
-    load = draw(st.one_of(st.none(), st.floats(min_value=1e-300, max_value=free)))
+    free = draw(st.floats(min_value=_LEAST, max_value=length))
+    load = draw(st.one_of(st.none(), st.floats(min_value=_LEAST, max_value=free)))
     geometry = Geometry(length, free, draw(_ANY_POSITIVE), draw(_ANY_POSITIVE), load)
     zero_or_more = st.one_of(st.just(0.0), _ANY_POSITIVE)
     material = Material(

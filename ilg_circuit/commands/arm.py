@@ -9,8 +9,8 @@ from typing import Any
 import click
 
 from ..extras import require_arm
-from .emit import emit, require_outputs
-from .options import FILE
+from .emit import emit, require_outputs, say
+from .options import FILE, NUMBER, SEED
 from .progress import ProgressBar
 
 
@@ -21,24 +21,24 @@ from .progress import ProgressBar
 @click.option("--coupling", type=click.Choice(["ideal", "circuit", "charge"]), default="ideal")
 @click.option("--activation", type=click.Choice(["cpg", "sine", "wave"]), default="cpg")
 @click.option("--rhythm", type=click.Choice(["unit", "ring", "one-way-ring", "chain"]), default="unit")
-@click.option("--inhibition", type=float, help="a of the rhythm.  [default: 2.5]")
-@click.option("--tonic", type=float, help="e of the rhythm.  [default: 1]")
-@click.option("--adaptation", type=float, help="d of the rhythm.  [default: 3]")
+@click.option("--inhibition", type=NUMBER, help="a of the rhythm.  [default: 2.5]")
+@click.option("--tonic", type=NUMBER, help="e of the rhythm.  [default: 1]")
+@click.option("--adaptation", type=NUMBER, help="d of the rhythm.  [default: 3]")
 @click.option("--rise-time", help="Tr of the rhythm.  [default: 0.12s]")
-@click.option("--reference", type=float, help="Output that gives --voltage.  [default: the rhythm's amplitude]")
-@click.option("--slower", type=float, default=1.0, help="Stretches the rhythm's time constants.")
+@click.option("--reference", type=NUMBER, help="Output that gives --voltage.  [default: the rhythm's amplitude]")
+@click.option("--slower", type=NUMBER, default=1.0, help="Stretches the rhythm's time constants.")
 @click.option("--neurons-in-circuit", is_flag=True, help="The neurons, too, in the netlist of the strips.")
 @click.option("--voltage", default="4V", help="Largest voltage on a segment's strip.")
 @click.option("--reach", help="Find a rhythm that brings the tip to x,y, such as 29mm,4mm; the base is 0,0.")
 @click.option("--within", help="How near counts as reached.  [default: a hundredth of the arm's length]")
-@click.option("--seed", type=int, default=0, help="Of the search for --reach.")
-@click.option("--amplitude", type=float, help="Of a sine: strain or activation.  [default: 0.00221; yekutieli: 0.02]")
+@click.option("--seed", type=SEED, default=0, help="Of the search for --reach.")
+@click.option("--amplitude", type=NUMBER, help="Of a sine: strain or activation.  [default: 0.00221; yekutieli: 0.02]")
 @click.option("--period", help="Period of a sine.  [default: 1.035463s]")
 @click.option("--mounting", type=click.Choice(["weightless", "hanging", "horizontal"]), help="[default: the strip's]")
 @click.option("--settled", is_flag=True, help="Begin in equilibrium under the weight, not in the rest shape.")
-@click.option("--rest-ratio", type=float, help="Pre-tension of yekutieli: rest over initial length.  [default: 0.5]")
+@click.option("--rest-ratio", type=NUMBER, help="Pre-tension of yekutieli: rest over initial length.  [default: 0.5]")
 @click.option("--method", type=click.Choice(["auto", "explicit", "implicit"]), default="auto")
-@click.option("--tolerance", type=float, help="Error of a step, of the thickness.  [default: 1e-06]")
+@click.option("--tolerance", type=NUMBER, help="Error of a step, of the thickness.  [default: 1e-06]")
 @click.option("--duration", required=True, help="How long, such as 3s.")
 @click.option("--samples", type=int, help="Number of samples.  [default: 601]")
 @click.option("--step", help="Time between samples, such as 10ms; instead of --samples.")
@@ -64,7 +64,7 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
     require_outputs(outputs)
     reach, options["period"] = options["reach"], options["period"] or PERIOD
     if sys.stderr.isatty() and not any(Path(__file__).parents[1].glob("arms/__pycache__/*plicit-*.nbi")):
-        click.echo("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
+        say("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
     strip = options.pop("actuator")
     result = move(
         duration, strip, progress=ProgressBar("", doing="moving" if reach is None else "searching"), **options

@@ -9,7 +9,7 @@ import click
 
 from ..errors import InputError
 from .emit import emit, require_outputs
-from .options import FILE
+from .options import FILE, NUMBER
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     help="How they inhibit one another.  [default: mutual]",
 )
 @click.option("--weights", type=FILE, help="CSV file of W instead: row i, what inhibits neuron i.")
-@click.option("--inhibition", type=float, help="a, every weight of the topology.  [default: 2.5]")
-@click.option("--same", type=float, help="ks of a chain: + ks y_k from the unit before.  [default: 0.1]")
-@click.option("--cross", type=float, help="kc of a chain: - kc y_(other k) from the unit before.  [default: 0.1]")
-@click.option("--adaptation", type=float, default=3.0, help="d.")
-@click.option("--tonic", type=float, default=1.0, help="e.")
+@click.option("--inhibition", type=NUMBER, help="a, every weight of the topology.  [default: 2.5]")
+@click.option("--same", type=NUMBER, help="ks of a chain: + ks y_k from the unit before.  [default: 0.1]")
+@click.option("--cross", type=NUMBER, help="kc of a chain: - kc y_(other k) from the unit before.  [default: 0.1]")
+@click.option("--adaptation", type=NUMBER, default=3.0, help="d.")
+@click.option("--tonic", type=NUMBER, default=1.0, help="e.")
 @click.option("--rise-time", default="0.12s", help="Tr.")
 @click.option("--adaptation-time", default="0.3s", help="Ta.")
 @click.option("--start", help="x of each neuron, then v of each: 0.12,0,0,0.  [default: the paper's]")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from .emit import say
 from .options import FILE
 
 
@@ -13,7 +14,9 @@ from .options import FILE
 @click.option("--out", type=FILE, default=Path("demo"), help="Folder for the results.")
 def demo(out: Path) -> None:
     """The whole flow once, with pictures: simulate, check, measure with noise, identify, hand out."""
+    from ..report.axes import load_plainly
     from ..reproduce.demo import run
 
+    load_plainly()
     for line in run(out):
-        click.echo(line)
+        say(line)

@@ -8,7 +8,7 @@ import click
 
 from ..errors import InputError, SolveError
 from .emit import emit, require_outputs
-from .options import FILE, run_options
+from .options import FILE, SEED, run_options
 from .progress import ProgressBar
 
 
@@ -32,7 +32,7 @@ from .progress import ProgressBar
     default="auto",
     help="Of the search; auto: exact for linear circuits, else ngspice. ngspice always simulates the answer.",
 )
-@click.option("--seed", type=int, default=0, help="Of the scattered designs.")
+@click.option("--seed", type=SEED, default=0, help="Of the scattered designs.")
 @click.option("--sensitivity", is_flag=True, help="What the uncertainty of the fit makes of the design.")
 @click.option(
     "--confidence", help="Meet each requirement with this probability, such as 95%, whatever the fit left open."

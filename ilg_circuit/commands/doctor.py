@@ -8,6 +8,7 @@ import click
 
 from .. import __version__
 from ..errors import SolveError
+from .emit import say
 
 PACKAGES = ("PySpice", "numpy", "scipy", "lmfit", "matplotlib", "click", "pint", "tqdm")
 
@@ -19,7 +20,7 @@ TOLERANCE = 1e-7
 def doctor() -> None:
     """Versions, the ngspice library, and a self-check against the closed form."""
     for line in examine():
-        click.echo(line)
+        say(line)
 
 
 def examine() -> Iterator[str]:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ..errors import InputError
+from ..errors import InputError, visible
 from ..files import require_writable, write_json
 from ..provenance import Provenance, command_line, provenance
 from ..result import Result
@@ -27,6 +27,11 @@ if TYPE_CHECKING:
 #: Options -> files to write; None where an option was not given.
 Outputs = Mapping[str, Path | None]
 R = TypeVar("R", bound=Result)
+
+
+def say(text: str, *, err: bool = False) -> None:
+    """Print lines to stdout, or to stderr; what users named in them is shown as text and does nothing."""
+    click.echo("\n".join(map(visible, text.split("\n"))), err=err)
 
 
 def require_outputs(outputs: Outputs, inputs: Mapping[str, Path | Iterable[Path] | None] | None = None) -> None:
@@ -73,6 +78,10 @@ def emit(
     `Result.summary`; with ``as_json`` the plain data are. Warnings are ``result.warnings``, if it has any.
     """
     made = replace(result, provenance=origin(inputs, seed))
+    if any(path for option, path in outputs.items() if option not in ("--out", "--json")):
+        from ..report.axes import load_plainly
+
+        load_plainly()
     for option, path in outputs.items():
         if path is None:
             continue
@@ -91,11 +100,11 @@ def emit(
 
             write_page((shown or {}).get(option, Result.page)(made), path, made.provenance)
     if as_json:
-        click.echo(json.dumps(plain_data(made), indent=2))
+        say(json.dumps(plain_data(made), indent=2))
     else:
-        click.echo(made.summary() if text is None else text)
+        say(made.summary() if text is None else text)
     for line in getattr(made, "warnings", ()):
-        click.echo(f"warning: {line}", err=True)
+        say(f"warning: {line}", err=True)
     return made
 
 
@@ -115,5 +124,5 @@ def show_check(differences: list[Difference]) -> None:
     from ..report.check import summary
     from ..simulation.check import require_agreement
 
-    click.echo(summary(differences))
+    say(summary(differences))
     require_agreement(differences)

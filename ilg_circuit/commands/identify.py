@@ -10,7 +10,7 @@ import click
 
 from ..errors import InputError
 from ..units import parse
-from .emit import emit
+from .emit import emit, say
 from .options import ModelOption, engine_option, output_options, outputs
 from .progress import ProgressBar
 
@@ -54,7 +54,7 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     spectra = [isinstance(file, Spectrum) for file in files]
     options["bias"] = biases(data, spectra, options["bias"])
     if all(spectra) and context.get_parameter_source("engine") is click.core.ParameterSource.COMMANDLINE:
-        click.echo("warning: spectra are fitted by their closed form: --engine has no effect on them", err=True)
+        say("warning: spectra are fitted by their closed form: --engine has no effect on them", err=True)
     options["electrode_resistance"] = resistance(options["electrode_resistance"])
     options["until"] = parse(options["until"], "s", "--until") if options["until"] else None
     late = options["displacement_delay"]

@@ -9,7 +9,7 @@ import click
 
 from ..errors import InputError
 from ..units import parse
-from .emit import origin
+from .emit import origin, say
 from .options import FILE, beam_option, mounted, tip_option
 
 
@@ -41,12 +41,12 @@ def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any)
         source = parse_drive(drive, seconds)
         text = deck(strip_netlist(strip, **mounted(strip, options)), source, seconds, strip)
         for finding in drive_findings(source):
-            click.echo(f"warning: {finding}", err=True)
+            say(f"warning: {finding}", err=True)
     else:
         raise InputError(f"cannot tell what to write to '{out}': end its name in .cir (a deck) or .lib (a subcircuit)")
     made = origin([actuator, drive.removeprefix("file:")])
     write_text(out, _with_origin(text, made.lines()[1:]))
-    click.echo(f"wrote {out}")
+    say(f"wrote {out}")
 
 
 def _with_origin(text: str, lines: list[str]) -> str:

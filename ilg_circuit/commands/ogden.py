@@ -10,7 +10,7 @@ import click
 from ..errors import InputError
 from ..measurements.load_test import BRANCHES
 from .emit import emit, require_outputs
-from .options import FILE
+from .options import FILE, NUMBER
 
 
 @click.command()
@@ -29,7 +29,7 @@ from .options import FILE
     help="What is fitted of files whose rows go back and forth.  [default: loading, the first]",
 )
 @click.option("--free-signs", is_flag=True, help="Do not impose mu_i alpha_i > 0, which keeps the material stable.")
-@click.option("--at", type=float, multiple=True, help="Stretch to predict the stress at; may be repeated.")
+@click.option("--at", type=NUMBER, multiple=True, help="Stretch to predict the stress at; may be repeated.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--plot", type=FILE, help="Picture of data, fit and predictions (.png, .pdf, .svg).")
 @click.option("--report", type=FILE, help="One HTML file with all of it.")

@@ -9,15 +9,36 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..errors import InputError
 from ..simulation.drives import DRIVE_FORMS
-from ..units import parse
+from ..units import parse, si
 from .emit import require_outputs
 
 if TYPE_CHECKING:
     from ..arrays import Array
     from ..strip.actuator import Actuator
 
+
+class _Number(click.types.FloatParamType):
+    """A pure number of a plausible size."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        try:
+            return si(value, "", param.opts[-1] if param else "number")
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+
+
+class _Seed(click.types.IntParamType):
+    """What begins random numbers: any count of 63 bits."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        number: int = super().convert(value, param, ctx)
+        return number if 0 <= number < 2**63 else self.fail("give a whole number from 0 to 2^63 - 1", param, ctx)
+
+
 FILE = click.Path(path_type=Path)
+NUMBER, SEED = _Number(), _Seed()
 
 engine_option = click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice")
 tip_option = click.option("--tip", type=click.Choice(["free", "clamped"]), default="free")

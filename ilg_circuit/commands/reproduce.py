@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from ..errors import InputError
-from .emit import origin
+from .emit import origin, say
 from .progress import ProgressBar
 
 
@@ -21,22 +21,24 @@ def reproduce(outdir: Path | None, only: str | None, listed: bool) -> int:
     OUTDIR, made if absent, gets index.html (one page that opens offline), a picture for each figure, and reproduce.json
     with every number. Exit code 1 where an item could not be made or does not agree; the page says why.
     """
+    from ..report.axes import load_plainly
     from ..reproduce import output_folder, run, select, write
 
     items = select(only)
     if listed:
         for item in items:
-            click.echo(f"{item.id:<10}{item.title}")
+            say(f"{item.id:<10}{item.title}")
         return 0
     if outdir is None:
         raise InputError("OUTDIR is missing; name a folder for the results, or --list the items")
     output_folder(outdir)
+    load_plainly()
     outcomes = run(items, ProgressBar("item"))
     written = write(outcomes, outdir, origin())
     for outcome in outcomes:
-        click.echo(f"{outcome.item.id:<10}{outcome.status:<10}{outcome.agreement}")
-    click.echo(f"{len(written)} files in '{outdir}'; open {written[-1]}")
+        say(f"{outcome.item.id:<10}{outcome.status:<10}{outcome.agreement}")
+    say(f"{len(written)} files in '{outdir}'; open {written[-1]}")
     failed = [outcome.item.id for outcome in outcomes if outcome.status == "fails"]
     if failed:
-        click.echo(f"warning: {len(failed)} of {len(outcomes)} items fail: {', '.join(failed)}", err=True)
+        say(f"warning: {len(failed)} of {len(outcomes)} items fail: {', '.join(failed)}", err=True)
     return 1 if failed else 0

@@ -8,6 +8,7 @@ import click
 
 from ..errors import InputError
 from ..units import parse
+from .emit import say
 
 
 @click.command()
@@ -27,4 +28,4 @@ def show(actuator: str, low: str, high: str, voltage: str | None, as_json: bool)
         raise InputError(f"band from {low} to {high}: give two frequencies above zero, the lower one first")
     volts = abs(parse(voltage, "V", "--voltage")) if voltage else None
     description = describe(load_actuator(actuator), band=band, voltage=volts)
-    click.echo(json.dumps(description, indent=2) if as_json else summary(description))
+    say(json.dumps(description, indent=2) if as_json else summary(description))

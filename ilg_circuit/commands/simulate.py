@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
-from .emit import emit, show_check
-from .options import FILE, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
+from .emit import emit, say, show_check
+from .options import FILE, NUMBER, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @engine_option
 @click.option(
     "--accuracy",
-    type=float,
+    type=NUMBER,
     help="Error allowed, relative to each maximum.  [default: 1e-09; with nonlinear elements 1e-06]",
 )
 @sample_options
@@ -95,5 +95,5 @@ def _compared(
     except InputError as error:
         if asked:
             raise
-        click.echo(f"warning: not compared with what was measured: {error}", err=True)
+        say(f"warning: not compared with what was measured: {error}", err=True)
         return ()

@@ -8,7 +8,7 @@ import click
 
 from ..errors import InputError
 from .emit import emit, origin, require_outputs
-from .options import FILE, run_options
+from .options import FILE, NUMBER, SEED, run_options
 from .progress import ProgressBar
 
 
@@ -23,7 +23,7 @@ from .progress import ProgressBar
 )
 @click.option("--random", type=int, help="So many random designs over the ranges of --vary.")
 @click.option("--method", type=click.Choice(["lhs", "sobol", "uniform"]), help="Of random designs.  [default: lhs]")
-@click.option("--seed", type=int, help="Of random designs.  [default: 0]")
+@click.option("--seed", type=SEED, help="Of random designs.  [default: 0]")
 @click.option("--designs", type=FILE, help="CSV file of designs instead: headers such as thickness_mm, a design a row.")
 @run_options
 @click.option(
@@ -37,7 +37,7 @@ from .progress import ProgressBar
     default="ngspice",
     help="auto: exact for linear circuits, ngspice for others.",
 )
-@click.option("--accuracy", type=float, default=1e-6, help="Of ngspice, relative to each maximum.")
+@click.option("--accuracy", type=NUMBER, default=1e-6, help="Of ngspice, relative to each maximum.")
 @click.option("--jobs", type=int, help="Processes.  [default: one a core]")
 @click.option("--cluster", help="Workers of a dask cluster: tcp://HOST:PORT, or local:4.")
 @click.option("--out", type=FILE, required=True, help="netCDF file to write.")

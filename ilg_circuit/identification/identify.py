@@ -133,6 +133,7 @@ def identify(
     actuator = _actuator(port, strip, base, ports)
     records = [d for d in ports if isinstance(d, CurrentData)]
     coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress, displacement_delay)
+    names = names if len(files) > 1 else frozenset()  # of one file all parameters are its own
     try:
         joint = joined(port, coupling, actuator, names, progress)
     except SolveError as error:

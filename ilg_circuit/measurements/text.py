@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import InputError
+from ..errors import InputError, visible
 from .kind import Kind
 
 
@@ -27,7 +27,7 @@ def read_lines(path: str | Path, kind: Kind) -> TextFile:
     InputError
         The file cannot be read, is larger than ``kind.most_bytes``, or is no text.
     """
-    name = Path(path).name
+    name = visible(Path(path).name)
     try:
         with Path(path).open("rb") as file:
             size = (

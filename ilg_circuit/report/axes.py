@@ -5,6 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+import contextlib
+import logging
+import os
+import sys
+import warnings
+from collections.abc import Iterable
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 from weakref import WeakKeyDictionary
@@ -12,7 +19,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, visible
 from ..files import replacing, require_writable
 from ..provenance import Provenance
 
@@ -84,13 +91,52 @@ def through_pyplot() -> Iterator[None]:
 
 def blank(size: tuple[float, float], dpi: int = 150) -> Figure:
     """Return an empty figure of ``size`` [inch]: one that needs no display, or pyplot's within `through_pyplot`."""
+    how: dict[str, Any] = {"figsize": size, "layout": "constrained"}
     if _PYPLOT.get():
         from matplotlib import pyplot
 
-        return pyplot.figure(figsize=size, layout="constrained")
-    from matplotlib import figure
+        return pyplot.figure(FigureClass=_figure_class(), **how)
+    figure: Figure = _figure_class()(dpi=dpi, **how)
+    return figure
 
-    return figure.Figure(figsize=size, dpi=dpi, layout="constrained")
+
+@lru_cache(maxsize=1)
+def _figure_class() -> Any:
+    """Return the class of all figures: whoever draws one, its words are drawn as they are written.
+
+    Dollar signs and backslashes in names would be read as formulas else, and signs that no font has be warned of.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.text import Text
+    from matplotlib.ticker import LogFormatter
+
+    class WordsFigure(Figure):
+        def draw(self, renderer: Any) -> None:
+            axes = [axis for panel in self.axes for axis in (panel.xaxis, panel.yaxis)]
+            powers = [axis for axis in axes if isinstance(axis.get_major_formatter(), LogFormatter)]
+            formulas = {label for axis in powers for label in axis.get_ticklabels(which="both")}
+            for words in set(self.findobj(Text)) - formulas:
+                assert isinstance(words, Text)
+                words.set_parse_math(False)
+                words.set_usetex(False)
+                words.set_text("\n".join(map(visible, words.get_text().split("\n"))))
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
+                super().draw(renderer)
+
+    return WordsFigure
+
+
+def load_plainly() -> None:
+    """Import matplotlib for a command, which nothing around it changes: no matplotlibrc, style, backend or folder."""
+    if "matplotlib" in sys.modules:
+        return
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would tell of a home that cannot be written
+    os.environ.pop("MPLBACKEND", None)
+    os.environ["MATPLOTLIBRC"] = os.devnull
+    # a matplotlibrc in the working folder counts before all others
+    with contextlib.chdir(Path(__file__).parent) if Path("matplotlibrc").exists() else contextlib.nullcontext():
+        import matplotlib  # noqa: F401
 
 
 def grid(rows: int, columns: int, size: tuple[float, float], **shared: Any) -> tuple[Figure, Any]:

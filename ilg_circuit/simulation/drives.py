@@ -84,9 +84,9 @@ def _made(name: str, parts: list[str], duration: float, unit: str) -> Drive:
             return PiecewiseLinear.step(parse(parts[0], unit, name), unit=unit)
         case "square":
             duty = parse(parts[2], "", "square, duty") if len(parts) == 3 else 0.5
-            return PiecewiseLinear.square(*_two(parts[0], unit, name), parse(parts[1], "s", name), duration, duty, unit)
+            return PiecewiseLinear.square(*_two(parts[0], unit, name), parse(parts[1], "s", "square, period"), duration, duty, unit)
         case "triangle":
-            return lines(shapes.triangle(*_two(parts[0], unit, name), parse(parts[1], "s", name), duration))
+            return lines(shapes.triangle(*_two(parts[0], unit, name), parse(parts[1], "s", "triangle, period"), duration))
         case "cv":
             low, high = _two(parts[0], unit, name)
             rate, cycles = parse(parts[1], f"{unit}/s", name), _count(parts, 2, "cv, cycles")
@@ -97,7 +97,7 @@ def _made(name: str, parts: list[str], duration: float, unit: str) -> Drive:
             count = _count(parts, 3, "pulse, count")
             return lines(shapes.pulses(parse(parts[0], unit, name), width, period, duration, count))
         case "sine":
-            return Sine(parse(parts[0], unit, name), parse(parts[1], "Hz", name), unit)
+            return Sine(parse(parts[0], unit, name), parse(parts[1], "Hz", "sine, frequency"), unit)
         case "chirp":
             return lines(shapes.chirp(parse(parts[0], unit, name), *_two(parts[1], "Hz", name), duration))
         case "multisine":

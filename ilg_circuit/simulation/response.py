@@ -24,6 +24,7 @@ from ..solve.transient import Progress, sampled_times, transient
 from ..strip.actuator import Actuator
 from ..strip.ladder import LADDER_BAND
 from ..strip.validity import run_warnings
+from ..units import require_plausible
 from .energy import EnergyAccount, account, probes
 from .waveforms import WAVEFORMS, Simulated, Solution
 
@@ -99,6 +100,7 @@ def sample_times(duration: float, *, samples: int | None = None, step: float | N
     """
     if not (np.isfinite(duration) and duration > 0):
         raise InputError(f"duration {duration:g} s must be more than zero")
+    require_plausible("--duration", duration, "s")
     if step is not None:
         if samples is not None:
             raise InputError("give either a number of samples or a step, not both")

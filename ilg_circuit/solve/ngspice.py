@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array, ComplexArray
 from ..errors import SolveError, first_line
-from .library import prepare_library
+from .library import VARIABLE, prepare_library
 
 Run = Callable[[Array, Array], Array]
 
@@ -236,14 +236,18 @@ def _quiet_class(base: Any) -> Any:
 
 @contextlib.contextmanager
 def _clean_start() -> Any:
-    """An empty working and home directory while ngspice starts: a `.spiceinit` there would run as commands."""
-    home = os.environ.get("HOME")
+    """An empty working and home directory while ngspice starts, and no variables of its own.
+
+    A `.spiceinit` there, or a `spinit` in $SPICE_SCRIPTS, would run as commands.
+    """
+    kept = dict(os.environ)
     with tempfile.TemporaryDirectory() as empty, contextlib.chdir(empty):
         os.environ["HOME"] = empty
+        for name in [name for name in kept if name.startswith(("SPICE_", "NGSPICE_")) and name != VARIABLE]:
+            del os.environ[name]
         try:
             yield
         finally:
-            if home is None:
+            os.environ.update(kept)
+            if "HOME" not in kept:
                 del os.environ["HOME"]
-            else:
-                os.environ["HOME"] = home

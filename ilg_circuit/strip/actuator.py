@@ -13,7 +13,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, visible
+from ..units import require_plausible
 from .ladder import LADDER_BAND
 from .models.branches import branch_endings
 from .models.model import ElectricalModel
@@ -22,6 +23,8 @@ from .port import Port
 
 #: First root of cos(x) cosh(x) = -1, the cantilever's eigenvalue in EC (11).
 CANTILEVER_EIGENVALUE = 1.875104068711961
+
+_LONGEST_NAME = 200
 
 ORIENTATIONS = ("weightless", "hanging", "horizontal")
 BEAMS = ("dynamic", "static")
@@ -81,6 +84,7 @@ def checked(name: str, value: Any, unit: str, *, zero: bool = False) -> float:
         raise InputError(f"{name} is {number}; give a finite value")
     if number < 0 or (number == 0 and not zero):
         raise InputError(f"{name} is {number:g}; it must be {'zero or more' if zero else 'more than zero'}")
+    require_plausible(name, number, unit)
     return number
 
 
@@ -302,6 +306,11 @@ class Actuator:
     mounting: Mounting = Mounting()
     name: str = "strip"
     uncertainty: Uncertainty | None = None
+
+    def __post_init__(self) -> None:
+        if len(self.name) > _LONGEST_NAME:
+            raise InputError(f"name '{self.name[:40]}...' is longer than {_LONGEST_NAME} characters; shorten it")
+        object.__setattr__(self, "name", visible(self.name))
 
     def usual_beam(self, *, loaded: bool = False) -> str:
         """The beam of a run that names none: the one that d(s) was fitted with, a dynamic one under a load."""

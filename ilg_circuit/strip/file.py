@@ -12,7 +12,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, visible
 from ..files import write_text
 from ..provenance import Provenance
 from ..units import format_quantity, parse
@@ -74,8 +74,7 @@ def loads(text: str) -> Actuator:
 
 def dumps(actuator: Actuator, comment: str = "", provenance: Provenance | None = None) -> str:
     """TOML text of an actuator; ``loads(dumps(a)) == a`` exactly. ``comment`` becomes ``#`` lines at the top."""
-    printable = ("".join(c if c.isprintable() else " " for c in line) for line in comment.splitlines())
-    lines = [f"# {line}".rstrip() for line in printable]
+    lines = [f"# {visible(line)}".rstrip() for line in comment.splitlines()]
     lines += [f"name = {_toml_string(actuator.name)}", f"format = {FORMAT}"]
     for section in _SECTIONS:
         record = getattr(actuator, section)

@@ -120,7 +120,10 @@ def parse_range(text: str) -> Range:
     if item.words or len(parts) > 3 or (len(parts) == 3 and not parts[2].isdecimal()):
         raise InputError(f"'{text[:60]}' is not understood; write {VARY_FORMS}")
     low, high = (float(item.value(part)) for part in parts[:2])
-    return Range(item, low=low, high=high, log=log, count=int(parts[2]) if len(parts) == 3 else None, text=text)
+    count = int(parts[2][:20]) if len(parts) == 3 else None
+    if count is not None and count > MOST_DESIGNS:
+        raise InputError(f"'{text[:60]}': more than the {MOST_DESIGNS} designs that a study may have")
+    return Range(item, low=low, high=high, log=log, count=count, text=text)
 
 
 def parse_each(texts: Iterable[str]) -> list[Range]:

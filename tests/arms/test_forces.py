@@ -54,6 +54,29 @@ def test_forces_do_the_work_that_energies_and_losses_say(name: str) -> None:
     assert (f * v).sum() == pytest.approx(-change + power[0] - power[1:].sum(), abs=1e-7 * largest)
 
 
+def test_a_plane_pushes_and_never_pulls() -> None:
+    """k d (1 - chi v) inside, nothing outside, and nothing on a node that leaves faster than 1/chi."""
+    arm = replace(strip_arm(segments=1), plane=Plane((0.0, 0.0), (0.0, 1.0), stiffness=50.0, damping=3.0))
+    with_plane, without = model(arm), model(replace(arm, plane=None))
+    q = arm.rest_positions().reshape(-1, 4)
+    for height, speed, expected in (
+        (-1e-4, 0.0, 50e-4), (-1e-4, 0.1, 35e-4), (-1e-4, -0.1, 65e-4), (-1e-4, 0.5, 0.0), (-1e-4, 1 / 3, 0.0),
+        (1e-4, 0.0, 0.0), (1e-4, -1.0, 0.0), (0.0, -1.0, 0.0),
+    ):  # fmt: skip
+        place, v = q.copy(), np.zeros_like(q)
+        place[1, 3], v[1, 3] = height, speed
+        place[0, [1, 3]] = place[1, 1] = 1.0  # far from the plane
+        found = []
+        for m in (with_plane, without):
+            f = np.zeros_like(q)
+            forces(m, place, v, np.zeros((1, 3)), f)
+            found.append(f)
+        push = found[0] - found[1]
+        assert push[1, 3] == pytest.approx(expected, abs=1e-12 * np.abs(found[1]).max()), (height, speed)
+        push[1, 3] = 0.0
+        assert not push.any()
+
+
 @pytest.mark.parametrize("name", ARMS)
 def test_derivatives_are_those_of_the_forces(name: str) -> None:
     m, q, v, a, p = state(ARMS[name])

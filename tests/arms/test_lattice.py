@@ -46,6 +46,32 @@ def test_bending_and_axial_stiffness(strip: Arm) -> None:
     assert rods[-1] == pytest.approx(rods[3] / 2)
 
 
+@pytest.mark.parametrize("formulation", ["beam", "yekutieli"])
+def test_the_end_rods_are_half_of_the_others(formulation: str) -> None:
+    """Every cell has two halves of rods; each end rod belongs to one cell only."""
+    arm = replace(strip_arm(segments=5), formulation=formulation)
+    m = model(arm)
+    inner, *rods = m.spring_stiffness[11], *m.spring_stiffness[10:]
+    whole = 2 / 3 * 7600 if formulation == "beam" else Muscle().passive
+    assert inner == pytest.approx(whole * 5e-3 * 6e-3 / 0.5e-3)
+    assert np.array(rods) / inner == pytest.approx([0.5, 1, 1, 1, 1, 0.5])
+    assert (m.spring_active[10:] > 0).all() == (formulation == "yekutieli")
+
+
+def test_drag_is_of_the_surface_that_it_acts_on() -> None:
+    """Along: of both faces and both sides, 2 (h + b) l; across: of what stands in the way, b l."""
+    fluid = Fluid(density=1000.0, drag_across=1.5, drag_along=0.02)
+    arm = Arm(
+        length=60e-3, thickness=4e-3, depth=10e-3, density=1042.0, tip_thickness=2e-3, tip_depth=6e-3, segments=2,
+        fluid=fluid,
+    )  # fmt: skip
+    h, b, piece = np.array([3.5e-3, 2.5e-3]), np.array([9e-3, 7e-3]), 30e-3
+    drag = model(arm).drag
+    assert drag[:, 0] == pytest.approx(500.0 * 0.02 * 2 * (h + b) * piece)
+    assert drag[:, 1] == pytest.approx(500.0 * 1.5 * b * piece)
+    assert len(model(replace(arm, fluid=None)).drag) == 0
+
+
 def test_a_strip_as_an_arm() -> None:
     arm = strip_arm(PAPER, segments=30, mounting="hanging")
     assert (arm.length, arm.thickness, arm.depth, arm.segments) == (30e-3, 0.5e-3, 5e-3, 30)

@@ -17,6 +17,7 @@ from ilg_circuit import __version__
 from ilg_circuit.circuit import Load, strip_netlist
 from ilg_circuit.circuit.deck import deck
 from ilg_circuit.circuit.library import library
+from ilg_circuit.circuit.provenance import LONGEST_STEP
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.response import simulate
@@ -90,6 +91,13 @@ def test_the_transient_covers_the_run(duration: float) -> None:
     assert float(start) == 0
     assert 0 < float(longest) <= float(step) < duration
     assert uic == "uic"
+
+
+@pytest.mark.parametrize(("frequency", "longest"), [(0.1, 0.01 / (0.2 * np.pi)), (1e-5, 300.0 * LONGEST_STEP)])
+def test_a_sine_is_stepped_hundreds_of_times_a_cycle(frequency: float, longest: float) -> None:
+    """A hundredth of a radian at most; slow ones as any other run."""
+    tran = next(line for line in text_of(PAPER, f"sine:2V,{frequency}Hz", 300.0).splitlines() if line[:5] == ".tran")
+    assert float(tran.split()[4]) == pytest.approx(longest, rel=2e-3)
 
 
 def test_long_waveforms_are_folded() -> None:

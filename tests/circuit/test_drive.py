@@ -69,7 +69,7 @@ def test_forms_that_are_none_list_those_there_are(text: str) -> None:
         ("step:infV", "step: 'infV' is not a number"),
         ("step:1e999V", "not a finite value"),
         ("ramp:1V", "ramp: unit 'V' does not measure"),
-        ("sine:2V,0.1", "sine: '0.1' has no unit"),
+        ("sine:2V,0.1", "sine, frequency: '0.1' has no unit"),
         ("sine:2V,0.1rad/s", "ambiguous by 2 pi"),
         ("sine:2V,0Hz", "the frequency must be more than zero"),
         ("sine:2V,-1Hz", "the frequency must be more than zero"),

@@ -199,7 +199,7 @@ BAD_OPTIONS = {
     "step without unit": (["--step", "1"], "--step: '1' has no unit"),
     "step and samples": (["--step", "1s", "--samples", "5"], "not both"),
     "accuracy": (["--accuracy", "1"], "accuracy 1 must lie between"),
-    "accuracy NaN": (["--accuracy", "nan"], "accuracy nan must lie between"),
+    "accuracy NaN": (["--accuracy", "nan"], "'nan' is not a number"),
     "tip": (["--tip", "loose"], "'free', 'clamped'"),
     "engine": (["--engine", "xyce"], "'ngspice', 'exact'"),
     "load key": (["--load", "weight=1g"], "load 'weight=1g' is not understood"),

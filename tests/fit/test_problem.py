@@ -139,3 +139,31 @@ def test_individual_answers_are_combined_by_what_each_knows() -> None:
     assert np.isnan(values[2])
     at = joint.problem.scales.coordinates(values[None, :2])
     assert joint.problem.sum_of_squares(at)[0] == pytest.approx(joint.sum_of_squares, rel=0.01)
+
+
+def test_derivatives_that_observations_give_are_those_of_the_coordinates() -> None:
+    """Of a positive parameter, one between limits, one without, one held and one a record; against differences."""
+    names = ("size", "rate", "shift", "power")
+    limits = (Parameter("size"), Parameter("rate", upper=2.0), Parameter("shift", lower=-np.inf), Parameter("power"))
+
+    def wave(v: Array) -> Array:
+        return np.asarray(v[:, :1] * np.exp(-((v[:, 1:2] * T) ** v[:, 3:])) + v[:, 2:3] * T)
+
+    def slopes(v: Array) -> Array:
+        decayed, z = np.exp(-((v[1] * T) ** v[3])), (v[1] * T) ** v[3]
+        logs = np.log(np.maximum(v[1] * T, 1e-300))
+        return np.stack([decayed, -v[0] * decayed * v[3] * z / v[1], T, -v[0] * decayed * z * logs], axis=1)
+
+    def made(given: bool) -> Problem:
+        parts = tuple(
+            Observation(source, "y", "", T, np.zeros(len(T)), names, wave, np.ones((len(T), 1)), sigma,
+                        derivatives=slopes if given else None)
+            for source, sigma in (("a", 0.5), ("b", np.linspace(1.0, 3.0, len(T))))
+        )  # fmt: skip
+        return Problem(parts, limits, frozenset({"size"})).holding("power", 1.3)
+
+    x = np.array([0.7, -0.4, 0.5, -1.2])
+    assert made(True).labels == ("size[a]", "size[b]", "rate", "shift")
+    (at, exact), (same, differences) = made(True).derivatives(x), made(False).derivatives(x)
+    assert exact == pytest.approx(differences, abs=1e-7 * np.abs(exact).max())
+    assert at == pytest.approx(same)

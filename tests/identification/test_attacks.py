@@ -261,3 +261,12 @@ def test_a_resolution_coarser_than_the_answer_is_said() -> None:
     found = identified(r.changed(current=np.round(r.columns["current"], 2)), "rc")
     truth = lumped_elements(PAPER).port.dc_resistance
     assert abs(found.fit.values[0] - truth) < 4 * found.fit.errors[0] or "resolution-coarse" in codes(found.findings)
+
+
+def test_of_one_file_all_parameters_are_its_own(step_record: Synthetic) -> None:
+    """With a displacement and an electrode resistance, whose fit is a joint one."""
+    how: dict[str, Any] = {"base": PAPER, "model": "rc", "engine": "exact", "electrode_resistance": 2.0}
+    plain, own = (
+        identify(step_record.measurement(), own=names, **how) for names in ((), ["dc_resistance", "coupling_gain"])
+    )
+    assert own.to_dict()["parameters"] == plain.to_dict()["parameters"]

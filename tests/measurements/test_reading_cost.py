@@ -57,7 +57,10 @@ def test_a_table_takes_at_most_ten_times_the_file_s_memory(large: Path) -> None:
     assert peak < 10 * large.stat().st_size
 
 
-@pytest.mark.parametrize("line", ["time_s ", "a;", "( ", " vs", "z' re ", "\t ", 'x"', "Ewe/V,", "1,", "freq (  ", "/"])
+LINES = ("time_s ", "a;", "( ", " vs", "z' re ", "\t ", 'x"', "Ewe/V,", "1,", "freq (  ", "/", " ", "1 ", "[")
+
+
+@pytest.mark.parametrize("line", LINES)
 def test_time_is_in_proportion_to_the_length_of_a_line(line: str, tmp_path: Path) -> None:
     """A quadratic reader takes sixteen times as long for four times the line."""
     path = tmp_path / "wide.csv"

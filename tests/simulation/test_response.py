@@ -17,9 +17,10 @@ from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.simulation.drives import parse_drive
-from ilg_circuit.simulation.response import Response, sample_times, simulate
+from ilg_circuit.simulation.response import Response, sample_times, simulate, transient_band
 from ilg_circuit.strip.actuator import PAPER, Actuator
 from ilg_circuit.strip.elements import lumped_elements
+from ilg_circuit.strip.ladder import LADDER_BAND
 
 T = np.linspace(0, 100, 101)
 HEADER = "time_s,voltage_V,current_A,displacement_m,force_N,charge_C"
@@ -323,3 +324,14 @@ def test_drives_before_the_first_sample_count() -> None:
     whole = simulate(PAPER, PiecewiseLinear.step(4.0), np.linspace(0, 20, 201), engine="exact")
     assert late.charge == pytest.approx(whole.charge[[100, 200]], rel=1e-9)
     assert late.energy == pytest.approx(whole.energy[[100, 200]], rel=1e-6)
+
+
+def test_the_band_of_a_ladder_is_what_the_samples_resolve() -> None:
+    """From a tenth of the run's frequency to twenty times that of the closest samples, as far as ladders go."""
+    assert transient_band(np.array([0.0])) == LADDER_BAND
+    assert transient_band(np.arange(0.0, 601.0)) == pytest.approx((0.1 / 600, 20.0))
+    assert transient_band(np.array([0.0, 1.0, 1.5, 600.0])) == pytest.approx((0.1 / 600, 40.0))
+    assert transient_band(np.linspace(0.0, 1.0, 100_001)) == pytest.approx((0.1, LADDER_BAND[1]))
+    # however short the run, two decades are left; beyond the usual end where it must be
+    assert transient_band(np.linspace(0.0, 1e-6, 11)) == pytest.approx((LADDER_BAND[1] / 100, LADDER_BAND[1]))
+    assert transient_band(np.array([0.0, 600.0])) == pytest.approx((0.1 / 600, 20 / 600))
