@@ -142,7 +142,7 @@ def sample(rooms: tuple[str, ...], count: int, seed: int) -> list[tuple[str, int
             name = path.relative_to(ROOT).as_posix()
             found += [(name, k) for k, _ in enumerate(sites(ast.parse(path.read_text(encoding="utf-8"))))]
     chosen = random.Random(seed).sample(found, min(count, len(found)))
-    return sorted(chosen, key=lambda one: one[0].startswith("ilg_circuit/arm/"))
+    return sorted(chosen, key=lambda one: one[0].startswith("ilg_circuit/arms/"))
 
 
 def tests_of(module: str) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ilg_circuit.arm.explicit import Integration, interpolate, next_step
+from ilg_circuit.arms.explicit import Integration, interpolate, next_step
 
 
 def integration(times: list[float], step: float = 1.0, now: float = 0.0) -> Integration:
