@@ -50,14 +50,27 @@ def fit_curve(
 
     Parameters
     ----------
-    model, x
-        ``x`` is handed to the model as it is.
-    start
+    model : callable
+        Function of ``x`` and the parameters.
+    x : Any
+        Where y was measured; it is handed to the model as it is.
+    y : array_like
+        Measured values (m,).
+    start : array_like
         Values (n,) that need not be near, but their signs and rough sizes help.
-    sigma, absolute_sigma
-        Standard deviations of y, relative ones unless ``absolute_sigma``.
-    seed
+    sigma : array_like, optional
+        Standard deviations of y (m,).
+    absolute_sigma : bool
+        Takes them as they are, not relative to one another.
+    names : sequence of str
+        Names of the parameters (default: b1, b2, ...).
+    seed : int
         The same seed gives the same answer.
+
+    Returns
+    -------
+    FitResult
+        Values, errors and intervals of the parameters, residuals.
 
     Raises
     ------

@@ -84,9 +84,13 @@ def _made(name: str, parts: list[str], duration: float, unit: str) -> Drive:
             return PiecewiseLinear.step(parse(parts[0], unit, name), unit=unit)
         case "square":
             duty = parse(parts[2], "", "square, duty") if len(parts) == 3 else 0.5
-            return PiecewiseLinear.square(*_two(parts[0], unit, name), parse(parts[1], "s", "square, period"), duration, duty, unit)
+            return PiecewiseLinear.square(
+                *_two(parts[0], unit, name), parse(parts[1], "s", "square, period"), duration, duty, unit
+            )
         case "triangle":
-            return lines(shapes.triangle(*_two(parts[0], unit, name), parse(parts[1], "s", "triangle, period"), duration))
+            return lines(
+                shapes.triangle(*_two(parts[0], unit, name), parse(parts[1], "s", "triangle, period"), duration)
+            )
         case "cv":
             low, high = _two(parts[0], unit, name)
             rate, cycles = parse(parts[1], f"{unit}/s", name), _count(parts, 2, "cv, cycles")

@@ -155,7 +155,7 @@ def sweep(
     accuracy : float
         Of ngspice, relative to each maximum.
     out : str or Path, optional
-        netCDF file; an interrupted sweep into it goes on where it was. Without it the result is kept in memory.
+        The netCDF file; an interrupted sweep into it goes on where it was. Without it the result stays in memory.
     jobs : int, optional
         Processes (default: one a core).
     cluster : str, optional
