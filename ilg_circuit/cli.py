@@ -1,14 +1,19 @@
-"""The command line. Exit codes: 0 done, 2 the input is wrong, 1 the solve failed; errors are one line."""
+"""The command line. Exit codes: 0 done, 2 the input is wrong, 1 the solve failed, 130 interrupted; errors: one line."""
 
 from __future__ import annotations
 
+import os
 import sys
+from contextlib import suppress
 from importlib import import_module
+from io import TextIOWrapper
+from typing import NoReturn, cast
 
 import click
 
 from . import __version__
 from .commands import COMMANDS
+from .commands.stopping import Stopped, drop_output, stoppable
 from .errors import IlgError
 
 
@@ -39,25 +44,52 @@ def cli() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point: every failure that is ours ends in one line on stderr and the exit code."""
+    with suppress(AttributeError):  # what stdout cannot encode is written as escapes, as on stderr
+        cast(TextIOWrapper, sys.stdout).reconfigure(errors="backslashreplace")
+    if not os.path.exists(os.curdir):
+        _fail("the working folder no longer exists; change to one that does", 2)
     try:
-        status = cli.main(args=arguments, prog_name="ilg-circuit", standalone_mode=False, obj=arguments)
+        with stoppable():
+            status = cli.main(args=arguments, prog_name="ilg-circuit", standalone_mode=False, obj=arguments)
+            if sys.stdout:
+                sys.stdout.flush()
+    except Stopped as stop:
+        _fail(stop.message, stop.exit_code)
     except click.exceptions.NoArgsIsHelpError as error:  # called without a command: the help is the answer
         click.echo(error.format_message())
         sys.exit(2)
     except click.ClickException as error:
         _fail(error.format_message(), 2)
     except click.Abort:
-        _fail("interrupted", 1)
+        _fail("interrupted", 130)
     except IlgError as error:
         _fail(str(error), error.exit_code)
+    except SystemExit as end:
+        if isinstance(end.__context__, BrokenPipeError):  # which click ends with 1
+            _gone()
+        raise
     except BrokenPipeError:
-        sys.stderr.close()  # the reader of a pipe has gone; nothing is wrong here
-        sys.exit(0)
+        _gone()
+    except OSError as error:
+        from .files import shown
+
+        drop_output()
+        where = f"'{shown(error.filename)}'" if error.filename else "what was to be printed"
+        _fail(f"cannot read or write {where}: {error.strerror or error}", 2)
     except MemoryError:
         _fail("not enough memory for this many samples; ask for fewer", 1)
     sys.exit(status if isinstance(status, int) else 0)
 
 
-def _fail(message: str, status: int) -> None:
-    click.echo("ilg-circuit: " + " ".join(message.split()), err=True)
+def _gone() -> NoReturn:
+    """End where the reader of a pipe has gone: nothing is wrong here."""
+    drop_output()
+    sys.exit(0)
+
+
+def _fail(message: str, status: int) -> NoReturn:
+    from .files import shown
+
+    with suppress(OSError):
+        click.echo("ilg-circuit: " + shown(" ".join(message.split())), err=True)
     sys.exit(status)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import csv
 import json
 import os
-import tempfile
+import re
+import shutil
+import stat
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from io import StringIO
@@ -14,14 +16,25 @@ from typing import Any
 
 from .errors import InputError
 
+#: Files and folders that this process will remove: what its end by force would leave behind.
+_temporaries: set[Path] = set()
+
 
 def require_writable(path: Path) -> None:
     """Refuse an output path before the work is done, not after: InputError says what is wrong with it."""
-    folder = path.parent
-    if path.exists() and not path.is_file() and not path.is_dir():
-        raise InputError(f"cannot write '{path}': it is a pipe or a device; give a file name")
-    if path.is_dir():
+    try:
+        there = path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        there = None
+    except (OSError, ValueError) as error:  # links in a circle, a name too long or with a null in it
+        raise _unwritable(path, error) from None
+    folder = (path.resolve() if path.is_symlink() else path).parent
+    if there and stat.S_ISDIR(there.st_mode):
         raise InputError(f"cannot write '{path}': it is a folder; give a file name in it")
+    if there and not stat.S_ISREG(there.st_mode):
+        raise InputError(f"cannot write '{path}': it is a pipe or a device; give a file name")
+    if there and not os.access(path, os.W_OK):
+        raise InputError(f"cannot write '{path}': it is write-protected; choose another or change its mode")
     if not folder.is_dir():
         raise InputError(f"cannot write '{path}': folder '{folder}' does not exist; create it or choose another")
     if not os.access(folder, os.W_OK | os.X_OK):
@@ -30,24 +43,92 @@ def require_writable(path: Path) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path beside ``path`` that takes its place when the block ends well and vanishes when it does not."""
+    """A temporary path beside ``path`` that takes its place when the block ends well and vanishes when it does not.
+
+    The mode of a file that is replaced stays.
+    """
     require_writable(path)
-    path = path.resolve()  # through a link to the file that it stands for
+    target = path.resolve()  # through a link to the file that it stands for
+    with temporary_path(target.with_name(f".ilg-{os.urandom(8).hex()}{target.suffix}")) as temporary:
+        try:
+            mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else None
+            flags = os.O_CREAT | os.O_EXCL | os.O_WRONLY
+            os.close(os.open(temporary, flags, 0o666 if mode is None else mode & 0o600))
+            yield temporary
+            if mode is not None:
+                temporary.chmod(mode)
+            temporary.replace(target)
+        except OSError as error:
+            raise _unwritable(path, error) from None
+
+
+@contextmanager
+def temporary_path(path: Path) -> Iterator[Path]:
+    """Yield ``path``; what is there at the end of the block, or of the process, is removed."""
+    _temporaries.add(path)
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
-    except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror or error}") from None
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        yield temporary
-        temporary.chmod(0o666 & ~_umask())
-        temporary.replace(path)
-    except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror or error}") from None
+        yield path
     finally:
-        with suppress(OSError):
-            temporary.unlink()
+        _remove(path)
+        _temporaries.discard(path)
+
+
+def remove_temporaries() -> None:
+    """Remove what is temporary, before the process is ended by force."""
+    for path in list(_temporaries):
+        _remove(path)
+
+
+def _remove(path: Path) -> None:
+    with suppress(OSError):
+        path.unlink(missing_ok=True)
+    shutil.rmtree(path, ignore_errors=True)
+
+
+def _unwritable(path: Path, error: OSError | ValueError) -> InputError:
+    return InputError(f"cannot write '{path}': {getattr(error, 'strerror', None) or error}")
+
+
+def read_bytes(path: str | Path, most: int, what: str) -> bytes:
+    """Return what is in a file, or in a pipe that something writes to: ``most`` bytes or less of a ``what``.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, is larger, or is a device or a pipe without a writer: nothing is waited for.
+    """
+    try:
+        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+        with os.fdopen(os.open(path, flags), "rb", buffering=0) as file:
+            status, raw = os.fstat(file.fileno()), bytearray()
+            if stat.S_ISFIFO(status.st_mode):
+                first = file.read(1)  # None: nothing has been written yet
+                if first == b"":
+                    raise InputError(f"cannot read '{path}': it is a pipe that nothing is written to; give a file")
+                raw += first or b""
+                os.set_blocking(file.fileno(), True)
+            elif not stat.S_ISREG(status.st_mode):
+                raise InputError(f"cannot read '{path}': it is a folder or a device; give a file")
+            while len(raw) <= most and (part := file.read(min(most + 1 - len(raw), 1 << 24))):
+                raw += part
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
+    except ValueError:
+        raise InputError(f"cannot read '{path}': no such file") from None  # a null in its name
+    if len(raw) > most:
+        raise InputError(f"{shown(Path(path).name)}: larger than {most / 1e6:g} MB; that is no {what}")
+    return bytes(raw)
+
+
+def shown(name: str | Path) -> str:
+    """Return a file's name as text that can be written: of a name that is not UTF-8, the bytes are shown.
+
+    >>> shown("caf\\udce9.csv")
+    'caf\\\\xe9.csv'
+    """
+    return re.sub("[\ud800-\udfff]", lambda found: f"\\x{ord(found[0]) & 0xFF:02x}", str(name))
 
 
 def write_text(path: Path, text: str) -> None:
@@ -79,9 +160,3 @@ def csv_text(columns: Mapping[str, Iterable[Any]]) -> str:
     lists = [column.tolist() if isinstance(column, np.ndarray) else list(column) for column in columns.values()]
     writer.writerows([None if cell != cell else cell for cell in row] for row in zip(*lists, strict=True))
     return text.getvalue()
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -27,7 +27,7 @@ def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any)
     from ..circuit.library import library
     from ..circuit.strip import strip_netlist
     from ..drive import drive_findings
-    from ..files import write_text
+    from ..files import shown, write_text
     from ..simulation.drives import parse_drive
     from ..strip.file import load_actuator
 
@@ -46,7 +46,7 @@ def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any)
         raise InputError(f"cannot tell what to write to '{out}': end its name in .cir (a deck) or .lib (a subcircuit)")
     made = origin([actuator, drive.removeprefix("file:")])
     write_text(out, _with_origin(text, made.lines()[1:]))
-    click.echo(f"wrote {out}")
+    click.echo(f"wrote {shown(out)}")
 
 
 def _with_origin(text: str, lines: list[str]) -> str:

@@ -81,11 +81,12 @@ def _made(name: str, parts: list[str], duration: float, unit: str) -> Drive:
         case "ramp":
             return PiecewiseLinear.ramp(parse(parts[0], f"{unit}/s", name), duration, unit)
         case _:
+            from ..files import shown
             from ..measurements.read import read_waveform
 
             path = Path(parts[0])
             times, values, notes = read_waveform(path, "voltage" if unit == "V" else "displacement")
-            text = f"file {path.name}"
+            text = f"file {shown(path.name)}"
             return drawn(times, values, duration, text, [note.about(text) for note in notes])
 
 

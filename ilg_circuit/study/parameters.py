@@ -22,6 +22,7 @@ from typing import Any
 from ..circuit.strip import Load, parse_load
 from ..drive import Drive, PiecewiseLinear, Sine
 from ..errors import InputError
+from ..files import shown
 from ..simulation.drives import parse_drive
 from ..strip.actuator import ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
 from ..strip.file import load_actuator
@@ -90,7 +91,7 @@ class ScenarioTemplate:
     @property
     def drive_text(self) -> str:
         """The drive as short text."""
-        return self.drive if isinstance(self.drive, str) else self.drive.text
+        return shown(self.drive) if isinstance(self.drive, str) else self.drive.text
 
     def parsed_drive(self) -> Drive:
         """Return the drive with nothing varied. Raises InputError for a text that is not a drive."""
