@@ -1,5 +1,6 @@
 """``python -m ilg_circuit``, and the program `ilg-circuit`: the command line."""
 
+import signal
 import sys
 
 
@@ -12,6 +13,8 @@ def run() -> None:
     except KeyboardInterrupt:  # before `main` listens for it, or after its end
         sys.stderr.write("ilg-circuit: interrupted\n")
         sys.exit(130)
+    finally:  # nothing is left to interrupt
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 if __name__ == "__main__":

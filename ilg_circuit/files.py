@@ -97,29 +97,33 @@ def read_bytes(path: str | Path, most: int, what: str) -> bytes:
     InputError
         It cannot be read, is larger, or is a device or a pipe without a writer: nothing is waited for.
     """
+    parts: list[bytes] = []
     try:
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
         with os.fdopen(os.open(path, flags), "rb", buffering=0) as file:
-            status, raw = os.fstat(file.fileno()), bytearray()
+            status, left = os.fstat(file.fileno()), most + 1
             if stat.S_ISFIFO(status.st_mode):
                 first = file.read(1)  # None: nothing has been written yet
                 if first == b"":
                     raise InputError(f"cannot read '{path}': it is a pipe that nothing is written to; give a file")
-                raw += first or b""
+                if first:
+                    parts, left = [first], most
                 os.set_blocking(file.fileno(), True)
             elif not stat.S_ISREG(status.st_mode):
                 raise InputError(f"cannot read '{path}': it is a folder or a device; give a file")
-            while len(raw) <= most and (part := file.read(min(most + 1 - len(raw), 1 << 24))):
-                raw += part
+            room = status.st_size + 1 if status.st_size else 1 << 24  # made at once
+            while part := file.read(min(left, room)):
+                parts.append(part)
+                left -= len(part)
     except InputError:
         raise
     except OSError as error:
         raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
     except ValueError:
         raise InputError(f"cannot read '{path}': no such file") from None  # a null in its name
-    if len(raw) > most:
+    if not left:
         raise InputError(f"{shown(Path(path).name)}: larger than {most / 1e6:g} MB; that is no {what}")
-    return bytes(raw)
+    return b"".join(parts)
 
 
 def shown(name: str | Path) -> str:

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import click
 
-from .options import FILE
+from .paths import FILE, Command
 
 
-@click.command()
+@click.command(cls=Command)
 @click.option("--out", type=FILE, default=Path("demo"), help="Folder for the results.")
 def demo(out: Path) -> None:
     """The whole flow once, with pictures: simulate, check, measure with noise, identify, hand out."""

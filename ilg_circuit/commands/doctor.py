@@ -8,6 +8,7 @@ import click
 
 from .. import __version__
 from ..errors import SolveError
+from .paths import Command
 
 PACKAGES = ("PySpice", "numpy", "scipy", "lmfit", "matplotlib", "click", "pint", "tqdm")
 
@@ -15,7 +16,7 @@ PACKAGES = ("PySpice", "numpy", "scipy", "lmfit", "matplotlib", "click", "pint",
 TOLERANCE = 1e-7
 
 
-@click.command()
+@click.command(cls=Command)
 def doctor() -> None:
     """Versions, the ngspice library, and a self-check against the closed form."""
     for line in examine():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,13 +11,11 @@ import click
 
 from ..simulation.drives import DRIVE_FORMS
 from ..units import parse
-from .emit import require_outputs
+from .paths import JSON, PAGE, PICTURE, TABLE, OutputFile
 
 if TYPE_CHECKING:
     from ..arrays import Array
     from ..strip.actuator import Actuator
-
-FILE = click.Path(path_type=Path)
 
 engine_option = click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice")
 tip_option = click.option("--tip", type=click.Choice(["free", "clamped"]), default="free")
@@ -49,13 +47,15 @@ sample_options = _together(
 )
 
 
-def output_options(table: str, plot: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The options --out (with the help ``table``), --json, --plot and --report; `outputs` collects them."""
+def output_options(
+    table: str, plot: str, kind: OutputFile = TABLE
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """The options --out (a ``kind`` of file, with the help ``table``), --json, --plot, --report; see `outputs`."""
     return _together(
-        click.option("--out", type=FILE, help=table),
-        click.option("--json", type=FILE, help="JSON file of the result."),
-        click.option("--plot", type=FILE, help=plot),
-        click.option("--report", type=FILE, help="One HTML file with all of it."),
+        click.option("--out", type=kind, help=table),
+        click.option("--json", type=JSON, help="JSON file of the result."),
+        click.option("--plot", type=PICTURE, help=plot),
+        click.option("--report", type=PAGE, help="One HTML file with all of it."),
     )
 
 
@@ -71,11 +71,9 @@ class ModelOption(click.Option):
         return super().get_help_record(ctx)
 
 
-def outputs(options: dict[str, Any], **inputs: Path | Iterable[Path] | None) -> dict[str, Path | None]:
-    """The files that `output_options` name, for `emit`, refused as by `require_outputs`; ``options`` lose them."""
-    written = {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report")}
-    require_outputs(written, inputs)
-    return written
+def outputs(options: dict[str, Any]) -> dict[str, Path | None]:
+    """The files that `output_options` name, for `emit`; ``options`` lose them."""
+    return {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report")}
 
 
 def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:

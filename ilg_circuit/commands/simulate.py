@@ -9,7 +9,8 @@ import click
 
 from ..errors import InputError
 from .emit import emit, show_check
-from .options import FILE, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
+from .options import engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
+from .paths import FILE, Command
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from ..strip.actuator import Actuator
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("actuator")
 @run_options
 @engine_option
