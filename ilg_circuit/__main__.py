@@ -8,8 +8,14 @@ def run() -> None:
     """Run the command line of this process."""
     try:
         from .cli import main
+        from .commands.stopping import Stopped, leave
 
-        main()
+        try:
+            main()
+        except SystemExit as end:
+            if isinstance(end.__context__, Stopped):
+                leave(end.__context__.exit_code)
+            raise
     except KeyboardInterrupt:  # before `main` listens for it, or after its end
         sys.stderr.write("ilg-circuit: interrupted\n")
         sys.exit(130)
