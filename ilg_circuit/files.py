@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
 import os
 import re
 import shutil
 import stat
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from io import StringIO
+from io import FileIO, StringIO
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +89,94 @@ def _remove(path: Path) -> None:
 
 def _unwritable(path: Path, error: OSError | ValueError) -> InputError:
     return InputError(f"cannot write '{path}': {getattr(error, 'strerror', None) or error}")
+
+
+class _PatientFile(FileIO):
+    """A file for HDF5, which does not survive a write that fails: a failure is kept, and what follows is dropped."""
+
+    failure: BaseException | None = None
+
+    def write(self, data: Any) -> int:
+        whole = left = memoryview(data).cast("B")
+        if self.failure is None:
+            try:
+                while left:
+                    left = left[super().write(left) :]
+            except BaseException as error:  # also an interrupt, which could not pass through HDF5
+                self.failure = error
+        return len(whole)
+
+    def truncate(self, size: int | None = None) -> int:
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.failure = self.failure or error
+            return size or 0
+
+
+@contextmanager
+def writing_netcdf(path: Path) -> Iterator[Any]:
+    """An h5netcdf file, open for writing, that takes the place of ``path`` as in `replacing`."""
+    import h5netcdf
+
+    with replacing(path) as temporary, _PatientFile(temporary, "r+") as file:
+        try:
+            with h5netcdf.File(file, "w") as made:
+                yield made
+        except Exception:
+            if file.failure is None:  # else HDF5 could not read what had not been written
+                raise
+        if file.failure is not None:
+            raise file.failure
+
+
+@contextmanager
+def locked(path: Path, taken: str) -> Iterator[None]:
+    """Hold a file that stands for a place, made if absent with its folder, for this process alone.
+
+    The file goes at the end of the block; one that a dead process left is no lock. Raises InputError, which says
+    ``taken``, where another process holds it.
+    """
+    try:
+        handle = _own(path, taken)
+    except OSError as error:
+        raise _unwritable(path, error) from None
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            path.unlink()
+        os.close(handle)
+
+
+def _own(path: Path, taken: str) -> int:
+    """Return the open handle of a locked file."""
+    while True:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            handle = os.open(path, os.O_CREAT | os.O_RDWR)
+        except FileNotFoundError:  # its holder has just removed the folder
+            continue
+        try:
+            if sys.platform == "win32":
+                import msvcrt
+
+                msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+            else:
+                import fcntl
+
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.path.exists(path) and os.path.samestat(os.fstat(handle), os.stat(path)):
+                return handle
+        except (BlockingIOError, PermissionError):
+            os.close(handle)
+            raise InputError(taken) from None
+        except OSError as error:
+            if error.errno in (errno.ENOLCK, errno.ENOTSUP):  # a file system without locks
+                return handle
+            os.close(handle)
+            raise
+        os.close(handle)  # its holder has just removed it
 
 
 def read_bytes(path: str | Path, most: int, what: str) -> bytes:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import InputError
-from ..files import replacing
+from ..files import writing_netcdf
 from ..findings import Finding
 from ..provenance import Provenance
 from ..result import Result
@@ -164,8 +164,10 @@ class Motion(Result):
 
     def write(self, path: str | Path) -> None:
         """Write a netCDF file, whole or not at all. Raises InputError where that is impossible."""
-        with replacing(Path(path)) as temporary:
-            self.dataset().to_netcdf(temporary, engine="h5netcdf")
+        from xarray.backends import H5NetCDFStore
+
+        with writing_netcdf(Path(path)) as file:
+            self.dataset().dump_to_store(H5NetCDFStore(file))
 
 
 def read_motion(path: str | Path) -> Motion:

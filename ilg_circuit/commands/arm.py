@@ -10,11 +10,11 @@ import click
 
 from ..extras import require_arm
 from .emit import emit
-from .paths import ANY, MOTION, PICTURE, Command
+from .paths import ANY, MOTION, PICTURE, LongCommand
 from .progress import ProgressBar
 
 
-@click.command(cls=Command)
+@click.command(cls=LongCommand)
 @click.option("--actuator", default="paper", help="Strip that a beam is cut from: TOML or preset.")
 @click.option("--segments", type=int, default=15)
 @click.option("--formulation", type=click.Choice(["beam", "yekutieli"]), default="beam")

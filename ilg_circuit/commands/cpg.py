@@ -9,14 +9,14 @@ import click
 
 from ..errors import InputError
 from .emit import emit
-from .paths import DECK, FILE, PICTURE, TABLE, Command
+from .paths import DECK, FILE, PICTURE, TABLE, LongCommand
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
     from ..cpg.run import RhythmRun
 
 
-@click.command(cls=Command)
+@click.command(cls=LongCommand)
 @click.option("--neurons", type=int, help="How many.  [default: 2; 3 in a ring; 30 in a chain]")
 @click.option(
     "--topology",

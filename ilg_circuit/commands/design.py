@@ -9,11 +9,11 @@ import click
 from ..errors import InputError, SolveError
 from .emit import emit
 from .options import run_options
-from .paths import JSON, PICTURE, STRIP, TABLE, Command, force_option
+from .paths import JSON, PICTURE, STRIP, TABLE, LongCommand, force_option
 from .progress import ProgressBar
 
 
-@click.command(cls=Command)
+@click.command(cls=LongCommand)
 @click.argument("actuator")
 @click.option(
     "--require",

@@ -12,11 +12,11 @@ from ..errors import InputError
 from ..units import parse
 from .emit import emit
 from .options import ModelOption, engine_option, output_options, outputs
-from .paths import FILE, STRIP, Command, force_option
+from .paths import FILE, STRIP, LongCommand, force_option
 from .progress import ProgressBar
 
 
-@click.command(cls=Command)
+@click.command(cls=LongCommand)
 @click.argument("data", type=FILE, nargs=-1, required=True)
 @click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
 @click.option("--model", cls=ModelOption, default="auto")

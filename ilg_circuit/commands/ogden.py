@@ -10,10 +10,10 @@ import click
 from ..errors import InputError
 from ..measurements.load_test import BRANCHES
 from .emit import emit
-from .paths import FILE, PAGE, PICTURE, STRIP, Command, force_option
+from .paths import FILE, PAGE, PICTURE, STRIP, LongCommand, force_option
 
 
-@click.command(cls=Command)
+@click.command(cls=LongCommand)
 @click.option("--uniaxial", type=FILE, help="Readings of a strip pulled (or a column pressed) along its length.")
 @click.option("--equibiaxial", type=FILE, help="Readings of a sheet pulled alike in both directions, or inflated.")
 @click.option("--planar", type=FILE, help="Readings of a wide, short sheet: pure shear.")

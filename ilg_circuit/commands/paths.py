@@ -1,6 +1,7 @@
-"""The paths of a command: `OutputFile` marks those it writes, and none of them may take another file's place.
+"""What all commands have: a check of their paths, and a limit of time where they may take long.
 
-Checked for every command before its work, by `Command`; a command need not know of it.
+`OutputFile` marks the files that a command writes; none of them may take the place of another one. `Command` checks
+that before the work; a command need not know of it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import click
 
 from ..errors import InputError
 from ..files import require_writable, shown
+from .stopping import start_limit
 
 #: A file that is read.
 FILE = click.Path(path_type=Path)
@@ -73,6 +75,15 @@ class Command(click.Command):
             assert isinstance(kind, OutputFile)
             kind.require(path, option.opts[0])
         return super().invoke(ctx)
+
+
+class LongCommand(Command):
+    """A command that may take long: it has the option ``--time-limit``, whose time begins as it is read."""
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        text = "End after so long, such as 30s, with exit code 1."
+        self.params.append(click.Option(["--time-limit"], expose_value=False, callback=start_limit, help=text))
 
 
 def require_apart(context: click.Context, written: list[tuple[click.Parameter, Path]]) -> None:

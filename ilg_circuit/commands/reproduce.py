@@ -8,11 +8,11 @@ import click
 
 from ..errors import InputError
 from .emit import origin
-from .paths import FILE, Command
+from .paths import FILE, LongCommand
 from .progress import ProgressBar
 
 
-@click.command(cls=Command)
+@click.command(cls=LongCommand)
 @click.argument("outdir", type=FILE, required=False)
 @click.option("--only", help="Items to make, such as EC-T1,EC-F9.  [default: all]")
 @click.option("--list", "listed", is_flag=True, help="List the items and make nothing.")

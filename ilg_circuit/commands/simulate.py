@@ -10,7 +10,7 @@ import click
 from ..errors import InputError
 from .emit import emit, show_check
 from .options import engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
-from .paths import FILE, Command
+from .paths import FILE, LongCommand
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..strip.actuator import Actuator
 
 
-@click.command(cls=Command)
+@click.command(cls=LongCommand)
 @click.argument("actuator")
 @run_options
 @engine_option

@@ -77,7 +77,8 @@ def stoppable() -> Iterator[None]:
 _limit = ""
 
 
-def _start_limit(_context: click.Context, _option: click.Parameter, text: str | None) -> None:
+def start_limit(_context: click.Context, _option: click.Parameter, text: str | None) -> None:
+    """Have the command stopped after the time that the option was given, if any."""
     global _limit
     if text is None:
         return
@@ -90,12 +91,6 @@ def _start_limit(_context: click.Context, _option: click.Parameter, text: str | 
         raise click.BadParameter("this system has no timer for it; leave it out")
     _limit = text
     signal.setitimer(signal.ITIMER_REAL, seconds)
-
-
-#: Ends the command after so long.
-time_limit_option = click.option(
-    "--time-limit", expose_value=False, callback=_start_limit, help="End after so long, such as 30s, with exit code 1."
-)
 
 
 def _end_process(message: str, exit_code: int) -> NoReturn:

@@ -9,11 +9,11 @@ import click
 from ..errors import InputError
 from .emit import emit, origin
 from .options import run_options
-from .paths import FILE, PICTURE, SWEEP, Command
+from .paths import FILE, PICTURE, SWEEP, LongCommand
 from .progress import ProgressBar
 
 
-@click.command(cls=Command)
+@click.command(cls=LongCommand)
 @click.argument("actuator")
 @click.option(
     "--vary",
@@ -41,7 +41,7 @@ from .progress import ProgressBar
 @click.option("--accuracy", type=float, default=1e-6, help="Of ngspice, relative to each maximum.")
 @click.option("--jobs", type=int, help="Processes.  [default: one a core]")
 @click.option("--cluster", help="Workers of a dask cluster: tcp://HOST:PORT, or local:4.")
-@click.option("--out", type=SWEEP, required=True, help="netCDF file to write.")
+@click.option("--out", type=SWEEP, required=True, help="netCDF file to write; or CSV (.csv).")
 @click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg).")
 @click.option("--plot-outputs", help="What the picture shows.  [default: up to four that differ]")
 def sweep(actuator: str, **options: Any) -> None:

@@ -203,6 +203,7 @@ def test_a_measured_drive_is_read_once(tmp_path: Path) -> None:
 def test_a_damaged_part_is_named_and_removed(tmp_path: Path, small_tasks: None) -> None:
     spec, path = spec_of(), tmp_path / "s.nc"
     store = Store(path, spec)
+    store.folder.mkdir(parents=True)
     (store.folder / "000001.npz").write_bytes(b"not a result")
     with pytest.raises(InputError, match=r"000001\.npz' was damaged"):
         solve_sweep(spec, path, jobs=1)
