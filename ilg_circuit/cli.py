@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from io import TextIOWrapper
-from typing import NoReturn, cast
+from typing import Any, NoReturn, cast
 
 import click
 
@@ -15,6 +16,20 @@ from . import __version__
 from .commands import COMMANDS
 from .commands.stopping import Stopped, drop_output, stoppable
 from .errors import IlgError
+
+
+class _ReaderGone(BaseException):
+    """The reader of what is printed has gone: nothing is wrong here, though click would say so by exit code 1."""
+
+
+@contextmanager
+def _while_read() -> Iterator[None]:
+    try:
+        yield
+        if sys.stdout:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        raise _ReaderGone from None
 
 
 class _Commands(click.Group):
@@ -27,6 +42,14 @@ class _Commands(click.Group):
         if name is not None:
             command = getattr(import_module(f"{__package__}.commands.{name}"), name)
         return name, command, rest
+
+    def make_context(self, *arguments: Any, **settings: Any) -> click.Context:
+        with _while_read():
+            return super().make_context(*arguments, **settings)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        with _while_read():
+            return super().invoke(ctx)
 
 
 @click.group(
@@ -46,15 +69,18 @@ def main(arguments: list[str] | None = None) -> None:
     """Entry point: every failure that is ours ends in one line on stderr and the exit code."""
     with suppress(AttributeError):  # what stdout cannot encode is written as escapes, as on stderr
         cast(TextIOWrapper, sys.stdout).reconfigure(errors="backslashreplace")
-    if not os.path.exists(os.curdir):
+    try:
+        os.getcwd()
+    except OSError:
         _fail("the working folder no longer exists; change to one that does", 2)
     try:
         with stoppable():
             status = cli.main(args=arguments, prog_name="ilg-circuit", standalone_mode=False, obj=arguments)
-            if sys.stdout:
-                sys.stdout.flush()
     except Stopped as stop:
         _fail(stop.message, stop.exit_code)
+    except _ReaderGone:
+        drop_output()
+        sys.exit(0)
     except click.exceptions.NoArgsIsHelpError as error:  # called without a command: the help is the answer
         click.echo(error.format_message())
         sys.exit(2)
@@ -64,27 +90,15 @@ def main(arguments: list[str] | None = None) -> None:
         _fail("interrupted", 130)
     except IlgError as error:
         _fail(str(error), error.exit_code)
-    except SystemExit as end:
-        if isinstance(end.__context__, BrokenPipeError):  # which click ends with 1
-            _gone()
-        raise
-    except BrokenPipeError:
-        _gone()
     except OSError as error:
         from .files import shown
 
         drop_output()
-        where = f"'{shown(error.filename)}'" if error.filename else "what was to be printed"
-        _fail(f"cannot read or write {where}: {error.strerror or error}", 2)
+        what = f"'{shown(error.filename)}'" if error.filename else "a file, or to print"
+        _fail(f"cannot read or write {what}: {error.strerror or error}", 2)
     except MemoryError:
         _fail("not enough memory for this many samples; ask for fewer", 1)
     sys.exit(status if isinstance(status, int) else 0)
-
-
-def _gone() -> NoReturn:
-    """End where the reader of a pipe has gone: nothing is wrong here."""
-    drop_output()
-    sys.exit(0)
 
 
 def _fail(message: str, status: int) -> NoReturn:
