@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -136,8 +137,10 @@ def save(figure: Figure, path: str | Path, provenance: Provenance | None = None)
     target = Path(path)
     require_picture(target)
     suffix = target.suffix[1:].lower()
+    picture = BytesIO()  # matplotlib leaves files open that it could not write
+    figure.savefig(picture, format=suffix, metadata=_metadata(provenance or Provenance(), suffix))
     with replacing(target) as temporary:
-        figure.savefig(temporary, format=suffix, metadata=_metadata(provenance or Provenance(), suffix))
+        temporary.write_bytes(picture.getbuffer())
 
 
 def _metadata(provenance: Provenance, suffix: str) -> dict[str, str]:
