@@ -87,8 +87,8 @@ def start_limit(_context: click.Context, _option: click.Parameter, text: str | N
     seconds = parse(text, "s", "--time-limit")
     if not 0 < seconds < 1e8:
         raise click.BadParameter(f"{text}: give a time above zero, such as 30s")
-    if not hasattr(signal, "setitimer"):
-        raise click.BadParameter("this system has no timer for it; leave it out")
+    if not hasattr(signal, "setitimer") or signal.getsignal(signal.SIGALRM) is signal.SIG_DFL:
+        raise click.BadParameter("there is no timer for it here; leave it out")
     _limit = text
     signal.setitimer(signal.ITIMER_REAL, seconds)
 
