@@ -32,8 +32,9 @@ class Stopped(BaseException):
 def stoppable() -> Iterator[None]:
     """Within the block signals raise `Stopped` in the main thread, once; signals that are ignored stay so.
 
-    The block ends with it even where code that was interrupted swallowed it. Where the block has not ended soon after,
-    the process does. Handlers are afterwards what they were.
+    The block ends with it even where code that was interrupted swallowed it: in a destructor, where Python drops it,
+    it is raised again. Where the block has not ended soon after, the process does. Handlers are afterwards what they
+    were.
     """
     stops: list[tuple[Stopped, threading.Timer]] = []
     ended = threading.Event()
@@ -51,12 +52,21 @@ def stoppable() -> Iterator[None]:
         stop(*_SIGNALS[signal.Signals(number).name])
 
     def on_time(_number: int, _frame: FrameType | None) -> None:
+        if stops and not ended.is_set():  # once more
+            raise stops[0][0]
         stop(f"stopped by --time-limit after {_limit}; give it more time, or ask for less", 1)
+
+    def on_lost(lost: sys.UnraisableHookArgs) -> None:
+        if not isinstance(lost.exc_value, Stopped):
+            tell_lost(lost)
+        elif hasattr(signal, "setitimer"):
+            signal.setitimer(signal.ITIMER_REAL, 0.01)
 
     handlers: dict[Any, Any] = {getattr(signal, name): on_signal for name in _SIGNALS if hasattr(signal, name)}
     if hasattr(signal, "SIGALRM"):
         handlers[signal.SIGALRM] = on_time
     before: dict[Any, Any] = {}
+    tell_lost, sys.unraisablehook = sys.unraisablehook, on_lost
     try:
         if threading.current_thread() is threading.main_thread():
             for number, handler in handlers.items():
@@ -65,6 +75,7 @@ def stoppable() -> Iterator[None]:
         yield
     finally:
         ended.set()
+        sys.unraisablehook = tell_lost
         if hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, 0)
         for number, handler in before.items():

@@ -71,6 +71,25 @@ def test_a_stop_that_is_swallowed_counts_all_the_same() -> None:
         swallow()
 
 
+def test_a_stop_that_python_drops_is_raised_again(capsys: pytest.CaptureFixture[str]) -> None:
+    """As in a destructor or in the callback of a weak reference, which loading a module has too."""
+
+    class Dropping:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGINT)
+
+    def work() -> None:
+        with stoppable():
+            Dropping()
+            time.sleep(30)
+
+    began = time.monotonic()
+    with pytest.raises(Stopped, match="interrupted"):
+        work()
+    assert time.monotonic() - began < 0.5
+    assert capsys.readouterr().err == ""
+
+
 def test_an_ignored_signal_stays_ignored() -> None:
     """As a shell has it for a command in the background."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
