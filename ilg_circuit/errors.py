@@ -62,7 +62,9 @@ def visible(text: str) -> str:
     """
     if text.isprintable():
         return text
-    return "".join(c if c.isprintable() or unicodedata.category(c) == "Zs" else ascii(c)[1:-1] for c in text)
+    # a name that is not UTF-8 has half a surrogate pair in place of each such byte
+    codes = {c: f"\\x{ord(c) & 0xFF:02x}" if "\udc80" <= c <= "\udcff" else ascii(c)[1:-1] for c in set(text)}
+    return "".join(c if c.isprintable() or unicodedata.category(c) == "Zs" else codes[c] for c in text)
 
 
 def one_line(message: str) -> str:

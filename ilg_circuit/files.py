@@ -3,25 +3,39 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
 import os
-import tempfile
+import shutil
+import stat
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from io import StringIO
+from io import FileIO, StringIO
 from pathlib import Path
 from typing import Any
 
-from .errors import InputError
+from .errors import InputError, visible
+
+#: Files and folders that this process will remove: what its end by force would leave behind.
+_temporaries: set[Path] = set()
 
 
 def require_writable(path: Path) -> None:
     """Refuse an output path before the work is done, not after: InputError says what is wrong with it."""
-    folder = path.parent
-    if path.exists() and not path.is_file() and not path.is_dir():
-        raise InputError(f"cannot write '{path}': it is a pipe or a device; give a file name")
-    if path.is_dir():
+    try:
+        there = path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        there = None
+    except (OSError, ValueError) as error:  # links in a circle, a name too long or with a null in it
+        raise _unwritable(path, error) from None
+    folder = (path.resolve() if path.is_symlink() else path).parent
+    if there and stat.S_ISDIR(there.st_mode):
         raise InputError(f"cannot write '{path}': it is a folder; give a file name in it")
+    if there and not stat.S_ISREG(there.st_mode):
+        raise InputError(f"cannot write '{path}': it is a pipe or a device; give a file name")
+    if there and not os.access(path, os.W_OK):
+        raise InputError(f"cannot write '{path}': it is write-protected; choose another or change its mode")
     if not folder.is_dir():
         raise InputError(f"cannot write '{path}': folder '{folder}' does not exist; create it or choose another")
     if not os.access(folder, os.W_OK | os.X_OK):
@@ -30,24 +44,175 @@ def require_writable(path: Path) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path beside ``path`` that takes its place when the block ends well and vanishes when it does not."""
+    """A temporary path beside ``path`` that takes its place when the block ends well and vanishes when it does not.
+
+    The mode of a file that is replaced stays.
+    """
     require_writable(path)
-    path = path.resolve()  # through a link to the file that it stands for
+    target = path.resolve()  # through a link to the file that it stands for
+    with temporary_path(target.with_name(f".ilg-{os.urandom(8).hex()}{target.suffix}")) as temporary:
+        try:
+            mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else None
+            flags = os.O_CREAT | os.O_EXCL | os.O_WRONLY
+            os.close(os.open(temporary, flags, 0o666 if mode is None else mode & 0o600))
+            yield temporary
+            if mode is not None:
+                temporary.chmod(mode)
+            temporary.replace(target)
+        except OSError as error:
+            raise _unwritable(path, error) from None
+
+
+@contextmanager
+def temporary_path(path: Path) -> Iterator[Path]:
+    """Yield ``path``; what is there at the end of the block, or of the process, is removed."""
+    _temporaries.add(path)
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
-    except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror or error}") from None
-    os.close(handle)
-    temporary = Path(name)
+        yield path
+    finally:
+        _remove(path)
+        _temporaries.discard(path)
+
+
+def remove_temporaries() -> None:
+    """Remove what is temporary, before the process is ended by force."""
+    for path in list(_temporaries):
+        _remove(path)
+
+
+def _remove(path: Path) -> None:
+    with suppress(OSError):
+        path.unlink(missing_ok=True)
+    shutil.rmtree(path, ignore_errors=True)
+
+
+def _unwritable(path: Path, error: OSError | ValueError) -> InputError:
+    return InputError(f"cannot write '{path}': {getattr(error, 'strerror', None) or error}")
+
+
+class _PatientFile(FileIO):
+    """A file for HDF5, which does not survive a write that fails: a failure is kept, and what follows is dropped."""
+
+    failure: BaseException | None = None
+
+    def write(self, data: Any) -> int:
+        whole = left = memoryview(data).cast("B")
+        if self.failure is None:
+            try:
+                while left:
+                    left = left[super().write(left) :]
+            except BaseException as error:  # also an interrupt, which could not pass through HDF5
+                self.failure = error
+        return len(whole)
+
+    def truncate(self, size: int | None = None) -> int:
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.failure = self.failure or error
+            return size or 0
+
+
+@contextmanager
+def writing_netcdf(path: Path) -> Iterator[Any]:
+    """An h5netcdf file, open for writing, that takes the place of ``path`` as in `replacing`."""
+    import h5netcdf
+
+    with replacing(path) as temporary, _PatientFile(temporary, "r+") as file:
+        try:
+            with h5netcdf.File(file, "w") as made:
+                yield made
+        except Exception:
+            if file.failure is None:  # else HDF5 could not read what had not been written
+                raise
+        if file.failure is not None:
+            raise file.failure
+
+
+@contextmanager
+def locked(path: Path, taken: str) -> Iterator[None]:
+    """Hold a file that stands for a place, made if absent with its folder, for this process alone.
+
+    The file goes at the end of the block; one that a dead process left is no lock. Raises InputError, which says
+    ``taken``, where another process holds it.
+    """
     try:
-        yield temporary
-        temporary.chmod(0o666 & ~_umask())
-        temporary.replace(path)
+        handle = _own(path, taken)
     except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror or error}") from None
+        raise _unwritable(path, error) from None
+    try:
+        yield
     finally:
         with suppress(OSError):
-            temporary.unlink()
+            path.unlink()
+        os.close(handle)
+
+
+def _own(path: Path, taken: str) -> int:
+    """Return the open handle of a locked file."""
+    while True:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            handle = os.open(path, os.O_CREAT | os.O_RDWR)
+        except FileNotFoundError:  # its holder has just removed the folder
+            continue
+        try:
+            if sys.platform == "win32":
+                import msvcrt
+
+                msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+            else:
+                import fcntl
+
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.path.exists(path) and os.path.samestat(os.fstat(handle), os.stat(path)):
+                return handle
+        except (BlockingIOError, PermissionError):
+            os.close(handle)
+            raise InputError(taken) from None
+        except OSError as error:
+            if error.errno in (errno.ENOLCK, errno.ENOTSUP):  # a file system without locks
+                return handle
+            os.close(handle)
+            raise
+        os.close(handle)  # its holder has just removed it
+
+
+def read_bytes(path: str | Path, most: int, what: str) -> bytes:
+    """Return what is in a file, or in a pipe that something writes to: ``most`` bytes or less of a ``what``.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, is larger, or is a device or a pipe without a writer: nothing is waited for.
+    """
+    parts: list[bytes] = []
+    try:
+        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+        with os.fdopen(os.open(path, flags), "rb", buffering=0) as file:
+            status, left = os.fstat(file.fileno()), most + 1
+            if stat.S_ISFIFO(status.st_mode):
+                first = file.read(1)  # None: nothing has been written yet
+                if first == b"":
+                    raise InputError(f"cannot read '{path}': it is a pipe that nothing is written to; give a file")
+                if first:
+                    parts, left = [first], most
+                os.set_blocking(file.fileno(), True)
+            elif not stat.S_ISREG(status.st_mode):
+                raise InputError(f"cannot read '{path}': it is a folder or a device; give a file")
+            room = status.st_size + 1 if status.st_size else 1 << 24  # made at once
+            while part := file.read(min(left, room)):
+                parts.append(part)
+                left -= len(part)
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
+    except ValueError:
+        raise InputError(f"cannot read '{path}': no such file") from None  # a null in its name
+    if not left:
+        raise InputError(f"{visible(Path(path).name)}: larger than {most / 1e6:g} MB; that is no {what}")
+    return b"".join(parts)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -79,9 +244,3 @@ def csv_text(columns: Mapping[str, Iterable[Any]]) -> str:
     lists = [column.tolist() if isinstance(column, np.ndarray) else list(column) for column in columns.values()]
     writer.writerows([None if cell != cell else cell for cell in row] for row in zip(*lists, strict=True))
     return text.getvalue()
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

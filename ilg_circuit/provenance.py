@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from . import __version__
+from .errors import visible
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,8 @@ class Provenance:
 
 def provenance(call: str = "", inputs: Iterable[str | Path] = (), seed: int | None = None) -> Provenance:
     """Return the provenance of a result made by ``call`` from files; what is no file (a preset) has no hash."""
-    digests = {str(path): digest(path) for path in inputs if Path(path).is_file()}
-    return Provenance(call=call, inputs=digests, seed=seed)
+    digests = {visible(str(path)): digest(path) for path in inputs if Path(path).is_file()}
+    return Provenance(call=visible(call), inputs=digests, seed=seed)
 
 
 def digest(path: str | Path) -> str:

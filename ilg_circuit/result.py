@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .extras import require_dataframe, require_netcdf
-from .files import replacing, write_csv
+from .files import write_csv, writing_netcdf
 from .provenance import Provenance
 
 if TYPE_CHECKING:
@@ -199,8 +199,10 @@ class Result:
     def write_netcdf(self, path: str | Path) -> None:
         """Write `to_xarray` as netCDF, whatever the file's name ends in."""
         require_netcdf()
-        with replacing(Path(path)) as temporary, self.to_xarray() as data:
-            data.load().to_netcdf(temporary, engine="h5netcdf")
+        from xarray.backends import H5NetCDFStore
+
+        with writing_netcdf(Path(path)) as file, self.to_xarray() as data:
+            data.load().dump_to_store(H5NetCDFStore(file))
 
     def plot(self, ax: Any = None, what: str = "", **style: Any) -> Any:
         """Draw the result and return the axes; nothing is saved, and nothing shown before ``plt.show()``.

@@ -9,12 +9,13 @@ from typing import Any
 import click
 
 from ..extras import require_arm
-from .emit import emit, require_outputs, say
-from .options import FILE, NUMBER, SEED
+from .emit import emit, say
+from .options import NUMBER, SEED
+from .paths import ANY, MOTION, PICTURE, LongCommand
 from .progress import ProgressBar
 
 
-@click.command()
+@click.command(cls=LongCommand)
 @click.option("--actuator", default="paper", help="Strip that a beam is cut from: TOML or preset.")
 @click.option("--segments", type=int, default=15)
 @click.option("--formulation", type=click.Choice(["beam", "yekutieli"]), default="beam")
@@ -42,9 +43,9 @@ from .progress import ProgressBar
 @click.option("--duration", required=True, help="How long, such as 3s.")
 @click.option("--samples", type=int, help="Number of samples.  [default: 601]")
 @click.option("--step", help="Time between samples, such as 10ms; instead of --samples.")
-@click.option("--out", type=FILE, required=True, help="netCDF file to write.")
-@click.option("--animate", "animation", type=FILE, help="Animation to write (.gif, or .mp4 where ffmpeg is).")
-@click.option("--plot", type=FILE, help="Picture to write (.png, .pdf, .svg).")
+@click.option("--out", type=MOTION, required=True, help="netCDF file to write.")
+@click.option("--animate", "animation", type=ANY, help="Animation to write (.gif, or .mp4 where ffmpeg is).")
+@click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg).")
 def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **options: Any) -> None:
     """Move a soft arm and write its motion.
 
@@ -61,7 +62,6 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
     outputs = {"--out": out, "--animate": animation, "--plot": plot}
     if animation:
         require_animation(animation)
-    require_outputs(outputs)
     reach, options["period"] = options["reach"], options["period"] or PERIOD
     if sys.stderr.isatty() and not any(Path(__file__).parents[1].glob("arms/__pycache__/*plicit-*.nbi")):
         say("compiling the arm's kernels, half a minute or so, once after an installation", err=True)

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
-from .emit import emit, require_outputs
-from .options import FILE, NUMBER
+from .emit import emit
+from .options import NUMBER
+from .paths import DECK, FILE, PICTURE, TABLE, LongCommand
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
     from ..oscillators.run import RhythmRun
 
 
-@click.command()
+@click.command(cls=LongCommand)
 @click.option("--neurons", type=int, help="How many.  [default: 2; 3 in a ring; 30 in a chain]")
 @click.option(
     "--topology",
@@ -37,14 +38,13 @@ if TYPE_CHECKING:
 @click.option("--step", help="Time between samples, such as 1ms; instead of --samples.")
 @click.option("--engine", type=click.Choice(["ode", "ngspice"]), default="ode")
 @click.option("--sweep", "swept", help="inhibition=1:5:41: 41 values from 1 to 5; or tonic, rise-time=0.01s:1s:100...")
-@click.option("--out", type=FILE, help="CSV file to write.")
-@click.option("--plot", type=FILE, help="Picture to write (.png, .pdf, .svg).")
-@click.option("--netlist", type=FILE, help="Deck to write that plain ngspice -b runs.")
+@click.option("--out", type=TABLE, help="CSV file to write.")
+@click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg).")
+@click.option("--netlist", type=DECK, help="Deck to write that plain ngspice -b runs.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def cpg(duration: str | None, swept: str | None, as_json: bool, **options: Any) -> None:
     """A central pattern generator: whether it oscillates, period, amplitude, phases, outputs over time."""
     outputs = {f"--{name}": options.pop(name) for name in ("out", "plot", "netlist")}
-    require_outputs(outputs, {"--weights": options["weights"]})
     options["start"] = _start(options["start"])
     files: dict[str, Any] = {"inputs": (options["weights"],), "as_json": as_json}
     if swept:

@@ -7,10 +7,10 @@ from pathlib import Path
 import click
 
 from .emit import say
-from .options import FILE
+from .paths import FILE, LongCommand
 
 
-@click.command()
+@click.command(cls=LongCommand)
 @click.option("--out", type=FILE, default=Path("demo"), help="Folder for the results.")
 def demo(out: Path) -> None:
     """The whole flow once, with pictures: simulate, check, measure with noise, identify, hand out."""

@@ -7,12 +7,13 @@ from typing import Any
 import click
 
 from ..errors import InputError, SolveError
-from .emit import emit, require_outputs
-from .options import FILE, SEED, run_options
+from .emit import emit
+from .options import SEED, run_options
+from .paths import JSON, PICTURE, STRIP, TABLE, LongCommand, force_option
 from .progress import ProgressBar
 
 
-@click.command()
+@click.command(cls=LongCommand)
 @click.argument("actuator")
 @click.option(
     "--require",
@@ -38,11 +39,12 @@ from .progress import ProgressBar
     "--confidence", help="Meet each requirement with this probability, such as 95%, whatever the fit left open."
 )
 @click.option("--sobol", is_flag=True, help="Sobol indices of all that is asked for, over the ranges.")
-@click.option("--json", type=FILE, help="JSON file to write.")
-@click.option("--out", type=FILE, help="TOML file of the best strip.")
-@click.option("--front", type=FILE, help="CSV file of the front.")
-@click.option("--plot", type=FILE, help="Picture of the front, or of the design without one (.png, .pdf, .svg).")
-@click.option("--sobol-plot", type=FILE, help="Picture of the indices.")
+@click.option("--json", type=JSON, help="JSON file to write.")
+@click.option("--out", type=STRIP, help="TOML file of the best strip.")
+@click.option("--front", type=TABLE, help="CSV file of the front.")
+@click.option("--plot", type=PICTURE, help="Picture of the front, or of the design without one (.png, .pdf, .svg).")
+@click.option("--sobol-plot", type=PICTURE, help="Picture of the indices.")
+@force_option
 def design(actuator: str, **options: Any) -> None:
     """Look for the strip, within ranges, that does what is required: best, or on a Pareto front.
 
@@ -58,7 +60,6 @@ def design(actuator: str, **options: Any) -> None:
     from ..report.design import sobol_figure
     from ..study.design import design as find
 
-    require_outputs(outputs)
     if options["sobol"]:
         require_sensitivity()
     progress = ProgressBar("point") if options["pareto"] else None

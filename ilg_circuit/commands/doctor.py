@@ -9,6 +9,7 @@ import click
 from .. import __version__
 from ..errors import SolveError
 from .emit import say
+from .paths import Command
 
 PACKAGES = ("PySpice", "numpy", "scipy", "lmfit", "matplotlib", "click", "pint", "tqdm")
 
@@ -16,7 +17,7 @@ PACKAGES = ("PySpice", "numpy", "scipy", "lmfit", "matplotlib", "click", "pint",
 TOLERANCE = 1e-7
 
 
-@click.command()
+@click.command(cls=Command)
 def doctor() -> None:
     """Versions, the ngspice library, and a self-check against the closed form."""
     for line in examine():

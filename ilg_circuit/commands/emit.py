@@ -1,7 +1,6 @@
 """What every command does with its result: write the files that were asked for, print text, print warnings.
 
 outputs = {"--out": out, "--json": json_path, "--plot": plot, "--report": report}
-require_outputs(outputs, {"DATA": data})  # before the work
 result = ...
 emit(result, outputs, inputs=data, writers={"--out": write_actuator})
 """
@@ -16,8 +15,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ..errors import InputError, visible
-from ..files import require_writable, write_json
+from ..errors import visible
+from ..files import write_json
 from ..provenance import Provenance, command_line, provenance
 from ..result import Result
 
@@ -32,29 +31,6 @@ R = TypeVar("R", bound=Result)
 def say(text: str, *, err: bool = False) -> None:
     """Print lines to stdout, or to stderr; what users named in them is shown as text and does nothing."""
     click.echo("\n".join(map(visible, text.split("\n"))), err=err)
-
-
-def require_outputs(outputs: Outputs, inputs: Mapping[str, Path | Iterable[Path] | None] | None = None) -> None:
-    """Refuse output paths before the work is done.
-
-    ``inputs`` are files that the command reads, by the names that its help gives them. Raises InputError where a path
-    cannot be written, a picture (an option that ends in ``plot``) has a suffix that cannot be drawn, or two of all
-    these paths are the same file.
-    """
-    read = {name: [given] if isinstance(given, Path) else list(given or ()) for name, given in (inputs or {}).items()}
-    written = {option: path for option, path in outputs.items() if path is not None}
-    paths = [*(path for given in read.values() for path in given), *written.values()]
-    if len({path.resolve() for path in paths}) < len(paths):
-        *names, last = [*read, *outputs]
-        named = f"two of {', '.join(names)} and {last}" if len(names) > 1 else f"{names[0]} and {last}"
-        raise InputError(f"{named} name the same file; give each its own")
-    for option, path in written.items():
-        if option.endswith("plot"):
-            from ..report.axes import require_picture
-
-            require_picture(path)
-        else:
-            require_writable(path)
 
 
 def emit(

@@ -12,11 +12,12 @@ from ..errors import InputError
 from ..units import parse
 from .emit import emit, say
 from .options import ModelOption, engine_option, output_options, outputs
+from .paths import FILE, STRIP, LongCommand, force_option
 from .progress import ProgressBar
 
 
-@click.command()
-@click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
+@click.command(cls=LongCommand)
+@click.argument("data", type=FILE, nargs=-1, required=True)
 @click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
 @click.option("--model", cls=ModelOption, default="auto")
 @click.option("--electrode-resistance", help="Held, such as 2ohm; fit: nonlinear models.  [default: the actuator's]")
@@ -32,7 +33,8 @@ from .progress import ProgressBar
     default="covariance",
     help="How 95 % intervals are made; covariance: by an autoregression where residuals are autocorrelated.",
 )
-@output_options("TOML file for the fitted actuator.", "Picture of data, fit and residuals (.png, .pdf, .svg).")
+@output_options("TOML file for the fitted actuator.", "Picture of data, fit and residuals (.png, .pdf, .svg).", STRIP)
+@force_option
 @click.pass_context
 def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | None, **options: Any) -> None:
     """Fit a strip to measured steps, waveforms and impedance spectra.
@@ -47,7 +49,7 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     from ..report.identification import write_actuator
     from ..strip.file import load_actuator
 
-    written = outputs(options, DATA=data)
+    written = outputs(options)
     base = load_actuator(actuator) if actuator else None
     begun = onsets(data, options.pop("onset"))
     files = [read(path, onset=begun[k]) for k, path in enumerate(data)]

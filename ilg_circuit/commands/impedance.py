@@ -9,9 +9,10 @@ import click
 from ..units import parse
 from .emit import emit, show_check
 from .options import beam_option, engine_option, mounted, output_options, outputs, tip_option
+from .paths import LongCommand
 
 
-@click.command()
+@click.command(cls=LongCommand)
 @click.argument("actuator")
 @click.option("--from", "low", default="1mHz", help="Lowest frequency.")
 @click.option("--to", "high", default="10kHz", help="Highest frequency.")

@@ -10,17 +10,18 @@ import click
 from ..errors import InputError
 from ..units import parse
 from .emit import origin, say
-from .options import FILE, beam_option, mounted, tip_option
+from .options import beam_option, mounted, tip_option
+from .paths import ANY, Command
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("actuator")
 @click.option("--drive", default="step:4V", help="Drive of a .cir deck, as for simulate.")
 @click.option("--duration", default="300s", help="Duration of a .cir deck.")
 @tip_option
 @beam_option
 @click.option("--load", help="As for simulate.")
-@click.option("--out", type=FILE, required=True, help=".cir: a deck that runs as it is; .lib: a subcircuit.")
+@click.option("--out", type=ANY, required=True, help=".cir: a deck that runs as it is; .lib: a subcircuit.")
 def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any) -> None:
     """Write the strip as a SPICE netlist."""
     from ..circuit.deck import deck

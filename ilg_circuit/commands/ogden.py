@@ -9,11 +9,12 @@ import click
 
 from ..errors import InputError
 from ..measurements.load_test import BRANCHES
-from .emit import emit, require_outputs
-from .options import FILE, NUMBER
+from .emit import emit
+from .options import NUMBER
+from .paths import FILE, PAGE, PICTURE, STRIP, LongCommand, force_option
 
 
-@click.command()
+@click.command(cls=LongCommand)
 @click.option("--uniaxial", type=FILE, help="Readings of a strip pulled (or a column pressed) along its length.")
 @click.option("--equibiaxial", type=FILE, help="Readings of a sheet pulled alike in both directions, or inflated.")
 @click.option("--planar", type=FILE, help="Readings of a wide, short sheet: pure shear.")
@@ -31,10 +32,11 @@ from .options import FILE, NUMBER
 @click.option("--free-signs", is_flag=True, help="Do not impose mu_i alpha_i > 0, which keeps the material stable.")
 @click.option("--at", type=NUMBER, multiple=True, help="Stretch to predict the stress at; may be repeated.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-@click.option("--plot", type=FILE, help="Picture of data, fit and predictions (.png, .pdf, .svg).")
-@click.option("--report", type=FILE, help="One HTML file with all of it.")
+@click.option("--plot", type=PICTURE, help="Picture of data, fit and predictions (.png, .pdf, .svg).")
+@click.option("--report", type=PAGE, help="One HTML file with all of it.")
 @click.option("--actuator", help="Strip that --out gives the fitted Young's modulus: TOML file or preset.")
-@click.option("--out", type=FILE, help="TOML file for that strip.")
+@click.option("--out", type=STRIP, help="TOML file for that strip.")
+@force_option
 @click.pass_context
 def ogden(
     context: click.Context, /, actuator: str | None, out: Path | None, as_json: bool, free_signs: bool, **options: Any
@@ -56,7 +58,6 @@ def ogden(
     from ..strip.file import load_actuator
 
     outputs = {"--out": out, "--plot": options.pop("plot"), "--report": options.pop("report")}
-    require_outputs(outputs, {f"--{mode}": path for mode, path in files.items()})
     base = load_actuator(actuator or "paper")
     tests = [read_load_test(path, mode) for mode, path in files.items()]
     result = characterise(tests, constrained=not free_signs, **options)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ import click
 from ..errors import InputError
 from ..simulation.drives import DRIVE_FORMS
 from ..units import parse, si
-from .emit import require_outputs
+from .paths import JSON, PAGE, PICTURE, TABLE, OutputFile
 
 if TYPE_CHECKING:
     from ..arrays import Array
@@ -37,7 +37,6 @@ class _Seed(click.types.IntParamType):
         return number if 0 <= number < 2**63 else self.fail("give a whole number from 0 to 2^63 - 1", param, ctx)
 
 
-FILE = click.Path(path_type=Path)
 NUMBER, SEED = _Number(), _Seed()
 
 engine_option = click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice")
@@ -70,13 +69,15 @@ sample_options = _together(
 )
 
 
-def output_options(table: str, plot: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The options --out (with the help ``table``), --json, --plot and --report; `outputs` collects them."""
+def output_options(
+    table: str, plot: str, kind: OutputFile = TABLE
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """The options --out (a ``kind`` of file, with the help ``table``), --json, --plot, --report; see `outputs`."""
     return _together(
-        click.option("--out", type=FILE, help=table),
-        click.option("--json", type=FILE, help="JSON file of the result."),
-        click.option("--plot", type=FILE, help=plot),
-        click.option("--report", type=FILE, help="One HTML file with all of it."),
+        click.option("--out", type=kind, help=table),
+        click.option("--json", type=JSON, help="JSON file of the result."),
+        click.option("--plot", type=PICTURE, help=plot),
+        click.option("--report", type=PAGE, help="One HTML file with all of it."),
     )
 
 
@@ -92,11 +93,9 @@ class ModelOption(click.Option):
         return super().get_help_record(ctx)
 
 
-def outputs(options: dict[str, Any], **inputs: Path | Iterable[Path] | None) -> dict[str, Path | None]:
-    """The files that `output_options` name, for `emit`, refused as by `require_outputs`; ``options`` lose them."""
-    written = {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report")}
-    require_outputs(written, inputs)
-    return written
+def outputs(options: dict[str, Any]) -> dict[str, Path | None]:
+    """The files that `output_options` name, for `emit`; ``options`` lose them."""
+    return {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report")}
 
 
 def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:

@@ -8,11 +8,12 @@ import click
 
 from ..errors import InputError
 from .emit import origin, say
+from .paths import FILE, LongCommand
 from .progress import ProgressBar
 
 
-@click.command()
-@click.argument("outdir", type=click.Path(path_type=Path), required=False)
+@click.command(cls=LongCommand)
+@click.argument("outdir", type=FILE, required=False)
 @click.option("--only", help="Items to make, such as EC-T1,EC-F9.  [default: all]")
 @click.option("--list", "listed", is_flag=True, help="List the items and make nothing.")
 def reproduce(outdir: Path | None, only: str | None, listed: bool) -> int:

@@ -9,9 +9,10 @@ import click
 from ..simulation.drives import MOTION_FORMS
 from .emit import emit
 from .options import engine_option, output_options, outputs, sample_options, sampled
+from .paths import LongCommand
 
 
-@click.command()
+@click.command(cls=LongCommand)
 @click.argument("actuator")
 @click.option("--motion", required=True, help=f"Of the point L_F: {MOTION_FORMS}.")
 @click.option("--duration", required=True, help="Such as 300s.")

@@ -9,9 +9,10 @@ import click
 from ..errors import InputError
 from ..units import parse
 from .emit import say
+from .paths import Command
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("actuator")
 @click.option("--from", "low", default="0.1mHz", help="Low end of the band of use.")
 @click.option("--to", "high", default="10Hz", help="High end of the band of use.")

@@ -9,7 +9,8 @@ import click
 
 from ..errors import InputError
 from .emit import emit, say, show_check
-from .options import FILE, NUMBER, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
+from .options import NUMBER, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
+from .paths import FILE, LongCommand
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from ..strip.actuator import Actuator
 
 
-@click.command()
+@click.command(cls=LongCommand)
 @click.argument("actuator")
 @run_options
 @engine_option

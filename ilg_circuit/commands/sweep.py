@@ -7,12 +7,13 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from .emit import emit, origin, require_outputs
-from .options import FILE, NUMBER, SEED, run_options
+from .emit import emit, origin
+from .options import NUMBER, SEED, run_options
+from .paths import FILE, PICTURE, SWEEP, LongCommand
 from .progress import ProgressBar
 
 
-@click.command()
+@click.command(cls=LongCommand)
 @click.argument("actuator")
 @click.option(
     "--vary",
@@ -40,8 +41,8 @@ from .progress import ProgressBar
 @click.option("--accuracy", type=NUMBER, default=1e-6, help="Of ngspice, relative to each maximum.")
 @click.option("--jobs", type=int, help="Processes.  [default: one a core]")
 @click.option("--cluster", help="Workers of a dask cluster: tcp://HOST:PORT, or local:4.")
-@click.option("--out", type=FILE, required=True, help="netCDF file to write.")
-@click.option("--plot", type=FILE, help="Picture to write (.png, .pdf, .svg).")
+@click.option("--out", type=SWEEP, required=True, help="netCDF file to write; or CSV (.csv).")
+@click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg).")
 @click.option("--plot-outputs", help="What the picture shows.  [default: up to four that differ]")
 def sweep(actuator: str, **options: Any) -> None:
     """Vary a strip, its drive or its load, and write what each design does: one netCDF file with units.
@@ -59,7 +60,6 @@ def sweep(actuator: str, **options: Any) -> None:
     for name in ("outputs", "waveforms", "plot_outputs"):
         options[name] = _names(options[name])
     plot, drawn = options.pop("plot"), options.pop("plot_outputs")
-    require_outputs({"--out": options["out"], "--plot": plot})
     missing = [name for name in drawn if name not in (options["outputs"] or DEFAULT_OUTPUTS)]
     if drawn and not plot:
         raise InputError("--plot-outputs goes with --plot; give a picture to write")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import InputError, visible
+from ..errors import InputError
+from ..files import read_bytes
 from .kind import Kind
 
 
@@ -28,18 +28,7 @@ def read_lines(path: str | Path, kind: Kind) -> TextFile:
         The file cannot be read, is larger than ``kind.most_bytes``, or is no text.
     """
     name = visible(Path(path).name)
-    try:
-        with Path(path).open("rb") as file:
-            size = (
-                os.fstat(file.fileno()).st_size or kind.most_bytes
-            )  # of a pipe nothing is known; room is made at once
-            raw = file.read(min(size, kind.most_bytes) + 1)
-    except OSError as error:
-        raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
-    except ValueError:
-        raise InputError(f"cannot read '{path}': no such file") from None
-    if len(raw) > kind.most_bytes:
-        raise InputError(f"{name}: larger than {kind.most_bytes // 1_000_000} MB; that is no {kind.name}")
+    raw = read_bytes(path, kind.most_bytes, kind.name)
     text = _decoded(raw)
     if "\0" in text:
         raise InputError(f"{name}: not a text file; export the {kind.name} as text (CSV)")

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, visible
+from ..files import read_bytes
 from ..units import si
 
 #: CPG §6.3. The mutual inhibition a was lost from the paper's text; 2.5 lies in the middle of the window of a cycle.
@@ -38,6 +39,8 @@ MOST_NEURONS = 200
 #: Beyond this the squares and differences of numbers lose their meaning in double precision.
 _LARGEST = 1e30
 _SMALLEST_TIME = 1e-30
+#: Largest file of weights.
+_MOST_BYTES = 50_000_000
 
 
 @dataclass(frozen=True)
@@ -275,25 +278,24 @@ def read_weights(path: Path) -> Array:
 
     Raises InputError naming file, line and column for what is no square matrix of finite numbers.
     """
+    name = visible(path.name)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
+        text = read_bytes(path, _MOST_BYTES, "matrix of weights").decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(f"{path.name}: not a text file; write the weights as CSV") from None
+        raise InputError(f"{name}: not a text file; write the weights as CSV") from None
     rows: list[list[float]] = []
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         cells = [cell.strip() for cell in line.replace(";", ",").replace("\t", ",").split(",")]
-        rows.append([_weight(cell, f"{path.name}: line {number}, column {k}") for k, cell in enumerate(cells, 1)])
+        rows.append([_weight(cell, f"{name}: line {number}, column {k}") for k, cell in enumerate(cells, 1)])
         if len(rows[-1]) != len(rows[0]):
-            raise InputError(f"{path.name}: line {number} has {len(rows[-1])} numbers, the first row {len(rows[0])}")
+            raise InputError(f"{name}: line {number} has {len(rows[-1])} numbers, the first row {len(rows[0])}")
     if not rows:
-        raise InputError(f"{path.name}: the file is empty; it needs n rows of n numbers, row i what inhibits neuron i")
+        raise InputError(f"{name}: the file is empty; it needs n rows of n numbers, row i what inhibits neuron i")
     if len(rows) != len(rows[0]):
         raise InputError(
-            f"{path.name}: {len(rows)} rows of {len(rows[0])} numbers; the weights must be square, a row and a column "
+            f"{name}: {len(rows)} rows of {len(rows[0])} numbers; the weights must be square, a row and a column "
             "a neuron"
         )
     return np.array(rows)

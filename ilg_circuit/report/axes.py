@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 from weakref import WeakKeyDictionary
@@ -231,8 +232,10 @@ def save(figure: Figure, path: str | Path, provenance: Provenance | None = None)
     target = Path(path)
     require_picture(target)
     suffix = target.suffix[1:].lower()
+    picture = BytesIO()  # matplotlib leaves files open that it could not write
+    figure.savefig(picture, format=suffix, metadata=_metadata(provenance or Provenance(), suffix))
     with replacing(target) as temporary:
-        figure.savefig(temporary, format=suffix, metadata=_metadata(provenance or Provenance(), suffix))
+        temporary.write_bytes(picture.getbuffer())
 
 
 def _metadata(provenance: Provenance, suffix: str) -> dict[str, str]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import InputError
+from ..errors import InputError, visible
 from ..units import parse, require_positive
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def _made(name: str, parts: list[str], duration: float, unit: str) -> Drive:
             count_text, _, file = parts[0].partition(",") if name == "repeat" else ("", "", parts[0])
             path = Path(file)
             times, values, notes = read_waveform(path, "voltage" if unit == "V" else "displacement")
-            text = f"file {path.name}"
+            text = f"file {visible(path.name)}"
             if name == "repeat":
                 times, values = shapes.repeated(times, values, int(_count([count_text], 0, "repeat")))
                 text = f"{count_text} times {text}"

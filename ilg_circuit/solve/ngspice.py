@@ -8,6 +8,9 @@ The time points are ours: ngspice asks before every step (GetSyncData of its sha
 of a given grid. So the trapezoidal rule works on a grid chosen for the circuit, and no tolerance of ngspice decides
 about the accuracy; see `ilg_circuit.solve.transient`. The drive is an external source (GetVSRCData) whose voltage is
 given with each point: no breakpoints, at which ngspice would fall back to first order, and no digits lost in a netlist.
+
+An exception in one of these callbacks, such as KeyboardInterrupt, cannot pass through ngspice: it is kept, the run is
+brought to its end in one step, and then it is raised.
 """
 
 from __future__ import annotations
@@ -54,18 +57,19 @@ class Session:
         logging.getLogger("PySpice").addHandler(logging.NullHandler())
         from PySpice.Spice.NgSpice import Shared
 
-        self._ffi = Shared.ffi
+        self._grid: list[float] = [0.0]
+        self._voltages: list[list[float]] = [[0.0]]
+        self._position = 0
+        self._kept: BaseException | None = None
+        self._ffi = Shared.ffi = _Keeping(getattr(Shared.ffi, "bare", Shared.ffi), self._keep)
         with _clean_start():
             try:
                 self._shared = _quiet_class(Shared.NgSpiceShared)()
             except Exception as error:  # whatever PySpice, cffi or the linker make of a file that is no such library
                 raise SolveError(f"cannot load {self.library}: {first_line(error)}") from None
         self._lib = self._shared._ngspice_shared
-        self._command = self._shared.exec_command
+        self._holds = False
         self._process = os.getpid()
-        self._grid: list[float] = [0.0]
-        self._voltages: list[list[float]] = [[0.0]]
-        self._position = 0
         self._tiny = 0.0
         self._nudge = 0.0
         self._begun = -1.0
@@ -75,6 +79,7 @@ class Session:
         identity = self._shared._ngspice_id
         if self._lib.ngSpice_Init_Sync(self._source, self._ffi.NULL, self._sync, identity, self._shared._self_c):
             raise SolveError("ngspice refused the time step callback; its version is too old (36 or later is needed)")
+        self._raise_kept()
 
     @property
     def version(self) -> str:
@@ -127,18 +132,41 @@ class Session:
         if os.getpid() != self._process:
             raise SolveError("ngspice was loaded before this process was forked; start workers with spawn or loky")
         with _lock:
-            self._command("destroy all")
+            self._forget()
             try:
                 self._load(circuit, _OPTIONS | options, analysis)
                 yield
             finally:
-                self._command("destroy all")
-                self._command("remcirc")
-                self._lib.ngSpice_Command(self._ffi.NULL)  # ngspice keeps every command until told to forget them
+                self._forget()
+
+    def _forget(self) -> None:
+        """Have ngspice forget its results, and its circuit if it holds one: an interrupted call may have left it."""
+        self._command("destroy all")
+        if self._holds:
+            self._command("remcirc")
+            self._holds = False
+        self._lib.ngSpice_Command(self._ffi.NULL)  # ngspice keeps every command until told to forget them
+
+    def _command(self, text: str) -> None:
+        self._shared.exec_command(text)
+        self._raise_kept()
+
+    def _keep(self, _kind: Any, error: BaseException, _traceback: Any) -> None:
+        """Keep the first exception of a callback, and let the run end with its next step."""
+        self._kept = self._kept or error
+        self._position = len(self._grid) - 1
+
+    def _raise_kept(self) -> None:
+        """Raise the exception that was kept while ngspice ran, if there is one."""
+        kept, self._kept = self._kept, None
+        if kept:
+            raise kept
 
     def _next_step(self, time: float, delta: Any, _old: float, redo: int, _id: int, where: int, _data: Any) -> int:
         """ngspice's question before (where = 0) and after each step. Returns 1 to have the step done again."""
         if where or redo:  # a step that did not converge is repeated with ngspice's own shorter one
+            if redo and self._kept:
+                delta[0] = 0.0  # which it gives up at once
             return redo
         ahead = self._grid[self._position] - time
         if ahead <= self._tiny and self._position < len(self._grid) - 1:
@@ -170,7 +198,10 @@ class Session:
         text = [*head, *body.splitlines(), *analysis.splitlines(), ".end"]
         lines = [self._ffi.new("char[]", line.encode()) for line in text if line]
         self._shared.clear_output()
-        if self._lib.ngSpice_Circ(self._ffi.new("char *[]", [*lines, self._ffi.NULL])):
+        self._holds = True
+        refused = self._lib.ngSpice_Circ(self._ffi.new("char *[]", [*lines, self._ffi.NULL]))
+        self._raise_kept()
+        if refused:
             raise SolveError(f"ngspice did not accept the circuit: {self._complaint()}")
         self._complaints = [*self._shared._stderr, *self._shared._stdout]
 
@@ -215,6 +246,19 @@ def session() -> Session:
         return Session()
 
 
+class _Keeping:
+    """A cffi interface whose callbacks hand their exceptions to ``keep``, where cffi itself would drop them."""
+
+    def __init__(self, bare: Any, keep: Callable[[Any, BaseException, Any], None]) -> None:
+        self.bare, self._keep = bare, keep
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.bare, name)
+
+    def callback(self, signature: str, function: Callable[..., Any]) -> Any:
+        return self.bare.callback(signature, function, onerror=self._keep)
+
+
 def _quiet_class(base: Any) -> Any:
     """PySpice's interface, with messages collected and never judged."""
     from PySpice.Spice.NgSpice.Shared import ffi
@@ -242,10 +286,10 @@ def _clean_start() -> Any:
     """
     kept = dict(os.environ)
     with tempfile.TemporaryDirectory() as empty, contextlib.chdir(empty):
-        os.environ["HOME"] = empty
         for name in [name for name in kept if name.startswith(("SPICE_", "NGSPICE_")) and name != VARIABLE]:
             del os.environ[name]
         try:
+            os.environ["HOME"] = empty
             yield
         finally:
             os.environ.update(kept)

@@ -6,6 +6,7 @@ says where a file comes from, and is no part of the actuator.
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
@@ -13,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, visible
-from ..files import write_text
+from ..files import read_bytes, write_text
 from ..provenance import Provenance
 from ..units import format_quantity, parse
 from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting, Uncertainty, quantities
@@ -21,6 +22,7 @@ from .models import electrical_model, material_keys
 
 #: Format of the files that are written; older ones are read as well.
 FORMAT = 2
+_MOST_BYTES = 1_000_000
 
 _SECTIONS: dict[str, type] = {"geometry": Geometry, "material": Material, "coupling": Coupling, "mounting": Mounting}
 
@@ -33,14 +35,11 @@ def load_actuator(source: str | Path) -> Actuator:
     """
     if str(source) in PRESETS:
         return PRESETS[str(source)]
-    path = Path(source)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
+    if not os.path.lexists(source):
         known = ", ".join(PRESETS)
-        raise InputError(f"no actuator '{source}': give a TOML file that exists or a preset ({known})") from None
-    except OSError as error:
-        raise InputError(f"cannot read '{source}': {error.strerror or error}") from None
+        raise InputError(f"no actuator '{source}': give a TOML file that exists or a preset ({known})")
+    try:
+        text = read_bytes(source, _MOST_BYTES, "actuator").decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{source}: not a text file; an actuator is a TOML file in UTF-8") from None
     try:

@@ -14,7 +14,7 @@ import re
 import shutil
 import zipfile
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from operator import itemgetter
 from pathlib import Path
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, MissingLibraryError, SolveError
-from ..files import replacing
+from ..files import locked, replacing, writing_netcdf
 from ..provenance import Provenance
 from ..strip.file import dumps
 from ..strip.validity import LARGEST_DEFLECTION
@@ -41,16 +41,33 @@ DESIGN = "design"
 
 
 class Store:
-    """Finished tasks of one sweep, whose result goes to ``out``. Raises InputError where its folder cannot be made."""
+    """Finished tasks of one sweep, whose result goes to ``out``; they are this process' own within `held`."""
 
     def __init__(self, out: Path, spec: SweepSpec) -> None:
-        self._spec = spec
-        self.parent = out.with_name(out.name + ".part")
+        self._spec, self._out = spec, out
+        real = out.resolve()  # through a link
+        self.parent = real.with_name(real.name + ".part")
         self.folder = self.parent / spec.key[:16]
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Make the folder and hold it. Raises InputError where that is impossible, or another process holds it."""
+        taken = f"another sweep is being written to '{self._out}'; wait until it is done, or choose another --out"
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"cannot make the folder '{self.folder}': {error.strerror or error}") from None
+            with locked(self.parent / "lock", taken):
+                try:
+                    self.folder.mkdir(exist_ok=True)
+                except OSError as error:
+                    reason = error.strerror or error
+                    raise InputError(f"cannot make the folder '{self.folder}': {reason}") from None
+                try:
+                    yield
+                finally:
+                    with suppress(OSError):
+                        self.folder.rmdir()  # a failed start, such as a wrong address, leaves nothing behind
+        finally:
+            with suppress(OSError):
+                self.parent.rmdir()
 
     def _path(self, number: int) -> Path:
         return self.folder / f"{number:06d}.npz"
@@ -83,15 +100,8 @@ class Store:
         return Evaluation(choose_outputs(self._spec.outputs), values, errors, failures, self._spec.times, waveforms)
 
     def remove(self) -> None:
-        """Remove the folder, and its parent unless another sweep has tasks in it."""
+        """Remove the folder."""
         shutil.rmtree(self.folder, ignore_errors=True)
-        self.remove_if_empty()
-
-    def remove_if_empty(self) -> None:
-        """Remove empty folders."""
-        for folder in (self.folder, self.parent):
-            with suppress(OSError):
-                folder.rmdir()
 
 
 @dataclass
@@ -140,13 +150,12 @@ def write_dataset(path: Path, spec: SweepSpec, store: Store, provenance: Provena
 
     Raises SolveError when every design failed.
     """
-    import h5netcdf
     import h5py
 
     plan = spec.plan
     totals = SweepTotals(plan.count)
     text = h5py.string_dtype()
-    with replacing(path) as temporary, h5netcdf.File(temporary, "w") as file:
+    with writing_netcdf(path) as file:
         dimensions = plan.names if plan.grid else (DESIGN,)
         file.dimensions = dict(zip(dimensions, plan.shape, strict=True))
         if spec.waveforms:
@@ -189,6 +198,14 @@ def write_dataset(path: Path, spec: SweepSpec, store: Store, provenance: Provena
             number, reason = totals.first_failure
             raise SolveError(f"all {totals.count} designs failed, design {number} because: {reason}")
     return totals
+
+
+def table(spec: SweepSpec, data: Dataset) -> dict[str, NDArray[Any]]:
+    """Return a sweep as columns, a design a row: what is varied, outputs, error and failure; units in the headers."""
+    outputs = {name: OUTPUTS[name].unit for name in spec.outputs} | {"error": "", "failure": ""}
+    columns = {name: (PARAMETERS[name].unit, column) for name, column in spec.plan.designs(0, spec.plan.count).items()}
+    columns |= {name: (unit, data[name].values.ravel()) for name, unit in outputs.items()}
+    return {f"{name}_{unit}" if unit else name: column for name, (unit, column) in columns.items()}
 
 
 def boxes(shape: tuple[int, ...], start: int, stop: int) -> Iterator[tuple[tuple[slice, ...], slice]]:

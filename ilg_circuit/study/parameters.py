@@ -17,7 +17,7 @@ from typing import Any
 
 from ..circuit.strip import Hung, Load, load_of
 from ..drive import Drive, PiecewiseLinear, Sine
-from ..errors import InputError, unknown_name
+from ..errors import InputError, unknown_name, visible
 from ..simulation.drives import parse_drive
 from ..strip.actuator import Actuator
 from ..strip.changes import ORIENTATION, STRIP_PARAMETERS, Value, VariedParameter, changed
@@ -67,7 +67,7 @@ class ScenarioTemplate:
     @property
     def drive_text(self) -> str:
         """The drive as short text."""
-        return self.drive if isinstance(self.drive, str) else self.drive.text
+        return visible(self.drive) if isinstance(self.drive, str) else self.drive.text
 
     def parsed_drive(self) -> Drive:
         """Return the drive with nothing varied. Raises InputError for a text that is not a drive."""

@@ -6,6 +6,7 @@ import csv
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -13,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, visible
+from ..files import read_bytes
 from ..measurements.header import split_header
 from ..strip.changes import Value, VariedParameter
 from ..units import format_quantity, scale
@@ -25,6 +27,8 @@ Column = Array | NDArray[np.str_]
 Vary: TypeAlias = "Mapping[str, Any] | Iterable[str]"
 
 MOST_DESIGNS = 10_000_000
+#: Largest file of designs.
+_MOST_BYTES = 300_000_000
 METHODS = ("lhs", "sobol", "uniform")
 VARY_FORMS = (
     "thickness=0.2mm:1mm:20 (values from, to, how many; :log after it for equal ratios), thickness=0.2mm,0.5mm,1mm, or "
@@ -212,28 +216,27 @@ def read_plan(path: Path) -> Plan:
 
     A design with a blank cell is impossible. Raises InputError naming file, line and column.
     """
+    name = visible(path.name)
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = [(k, row) for k, row in enumerate(csv.reader(file), 1) if any(c.strip() for c in row)]
-    except OSError as error:
-        raise InputError(f"cannot read '{path}': {error.strerror or error}") from None
+        text = StringIO(read_bytes(path, _MOST_BYTES, "list of designs").decode("utf-8-sig"), newline="")
+        rows = [(k, row) for k, row in enumerate(csv.reader(text), 1) if any(c.strip() for c in row)]
     except (UnicodeDecodeError, csv.Error):
-        raise InputError(f"{path.name}: not a table of text; export it as CSV") from None
+        raise InputError(f"{name}: not a table of text; export it as CSV") from None
     if len(rows) < 2:
-        raise InputError(f"{path.name}: give a header row such as thickness_mm,width_mm and at least one design")
+        raise InputError(f"{name}: give a header row such as thickness_mm,width_mm and at least one design")
     (_, header), *body = rows
     for line, row in body:
         if len(row) > len(header):
-            raise InputError(f"{path.name}: line {line} has {len(row)} cells, the header {len(header)}")
+            raise InputError(f"{name}: line {line} has {len(row)} cells, the header {len(header)}")
     columns: dict[str, Column] = {}
     for k, title in enumerate(header):
-        item, factor = _heading(title.strip(), path.name)
+        item, factor = _heading(title.strip(), name)
         if item.name in columns:
-            raise InputError(f"{path.name}: two columns give {item.name}; leave one out")
-        cells = [(row[k].strip() if k < len(row) else "", f"{path.name}: line {line}") for line, row in body]
+            raise InputError(f"{name}: two columns give {item.name}; leave one out")
+        cells = [(row[k].strip() if k < len(row) else "", f"{name}: line {line}") for line, row in body]
         values = [_cell(cell, item, factor, where) for cell, where in cells]
         columns[item.name] = np.asarray(values, dtype=None if item.words else float)
-    return Plan(columns, False, f"designs of {path.name}")
+    return Plan(columns, False, f"designs of {name}")
 
 
 def _heading(title: str, source: str) -> tuple[VariedParameter, float]:

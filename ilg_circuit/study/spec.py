@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..simulation.response import sample_times
 from ..strip.file import FORMAT, dumps
-from .evaluate import STUDY_ACCURACY, Evaluation, Progress, evaluate_designs, require_known
+from .evaluate import STUDY_ACCURACY, Evaluation, Progress, require_known
 from .outputs import DEFAULT_OUTPUTS, choose_outputs
 from .parameters import ScenarioTemplate
 from .plan import Column, Plan, grid_plan, random_plan, read_plan
@@ -35,11 +35,15 @@ _RESULTS_OF = "0.1.0"
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Some designs of a sweep, and everything that it takes to solve them; ``how`` are arguments of `evaluate`."""
+    """Some designs of a sweep, and everything that it takes to solve them; ``how`` are arguments of `evaluate`.
+
+    ``impossible``: number of a design -> why it is not to be solved.
+    """
 
     template: ScenarioTemplate
     columns: dict[str, Column]
     how: dict[str, Any]
+    impossible: dict[int, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -52,8 +56,11 @@ class Task:
 
 def solve_task(task: Task, progress: Progress | None = None) -> Evaluation:
     """Return the outputs of a task's designs, the same wherever it runs."""
+    scenarios = scenarios_of(task.template, task.columns)
+    for number, reason in task.impossible.items():
+        scenarios[number] = reason
     with one_thread():
-        return evaluate_designs(task.template, task.columns, progress=progress, **task.how)
+        return evaluate(scenarios, progress=progress, **task.how)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from ..circuit.strip import Hung
 from ..drive import Drive, drive_findings
 from ..errors import InputError, SolveError
-from ..files import require_writable
+from ..files import require_writable, write_csv
 from ..findings import Finding, Warned
 from ..provenance import Provenance
 from ..result import Column, Result
 from ..strip.actuator import Actuator
 from ..strip.validity import deflection_warnings
-from .dataset import Store, SweepTotals, read_sweep, write_dataset
+from .dataset import Store, SweepTotals, read_sweep, table, write_dataset
 from .evaluate import STUDY_ACCURACY, Evaluation, Progress
 from .parameters import scenario_template
 from .plan import Vary, range_texts
@@ -215,7 +215,7 @@ def solve_sweep(
     progress: Progress | None = None,
     provenance: Provenance | None = None,
 ) -> SweepResult:
-    """Solve ``spec`` into the netCDF file ``out``, or in memory without one.
+    """Solve ``spec`` into the netCDF file ``out`` (a CSV file where its name ends so), or in memory without one.
 
     Solved by ``jobs`` processes (default: one a core; this one alone for a single task, or where processes cannot share
     locks), on a dask ``cluster`` (see `workers`), or on an ``executor`` like those of `concurrent.futures`; the result
@@ -231,28 +231,37 @@ def solve_sweep(
                 return replace(result, path=None, leftover=None, data=data.load())
     path = Path(out)
     require_writable(path)
+    as_csv = path.suffix.lower() == ".csv"
+    if as_csv and spec.waveforms:
+        raise InputError(f"'{path}' is a table, a design a row, without room for waveforms; end its name in .nc")
     if sum(x is not None for x in (jobs, cluster, executor)) > 1:
         raise InputError("give one of jobs, cluster and executor")
     if jobs is not None and not 1 <= jobs <= 1024:
         raise InputError(f"{jobs} jobs: give 1 to 1024")
     made_by = provenance or Provenance()
     store = Store(path, spec)
-    try:
+    with store.held():
         finished = store.finished()
         missing = [k for k in range(spec.task_count) if k not in finished]
         resumed = spec.plan.count - sum(stop - start for start, stop in map(spec.bounds, missing))
         with _pool(len(missing), jobs, cluster, executor) if missing else nullcontext() as pool:
             _solve(spec, missing, resumed, store, pool, progress or (lambda done, total: None))
+        kept: Dataset | None = None
         try:
-            totals = write_dataset(path, spec, store, made_by)
+            if as_csv:
+                made = store.folder / "sweep.nc"
+                totals = write_dataset(made, spec, store, made_by)
+                with read_sweep(made) as opened:
+                    kept = opened.load()
+                write_csv(path, table(spec, kept))
+            else:
+                totals = write_dataset(path, spec, store, made_by)
         except SolveError:  # nothing is worth keeping where every design failed
             store.remove()
             raise
         store.remove()
-    finally:
-        store.remove_if_empty()  # a failed start, such as a wrong address, leaves nothing behind
     leftover = store.parent if store.parent.exists() else None
-    return SweepResult(spec, totals, path, resumed, leftover, provenance=made_by)
+    return SweepResult(spec, totals, path, resumed, leftover, kept, provenance=made_by)
 
 
 def _solve(

@@ -4,7 +4,7 @@ Electrical models registered from outside the package travel with the tasks.
 
 Workers die: of too little memory, of a crash in ngspice, or because they are killed. loky then fails all submitted
 tasks and accepts no more, so few are submitted at a time; these are solved again, one by one, on a new executor. A
-design that kills its worker twice when solved alone is a failed design.
+design that kills its worker twice when solved alone is a failed design; the digits of all others stay the same.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import pickle
+import signal
 import sys
 import threading
 import time
@@ -33,8 +34,9 @@ from .spec import Task, solve_task
 
 #: Tasks submitted for each worker: one in work, one waiting, so that none is idle.
 _AHEAD = 2
-#: Times that a task may kill its worker when solved alone before it is divided.
-_DEATHS = 2
+#: Times that a task may kill its worker when solved alone, whole and as a part, before it is (further) divided.
+_DEATHS_WHOLE, _DEATHS = 4, 2
+_KILLED = "its solve killed the worker process, twice: too little memory, or a crash of ngspice"
 #: Modules that a worker can import: everything else is pickled by value.
 _IMPORTABLE = ("ilg_circuit", "numpy", "scipy", "builtins")
 _CLUSTERS = "tcp://HOST:PORT of a dask scheduler, or local:4 for four workers on this machine"
@@ -90,6 +92,10 @@ class LokyPool(GivenPool):
         require_processes()
         super().__init__(_processes(workers), lambda: workers, (BrokenExecutor,))
 
+    def submit(self, task: Task) -> Future[Evaluation]:
+        with _uninterrupted():  # the first tasks start the processes
+            return super().submit(task)
+
     def renew(self) -> None:
         self.close()
         self._executor = _processes(self.width())
@@ -103,6 +109,19 @@ def _processes(workers: int) -> Any:
     from loky import ProcessPoolExecutor
 
     return ProcessPoolExecutor(max_workers=workers, initializer=_end_with, initargs=(os.getpid(),))
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Start threads and processes that Ctrl-C does not reach; this process ends them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _solve(task: Task, models: bytes) -> Evaluation:
@@ -165,17 +184,36 @@ def solve_on(
 
 
 def _alone(pool: GivenPool, task: Task) -> Evaluation:
-    """Solve a task alone; divide it where it kills its worker repeatedly, until the culprit is a single design."""
-    for _ in range(_DEATHS):
+    """Solve a task alone and whole: the digits of a design depend on those beside it, and no death may change them.
+
+    Only where it kills its workers whole, it is divided to find the designs that do; then it is solved without them.
+    """
+    whole = _tried(pool, task, _DEATHS_WHOLE)
+    if whole is not None:
+        return whole
+    divided = _divided(pool, task)
+    killers = {k: reason for k, reason in divided.failures.items() if reason == _KILLED}
+    whole = _tried(pool, replace(task, impossible=killers), _DEATHS)
+    return divided if whole is None else whole  # too large for the memory as a whole
+
+
+def _tried(pool: GivenPool, task: Task, times: int) -> Evaluation | None:
+    """Solve a task alone, up to so many times; None where it killed its worker each time."""
+    for _ in range(times):
         try:
             return pool.submit(task).result()
         except pool.deaths:
             pool.renew()
+    return None
+
+
+def _divided(pool: GivenPool, task: Task) -> Evaluation:
+    """Solve a task in ever smaller parts, until what kills the workers is a single design."""
     if len(task) == 1:
-        reason = "its solve killed the worker process, twice: too little memory, or a crash of ngspice"
-        return evaluate([reason], **task.how)
+        return evaluate([_KILLED], **task.how)
     middle = len(task) // 2
-    first, second = _alone(pool, task.part(0, middle)), _alone(pool, task.part(middle, len(task)))
+    parts = [task.part(0, middle), task.part(middle, len(task))]
+    first, second = (_tried(pool, part, _DEATHS) or _divided(pool, part) for part in parts)
     return replace(
         first,
         values=np.concatenate([first.values, second.values]),
@@ -227,7 +265,8 @@ def cluster_pool(address: str) -> Iterator[GivenPool]:
         if local:
             require_processes()
             # no dashboard: it would need a port and a web server
-            scheduler = library.LocalCluster(n_workers=int(number), threads_per_worker=1, dashboard_address=None)
+            with _uninterrupted():
+                scheduler = library.LocalCluster(n_workers=int(number), threads_per_worker=1, dashboard_address=None)
             stack.enter_context(scheduler)
         try:
             client = stack.enter_context(library.Client(scheduler, timeout=_PATIENCE))

@@ -336,7 +336,7 @@ def test_an_interrupt_is_one_line(run: Run, monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr(response, "transient", interrupt)
     done = run(*SIMULATE)
-    assert done.code == 1
+    assert done.code == 130
     assert "interrupted" in done.err
     assert "Traceback" not in done.err
 

@@ -6,11 +6,9 @@ import json
 from pathlib import Path
 
 import pytest
-from command import Run, assert_one_line
+from command import Run
 
 from ilg_circuit import __version__
-from ilg_circuit.commands.emit import require_outputs
-from ilg_circuit.errors import InputError
 from ilg_circuit.provenance import digest
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.file import save_actuator
@@ -46,23 +44,3 @@ def test_a_netlist_says_where_it_comes_from(run: Run) -> None:
         assert run("netlist", "strip.toml", "--out", name).code == 0
         lines = Path(name).read_text().splitlines()
         assert f"* input: strip.toml, SHA-256 {digest('strip.toml')}" in lines[:5]
-
-
-def test_two_outputs_are_two_files(run: Run) -> None:
-    done = run("simulate", "paper", *COMMANDS["simulate"], "--out", "a.json", "--json", "./a.json")
-    assert_one_line(done, "two of --out, --json, --plot and --report name the same file; give each its own")
-    assert not Path("a.json").exists()
-
-
-def test_paths_are_refused_before_the_work(tmp_path: Path) -> None:
-    data = [tmp_path / "a.csv", tmp_path / "b.csv"]
-    require_outputs({"--out": tmp_path / "f.toml", "--plot": None}, {"DATA": data})
-    refused = (
-        ({"--out": data[1]}, {"DATA": data}, "DATA and --out name the same file; give each its own"),
-        ({"--out": data[1], "--plot": None}, {"DATA": data}, "two of DATA, --out and --plot name the same file"),
-        ({"--out": tmp_path}, {}, "it is a folder"),
-        ({"--sobol-plot": tmp_path / "a.gif"}, {}, r"end its name in \.png"),
-    )
-    for outputs, inputs, message in refused:
-        with pytest.raises(InputError, match=message):
-            require_outputs(outputs, inputs)

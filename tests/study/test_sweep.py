@@ -1,10 +1,5 @@
 """Sweeps as files: closed forms over grids, what a file says, interruption, and failures."""
 
-import os
-import signal
-import subprocess
-import sys
-import time
 import tracemalloc
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command import Run
 from sweeps import STATIC, STEP, equal, spec_of
 
 from ilg_circuit.errors import InputError, SolveError
@@ -203,33 +197,11 @@ def test_a_measured_drive_is_read_once(tmp_path: Path) -> None:
 def test_a_damaged_part_is_named_and_removed(tmp_path: Path, small_tasks: None) -> None:
     spec, path = spec_of(), tmp_path / "s.nc"
     store = Store(path, spec)
+    store.folder.mkdir(parents=True)
     (store.folder / "000001.npz").write_bytes(b"not a result")
     with pytest.raises(InputError, match=r"000001\.npz' was damaged"):
         solve_sweep(spec, path, jobs=1)
     assert solve_sweep(spec, path, jobs=1).resumed == 18
-
-
-def test_killed_and_started_again(tmp_path: Path, run: Run) -> None:
-    """The program itself, killed without a word in the middle."""
-    command = [
-        "sweep", "paper", "--vary", "emission_voltage=5V:10V", "--random", "64",
-        "--drive", "step:1V", "--duration", "20s", "--beam", "static", "--jobs", "1", "--accuracy", "1e-4",
-    ]  # fmt: skip
-    parts = tmp_path / "s.nc.part"
-    program = [sys.executable, "-m", "ilg_circuit", *command, "--out", str(tmp_path / "s.nc")]
-    with subprocess.Popen(program, stdout=subprocess.DEVNULL) as process:
-        deadline = time.monotonic() + 60
-        while not list(parts.glob("*/000001.npz")):
-            assert time.monotonic() < deadline
-            assert process.poll() is None, "it was done before it could be killed"
-            time.sleep(0.02)
-        os.kill(process.pid, signal.SIGKILL)
-    finished = {p.name: p.stat().st_mtime_ns for p in parts.glob("*/0*.npz")}
-    assert 2 <= len(finished) < 4
-    again = run(*command, "--out", str(tmp_path / "s.nc"))
-    assert f"{16 * len(finished)} of them by an earlier run" in again.out
-    assert run(*command, "--out", str(tmp_path / "t.nc")).code == 0
-    assert equal(tmp_path / "s.nc", tmp_path / "t.nc")
 
 
 def test_without_a_file_the_sweep_is_in_memory(tmp_path: Path) -> None:

@@ -1,0 +1,144 @@
+"""What all commands have: a check of their paths, and a limit of time where they may take long.
+
+`OutputFile` marks the files that a command writes; none of them may take the place of another one. `Command` checks
+that before the work; a command need not know of it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..errors import InputError, visible
+from ..files import require_writable
+from .stopping import start_limit
+
+#: A file that is read.
+FILE = click.Path(path_type=Path)
+
+
+class OutputFile(click.Path):
+    """A file that is written, as ``what``: its name has one of ``suffixes``, or none if it may be ``bare``."""
+
+    def __init__(self, what: str = "", *suffixes: str, bare: bool = True) -> None:
+        super().__init__(path_type=Path)
+        self.what, self.suffixes, self.bare = what, suffixes, bare
+
+    def require(self, path: Path, option: str) -> None:
+        """Raise InputError for a path that cannot be written, or whose suffix says that it holds something else."""
+        require_writable(path)
+        suffix = path.suffix.lower()
+        tells = re.fullmatch(r"\.[a-z]\w*", suffix)  # the end of run_0.5V is no suffix
+        if self.suffixes and suffix not in self.suffixes and (tells or not self.bare):
+            *others, last = self.suffixes
+            ends = f"{', '.join(others)} or {last}" if others else last
+            raise InputError(f"cannot write '{path}': {option} writes {self.what}; end its name in {ends}")
+
+
+TABLE = OutputFile("CSV", ".csv", ".txt", ".dat")
+STRIP = OutputFile("TOML", ".toml")
+JSON = OutputFile("JSON", ".json")
+PAGE = OutputFile("HTML", ".html", ".htm")
+PICTURE = OutputFile("a picture", ".png", ".pdf", ".svg", bare=False)
+DECK = OutputFile("a SPICE deck", ".cir", ".sp", ".spice", ".net")
+MOTION = OutputFile("netCDF", ".nc", ".nc4", ".h5")
+SWEEP = OutputFile("netCDF or CSV", ".nc", ".nc4", ".h5", ".csv")
+ANY = OutputFile()
+
+_FORCE = "ilg_circuit.force"
+
+#: For commands whose answer may be meant to replace the strip that they began with.
+force_option = click.option(
+    "--force",
+    is_flag=True,
+    expose_value=False,
+    callback=lambda context, _option, given: context.meta.update({_FORCE: given}),
+    help="Let --out replace the file of the actuator.",
+)
+
+
+class Command(click.Command):
+    """A command whose paths are checked before it begins."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command. Raises InputError for paths as `require_apart` and `OutputFile.require` do."""
+        written = list(_written(ctx))
+        require_apart(ctx, written)
+        for option, path in written:
+            kind = option.type
+            assert isinstance(kind, OutputFile)
+            kind.require(path, option.opts[0])
+        return super().invoke(ctx)
+
+
+class LongCommand(Command):
+    """A command that may take long: it has the option ``--time-limit``, whose time begins as it is read."""
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        text = "End after so long, such as 30s, with exit code 1."
+        self.params.append(click.Option(["--time-limit"], expose_value=False, callback=start_limit, help=text))
+
+
+def require_apart(context: click.Context, written: list[tuple[click.Parameter, Path]]) -> None:
+    """Raise InputError where a file to be written is one that is read, or another one to be written.
+
+    A file is told by what it is, not by its name: through links, and in any spelling that the system takes for it.
+    The same measured file twice is refused, too.
+    """
+    read = [(option, path, _identity(path)) for option, path in _read(context) if os.path.isfile(path)]
+    made = [(option, path, _identity(path)) for option, path in written]
+    for (first, _, one), (second, path, other) in combinations([*read, *made], 2):
+        twice = isinstance(first.type, click.Path) and isinstance(second.type, click.Path)
+        if one != other or not (twice or isinstance(second.type, OutputFile)):
+            continue
+        replaceable = first.name == "actuator" and second.type is STRIP
+        if replaceable and context.meta.get(_FORCE):
+            continue
+        forced = "give --force to replace it" if replaceable else "give each its own"
+        raise InputError(f"{_named(first)} and {_named(second)} name the same file, '{visible(str(path))}'; {forced}")
+
+
+def _written(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
+    for option in context.command.params:
+        path = context.params.get(option.name or "")
+        if isinstance(option.type, OutputFile) and path is not None:
+            yield option, path
+
+
+def _read(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
+    """Yield whatever a command was given that may be the name of a file, ``file:`` before it or not."""
+    for option in context.command.params:
+        if isinstance(option.type, OutputFile | click.Choice):
+            continue
+        given = context.params.get(option.name or "")
+        values: Iterable[Any] = given if isinstance(given, tuple) else [given]
+        for value in values:
+            if isinstance(value, str | Path):
+                yield option, Path(str(value).removeprefix("file:"))
+
+
+def _named(option: click.Parameter) -> str:
+    """Return what the help calls an option or an argument."""
+    return option.opts[0] if isinstance(option, click.Option) else option.human_readable_name
+
+
+def _identity(path: Path) -> tuple[int | str, ...]:
+    """Return what tells a file from all others; of one that is not there yet, where it will be."""
+    try:
+        there = os.stat(path)
+        return there.st_dev, there.st_ino
+    except (OSError, ValueError):
+        pass
+    try:
+        path = path.resolve()
+        folder = os.stat(path.parent)
+    except (OSError, ValueError, RuntimeError):  # links in a circle, no such folder
+        return (str(path),)
+    return folder.st_dev, folder.st_ino, path.name.casefold()

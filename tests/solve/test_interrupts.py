@@ -1,0 +1,98 @@
+"""Exceptions that arrive while ngspice runs: raised, none swallowed, and ngspice solves on as if nothing had been."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from types import FrameType
+
+import numpy as np
+import pytest
+
+from ilg_circuit.circuit import strip_netlist
+from ilg_circuit.drive import PiecewiseLinear
+from ilg_circuit.solve import transient
+from ilg_circuit.solve.ngspice import session
+from ilg_circuit.strip.actuator import PAPER, Actuator
+
+NONLINEAR = replace(PAPER, material=replace(PAPER.material, emission_voltage=0.5))
+TIMES = np.linspace(0, 6, 21)
+DRIVE = PiecewiseLinear.square(-4.0, 4.0, 2.0, 6.0)
+
+
+class Alarm(Exception):
+    """What a handler of the user's own may raise."""
+
+
+@pytest.fixture
+def alarm(request: pytest.FixtureRequest) -> Iterator[type[BaseException]]:
+    """The exception that a timer raises."""
+
+    def ring(*_: object) -> None:
+        raise request.param
+
+    before = signal.signal(signal.SIGALRM, ring)
+    yield request.param
+    signal.setitimer(signal.ITIMER_REAL, 0)
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this platform has no timers")
+@pytest.mark.parametrize(
+    ("strip", "alarm"),
+    [(PAPER, KeyboardInterrupt), (NONLINEAR, Alarm)],
+    ids=["linear", "nonlinear"],
+    indirect=["alarm"],
+)
+def test_an_exception_at_any_time_is_raised_and_leaves_no_trace(strip: Actuator, alarm: type[BaseException]) -> None:
+    netlist = strip_netlist(strip)
+    expected = transient(netlist, DRIVE, TIMES).values
+    began = time.perf_counter()
+    transient(netlist, DRIVE, TIMES)
+    usual = time.perf_counter() - began
+    random = np.random.default_rng(13)
+    raised = 0
+    for _ in range(20):
+        after = random.uniform(0.01, 0.7) * usual
+        began = time.perf_counter()
+        try:
+            signal.setitimer(signal.ITIMER_REAL, after)
+            transient(netlist, DRIVE, TIMES)
+        except alarm:
+            raised += 1
+            assert time.perf_counter() - began < after + 1.0
+        else:  # it had been solved sooner than usual: the alarm is still to come
+            assert signal.getitimer(signal.ITIMER_REAL)[0] > 0
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+    assert raised >= 10
+    assert (transient(netlist, DRIVE, TIMES).values == expected).all()
+
+
+@pytest.mark.parametrize("where", ["time step", "source", "message", "state"])
+def test_an_exception_in_each_callback(where: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of them is asked by ngspice; the second call fails, as if an interrupt had come just then."""
+    ngspice = session()
+    name = {"time step": "_next_step", "source": "_source_voltage", "message": "_send_char", "state": "_send_stat"}
+    owner = ngspice if where in ("time step", "source") else ngspice._shared
+    code = getattr(owner, name[where]).__code__
+    calls = 0
+
+    def trace(frame: FrameType, event: str, _argument: object) -> None:
+        nonlocal calls
+        if frame.f_code is code and event == "call":
+            calls += 1
+            if calls == 2:
+                raise KeyboardInterrupt(where)
+
+    expected = transient(strip_netlist(PAPER), DRIVE, TIMES).values
+    sys.settrace(trace)
+    try:
+        with pytest.raises(KeyboardInterrupt, match=where):
+            transient(strip_netlist(PAPER), DRIVE, TIMES)
+    finally:
+        sys.settrace(None)
+    assert (transient(strip_netlist(PAPER), DRIVE, TIMES).values == expected).all()
