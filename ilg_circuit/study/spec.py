@@ -19,7 +19,7 @@ from ..drive import PiecewiseLinear
 from ..errors import InputError
 from ..simulation.response import sample_times
 from ..strip.file import FORMAT, dumps
-from .evaluate import STUDY_ACCURACY, Evaluation, Progress, require_known
+from .evaluate import STUDY_ACCURACY, Evaluation, Progress, evaluate, require_known, scenarios_of
 from .outputs import DEFAULT_OUTPUTS, choose_outputs
 from .parameters import ScenarioTemplate
 from .plan import Column, Plan, grid_plan, random_plan, read_plan
