@@ -57,9 +57,9 @@ def engineering(values: Array, unit: str) -> tuple[float, str]:
 
 
 def scaled(axis: Any, values: Array, unit: str) -> tuple[float, str]:
-    """Return `engineering` of ``values``, or what it was for the first curve that was drawn on this ``axis``."""
+    """Return `engineering` of ``values``, or what it was for the first curve that is drawn on this ``axis``."""
     known = _SCALES.get(axis)
-    if known is None or known[0] != unit:
+    if known is None or known[0] != unit or not axis.axes.has_data():
         known = _SCALES[axis] = (unit, *engineering(values, unit))
     return known[1:]
 

@@ -67,8 +67,9 @@ def test_what_is_drawn_together_has_one_unit() -> None:
     for line, found in zip(axes.get_lines(), (strong, weak), strict=True):
         assert line.get_ydata() == pytest.approx(1e3 * found.displacement)
     assert axes.get_ylabel() == "displacement [mm]"
-    alone = weak.plot(Figure().subplots())
-    assert alone.get_ylabel() == "displacement [\N{MICRO SIGN}m]"
+    axes.clear()
+    for panel in (axes, Figure().subplots()):
+        assert weak.plot(panel).get_ylabel() == "displacement [\N{MICRO SIGN}m]"
 
 
 def test_a_bode_plot_on_one_pair_of_axes_or_two() -> None:

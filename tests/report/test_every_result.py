@@ -186,12 +186,11 @@ def test_plain_data_go_through_json(kind: type[Result], tmp_path: Path) -> None:
 
 @each
 def test_files_by_suffix(kind: type[Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(page, "_SHARPNESS", 30)
+    if kind is not RhythmSweep:  # the pages' pictures are drawn, and written for one class
+        monkeypatch.setattr(page, "png", lambda figure, dpi: "")
     result = example(kind)
-    starts = {".html": b"<!"} | (
-        {} if kind is not RhythmSweep else {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}
-    )
-    for suffix, start in starts.items():
+    pictures = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"} if kind is RhythmSweep else {}
+    for suffix, start in {".html": b"<!", **pictures}.items():
         result.save(tmp_path / f"file{suffix.upper()}")
         assert (tmp_path / f"file{suffix.upper()}").read_bytes().startswith(start)
     assert not pyplot.get_fignums()
