@@ -15,7 +15,6 @@ from .emit import require_outputs
 
 if TYPE_CHECKING:
     from ..arrays import Array
-    from ..strip.actuator import Actuator
 
 FILE = click.Path(path_type=Path)
 
@@ -87,9 +86,8 @@ def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
     return seconds, sample_times(seconds, samples=options["samples"], step=step)
 
 
-def mounted(actuator: Actuator, options: dict[str, Any]) -> dict[str, Any]:
-    """Tip, beam (by default the usual one of this actuator) and load, from the options of these names."""
+def mounted(options: dict[str, Any]) -> dict[str, Any]:
+    """Tip, beam (None for the strip's own) and load, from the options of these names."""
     from ..circuit.strip import parse_load
 
-    load = parse_load(options["load"])
-    return {"tip": options["tip"], "beam": options["beam"] or actuator.usual_beam(loaded=bool(load)), "load": load}
+    return {"tip": options["tip"], "beam": options["beam"], "load": parse_load(options["load"])}

@@ -303,8 +303,10 @@ class Actuator:
     name: str = "strip"
     uncertainty: Uncertainty | None = None
 
-    def usual_beam(self, *, loaded: bool = False) -> str:
-        """The beam of a run that names none: the one that d(s) was fitted with, a dynamic one under a load."""
+    def beam(self, asked: str | None = None, *, loaded: bool = False) -> str:
+        """The beam ``asked`` for; else the one that d(s) was fitted with, a dynamic one under a load."""
+        if asked is not None:
+            return asked
         fitted = self.coupling.beam if self.coupling is not None else None
         return "dynamic" if loaded or fitted is None else fitted
 
