@@ -5,7 +5,8 @@ from __future__ import annotations
 from ..drive import Drive
 from ..strip.actuator import Actuator
 from .netlist import GROUND, Element, Netlist, plain, series_sum
-from .provenance import FIRST_STEP, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
+from .operating_point import with_operating_point
+from .provenance import FIRST_STEP, INDUCTORS, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
 
 
 def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, samples: int = 601) -> str:
@@ -14,6 +15,7 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     The outputs are nodes of their own, in SI units (1 V is one ampere, coulomb, metre, newton). ``samples`` is the
     least number of rows; ngspice prints every time point.
     """
+    netlist = with_operating_point(netlist)
     shown = tuple(o for o in netlist.outputs if any(c for _, c in o.terms))
     step = duration / (samples - 1)
     longest = min(step, duration * LONGEST_STEP)
@@ -24,12 +26,13 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     header = [*provenance(netlist.title, actuator), *netlist.comments, f"drive: {drive.text}"]
     header.append(f"outputs in SI units as voltages: {units}")
     header.append("run with: ngspice -b FILE")
+    if any(e.kind == "L" for e in netlist.elements):
+        header += INDUCTORS
     body = [e.line() for e in netlist.driven]
-    body.append(netlist.source.line(drive.spice(duration)))
+    body.append(netlist.source.line(f"AC 1 {drive.spice(duration)}"))
     body += [e.line() for o in shown for e in series_sum(f"out_{o.name}", [(q, c) for q, c in o.terms if c])]
     start = Element("Vstart", ("start", GROUND), 0.0)
     lines = [
-        plain(netlist.title),
         *(f"* {plain(line)}" for line in header),
         *folded(body),
         "* a corner in a source makes the first step short: its error is the only one that ngspice does not check",

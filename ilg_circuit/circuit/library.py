@@ -17,22 +17,27 @@ from dataclasses import replace
 
 from ..errors import InputError
 from ..strip.actuator import CANTILEVER_EIGENVALUE, Actuator, Material, Quantity, quantities
-from ..strip.elements import GRAVITY, Elements, lumped_elements
+from ..strip.elements import GRAVITY, Elements, gravity_ratio, growth_terms, lumped_elements
 from ..strip.models.model import LibraryText
 from ..units import format_quantity
-from .netlist import GROUND, Element, Role, plain
-from .provenance import FIRST_STEP, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
-from .strip import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, VELOCITY_SCALE, Load, strip_netlist
+from .netlist import GROUND, Element, Netlist, Role, plain
+from .operating_point import HOLD, with_operating_point, without_mass
+from .provenance import FIRST_STEP, INDUCTORS, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
+from .strip import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, strip_netlist
 
 #: kT/q [V] at 27 degrees Celsius with the constants that ngspice has (CODATA 2014).
 THERMAL_VOLTAGE = 1.38064852e-23 * 300.15 / 1.6021766208e-19
 #: Bias of the diodes of a sinh electron path, in units of its Vt.
 _BIAS = 4
+#: A beam without mass follows within this part of the time that d(s) takes.
+_LAG = 1e-8
+#: The series of gravity holds up to so many times the strip's r, and a load of so many times its weight.
+_HEAVIER = 4
 #: What `plain` would turn into underscores in units and symbols.
 _UNSAFE = str.maketrans("", "", "'^")
 
 
-def library_parameters(actuator: Actuator) -> list[Quantity]:
+def library_parameters(actuator: Actuator, beam: str | None = None) -> list[Quantity]:
     """What the subcircuit can be told, with the defaults: named as in an actuator's TOML file, and a fit's report.
 
     A field that the strip leaves out, or that has no influence on it, is no parameter.
@@ -45,6 +50,8 @@ def library_parameters(actuator: Actuator) -> list[Quantity]:
     if actuator.coupling is not None:
         used |= {"free_length", "load_position", "density", "beam_damping_ratio"}
         used.add("youngs_modulus" if m.bending_stiffness is None else "bending_stiffness")
+        if actuator.beam(beam) == "static":
+            used -= {"beam_damping_ratio"} | ({"density"} if actuator.mounting.orientation != "hanging" else set())
     found = [*quantities(actuator.geometry), *quantities(m)]
     for k, branch in enumerate(m.further_branches, 2):
         meaning = f"that of ionic branch {k}"
@@ -52,6 +59,9 @@ def library_parameters(actuator: Actuator) -> list[Quantity]:
     found = [q for q in found if q.name in used]
     if actuator.coupling is not None:
         found += [replace(q, name=f"coupling_{q.name}") for q in quantities(actuator.coupling)]
+        found.append(Quantity("load_stiffness", 0.0, "N/m", "spring from the tip to ground"))
+        if actuator.mounting.orientation == "hanging":
+            found.append(Quantity("load_mass", 0.0, "kg", "mass that hangs on the tip, for its weight only"))
     if m.emission_voltage is not None:
         meaning = "kT/q of your SPICE; the default is that of ngspice at 27 degrees Celsius"
         found.append(Quantity("thermal_voltage", THERMAL_VOLTAGE, "V", meaning))
@@ -64,40 +74,60 @@ def _has_electrodes(m: Material) -> bool:
     )
 
 
-def library(actuator: Actuator, name: str = "ilg_strip") -> str:
+def library(actuator: Actuator, name: str = "ilg_strip", beam: str | None = None) -> str:
     """A subcircuit ``name plus minus tip``: electrical pins, and the tip's mechanical pin where there is a coupling.
 
     Across ``tip`` and ground is the force, out of it flows the velocity: grounded it is free, open it is clamped, and
     a load is an inductor (mass), resistor (dashpot) or capacitor (spring) from ``tip`` to ground. Nothing leans on
-    ground at the electrical pins. Raises InputError for a name that SPICE would not take.
+    ground at the electrical pins. ``beam`` as for `strip_netlist`; a static one has no mass under a load either. Raises
+    InputError for a name that SPICE would not take.
     """
-    netlist = strip_netlist(actuator, load=Load())
-    lumped = lumped_elements(actuator)
-    pins, elements = pinned(actuator, name)
-    parameters = library_parameters(actuator)
+    beam = actuator.beam(beam)
+    netlist, lumped = library_netlist(actuator, beam), lumped_elements(actuator)
+    names, elements = pinned(actuator, name, netlist)
+    pins = " ".join(names)
+    parameters = library_parameters(actuator, beam)
     g = actuator.geometry
     text = actuator.material.model.ions.library(lumped.port, g.length * g.width / g.thickness)
-    values = element_values(actuator, lumped, text)
+    values = element_values(actuator, lumped, text, beam)
     body = [line for element in elements for line in _lines(element, values)]
-    lines = [f"* {plain(line)}".rstrip() for line in _header(actuator, lumped, name, " ".join(pins), netlist.title)]
-    lines += [f".subckt {name} {' '.join(pins)}", "+ params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
-    lines += [f".param {key}={{{value}}}" for key, value in derived_values(actuator, text).items()]
+    header = [*provenance(f"subcircuit {name}: {netlist.title}", actuator), *_use(actuator, name, pins, beam)]
+    header += _table(parameters) + _notes(actuator, lumped, beam)
+    lines = [f"* {plain(line)}".rstrip() for line in header]
+    lines += [f".subckt {name} {pins}", "+ params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
+    lines += folded([f".param {key}={{{value}}}" for key, value in derived_values(actuator, text, beam).items()], 150)
     return "\n".join([*lines, *folded(body), f".ends {name}", ""])
 
 
-def pinned(actuator: Actuator, name: str) -> tuple[tuple[str, ...], tuple[Element, ...]]:
-    """Return the pins of the subcircuit ``name`` and its elements, see `library`.
+def pinned(actuator: Actuator, name: str, netlist: Netlist) -> tuple[tuple[str, ...], tuple[Element, ...]]:
+    """Return the pins of the subcircuit ``name`` and its elements, those of its ``netlist`` between them.
 
     Raises InputError for a name that SPICE would not take.
     """
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
         raise InputError(f"subcircuit name '{plain(name[:40])}': use letters, digits and _, starting with a letter")
     coupled = actuator.coupling is not None
-    elements = strip_netlist(actuator, load=Load()).driven
-    return ("plus", "minus", "tip")[: 2 + coupled], tuple(_at_the_pins(elements, coupled=coupled))
+    return ("plus", "minus", "tip")[: 2 + coupled], tuple(_at_the_pins(netlist.driven, coupled=coupled))
 
 
-def derived_values(actuator: Actuator, ions: LibraryText) -> dict[str, str]:
+def library_netlist(actuator: Actuator, beam: str | None = None) -> Netlist:
+    """The netlist that a subcircuit writes, its tip free."""
+    given, k = strip_netlist(actuator, beam=beam), actuator.coupling
+    if k is None:
+        return given
+    if actuator.beam(beam) == "dynamic":
+        made = with_operating_point(given)
+    else:
+        undamped = replace(actuator, material=replace(actuator.material, beam_damping_ratio=0.0))
+        lag = _LAG * k.zero / (k.natural_frequency * (k.natural_frequency + k.zero))
+        made = without_mass(with_operating_point(strip_netlist(undamped, beam="dynamic")), lag)
+    # a load's spring, at the end of the tip's mesh
+    *others, meter = made.elements
+    end = [Element("Espring", ("swing", "sprung", "way", GROUND), 0.0), replace(meter, nodes=("sprung", GROUND))]
+    return replace(made, title=given.title, elements=(*others, *end))
+
+
+def derived_values(actuator: Actuator, ions: LibraryText, beam: str) -> dict[str, str]:
     """Name -> expression, of parameters and earlier names, of the values that elements share. EC (10)-(16)."""
     m, coupling = actuator.material, actuator.coupling
     derived = {"area": "length*width", "rdc": "dc_resistivity*thickness/area", **ions.derived}
@@ -114,19 +144,46 @@ def derived_values(actuator: Actuator, ions: LibraryText) -> dict[str, str]:
         derived["stiffness"] = f"youngs_modulus*width*thickness*thickness*thickness/(4*{cube})"
     else:
         derived["stiffness"] = f"3*bending_stiffness/{cube}"
-    fourth = "free_length*free_length*free_length*free_length"
-    derived["mass"] = f"{3 / CANTILEVER_EIGENVALUE**4!r}*{fourth}*density*width*thickness/{cube}"
-    derived["damping"] = "2*beam_damping_ratio*sqrt(stiffness*mass)"
+    if beam == "dynamic":
+        fourth = "free_length*free_length*free_length*free_length"
+        derived["mass"] = f"{3 / CANTILEVER_EIGENVALUE**4!r}*{fourth}*density*width*thickness/{cube}"
+        derived["damping"] = "2*beam_damping_ratio*sqrt(stiffness*mass)"
+    else:
+        wn = "coupling_natural_frequency"
+        derived["lag"] = f"{_LAG!r}*coupling_zero/({wn}*({wn}+coupling_zero))"
     derived["bending"] = f"3*{at}*{at}/(thickness*thickness)"
+    if actuator.mounting.orientation == "hanging":
+        derived |= _gravity(actuator, at, cube)
     derived["lfilter"] = "1/(coupling_natural_frequency*coupling_natural_frequency)"
     derived["rfilter"] = "2*coupling_damping_ratio/coupling_natural_frequency"
-    # of s d(s) v: from the filter's inductor voltage (d0 wn^2/Zd is Kd), and from its current
-    derived["rate_a"] = "bending*coupling_gain"
-    derived["rate_b"] = "bending*coupling_gain*coupling_zero*lfilter/rfilter"
+    # of d(s) v: from the filter's capacitor, and from its current
+    derived["settled"] = "bending*coupling_gain*coupling_zero*lfilter"
+    derived["passing"] = "bending*coupling_gain*lfilter/rfilter"
     return derived
 
 
-def element_values(actuator: Actuator, lumped: Elements, ions: LibraryText) -> dict[str, str]:
+def _gravity(actuator: Actuator, at: str, cube: str) -> dict[str, str]:
+    """The stiffness of gravity as in `hanging_stiffness`, by series that hold for heavier strips and loads too."""
+    derived = {
+        "pull": f"{3 * GRAVITY!r}*free_length*free_length/(stiffness*{cube})",
+        "hung": "pull*load_mass",
+        "own": "pull*density*width*thickness*free_length",
+        "part": f"{at}/free_length",
+        "held": "(own*(1-part)+hung)*part*part",
+        "grown": "own*part*part*part",
+    }
+    most = _HEAVIER * 8 * gravity_ratio(actuator)
+    for name, first, square, cubed in (("whole", 0, "hung", "own"), ("bent", 2, "held", "grown")):
+        terms = ["1", "0"]
+        for n in range(first + 2, first + len(growth_terms(first, most, most, 1e-10))):
+            before = f"+{cubed}*{terms[-3]}" if len(terms) > 2 else ""
+            terms.append(f"{name}{n}")
+            derived[terms[-1]] = f"({square}*{terms[-3]}{before})/{n * (n - 1)}"
+        derived[name] = "+ ".join(t for t in terms if t != "0")
+    return derived | {"gravity": "stiffness*(whole-bent)/bent"}
+
+
+def element_values(actuator: Actuator, lumped: Elements, ions: LibraryText, beam: str) -> dict[str, str]:
     """Element name of `strip_netlist` -> expression of its value."""
     port = lumped.port
     values = {"Rdc": "rdc"}
@@ -142,25 +199,33 @@ def element_values(actuator: Actuator, lumped: Elements, ions: LibraryText) -> d
         return values
     for name in "ds":
         values |= {f"R{name}": "rfilter", f"L{name}": "lfilter"}
-    for source, scale in (("v1", 1 / VELOCITY_SCALE), ("u1", FORCE_SCALE)):
-        values |= {f"G{source}a": f"{scale!r}*rate_a", f"G{source}b": f"{scale!r}*rate_b"}
-    values["Cbeam"] = f"1/({IMPEDANCE_SCALE:.12g}*stiffness)"
-    values["Ltip"] = f"{IMPEDANCE_SCALE:.12g}*mass"
-    values["Rtip"] = f"{IMPEDANCE_SCALE:.12g}*damping"
-    if actuator.mounting.orientation == "hanging":
-        values["Cgravity"] = f"1/({3 / 8 * GRAVITY * IMPEDANCE_SCALE:.15g}*density*width*thickness)"
-    return values
+    values |= {"Gu1a": f"{FORCE_SCALE!r}*bending*coupling_gain", "Gu1b": f"{FORCE_SCALE!r}*settled/rfilter"}
+    scale, unit = f"{IMPEDANCE_SCALE:.12g}", f"{1 / FORCE_SCALE:.12g}"
+    values |= _charged("beam", f"{unit}*stiffness", [f"-{scale}*stiffness"])
+    stored = [ions.capacitance] if ions.capacitance else [c for _, c in ions.sections]
+    values |= _charged("held", f"{FORCE_SCALE!r}/({'+'.join(stored)})", [])
+    values["Rheld"] = f"{HOLD:.12g}*({ions.resistance or ions.sections[0][0]})"
+    values |= {"Htip": f"{scale}*damping", "Egravity": f"{scale}*gravity", "Espring": f"{scale}*load_stiffness"}
+    if beam == "dynamic":
+        return values | {"Ltip": f"{scale}*mass"}
+    return values | {"Ltip": f"{scale}*stiffness*lag*lag", "Rlag": f"{scale}*stiffness*lag/2"}
+
+
+def _charged(node: str, gain: str, further: list[str]) -> dict[str, str]:
+    """The sources in series at ``node``: ``gain`` times d(s) v, and what else there is."""
+    gains = [f"{gain}*settled", f"{gain}*passing", f"-{gain}*passing", *further]
+    return {f"E{node}{k}": text for k, text in enumerate(gains)}
 
 
 def _at_the_pins(elements: tuple[Element, ...], *, coupled: bool) -> Iterator[Element]:
     """The strip's elements without its drive, between the pins plus and minus in place of drive and ground."""
-    leaning = {Role.ELECTRON_PATH, Role.REFLECTED_VOLTAGE}
-    if not coupled:  # the ion path ends at minus; a growing capacitance keeps its charge on a node of its own
-        leaning |= {Role.ION_PATH, Role.SOURCE}
+    # role -> place of the node at minus among an element's nodes; a growing capacitance keeps its charge on its own
+    leaning = {Role.ELECTRON_PATH: 1, Role.ION_PATH: 1, Role.SOURCE: 1}
     for element in elements:
         nodes = ["plus" if n == "drive" else n for n in element.nodes]
-        if nodes[1] == GROUND and element.role in leaning:
-            nodes[1] = "minus"
+        place = 3 if element.name == "Ed" else leaning.get(element.role, len(nodes))
+        if nodes[place : place + 1] == [GROUND]:
+            nodes[place] = "minus"
         if coupled and element is elements[-1]:
             nodes[1] = "tip"  # the last of the tip's mesh
         yield replace(element, nodes=tuple(nodes))
@@ -193,37 +258,44 @@ def _diodes(plus: str, minus: str) -> list[str]:
     ]
 
 
-def _header(actuator: Actuator, lumped: Elements, name: str, pins: str, title: str) -> list[str]:
-    m, coupled = actuator.material, actuator.coupling is not None
+def _use(actuator: Actuator, name: str, pins: str, beam: str) -> list[str]:
     lines = [
-        *provenance(f"subcircuit {name}: {title}", actuator),
         f"use: X1 {pins} {name}",
         f"     X1 {pins} {name} width=10e-3 thickness=0.4e-3 for a strip of another size",
         "     (PSpice and Xyce want the word params: before the first parameter)",
         "",
         "plus, minus: volt and ampere; nothing inside leans on ground there",
     ]
-    if coupled:
-        lines += [
-            f"tip: {SCALE_NOTE.removeprefix('mechanical side: ')}",
-            "     voltage to ground: force on the load; current out of the pin: its velocity (into 1 F: the way in mm)",
-            "     to ground by Vtip tip 0 0: free; open: clamped; a load is an element from tip to ground:",
-            "     mass m kg: L of 1000 m henry; dashpot c N s/m: R of 1000 c ohm; spring k N/m: C of 0.001/k farad",
-        ]
-        if actuator.usual_beam() == "static":
-            lines += [
-                "d(s) was fitted to the tip's whole motion, beam included: for that motion set density to 1e-3 of this",
-                "     strip's, so that the beam's inertia does not count twice",
-            ]
-    table = ["", "parameters, all in SI units, with the values of this strip as defaults"]
-    table += [
-        f"  {p.name:<28} {format_quantity(p.value, '', 6):>12} {p.unit or '1':<9} {p.meaning}".translate(_UNSAFE)
-        for p in library_parameters(actuator)
+    if actuator.coupling is None:
+        return lines
+    lines += [
+        f"tip: {SCALE_NOTE.removeprefix('mechanical side: ')}",
+        "     voltage to ground: force on the load; current out of the pin: its velocity (into 1 F: the way in mm)",
+        "     to ground by Vtip tip 0 0: free; open: clamped; a load is an element from tip to ground:",
+        "     mass m kg: L of 1000 m henry; dashpot c N s/m: R of 1000 c ohm; spring k N/m: load_stiffness=k, or, from",
+        "     rest only, C of 0.001/k farad. The way is also the voltage of the node way inside, which .op, .dc and",
+        "     .tran without uic know: v(x1.way), in gnucap v(X1.Rway)",
     ]
-    return [*lines, *table, *_notes(m, lumped, coupled=coupled)]
+    if actuator.mounting.orientation == "hanging":
+        lines.append("     what hangs on the tip has weight: load_mass, besides its L")
+    if beam == "static":
+        lines += [
+            "static beam: d(s) is the tip's whole motion, and nothing acts back on plus and minus; under a load the",
+            "     beam has no mass of its own: for that write the file with --beam dynamic",
+        ]
+    return lines
 
 
-def _notes(material: Material, lumped: Elements, *, coupled: bool) -> list[str]:
+def _table(parameters: list[Quantity]) -> list[str]:
+    rows = [
+        f"  {p.name:<28} {format_quantity(p.value, '', 6):>12} {p.unit or '1':<9} {p.meaning}".translate(_UNSAFE)
+        for p in parameters
+    ]
+    return ["", "parameters, all in SI units, with the values of this strip as defaults", *rows]
+
+
+def _notes(actuator: Actuator, lumped: Elements, beam: str) -> list[str]:
+    material, coupled = actuator.material, actuator.coupling is not None
     ladder = lumped.port.ladder
     lines = [""]
     if ladder is not None:
@@ -238,14 +310,20 @@ def _notes(material: Material, lumped: Elements, *, coupled: bool) -> list[str]:
             "     by which SPICE replaces their exponential in reverse. Temperature: 27 degrees Celsius: leave TEMP",
             "     and TNOM there, or set thermal_voltage",
         ]
-    if coupled and not material.beam_damping_ratio:
+    if coupled and actuator.mounting.orientation == "hanging":
+        lines.append(
+            f"gravity: for strips up to {_HEAVIER} times as heavy for their EI/L0^3 (r up to "
+            f"{_HEAVIER * gravity_ratio(actuator):.3g}), and loads up to {_HEAVIER} times this strip's weight"
+        )
+    if coupled and beam == "dynamic" and not material.beam_damping_ratio:
         lines.append("the beam rings for ever without damping: displacement within 1e-5 of the maximum only")
-    gnucap = "gnucap: short=1e-7, since its sources hide 10 uohm, and method=gear; within 1e-3"
+    gnucap = "gnucap: short=1e-7, since its sources hide 10 uohm, chgtol=1e-6 and method=gear; within 1e-3"
     if material.capacitance_slope:
         gnucap = "the capacitance that grows is a behavioural source B, which ngspice and LTspice read"
     return [
         *lines,
-        "the transient starts from rest: .tran ... uic",
+        *(INDUCTORS if coupled or lumped.port.inductance else ()),
+        "the transient starts from rest by .tran ... uic, without uic from the operating point",
         f"within 1e-6 of the maximum in ngspice: {TIGHT_OPTIONS.removeprefix('.options ')}",
         f"with .tran FIRST T 0 LONGEST uic, LONGEST = {LONGEST_STEP:g} T, FIRST = {FIRST_STEP:g} T (no error control)",
         gnucap,

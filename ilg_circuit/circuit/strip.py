@@ -32,13 +32,13 @@ IMPEDANCE_SCALE = VELOCITY_SCALE / FORCE_SCALE
 
 SCALE_NOTE = "mechanical side: 1 V = 1 uN, 1 A = 1 mm/s, 1 C = 1 mm; positive towards the anode"
 
-#: Up to this ratio of gravity's to the strip's stiffness the tip spring of a hanging strip holds within 7 %.
-LARGEST_GRAVITY_RATIO = 1.0
-
 
 @dataclass(frozen=True)
 class Load:
-    """What hangs on the strip at L_F: mass [kg], spring [N/m] and dashpot [N s/m] to ground, each zero or more."""
+    """What hangs on the strip at L_F: mass [kg], spring [N/m] and dashpot [N s/m] to ground, each zero or more.
+
+    On a hanging strip the mass has weight, which pulls at the free end.
+    """
 
     mass: float = 0.0
     stiffness: float = 0.0
@@ -111,7 +111,7 @@ def strip_netlist(
     actuator: Actuator,
     *,
     tip: str = "free",
-    beam: str = "dynamic",
+    beam: str | None = None,
     load: Load | None = None,
     band: tuple[float, float] = LADDER_BAND,
     rest: float = 0.0,
@@ -119,18 +119,20 @@ def strip_netlist(
     """The whole strip, with outputs current [A], charge [C], displacement [m] and force [N] (at L_F, on the load).
 
     ``beam`` "dynamic" is the port EC (17) without simplification: beam compliance and mass, voltage reflected onto the
-    electrical side. "static" is EC (26), (29): no mass, nothing reflected. ``tip`` "clamped" holds the point L_F.
-    ``band`` [Hz] is that of a ladder where the strip gives none. A nonlinear strip starts at rest under ``rest`` [V].
-    Raises InputError for an unknown word, a load where there can be none, or a hanging strip too soft to hold itself.
+    electrical side. "static" is EC (26), (29): no mass, nothing reflected. None is the strip's own, `Actuator.beam`.
+    ``tip`` "clamped" holds the point L_F. ``band`` [Hz] is that of a ladder where the strip gives none. A nonlinear
+    strip starts at rest under ``rest`` [V]. Raises InputError for an unknown word, a load where there can be none, or a
+    hanging strip that is nothing beside its weight.
     """
     load = load or Load()
+    beam = actuator.beam(beam, loaded=bool(load))
     if tip not in ("free", "clamped"):
         raise InputError(f"tip is '{tip}'; choose free or clamped")
     if beam not in ("dynamic", "static"):
         raise InputError(f"beam is '{beam}'; choose dynamic or static")
     if load and (tip == "clamped" or beam == "static"):
         raise InputError("a load moves with the tip: it needs --tip free and --beam dynamic")
-    lumped = lumped_elements(actuator, band)
+    lumped = lumped_elements(actuator, band, load.mass)
     title = f"ILG strip {actuator.name}, {beam} beam, {tip} tip"
     coupling, port = lumped.coupling, lumped.port
     if coupling is None:
@@ -163,6 +165,8 @@ def strip_netlist(
     elif tip == "clamped":
         force = {q: c * lumped.stiffness for q, c in displacement.items()}
         displacement = dict.fromkeys(displacement, 0.0)
+    else:
+        displacement = {q: c * lumped.hanging_share for q, c in displacement.items()}
     outputs += _motion(displacement, force)
     return Netlist(title, tuple(elements), tuple(outputs), comments=(SCALE_NOTE,), rest=rest)
 
@@ -348,12 +352,6 @@ def _tip(lumped: Elements, load: Load) -> tuple[list[Element], dict[str, float]]
     if lumped.damping:
         chain.append(("Rtip", lumped.damping * IMPEDANCE_SCALE, Role.TIP))
     if lumped.gravity:
-        ratio = lumped.gravity / lumped.stiffness
-        if ratio > LARGEST_GRAVITY_RATIO:
-            raise InputError(
-                f"mounting.orientation is 'hanging', but gravity is {ratio:.3g} times as stiff as the strip (allowed: "
-                f"{LARGEST_GRAVITY_RATIO:g}); a coupling fitted with gravity in it is 'weightless'"
-            )
         chain.append(("Cgravity", 1 / (lumped.gravity * IMPEDANCE_SCALE), Role.TIP))
     # horizontal: the weight is a constant force; displacement counts from the sagged rest, so it drops out
     start_of_load = len(chain)

@@ -36,7 +36,7 @@ def impedance(actuator: str, low: str, high: str, **options: Any) -> None:
     strip = load_actuator(actuator)
     f = frequencies(parse(low, "Hz", "--from"), parse(high, "Hz", "--to"), options["points"])
     written = outputs(options)
-    how = mounted(strip, options) | {"bias": parse(options["bias"], "V", "--bias")}
+    how = mounted(options) | {"bias": parse(options["bias"], "V", "--bias")}
     result = solve(strip, f, engine=options["engine"], **how)
     emit(result, written, inputs=[actuator], text=text(result))
     if options["check"]:

@@ -32,15 +32,17 @@ def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any)
     from ..simulation.drives import parse_drive
     from ..strip.file import load_actuator
 
-    strip = load_actuator(actuator)
+    strip, how = load_actuator(actuator), mounted(options)
     if out.suffix.lower() == ".lib":
-        text = library(strip)
+        if how["load"] or how["tip"] == "clamped":
+            raise InputError("a .lib leaves the tip to who wires its pin: leave out --tip and --load, or write a .cir")
+        text = library(strip, beam=how["beam"])
     elif out.suffix.lower() in (".cir", ".sp", ".spice", ".net"):
         seconds = parse(duration, "s", "--duration")
         if not seconds > 0:
             raise InputError(f"duration {duration} must be more than zero")
         source = parse_drive(drive, seconds)
-        text = deck(strip_netlist(strip, **mounted(strip, options)), source, seconds, strip)
+        text = deck(strip_netlist(strip, **how), source, seconds, strip)
         for finding in drive_findings(source):
             say(f"warning: {finding}", err=True)
     else:

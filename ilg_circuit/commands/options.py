@@ -16,7 +16,6 @@ from .paths import JSON, PAGE, PICTURE, TABLE, OutputFile
 
 if TYPE_CHECKING:
     from ..arrays import Array
-    from ..strip.actuator import Actuator
 
 
 class _Number(click.types.FloatParamType):
@@ -107,9 +106,8 @@ def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
     return seconds, sample_times(seconds, samples=options["samples"], step=step)
 
 
-def mounted(actuator: Actuator, options: dict[str, Any]) -> dict[str, Any]:
-    """Tip, beam (by default the usual one of this actuator) and load, from the options of these names."""
+def mounted(options: dict[str, Any]) -> dict[str, Any]:
+    """Tip, beam (None for the strip's own) and load, from the options of these names."""
     from ..circuit.strip import load_of
 
-    load = load_of(options["load"])
-    return {"tip": options["tip"], "beam": options["beam"] or actuator.usual_beam(loaded=bool(load)), "load": load}
+    return {"tip": options["tip"], "beam": options["beam"], "load": load_of(options["load"])}

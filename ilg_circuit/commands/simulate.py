@@ -48,7 +48,7 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
     strip = load_actuator(actuator)
     seconds, times = sampled(duration, options)
     source = parse_drive(drive, seconds)
-    how = mounted(strip, options)
+    how = mounted(options)
     written = outputs(options)
     solver = {"engine": options["engine"], "accuracy": options["accuracy"]}
     response = solve(strip, source, times, progress=ProgressBar(), **solver, **how)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..circuit.deck import deck
 from ..circuit.library import library as write_library
-from ..circuit.library import pinned
+from ..circuit.library import library_netlist, pinned
 from ..circuit.netlist import add_elements
 from ..circuit.strip import Hung, strip_netlist
 from ..errors import SolveError
@@ -64,11 +64,11 @@ def netlist(
     """
     actuator = strip_of(strip)
     source, times = run_of(drive, duration)
-    circuit = strip_netlist(actuator, **mounted(actuator, tip, beam, load))
+    circuit = strip_netlist(actuator, **mounted(tip, beam, load))
     return deck(circuit, source, float(times[-1]), actuator)
 
 
-def library(strip: Strip, name: str = "ilg_strip") -> str:
+def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -> str:
     """Return a strip as the text of a SPICE subcircuit with parameters: pins plus, minus and, with a coupling, tip.
 
     Parameters
@@ -77,6 +77,8 @@ def library(strip: Strip, name: str = "ilg_strip") -> str:
         An object, the path of a TOML file or a preset's name.
     name : str
         Of the subcircuit.
+    beam : {"dynamic", "static"}, optional
+        With the beam's mass or without it (default: as the coupling was fitted).
 
     Returns
     -------
@@ -94,10 +96,10 @@ def library(strip: Strip, name: str = "ilg_strip") -> str:
     >>> ".subckt gripper plus minus tip" in ilg.library("paper", "gripper")
     True
     """
-    return write_library(strip_of(strip), name)
+    return write_library(strip_of(strip), name, beam)
 
 
-def subcircuit(strip: Strip, name: str = "ilg_strip") -> SubCircuit:
+def subcircuit(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -> SubCircuit:
     """Return a strip as a PySpice subcircuit, for a circuit of one's own.
 
     Its pins are plus and minus and, with a coupling, tip: across tip and ground is the force (1 V is 1 uN), out of it
@@ -109,6 +111,8 @@ def subcircuit(strip: Strip, name: str = "ilg_strip") -> SubCircuit:
         An object, the path of a TOML file or a preset's name.
     name : str
         Of the subcircuit.
+    beam : {"dynamic", "static"}, optional
+        With the beam's mass or without it (default: as the coupling was fitted).
 
     Returns
     -------
@@ -133,7 +137,8 @@ def subcircuit(strip: Strip, name: str = "ilg_strip") -> SubCircuit:
         prepare_library()  # for PySpice's own simulators
     from PySpice.Spice.Netlist import SubCircuit
 
-    pins, elements = pinned(strip_of(strip), name)
+    actuator = strip_of(strip)
+    pins, elements = pinned(actuator, name, library_netlist(actuator, beam))
     made = SubCircuit(name, *pins)
     add_elements(made, elements)
     return made

@@ -100,10 +100,9 @@ def drive_of(drive: Driven, duration: float, unit: str = "V") -> Drive:
     return drive
 
 
-def mounted(strip: Actuator, tip: str, beam: str | None, hung: Hung) -> dict[str, Any]:
-    """Return tip, beam (by default the strip's usual one) and load, as solvers take them."""
-    load = load_of(hung)
-    return {"tip": tip, "beam": beam or strip.usual_beam(loaded=bool(load)), "load": load}
+def mounted(tip: str, beam: str | None, hung: Hung) -> dict[str, Any]:
+    """Return tip, beam (None for the strip's own) and load, as solvers take them."""
+    return {"tip": tip, "beam": beam, "load": load_of(hung)}
 
 
 def quantity(value: Given, unit: str, name: str) -> float:

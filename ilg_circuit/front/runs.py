@@ -90,7 +90,7 @@ def simulate(
     """
     actuator = strip_of(strip)
     source, at = run_of(drive, duration, samples=samples, step=step, times=times)
-    how = mounted(actuator, tip, beam, load)
+    how = mounted(tip, beam, load)
     response = solve(actuator, source, at, engine=engine, accuracy=accuracy, progress=progress, **how)
     if not band:
         return response
@@ -157,7 +157,7 @@ def impedance(
     actuator = strip_of(strip)
     band = quantity(low, "Hz", "low"), quantity(high, "Hz", "high")
     chosen = frequencies(*band, points) if frequency is None else row(frequency, "frequency")
-    how = mounted(actuator, tip, beam, load)
+    how = mounted(tip, beam, load)
     return solve_impedance(actuator, chosen, bias=quantity(bias, "V", "bias"), engine=engine, **how)
 
 

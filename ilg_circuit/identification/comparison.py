@@ -60,7 +60,7 @@ def compare(
     until: float = np.inf,
     band: bool = False,
     tip: str = "free",
-    beam: str = "dynamic",
+    beam: str | None = None,
     load: Load | None = None,
     engine: str = "ngspice",
 ) -> tuple[Compared, ...]:

@@ -94,7 +94,7 @@ def impedance(
     *,
     bias: float = 0.0,
     tip: str = "free",
-    beam: str = "dynamic",
+    beam: str | None = None,
     load: Load | None = None,
     engine: str = "ngspice",
 ) -> Impedance:

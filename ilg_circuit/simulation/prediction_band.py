@@ -42,7 +42,7 @@ def prediction_band(
     times: Array,
     *,
     tip: str = "free",
-    beam: str = "dynamic",
+    beam: str | None = None,
     load: Load | None = None,
     engine: str = "ngspice",
 ) -> Band:

@@ -123,7 +123,7 @@ def simulate(
     times: ArrayLike,
     *,
     tip: str = "free",
-    beam: str = "dynamic",
+    beam: str | None = None,
     load: Load | None = None,
     engine: str = "ngspice",
     accuracy: float | None = None,

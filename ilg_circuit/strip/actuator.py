@@ -312,8 +312,10 @@ class Actuator:
             raise InputError(f"name '{self.name[:40]}...' is longer than {_LONGEST_NAME} characters; shorten it")
         object.__setattr__(self, "name", visible(self.name))
 
-    def usual_beam(self, *, loaded: bool = False) -> str:
-        """The beam of a run that names none: the one that d(s) was fitted with, a dynamic one under a load."""
+    def beam(self, asked: str | None = None, *, loaded: bool = False) -> str:
+        """The beam ``asked`` for; else the one that d(s) was fitted with, a dynamic one under a load."""
+        if asked is not None:
+            return asked
         fitted = self.coupling.beam if self.coupling is not None else None
         return "dynamic" if loaded or fitted is None else fitted
 

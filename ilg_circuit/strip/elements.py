@@ -6,11 +6,14 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ..errors import InputError
 from .actuator import CANTILEVER_EIGENVALUE, Actuator, Coupling
 from .ladder import LADDER_BAND, Ladders
 from .port import Port
 
 GRAVITY = 9.80665
+#: Largest weight of a hanging strip and its load, times g L0^2/EI, that `hanging_stiffness` takes.
+LARGEST_TENSION = 3e5
 
 
 def resistance(resistivity: float, length: float, width: float, thickness: float) -> float:
@@ -38,16 +41,57 @@ def tip_damping(damping_ratio: float, stiffness: float, mass: float) -> float:
     return 2 * damping_ratio * math.sqrt(stiffness * mass)
 
 
-def hanging_stiffness(density: float, width: float, thickness: float) -> float:
-    """Stiffness [N/m] that gravity adds at the tip of a hanging strip: (3/8) rho_m w b g."""
-    return 3 / 8 * density * width * thickness * GRAVITY
+def gravity_ratio(actuator: Actuator) -> float:
+    """Gravity's number, rho_m w b g L0^3/(8 EI): r of a hanging strip, sag over L0 of a horizontal one."""
+    g, m = actuator.geometry, actuator.material
+    return m.density * g.width * g.thickness * GRAVITY * g.free_length**3 / (8 * bending_stiffness(actuator))
+
+
+def bending_stiffness(actuator: Actuator) -> float:
+    """EI [N m^2] of the strip: as given, or E w b^3/12."""
+    g, m = actuator.geometry, actuator.material
+    return m.youngs_modulus * g.width * g.thickness**3 / 12 if m.bending_stiffness is None else m.bending_stiffness
+
+
+def hanging_stiffness(actuator: Actuator, hung: float = 0.0) -> float:
+    """Stiffness [N/m] that gravity adds at L_F of a hanging strip, ``hung`` [kg] on its tip: K (1/phi - 1).
+
+    phi is the share of the free deflection at L_F that the tension T = g [rho_m w b (L0 - x) + hung] leaves of the
+    linear beam EI (y'' - k0)'' = (T y')'. Its slope and, by reciprocity, phi are ratios of power series with positive
+    terms only: `growth_terms` of the way from the free end to the clamp. Raises InputError where they overflow.
+    """
+    g, stiffness = actuator.geometry, bending_stiffness(actuator)
+    own, load = 8 * gravity_ratio(actuator), hung * GRAVITY * g.free_length**2 / stiffness
+    if not own + load < LARGEST_TENSION:
+        raise InputError(
+            f"mounting.orientation is 'hanging', but EI = {stiffness:.3g} N m^2 is nothing beside the weight: "
+            f"g (weight) L0^2/EI is {own + load:.3g} (allowed: {LARGEST_TENSION:g}); give youngs_modulus or "
+            "bending_stiffness of the whole strip, or mount it 'weightless' if the coupling has gravity in it"
+        )
+    part = g.load_distance / g.free_length
+    whole = sum(growth_terms(0, load, own))
+    bent = sum(growth_terms(2, (own * (1 - part) + load) * part**2, own * part**3))
+    return 3 * stiffness / g.load_distance**3 * (whole - bent) / bent
+
+
+def growth_terms(first: int, square: float, cube: float, least: float = 1e-17) -> list[float]:
+    """Return the terms u_n, n = ``first`` on, of u = sum of u_n at t = 1: u_n n (n - 1) = square u_n-2 + cube u_n-3.
+
+    That is the solution of u'' = (``square`` + ``cube`` t) u which begins as t^``first``, under a constant source if
+    ``first`` is 2. The last ones are below ``least`` of the sum.
+    """
+    terms = [0.0, 1.0, 0.0]  # with the one before the first
+    while len(terms) < 5 or max(terms[-3:]) > least * sum(terms):
+        n = first + len(terms) - 1
+        terms.append((square * terms[-2] + cube * terms[-3]) / (n * (n - 1)))
+    return terms[1:]
 
 
 @dataclass(frozen=True)
 class Elements:
     """Lumped elements of one strip; the mechanical ones are at the load position L_F.
 
-    ``port`` is its electrical side; ``gravity`` [N/m] is the stiffness that gravity adds to a hanging strip;
+    ``port`` is its electrical side; ``gravity`` [N/m] is the stiffness that gravity adds to a hanging strip and load;
     ``bending_ratio`` is 3 L_F^2/b^2: times d [m/V] and volts it is the displacement.
     """
 
@@ -58,6 +102,11 @@ class Elements:
     gravity: float
     bending_ratio: float
     coupling: Coupling | None
+
+    @property
+    def hanging_share(self) -> float:
+        """The share of a static, free displacement that gravity leaves; 1 where there is none."""
+        return self.stiffness / (self.stiffness + self.gravity)
 
     def ion_impedance(self, s: complex) -> complex:
         """Zp(s) [ohm] of the ion path near 0 V; for one branch Rd + 1/(C s)."""
@@ -72,20 +121,22 @@ class Elements:
         return self.bending_ratio * d * complex(self.port.ion_elastance(s))
 
 
-def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND) -> Elements:
-    """The elements of a strip, EC (10)-(14). ``band`` [Hz] is that of a ladder where the strip gives none."""
+def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND, hung: float = 0.0) -> Elements:
+    """The elements of a strip, EC (10)-(14). ``band`` [Hz] is that of a ladder where the strip gives none.
+
+    ``hung`` [kg] is the mass on the tip, whose weight adds to ``gravity``.
+    """
     g, m = actuator.geometry, actuator.material
     stiffness = tip_stiffness(m.youngs_modulus, g.width, g.thickness, g.load_distance)
     if m.bending_stiffness is not None:
         stiffness = 3 * m.bending_stiffness / g.load_distance**3
-    hanging = actuator.mounting.orientation == "hanging"
     mass = tip_mass(m.density, g.free_length, g.width, g.thickness, g.load_distance)
     return Elements(
         port=lumped_port(actuator, band),
         stiffness=stiffness,
         mass=mass,
         damping=tip_damping(m.beam_damping_ratio, stiffness, mass),
-        gravity=hanging_stiffness(m.density, g.width, g.thickness) if hanging else 0.0,
+        gravity=hanging_stiffness(actuator, hung) if actuator.mounting.orientation == "hanging" else 0.0,
         bending_ratio=3 * g.load_distance**2 / g.thickness**2,
         coupling=actuator.coupling,
     )

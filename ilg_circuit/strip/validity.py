@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .actuator import Actuator
-from .elements import GRAVITY, hanging_stiffness, lumped_elements
+from .elements import gravity_ratio, lumped_elements
 
 if TYPE_CHECKING:
     from ..drive import Drive
@@ -30,7 +30,7 @@ class Assumption:
     number: float
     limit: float
     consequence: str
-    under_current: bool = False  # harmless under a voltage
+    harmless: bool = False  # under a voltage, or as the strip is mounted: told by `show`, no run warns of it
 
     @property
     def holds(self) -> bool:
@@ -60,14 +60,14 @@ def assumptions(
         yield Assumption("reflected impedance over Zp, EC (20), (21)", float(max(clamped, free)), 1e-2, consequence)
     consequence = "EC (24), (27) per current do not hold at the low end of the band; harmless under voltage drive"
     over = float(np.abs(ion / lumped.port.dc_resistance).max())
-    yield Assumption("abs(Zp/Rdc), EC (23)", over, 0.1, consequence, under_current=True)
+    yield Assumption("abs(Zp/Rdc), EC (23)", over, 0.1, consequence, harmless=True)
     if displacement is not None:
         bent = abs(displacement) / g.load_distance
         consequence = "the small-deflection beam overstates the tip's path"
         yield Assumption("deflection y/L_F", bent, LARGEST_DEFLECTION, consequence)
     consequence = "not slender: shear and clamp matter"
     yield Assumption("thickness over free length b/L0", g.thickness / g.free_length, LARGEST_SLENDERNESS, consequence)
-    yield gravity(actuator, lumped.stiffness)
+    yield gravity(actuator)
     for row in actuator.material.model.ions.assumptions(lumped.port, band):
         yield Assumption(*row)
     if voltage is not None:
@@ -76,23 +76,20 @@ def assumptions(
         yield Assumption(name, abs(voltage) / ELECTROCHEMICAL_WINDOW, 1.0, consequence)
 
 
-def gravity(actuator: Actuator, stiffness: float) -> Assumption:
-    """Gravity's number for a tip of ``stiffness`` K [N/m]: sag/L0 of a horizontal strip, else r."""
-    g, m = actuator.geometry, actuator.material
-    if actuator.mounting.orientation == "horizontal":
-        # rho_m w b g L0^3/(8 EI), and EI = K L_F^3/3; with E alone 1.5 rho_m g L0^3/(E b^2)
-        load = m.density * g.width * g.thickness * GRAVITY
-        sag = 3 * load * (g.free_length / g.load_distance) ** 3 / (8 * stiffness)
-        return Assumption("gravity, horizontal: sag/L0", sag, 0.2, "the strip sags beyond small deflection")
-    ratio = hanging_stiffness(m.density, g.width, g.thickness) / stiffness
-    consequence = "the strip is too soft to hang against gravity: the tip spring holds for r up to 1"
-    if actuator.mounting.orientation == "weightless":
-        what = "E" if m.bending_stiffness is None else "EI"
+def gravity(actuator: Actuator) -> Assumption:
+    """Gravity's number, whatever L_F is: sag/L0 of a horizontal strip, else r. Of a weightless one it is harmless."""
+    ratio, orientation = gravity_ratio(actuator), actuator.mounting.orientation
+    if orientation == "horizontal":
+        return Assumption("gravity, horizontal: sag/L0", ratio, 0.2, "the strip sags beyond small deflection")
+    consequence = "so soft a strip bends far from the linear beam that is computed here: ask the command arm"
+    if orientation == "weightless":
+        what = "E" if actuator.material.bending_stiffness is None else "EI"
         consequence = (
             f"{what} alone cannot hold the strip against gravity; the fitted coupling has gravity in it, so it holds "
             "for this mounting and size only"
         )
-    return Assumption("gravity, hanging: r = (3/8) rho_m w b g/K", ratio, 1.0, consequence)
+    name = "gravity, hanging: r = rho_m w b g L0^3/(8 EI)"
+    return Assumption(name, ratio, 1.0, consequence, harmless=orientation == "weightless")
 
 
 def run_warnings(
@@ -102,7 +99,7 @@ def run_warnings(
     end = duration or 1.0
     band = (1 / (2 * np.pi * end), max(drive.angular_frequency() / (2 * np.pi), 100 / end))
     rows = assumptions(actuator, band=band, voltage=voltage, displacement=displacement)
-    return [row.warning() for row in rows if not row.holds and not row.under_current]
+    return [row.warning() for row in rows if not row.holds and not row.harmless]
 
 
 def deflection_warnings(bent: int) -> list[str]:

@@ -256,7 +256,7 @@ def _attributes(spec: SweepSpec, provenance: Provenance) -> dict[str, Any]:
         "drive": template.drive_text,
         "duration_s": template.duration,
         "tip": template.tip,
-        "beam": template.beam,
+        "beam": template.usual_beam,
         **{f"load_{name}": value for name, value in asdict(template.load).items()},
         "designs": spec.plan.text,
         "engine": spec.engine,

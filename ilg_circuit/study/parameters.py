@@ -57,12 +57,17 @@ class ScenarioTemplate:
     drive: str | Drive
     duration: float
     tip: str = "free"
-    beam: str = "dynamic"
+    beam: str | None = None
     load: Load = NO_LOAD
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.duration) and self.duration > 0):
             raise InputError(f"duration {self.duration:g} s must be more than zero")
+
+    @property
+    def usual_beam(self) -> str:
+        """The beam of a scenario in which no load is varied."""
+        return self.actuator.beam(self.beam, loaded=bool(self.load))
 
     @property
     def drive_text(self) -> str:
@@ -98,7 +103,7 @@ def scenario_template(
     strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
     hung = load_of(load) or NO_LOAD
     seconds = parse(duration, "s", "--duration") if isinstance(duration, str) else duration
-    return ScenarioTemplate(strip, drive, seconds, tip, beam or strip.usual_beam(loaded=bool(hung)), hung)
+    return ScenarioTemplate(strip, drive, seconds, tip, beam, hung)
 
 
 _ALL = [

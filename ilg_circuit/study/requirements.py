@@ -15,8 +15,8 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError, unknown_name
 from ..strip.actuator import Actuator
-from ..strip.elements import lumped_elements
-from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS, gravity
+from ..strip.elements import gravity_ratio
+from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS
 from ..units import format_quantity, parse
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, Output
@@ -79,10 +79,6 @@ def _slenderness(scenario: Scenario) -> float:
     return scenario.actuator.geometry.thickness / scenario.actuator.geometry.free_length
 
 
-def _gravity(scenario: Scenario) -> float:
-    return gravity(scenario.actuator, lumped_elements(scenario.actuator).stiffness).number
-
-
 _ASSUMED = (
     (_of_output(OUTPUTS["relative_deflection"]), LARGEST_DEFLECTION),
     (_of_scenario("slenderness", "thickness over free length", _slenderness), LARGEST_SLENDERNESS),
@@ -94,7 +90,10 @@ _ASSUMED = (
         ),
         1.0,
     ),
-    (_of_scenario("gravity", "sag over L0 if horizontal, else gravity's stiffness over K", _gravity), 1.0),
+    (
+        _of_scenario("gravity", "rho_m w b g L0^3/(8 EI), sag over L0 if lying", lambda c: gravity_ratio(c.actuator)),
+        1.0,
+    ),
 )
 #: Assumptions of the model as in `ilg_circuit.strip.validity`: name -> quantity and its limit.
 ASSUMPTIONS = {quantity.name: (quantity, limit) for quantity, limit in _ASSUMED}

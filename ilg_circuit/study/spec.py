@@ -124,7 +124,7 @@ class SweepSpec:
         template = self.template
         drive = template.parsed_drive()
         digest = hashlib.sha256()
-        run = (template.drive_text, template.duration, template.tip, template.beam, template.load)
+        run = (template.drive_text, template.duration, template.tip, template.usual_beam, template.load)
         settings = (*run, self.engine, self.accuracy)
         actuator = dumps(template.actuator).replace(f"format = {FORMAT}\n", "", 1)  # the line came after 0.1.0
         parts: list[str | bytes] = [_RESULTS_OF, actuator]

@@ -97,23 +97,20 @@ def table(path: Path) -> dict[str, Array]:
     return {"time": time} | {n.lower(): values[first, k] for k, n in enumerate(names) if k}
 
 
-def gnucap(folder: Path, file: str) -> Array:
-    """The table that gnucap prints, one row a time."""
+def gnucap(folder: Path, file: str) -> list[Array]:
+    """The tables that gnucap prints, one for each analysis, one row a time, voltage or frequency."""
     done = subprocess.run([str(GNUCAP), "-b", file], cwd=folder, capture_output=True, text=True, timeout=60, check=True)
-    number = r"\s*-?\d+\.?\d*(?:e[-+]?\d+)?([A-Za-z]*)"
-    rows = [line for line in done.stdout.splitlines() if re.match(r"\s*\d", line)]
     powers = {"": 0, "f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "k": 3, "meg": 6, "g": 9, "t": 12}
-    found = []
-    for row in rows:
-        cells = []
-        for cell in row.split():
-            match = re.fullmatch(number, cell)
-            assert match, done.stdout
-            unit = match[1]
-            cells.append(float(cell.removesuffix(unit)) * 10.0 ** powers[unit.lower()])
-        found.append(cells)
-    assert found, done.stdout + done.stderr
-    return np.array(found)
+
+    def number(cell: str) -> float:
+        match = re.fullmatch(r"(-?\d+\.?\d*(?:e[-+]?\d+)?)([A-Za-z]*)", cell)
+        assert match, done.stdout
+        return float(match[1]) * 10.0 ** powers[match[2].lower()]
+
+    tables = [part.splitlines()[1:] for part in re.split(r"^#", done.stdout, flags=re.MULTILINE)[1:]]
+    found = [[[number(c) for c in row.split()] for row in rows if re.match(r"\s*-?\d", row)] for rows in tables]
+    assert all(found), done.stdout + done.stderr
+    return [np.array(rows) for rows in found]
 
 
 def elements(library: str, **given: float) -> dict[str, list[str]]:

@@ -17,6 +17,7 @@ from ilg_circuit import __version__
 from ilg_circuit.circuit import Load, strip_netlist
 from ilg_circuit.circuit.deck import deck
 from ilg_circuit.circuit.library import library
+from ilg_circuit.circuit.operating_point import with_operating_point
 from ilg_circuit.circuit.provenance import LONGEST_STEP
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.simulation.drives import parse_drive
@@ -54,7 +55,7 @@ def text_of(strip: Actuator, drive: str, duration: float, **how: object) -> str:
 
 def test_the_header_says_what_it_is() -> None:
     lines = text_of(PAPER, "step:4V", 300.0).splitlines()
-    assert lines[0] == "ILG strip paper, dynamic beam, free tip"
+    assert lines[0] == "* ILG strip paper, dynamic beam, free tip"
     header = "\n".join(line for line in lines if line.startswith("*"))
     assert f"written by ilg_circuit {__version__}; strip L 35 mm, L0 30 mm, L_F 30 mm, w 5 mm, b 500 um" in header
     assert "1 V = 1 uN, 1 A = 1 mm/s" in header
@@ -69,7 +70,7 @@ def test_the_header_says_what_it_is() -> None:
 def test_every_element_is_in_the_deck(tip: str, beam: str) -> None:
     netlist = strip_netlist(PAPER, tip=tip, beam=beam)
     lines = deck(netlist, parse_drive("step:4V", 300.0), 300.0, PAPER).splitlines()
-    for element in netlist.elements:
+    for element in with_operating_point(netlist).elements:
         if element.name != "Vdrive":
             line = next(line for line in lines if line.startswith(element.name + " "))
             assert repr(element.value) in line.split()

@@ -53,7 +53,6 @@ def test_golden_numbers_of_the_papers_strip() -> None:
         ("capacitance", (2.0, 5.0, 3.0, 30.0), 1.0),
         ("tip_stiffness", (4.0, 3.0, 2.0, 0.5), 192.0),
         ("tip_damping", (0.5, 4.0, 9.0), 6.0),
-        ("hanging_stiffness", (8.0, 2.0, 0.5), 3 * 9.80665),
     ],
 )
 def test_by_hand(function: str, arguments: tuple[float, ...], value: float) -> None:

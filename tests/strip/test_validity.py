@@ -50,6 +50,7 @@ def test_gravity(orientation: str) -> None:
     gravity = row("gravity", replace(PAPER, mounting=Mounting(orientation)))
     assert gravity.number == pytest.approx(261, abs=0.5)
     assert not gravity.holds
+    assert gravity.harmless == (orientation == "weightless")
     assert ("fitted coupling" in gravity.consequence) == (orientation == "weightless")
 
 
@@ -98,7 +99,9 @@ def test_warnings_of_a_response() -> None:
     assert "electrochemical window" in warned("step:5V")
     assert "deflection" not in warned("step:4V")
     assert "deflection y/L_F" in warned("step:-8V")
-    assert "gravity" in warned("step:1V")
+    assert "gravity" not in warned("step:1V")  # the coupling has it in it
+    for orientation in ("hanging", "horizontal"):
+        assert f"gravity, {orientation}" in warned("step:1V", replace(PAPER, mounting=Mounting(orientation)))
     assert "EC (23)" not in warned("step:1V")  # the drive is a voltage
 
 

@@ -1,0 +1,116 @@
+"""Gives netlists that are handed out an operating point: no node of theirs hangs on capacitors and currents alone.
+
+The netlists that the package solves itself start from rest, and charge the beam's compliance, and the copy of the ion
+path that reflects, by currents k s d(s) v. What these charge up to is k d(s) v, which the filter's own nodes tell, so
+here voltage sources set it, or hold it:
+
+    beam     F1 = K (y1 - y), where the way y is the charge of 1 F that the tip's velocity feeds
+    springs  at the tip, and gravity: a source in proportion to y
+    copy     a resistor of `HOLD` times its own leads to what its charge k d(s) F1 makes of it at rest
+
+Direct current through the tip is y/`LEAK`, so that an open tip, where there is none, has not moved. It is so small that
+it must not be what is left of forces over the tip's small resistance: that one is a source in proportion to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from .netlist import GROUND, Element, Netlist, Role, series_sum
+
+#: Resistance [ohm] beside the 1 F of the way, that is 1e11 s: a run of a day loses 1e-6 of it.
+LEAK = 1e11
+#: What holds the copy has so many times its resistance, so that the reflected voltage is right to the inverse of that.
+HOLD = 1e8
+
+
+def with_operating_point(netlist: Netlist) -> Netlist:
+    """Return the netlist of a strip with an operating point; its outputs stay.
+
+    The reflected voltage stands above the ion path here: below it, its current would be that of capacitors, whose
+    rounding in short steps keeps ngspice from going on from an operating point that is not zero.
+    """
+    named = {e.name: e for e in netlist.elements}
+    if "Cbeam" not in named:
+        return netlist
+    compliance = named["Cbeam"].value
+    free = _charge(named, "v1", "d")
+    tip = any(e.role is Role.TIP for e in netlist.elements)
+    force = {q: c / compliance for q, c in free.items()} | ({"v(way)": -1 / compliance} if tip else {})
+    port = named["Ed"].nodes[2]
+    found: list[Element] = []
+    for element in netlist.elements:
+        nodes = tuple(GROUND if n == "back" else n for n in element.nodes)
+        if element.name == "Cbeam":
+            found += series_sum("beam", list(force.items()))
+        elif element.name == "Eback":
+            found.append(replace(element, nodes=(port, "top", "copy", GROUND)))
+        elif element.role is Role.ION_PATH or element.name == "Ed":
+            found.append(replace(element, nodes=tuple("top" if n == port else n for n in nodes)))
+        elif element.role not in (Role.TIP, Role.LOAD, Role.FREE_VELOCITY):
+            found.append(replace(element, nodes=nodes))
+    found += _held(named)
+    if tip:
+        found += _meter(free["v(d3)"] * named["Cd"].start)
+        found += _mesh([e for e in netlist.elements if e.role in (Role.TIP, Role.LOAD)])
+    outputs = tuple(replace(o, terms=tuple(t for t in o.terms if t[0] != "v(back)")) for o in netlist.outputs)
+    return replace(netlist, elements=tuple(found), outputs=outputs)
+
+
+def without_mass(netlist: Netlist, lag: float) -> Netlist:
+    """Return the one of a dynamic, undamped beam without mass, and nothing reflected.
+
+    The tip follows in ``lag`` [s], which is to be nothing beside d(s): a mass so small that a dashpot beside it damps.
+    """
+    compliance = 1 / next(-e.value for e in netlist.elements if e.nodes[2:] == ("way", GROUND))
+    port = next(e.nodes[0] for e in netlist.elements if e.role is Role.REFLECTED_VOLTAGE)
+    found = []
+    for element in netlist.elements:
+        nodes = tuple(port if n == "top" else n for n in element.nodes)
+        if element.name == "Ltip":
+            found.append(replace(element, value=lag**2 / compliance))
+            found.append(Element("Rlag", nodes, lag / compliance / 2, role=Role.TIP))
+        elif element.role not in (Role.REFLECTION, Role.REFLECTED_VOLTAGE):
+            found.append(replace(element, nodes=nodes))
+    return replace(netlist, elements=tuple(found))
+
+
+def _charge(named: dict[str, Element], rate: str, filter_name: str) -> dict[str, float]:
+    """What the two sources of a rate have brought since rest, as coefficients of the filter's node voltages."""
+    resistor = named[f"R{filter_name}"].value
+    through = named[f"G{rate}a"].value * named[f"L{filter_name}"].value / resistor
+    v1, v2, v3 = (f"v({filter_name}{k})" for k in (1, 2, 3))
+    return {v3: named[f"G{rate}b"].value * resistor, v1: through, v2: -through}
+
+
+def _held(named: dict[str, Element]) -> list[Element]:
+    """A resistor far above those of the copy, from what its voltage is once nothing moves."""
+    ends = [e for name, e in named.items() if e.role is Role.REFLECTION and name[0] == "C" and e.nodes[0][:4] == "ionx"]
+    total = sum(e.value for e in ends if e.nodes[1] == GROUND)
+    first = next(e for e in named.values() if e.role is Role.REFLECTION and e.nodes[0] == "copy")
+    elements = series_sum("held", [(q, c / total) for q, c in _charge(named, "u1", "s").items()])
+    elements.append(Element("Rheld", ("held", "copy"), HOLD * first.value))
+    return [replace(e, role=Role.REFLECTION) for e in elements]
+
+
+def _meter(start: float) -> list[Element]:
+    """The way of the tip, as the voltage of node ``way``."""
+    return [
+        Element("Fway", (GROUND, "way"), 1.0, control="Vway"),
+        Element("Cway", ("way", GROUND), 1.0, start=start),
+        Element("Rway", ("way", GROUND), LEAK),
+    ]
+
+
+def _mesh(chain: list[Element]) -> Iterator[Element]:
+    """The tip's mesh: springs follow the way, dashpots the velocity, which a source of 0 V at its end senses."""
+    for element in chain:
+        nodes = tuple("swing" if n == GROUND else n for n in element.nodes)
+        if element.kind == "C":
+            yield Element(f"E{element.name[1:]}", (*nodes, "way", GROUND), 1 / element.value, role=element.role)
+        elif element.kind == "R":
+            yield Element(f"H{element.name[1:]}", nodes, element.value, control="Vway", role=element.role)
+        else:
+            yield replace(element, nodes=nodes)
+    yield Element("Vway", ("swing", GROUND), 0.0)
