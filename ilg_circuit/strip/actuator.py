@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..errors import InputError, visible
-from ..units import require_plausible
+from .fields import checked, quantity, validate_quantities
 from .ladder import LADDER_BAND
 from .models.branches import branch_endings
 from .models.model import ElectricalModel
@@ -28,12 +28,6 @@ _LONGEST_NAME = 200
 
 ORIENTATIONS = ("weightless", "hanging", "horizontal")
 BEAMS = ("dynamic", "static")
-
-
-def quantity(unit: str, meaning: str, *, zero: bool = False, default: Any = ...) -> Any:
-    """A dataclass field that holds an SI float, with its unit and meaning for files, tables and validation."""
-    metadata = {"unit": unit, "meaning": meaning, "zero": zero}
-    return field(metadata=metadata) if default is ... else field(default=default, metadata=metadata)
 
 
 @dataclass(frozen=True)
@@ -57,35 +51,6 @@ def quantities(record: Any) -> list[Quantity]:
         keys = record.model.material_keys
         found += [Quantity(name, x, keys[name].unit, keys[name].meaning) for name, x in dict(record.constants).items()]
     return found
-
-
-def validate_quantities(record: Any) -> None:
-    """Check every `quantity` field: a finite float, positive, or not negative where zero is allowed."""
-    for item in fields(record):
-        if "unit" not in item.metadata:
-            continue
-        value = getattr(record, item.name)
-        if value is None and item.default is None:
-            continue
-        name = f"{type(record).__name__.lower()}.{item.name}"
-        number = checked(name, value, item.metadata["unit"], zero=item.metadata["zero"])
-        object.__setattr__(record, item.name, number)
-
-
-def checked(name: str, value: Any, unit: str, *, zero: bool = False) -> float:
-    """Return ``value`` as a float. Raises InputError unless it is finite, and positive or an allowed zero."""
-    try:
-        number = float(value) if not isinstance(value, (bool, str)) else math.nan
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if math.isnan(number) and not isinstance(value, float):
-        raise InputError(f"{name} is {str(value)[:40]!r}; give a number in {unit or 'no unit'}")
-    if not math.isfinite(number):
-        raise InputError(f"{name} is {number}; give a finite value")
-    if number < 0 or (number == 0 and not zero):
-        raise InputError(f"{name} is {number:g}; it must be {'zero or more' if zero else 'more than zero'}")
-    require_plausible(name, number, unit)
-    return number
 
 
 @dataclass(frozen=True)
