@@ -18,7 +18,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
-from ..strip.actuator import CANTILEVER_EIGENVALUE, ORIENTATIONS, PAPER, Actuator, quantity, validate_quantities
+from ..strip.actuator import CANTILEVER_EIGENVALUE, ORIENTATIONS, PAPER, Actuator
+from ..strip.fields import quantity, validate_quantities
 from .compiled import Indices
 
 FORMULATIONS = ("beam", "yekutieli")

@@ -67,6 +67,8 @@ class Session:
                 self._shared = _quiet_class(Shared.NgSpiceShared)()
             except Exception as error:  # whatever PySpice, cffi or the linker make of a file that is no such library
                 raise SolveError(f"cannot load {self.library}: {first_line(error)}") from None
+        Shared.NgSpiceShared._instances[0] = self._shared  # a user's own simulators run in the same ngspice
+        self._running = False
         self._lib = self._shared._ngspice_shared
         self._holds = False
         self._process = os.getpid()
@@ -104,7 +106,11 @@ class Session:
             self._voltages = [[*wave, wave[-1]] for wave in waves.tolist()]
             self._position, self._tiny, self._begun = 0, 1e-15 * end, -1.0
             self._nudge = 0.0 if linear else _NUDGE * float(np.abs(voltages).max())
-            self._command("run")
+            self._running = True
+            try:
+                self._command("run")
+            finally:
+                self._running = False
             return self._read(vectors, grid)
 
         options = {} if linear else _NONLINEAR
@@ -164,6 +170,8 @@ class Session:
 
     def _next_step(self, time: float, delta: Any, _old: float, redo: int, _id: int, where: int, _data: Any) -> int:
         """ngspice's question before (where = 0) and after each step. Returns 1 to have the step done again."""
+        if not self._running:  # a run of a user's own simulator
+            return redo
         if where or redo:  # a step that did not converge is repeated with ngspice's own shorter one
             if redo and self._kept:
                 delta[0] = 0.0  # which it gives up at once
@@ -177,6 +185,8 @@ class Session:
 
     def _source_voltage(self, voltage: Any, time: float, name: Any, _id: int, _data: Any) -> int:
         """ngspice's question for an external source's voltage, at every Newton iteration."""
+        if not self._running:
+            return 0
         k = self._position
         wave = self._voltages[0]
         if len(self._voltages) > 1:
@@ -254,6 +264,13 @@ class _Keeping:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.bare, name)
+
+    def cdef(self, source: str) -> None:
+        """Declare what a library has, once: another instance of PySpice's class may have done so."""
+        from cffi import CDefError, FFIError
+
+        with contextlib.suppress(CDefError, FFIError):
+            self.bare.cdef(source)
 
     def callback(self, signature: str, function: Callable[..., Any]) -> Any:
         return self.bare.callback(signature, function, onerror=self._keep)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -36,6 +38,33 @@ def test_a_strip_in_a_circuit_of_ones_own() -> None:
     behind = replace(ilg.PAPER, material=replace(ilg.PAPER.material, **leads))
     wanted = ilg.simulate(behind, "step:4V", engine="exact", times=np.append(0.0, time))
     assert_allclose(current, wanted.current[1:], rtol=1e-4)
+
+
+BOTH = """
+import numpy as np, ilg_circuit as ilg
+from PySpice.Spice.Netlist import Circuit
+
+def own():
+    circuit = Circuit("driver")
+    circuit.subcircuit(ilg.subcircuit("paper"))
+    circuit.V("supply", "in", circuit.gnd, "PWL(0 0 1e-6 4 1000 4)")
+    circuit.X("strip", "ilg_strip", "in", circuit.gnd, circuit.gnd)
+    found = circuit.simulator().transient(step_time=0.1, end_time=20, use_initial_condition=True)
+    return -float(np.array(found["Vsupply"])[-1])
+
+def package():
+    return float(ilg.simulate("paper", "step:4V", "20 s").current[-1])
+
+print([f() for f in (%s)])
+"""
+
+
+@pytest.mark.parametrize("order", ["own, package, own, package", "package, own, package, own"])
+def test_a_users_simulator_and_ours_take_turns(order: str) -> None:
+    done = subprocess.run([sys.executable, "-c", BOTH % order], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    currents = eval(done.stdout.splitlines()[-1])
+    assert currents == pytest.approx([currents[0]] * 4, rel=2e-3)
 
 
 def test_subcircuits_of_every_model_have_their_pins() -> None:
