@@ -175,7 +175,7 @@ def _gravity(actuator: Actuator, at: str, cube: str) -> dict[str, str]:
     most = _HEAVIER * 8 * gravity_ratio(actuator)
     for name, first, square, cubed in (("whole", 0, "hung", "own"), ("bent", 2, "held", "grown")):
         terms = ["1", "0"]
-        for n in range(first + 2, first + len(growth_terms(first, most, most, 1e-10))):
+        for n in range(first + 2, first + len(growth_terms(first, most, most, 1e-8))):
             before = f"+{cubed}*{terms[-3]}" if len(terms) > 2 else ""
             terms.append(f"{name}{n}")
             derived[terms[-1]] = f"({square}*{terms[-3]}{before})/{n * (n - 1)}"
@@ -317,14 +317,16 @@ def _notes(actuator: Actuator, lumped: Elements, beam: str) -> list[str]:
         )
     if coupled and beam == "dynamic" and not material.beam_damping_ratio:
         lines.append("the beam rings for ever without damping: displacement within 1e-5 of the maximum only")
-    gnucap = "gnucap: short=1e-7, since its sources hide 10 uohm, chgtol=1e-6 and method=gear; within 1e-3"
+    gnucap = ["gnucap: short=1e-7, since its sources hide 10 uohm, chgtol=1e-7 and method=gear; within 1e-3"]
+    if coupled:
+        gnucap.append("     an open tip has no operating point there if K is above 1e-3 N/m")
     if material.capacitance_slope:
-        gnucap = "the capacitance that grows is a behavioural source B, which ngspice and LTspice read"
+        gnucap = ["the capacitance that grows is a behavioural source B, which ngspice and LTspice read"]
     return [
         *lines,
         *(INDUCTORS if coupled or lumped.port.inductance else ()),
         "the transient starts from rest by .tran ... uic, without uic from the operating point",
         f"within 1e-6 of the maximum in ngspice: {TIGHT_OPTIONS.removeprefix('.options ')}",
         f"with .tran FIRST T 0 LONGEST uic, LONGEST = {LONGEST_STEP:g} T, FIRST = {FIRST_STEP:g} T (no error control)",
-        gnucap,
+        *gnucap,
     ]

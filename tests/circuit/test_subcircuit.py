@@ -162,7 +162,7 @@ def user_deck(instance: str, options: str, tran: str, *more: str) -> str:
 
 
 @with_ngspice
-@pytest.mark.parametrize("which", TIMED)
+@pytest.mark.parametrize("which", ["rc", "rc2 growing sinh", "undamped"])  # all of them: test_operating_point
 def test_a_users_deck_follows_simulate(which: str, tmp_path: Path) -> None:
     text = library(ALL[which])
     (tmp_path / "strip.lib").write_text(text)
@@ -291,7 +291,7 @@ def test_gnucap_agrees_on_the_library(which: str, tmp_path: Path) -> None:
     # ring, since it begins with a step far longer than a ladder's fast sections
     lines = ["gnucap", ".include strip.lib", "Vplus plus 0 3", "Vminus minus 0 -1", "X1 plus minus tip ilg_strip",
              "Vtip tip 0 0", "Fway 0 way Vtip 1", "Cway way 0 1 ic=0",
-             ".options short=1e-7 reltol=1e-6 chgtol=1e-6 numdgt=9 method=gear",
+             ".options short=1e-7 reltol=1e-6 chgtol=1e-7 numdgt=9 method=gear",
              ".print tran i(Vplus)(16.10) v(way)(16.10)", ".tran 0.1 60 0 uic", ".end", ""]  # fmt: skip
     (tmp_path / "gnucap.cir").write_text("\n".join(lines))
     (rows,) = gnucap(tmp_path, "gnucap.cir")
