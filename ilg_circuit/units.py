@@ -132,8 +132,8 @@ def parse(text: str, si_unit: str, what: str = "quantity") -> float:
     """
     match = _NUMBER.fullmatch(text) if len(text) <= 200 else None
     if match is None:
-        example = f"'30 {si_unit}'" if si_unit else "'0.3'"
-        raise InputError(f"{what}: '{text[:40]}' is not a number with a unit; write it like {example}")
+        wanted = f"a number with a unit; write it like '30 {si_unit}'" if si_unit else "a number; write it like '0.3'"
+        raise InputError(f"{what}: '{text[:40]}' is not {wanted}")
     number, unit = match.groups()
     if si_unit and not unit:
         raise InputError(f"{what}: '{text}' has no unit; write it like '{number} {si_unit}'")
