@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import shlex
 import sys
 from collections.abc import Iterable, Mapping
@@ -41,7 +42,7 @@ class Provenance:
 
 def provenance(call: str = "", inputs: Iterable[str | Path] = (), seed: int | None = None) -> Provenance:
     """Return the provenance of a result made by ``call`` from files; what is no file (a preset) has no hash."""
-    digests = {visible(str(path)): digest(path) for path in inputs if Path(path).is_file()}
+    digests = {visible(str(path)): digest(path) for path in inputs if os.path.isfile(path)}
     return Provenance(call=visible(call), inputs=digests, seed=seed)
 
 

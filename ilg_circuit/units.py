@@ -66,7 +66,7 @@ PLAUSIBLE = {
     "F/m": (1e-18, 1e12),
     "H": (1e-21, 1e12),
 }
-_ANY_SIZE = (1e-30, 1e30)
+ANY_SIZE = (1e-30, 1e30)
 
 #: SI prefixes used when a value is written; larger or smaller values are written without one.
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
@@ -132,8 +132,8 @@ def parse(text: str, si_unit: str, what: str = "quantity") -> float:
     """
     match = _NUMBER.fullmatch(text) if len(text) <= 200 else None
     if match is None:
-        example = f"'30 {si_unit}'" if si_unit else "'0.3'"
-        raise InputError(f"{what}: '{text[:40]}' is not a number with a unit; write it like {example}")
+        wanted = f"a number with a unit; write it like '30 {si_unit}'" if si_unit else "a number; write it like '0.3'"
+        raise InputError(f"{what}: '{text[:40]}' is not {wanted}")
     number, unit = match.groups()
     if si_unit and not unit:
         raise InputError(f"{what}: '{text}' has no unit; write it like '{number} {si_unit}'")
@@ -161,7 +161,7 @@ def si(value: str | float, si_unit: str, what: str) -> float:
 
 def require_plausible(what: str, value: float, unit: str = "") -> None:
     """Raise InputError naming ``what`` for a ``value`` [``unit``], other than zero, of a size that nothing has."""
-    low, high = PLAUSIBLE.get(what, PLAUSIBLE.get(unit, _ANY_SIZE))
+    low, high = PLAUSIBLE.get(what, PLAUSIBLE.get(unit, ANY_SIZE))
     if value and not low <= abs(value) <= high:
         raise InputError(f"{what} {value:g} {unit}".strip() + f": give a size from {low:g} to {high:g} {unit}".rstrip())
 

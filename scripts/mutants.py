@@ -78,7 +78,7 @@ def _unseen(node: ast.AST) -> Iterator[ast.AST]:
         for annotation in (getattr(node, "annotation", None), getattr(node, "returns", None)):
             if annotation is not None:
                 yield annotation
-    if isinstance(node, ast.Raise):
+    if isinstance(node, ast.Raise) or (isinstance(node, ast.keyword) and node.arg == "strict"):
         yield node
     if isinstance(node, ast.FunctionDef):
         yield from node.decorator_list

@@ -22,10 +22,11 @@ class _Number(click.types.FloatParamType):
     """A pure number of a plausible size."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        name = param.opts[-1] if param else "number"
         try:
-            return si(value, "", param.opts[-1] if param else "number")
+            return si(value, "", name)
         except InputError as error:
-            self.fail(str(error), param, ctx)
+            self.fail(str(error).removeprefix(name).lstrip(": "), param, ctx)
 
 
 class _Seed(click.types.IntParamType):

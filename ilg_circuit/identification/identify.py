@@ -24,7 +24,7 @@ from ..measurements.read import read_spectrum
 from ..measurements.record import Record
 from ..measurements.spectrum import Spectrum
 from ..provenance import Provenance
-from ..strip.actuator import PAPER, Actuator
+from ..strip.actuator import LONGEST_NAME, PAPER, Actuator
 from ..strip.elements import lumped_elements, lumped_port
 from ..strip.models import electrical_model
 from ..units import format_quantity
@@ -300,10 +300,13 @@ def _fit_port(
 
 
 def _actuator(port: PortFit, strip: Actuator, base: Actuator | None, data: Sequence[PortData]) -> Actuator:
-    name = data[0].source.rsplit(".", 1)[0] if len(data) == 1 else "joint fit"
+    name = data[0].source.rsplit(".", 1)[0][:LONGEST_NAME] if len(data) == 1 else "joint fit"
     coupling = base.coupling if base is not None else None
     how = {"coupling": coupling, "mounting": strip.mounting, "name": name}
-    return Actuator.from_port(strip.geometry, port.port, base=strip.material, **how)
+    try:
+        return Actuator.from_port(strip.geometry, port.port, base=strip.material, **how)
+    except InputError as error:
+        raise SolveError(f"the fit of model {port.kind.name} came to what no strip has: {error}") from None
 
 
 def _observations(

@@ -125,7 +125,7 @@ def _checked(f: Array, z: ComplexArray, digit: Array, *, admittance: bool) -> Kr
         found = whole
     modelled = (y / np.abs(y) - found.residuals) * np.abs(y)
     if admittance:
-        modelled = 1 / modelled
+        modelled = np.asarray(1 / np.where(modelled == 0, 1e-20 * y, modelled))
     residuals = (z - modelled) / np.abs(z)
     findings = _findings(f, found, digit, rounding)
     freedom, rms = found.freedom, _rms(found)

@@ -11,14 +11,12 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError
 from ..findings import Finding
+from ..units import ANY_SIZE, PLAUSIBLE
 from .cells import Rows as CellRows
 from .cells import is_mark, number, require_short
 from .header import Column
 from .kind import EDGE, LATER, Kind
 from .layout import choose, find_layout, left_out, table_end
-
-#: No reading in SI units is larger.
-_LARGEST = 1e30
 
 #: quantity -> (title of its column, its unit)
 Headers = Mapping[str, tuple[str, str]]
@@ -119,7 +117,7 @@ def table_of(
     ``taken`` are their headers, ``left`` those not understood, ``numbers`` the lines of the rows. Raises InputError for
     a value beyond all proportion, and times that repeat or decrease.
     """
-    _require_sensible(columns, taken, name)
+    _require_sensible(columns, taken, name, kind)
     if "time" in columns:
         columns, more = _in_time(columns, numbers, name, kind.repeats)
         notes = (*notes, *more)
@@ -127,13 +125,12 @@ def table_of(
     return Table(columns, name, tuple(left), notes, headers)
 
 
-def _require_sensible(columns: Mapping[str, Array], taken: Mapping[str, Column], name: str) -> None:
+def _require_sensible(columns: Mapping[str, Array], taken: Mapping[str, Column], name: str, kind: Kind) -> None:
     for quantity, values in columns.items():
-        if np.abs(values).max(initial=0.0, where=~np.isnan(values)) > _LARGEST:
-            column = taken[quantity]
-            raise InputError(
-                f"{name}: column '{column.title.strip()[:80]}' has a value beyond all proportion; check its unit"
-            )
+        unit, title = kind.quantities[quantity][0], taken[quantity].title.strip()[:80]
+        largest = PLAUSIBLE.get(unit, ANY_SIZE)[1]
+        if np.abs(values).max(initial=0.0, where=~np.isnan(values)) > largest:
+            raise InputError(f"{name}: column '{title}' has a value beyond {largest:g} {unit}; check its unit")
 
 
 def _in_time(

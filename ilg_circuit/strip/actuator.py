@@ -24,7 +24,8 @@ from .port import Port
 #: First root of cos(x) cosh(x) = -1, the cantilever's eigenvalue in EC (11).
 CANTILEVER_EIGENVALUE = 1.875104068711961
 
-_LONGEST_NAME = 200
+#: Longest name [characters] of a strip.
+LONGEST_NAME = 200
 
 ORIENTATIONS = ("weightless", "hanging", "horizontal")
 BEAMS = ("dynamic", "static")
@@ -273,8 +274,8 @@ class Actuator:
     uncertainty: Uncertainty | None = None
 
     def __post_init__(self) -> None:
-        if len(self.name) > _LONGEST_NAME:
-            raise InputError(f"name '{self.name[:40]}...' is longer than {_LONGEST_NAME} characters; shorten it")
+        if len(self.name) > LONGEST_NAME:
+            raise InputError(f"name '{self.name[:40]}...' is longer than {LONGEST_NAME} characters; shorten it")
         object.__setattr__(self, "name", visible(self.name))
 
     def beam(self, asked: str | None = None, *, loaded: bool = False) -> str:

@@ -18,6 +18,7 @@ WRONG = {
     "seed of a search": ("arm", "--duration", "1s", "--out", "a.nc", "--seed", LONG),
     "many designs": (*SWEEP, "--vary", "thickness=0.2mm:1mm:10000000000"),
     "very many designs": (*SWEEP, "--vary", f"thickness=0.2mm:1mm:{LONG}"),
+    "a name too long for a file": ("sweep", "x" * 3000, *SWEEP[2:], "--vary", "thickness=0.2mm:1mm:2"),
     "many random designs": (*SWEEP, "--vary", "thickness=0.2mm:1mm", "--random", "10000000000"),
     "many samples": (*SIMULATE, "--samples", "10000000000"),
     "long number of samples": (*SIMULATE, "--samples", LONG),

@@ -242,7 +242,7 @@ def test_command_writes_what_is_asked(run: Run) -> None:
         ((*ALL, "--actuator", "paper", "--out", "planar.csv"), "name the same file"),
         (("--uniaxial", "planar.csv", "--planar", "planar.csv"), "name the same file"),
         ((*ALL, "--at", "0"), "stretch 0 to predict at"),
-        ((*ALL, "--at", "nan"), "stretch nan to predict at"),
+        ((*ALL, "--at", "nan"), "'nan' is not a number"),
     ],
 )
 def test_command_refuses_in_one_line(run: Run, tmp_path: Path, arguments: tuple[str, ...], hint: str) -> None:

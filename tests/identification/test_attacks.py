@@ -21,6 +21,7 @@ from ilg_circuit.errors import IlgError
 from ilg_circuit.findings import codes
 from ilg_circuit.identification import identify
 from ilg_circuit.identification.displacement import fit_displacement
+from ilg_circuit.measurements.read import read_spectrum
 from ilg_circuit.measurements.table import Table
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements
@@ -270,3 +271,19 @@ def test_of_one_file_all_parameters_are_its_own(step_record: Synthetic) -> None:
         identify(step_record.measurement(), own=names, **how) for names in ((), ["dc_resistance", "coupling_gain"])
     )
     assert own.to_dict()["parameters"] == plain.to_dict()["parameters"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_numbers_without_sense_are_refused_or_fail_in_one_line(seed: int, tmp_path: Path) -> None:
+    """A spectrum of random magnitudes, from 1e-20 to 1e20: warnings of numpy's are errors here."""
+    random = np.random.default_rng([seed, 86])
+    n, far = int(random.integers(6, 20)), (1.0, 9.0, 14.0)[seed % 3]
+    f, re, im = 10 ** random.uniform(-far, far, (3, n))
+    rows = "\n".join(f"{a:.6g},{b:.6g},{-c:.6g}" for a, b, c in zip(np.sort(f), re, im, strict=True))
+    path = tmp_path / f"{'x' * 240}.csv"
+    path.write_text(f"frequency_Hz,re_ohm,im_ohm\n{rows}\n")
+    found, refused = outcome(lambda: identify(read_spectrum(path), model="rc"))
+    assert "\n" not in refused
+    if found is not None:
+        assert np.isfinite([p.value for p in found.parameters.values()]).all()
+        assert len(found.actuator.name) <= 200
