@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -88,6 +89,8 @@ def _compared(
     if not asked and not drive.startswith("file:"):
         return ()
     path = options["compare"] if asked else drive.removeprefix("file:")
+    if not asked and not Path(path).is_file():  # a pipe, which has been read
+        return ()
     if not asked and read_columns(path, RECORD.drawn("time")).get("current") is None:
         return ()
     try:

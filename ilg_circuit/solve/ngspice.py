@@ -21,7 +21,6 @@ import os
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -61,12 +60,16 @@ class Session:
         self._voltages: list[list[float]] = [[0.0]]
         self._position = 0
         self._kept: BaseException | None = None
-        self._ffi = Shared.ffi = _Keeping(getattr(Shared.ffi, "bare", Shared.ffi), self._keep)
+        bare = Shared.ffi
+        self._ffi = _Keeping(type(bare)(), self._keep)  # one that an interrupted attempt has declared nothing in
         with _clean_start():
             try:
+                Shared.ffi = self._ffi
                 self._shared = _quiet_class(Shared.NgSpiceShared)()
             except Exception as error:  # whatever PySpice, cffi or the linker make of a file that is no such library
                 raise SolveError(f"cannot load {self.library}: {first_line(error)}") from None
+            finally:
+                Shared.ffi = bare
         Shared.NgSpiceShared._instances[0] = self._shared  # a user's own simulators run in the same ngspice
         self._running = False
         self._lib = self._shared._ngspice_shared
@@ -249,31 +252,66 @@ class Session:
         return np.frombuffer(self._ffi.buffer(data, size * info.v_length), dtype=kind).copy()
 
 
-@lru_cache(maxsize=1)
+_sessions: list[Session] = []
+_loaded: list[threading.Event] = []
+
+
 def session() -> Session:
     """The process's ngspice, loaded at the first call. Raises MissingLibraryError when there is none."""
     with _lock:
-        return Session()
+        if not _sessions:
+            _load()
+        return _sessions[0]
+
+
+def _load() -> None:
+    """Load ngspice, which works once in a process: an exception that arrives meanwhile, as by Ctrl-C, is raised after.
+
+    Such exceptions are raised in the main thread, so another one does it.
+    """
+    failures: list[Exception] = []
+
+    def load() -> None:
+        try:
+            _sessions.append(Session())
+        except Exception as error:
+            failures.append(error)
+        finally:
+            done.set()
+
+    if not _loaded or _loaded[-1].is_set():  # else an interrupted call has begun it
+        done, thread = threading.Event(), threading.Thread(target=load, daemon=True)
+        _loaded.append(done)
+        thread.start()
+    interrupted: BaseException | None = None
+    while not _loaded[-1].is_set():
+        try:
+            _loaded[-1].wait()
+        except BaseException as error:
+            interrupted = error
+    for raised in (interrupted, *failures):
+        if raised:
+            raise raised
 
 
 class _Keeping:
     """A cffi interface whose callbacks hand their exceptions to ``keep``, where cffi itself would drop them."""
 
     def __init__(self, bare: Any, keep: Callable[[Any, BaseException, Any], None]) -> None:
-        self.bare, self._keep = bare, keep
+        self._bare, self._keep = bare, keep
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self.bare, name)
+        return getattr(self._bare, name)
 
     def cdef(self, source: str) -> None:
         """Declare what a library has, once: another instance of PySpice's class may have done so."""
         from cffi import CDefError, FFIError
 
         with contextlib.suppress(CDefError, FFIError):
-            self.bare.cdef(source)
+            self._bare.cdef(source)
 
     def callback(self, signature: str, function: Callable[..., Any]) -> Any:
-        return self.bare.callback(signature, function, onerror=self._keep)
+        return self._bare.callback(signature, function, onerror=self._keep)
 
 
 def _quiet_class(base: Any) -> Any:

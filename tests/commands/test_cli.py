@@ -274,13 +274,11 @@ def test_a_really_unwritable_folder(run: Run, tmp_path: Path) -> None:
 def test_a_failing_picture_leaves_nothing_half_written(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from matplotlib.figure import Figure
-
-    def full(self: object, path: Path, **_: object) -> None:
-        Path(path).write_bytes(b"half")
+    def full(path: Path, picture: memoryview) -> None:
+        path.write_text(str(picture[:9].tobytes()))
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Figure, "savefig", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     assert_one_line(run(*SIMULATE, "--samples", "3", "--plot", "run.png"), "No space left on device")
     assert list(tmp_path.iterdir()) == []
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from types import FrameType
 
 import numpy as np
@@ -70,6 +72,35 @@ def test_an_exception_at_any_time_is_raised_and_leaves_no_trace(strip: Actuator,
             signal.setitimer(signal.ITIMER_REAL, 0)
     assert raised >= 10
     assert (transient(netlist, DRIVE, TIMES).values == expected).all()
+
+
+def test_an_interrupt_while_ngspice_is_loaded(tmp_path: Path) -> None:
+    """A process can load it once only: the first call is interrupted, the next one solves."""
+    code = """
+    import os, signal
+    import numpy as np
+    from ilg_circuit.circuit import electrical_netlist
+    from ilg_circuit.drive import PiecewiseLinear
+    from ilg_circuit.solve import ngspice, transient
+
+    def load(self, make=ngspice.Session.__init__):
+        os.kill(os.getpid(), signal.SIGINT)
+        make(self)
+
+    ngspice.Session.__init__ = load
+    folder = os.getcwd()
+    try:
+        ngspice.session()
+    except KeyboardInterrupt:
+        print("interrupted", os.getcwd() == folder)
+    solved = transient(electrical_netlist(600.0, ((20.0, 0.3),)), PiecewiseLinear.step(1.0), np.linspace(0, 30, 7))
+    print(solved.values.shape)
+    """
+    program = "\n".join(line[4:] for line in code.splitlines())
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.stderr == ""
+    assert done.stdout.splitlines()[0] == "interrupted True"
+    assert len(done.stdout.splitlines()) == 2
 
 
 @pytest.mark.parametrize("where", ["time step", "source", "message", "state"])
