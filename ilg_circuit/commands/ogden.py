@@ -10,7 +10,7 @@ import click
 from ..errors import InputError
 from ..measurements.load_test import BRANCHES
 from .emit import emit, require_outputs
-from .options import FILE
+from .options import FILE, reading_options, said
 
 
 @click.command()
@@ -30,6 +30,9 @@ from .options import FILE
 )
 @click.option("--free-signs", is_flag=True, help="Do not impose mu_i alpha_i > 0, which keeps the material stable.")
 @click.option("--at", type=float, multiple=True, help="Stretch to predict the stress at; may be repeated.")
+@reading_options
+@click.option("--length", help="Free length of the specimens, such as 20mm, where a displacement was measured.")
+@click.option("--section", help="Their undeformed section, such as 10mm^2, where a force was measured.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--plot", type=FILE, help="Picture of data, fit and predictions (.png, .pdf, .svg).")
 @click.option("--report", type=FILE, help="One HTML file with all of it.")
@@ -41,7 +44,8 @@ def ogden(
 ) -> None:
     """Fit a hyperelastic material to load tests, all of them together.
 
-    Each file has the columns stretch and stress_<unit> (nominal), such as stress_MPa, with that header.
+    Each file has the columns stretch and stress_<unit> (nominal), such as stress_MPa, with that header; or strain, or
+    force and displacement.
     """
     given = {mode: options.pop(mode) for mode in ("uniaxial", "equibiaxial", "planar")}
     files = {mode: path for mode, path in given.items() if path is not None}
@@ -58,7 +62,8 @@ def ogden(
     outputs = {"--out": out, "--plot": options.pop("plot"), "--report": options.pop("report")}
     require_outputs(outputs, {f"--{mode}": path for mode, path in files.items()})
     base = load_actuator(actuator or "paper")
-    tests = [read_load_test(path, mode) for mode, path in files.items()]
+    meant = said(options)
+    tests = [read_load_test(path, mode, meant) for mode, path in files.items()]
     result = characterise(tests, constrained=not free_signs, **options)
     if not result.success:
         outputs["--out"] = None

@@ -9,11 +9,23 @@ import click
 
 from ..errors import InputError
 from .emit import emit, show_check
-from .options import FILE, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
+from .options import (
+    FILE,
+    engine_option,
+    mounted,
+    output_options,
+    outputs,
+    reading_options,
+    run_options,
+    said,
+    sample_options,
+    sampled,
+)
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
     from ..identification.comparison import Compared
+    from ..measurements.said import Said
     from ..strip.actuator import Actuator
 
 
@@ -32,6 +44,7 @@ if TYPE_CHECKING:
 @click.option(
     "--compare", type=FILE, help="Measured record to compare with.  [default: the drive's file, if it is one]"
 )
+@reading_options
 @click.option("--with-energy", is_flag=True, help="Add a column energy_J to the CSV.")
 @output_options("CSV file to write.", "Picture to write (.png, .pdf, .svg).")
 def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
@@ -46,7 +59,8 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
 
     strip = load_actuator(actuator)
     seconds, times = sampled(duration, options)
-    source = parse_drive(drive, seconds)
+    meant = said(options)
+    source = parse_drive(drive, seconds, said=meant)
     how = mounted(strip, options)
     written = outputs(options)
     solver = {"engine": options["engine"], "accuracy": options["accuracy"]}
@@ -56,7 +70,7 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
 
         band = prediction_band(strip, source, response.time, engine=options["engine"], **how)
         response = replace(response, stderr=band.stderr)
-    compared = _compared(strip, options, drive, seconds, how)
+    compared = _compared(strip, options, drive, seconds, how, meant)
     emit(
         response,
         written,
@@ -75,7 +89,7 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
 
 
 def _compared(
-    strip: Actuator, options: dict[str, Any], drive: str, seconds: float, how: dict[str, Any]
+    strip: Actuator, options: dict[str, Any], drive: str, seconds: float, how: dict[str, Any], meant: Said
 ) -> tuple[Compared, ...]:
     """The prediction beside what was measured: in the file of --compare, or the drive's file if it has a current."""
     from ..identification.comparison import compare
@@ -87,10 +101,10 @@ def _compared(
     if not asked and not drive.startswith("file:"):
         return ()
     path = options["compare"] if asked else drive.removeprefix("file:")
-    if not asked and read_columns(path, RECORD.drawn("time")).get("current") is None:
+    if not asked and read_columns(path, RECORD.drawn("time").told(meant)).get("current") is None:
         return ()
     try:
-        table = read_columns(path, RECORD.requiring("time"))
+        table = read_columns(path, RECORD.requiring("time").told(meant))
         return compare(strip, prepare(table), until=seconds, band=options["band"], engine=options["engine"], **how)
     except InputError as error:
         if asked:

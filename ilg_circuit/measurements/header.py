@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -11,12 +12,14 @@ from ..errors import InputError
 from ..findings import Finding
 from ..units import scale
 from .kind import Kind, Quantities
+from .said import option
 
-_PURE_NUMBER = ("", "-", "1")
+_PURE_NUMBER = ("", "-", "1", "mm/mm", "m/m", "in/in", "mm / mm")
+_ANGLES = {**dict.fromkeys(("deg", "degree", "degrees", "\u00b0", "\u00ba", "grad"), 1.0), "rad": 180 / math.pi}
 #: A longer title names no quantity.
 _LONGEST_TITLE = 200
 #: Ranks of names; of one quantity's columns the least is taken. A name of an instrument stands before others.
-_EXACT, _GENERIC, _ENDING, _SET = 0, 10, 20, 30
+_STATED, _EXACT, _GENERIC, _ENDING, _SET = -1000, 0, 10, 20, 30
 _RANKS = {
     **{"ewe-ece": 0, "<ewe>": 1, "ewe": 2, "control": _SET, "<i>": 0, "time": 0},
     **{"re(z)": 0, "im(z)": 0, "-im(z)": 0, "resistance": _ENDING, "reactance": _ENDING},
@@ -35,7 +38,10 @@ _AFTER = frozenset(
 #: A title that says no more is of the quantity that its unit measures.
 _ANY = frozenset(("value", "reading", "measure", "measurement", "source"))
 
-_UNIT_LIKE = re.compile(r"[\[(]?[pnu\u00b5\u03bcmkMG]?(?:s|sec|min|h|V|A|m|N|C|Hz|[Oo]hms?|\u03a9|\u2126|Pa)[\])]?")
+_UNIT_LIKE = re.compile(
+    r"[\[(]?(?:[pnu\u00b5\u03bcmkMG]?(?:s|sec|min|h|V|A|m|N|C|Hz|[Oo]hms?|\u03a9|\u2126|Pa|S|F)"
+    r"|deg|\u00b0|%|mm/mm|[Vv]olts?|[Aa]mps?|[Ss]econds?)[\])]?"
+)
 _OHM = re.compile(r"ohms?\b|[\u03a9\u2126]", re.IGNORECASE)
 _REFERENCE = re.compile(r"[ (]{1,3}(?:vs|versus)\b.*", re.IGNORECASE)
 _WRITTEN_OUT = {
@@ -48,7 +54,7 @@ _WRITTEN_OUT = {
     **dict.fromkeys(("amp", "amps", "ampere", "amperes"), "A"),
     **dict.fromkeys(("milliamp", "milliamps", "milliampere", "milliamperes"), "mA"),
     **dict.fromkeys(("microamp", "microamps", "microampere", "microamperes"), "uA"),
-    **{"hz": "Hz", "khz": "kHz"},
+    **{"hz": "Hz", "khz": "kHz", "mw": "mW", "\u00b5s": "us", "siemens": "S"},
 }
 
 
@@ -69,23 +75,64 @@ class Column:
     complaint: str = ""
 
 
-def columns_of(titles: Sequence[str], units: Sequence[str], quantities: Quantities) -> list[Column]:
-    """Return the columns that name a quantity, in their order, readable or not.
+def columns_of(titles: Sequence[str], units: Sequence[str], kind: Kind) -> list[Column]:
+    """Return the columns that name a quantity of a ``kind``, in their order, readable or not.
 
-    ``units`` are the cells of a row of units below the titles, empty where there is none. Titles that are nothing but
-    units are of the quantities that these measure.
+    What was said of the file comes first, then the words of its format, then what titles say. ``units`` are the cells
+    of a row of units below the titles, empty where there is none. Titles that are nothing but units are of the
+    quantities that these measure.
     """
+    quantities, said = kind.quantities, kind.said
     filled = [title for title in titles if title.strip()]
     bare = len(filled) > 1 and all(_UNIT_LIKE.fullmatch(title.strip()) for title in filled)
+    meant = {place: q for q, text in said.columns.items() if (place := _place(text, titles)) is not None}
     found = []
     for place, title in enumerate(titles):
         if not title.strip() or len(title.strip()) > _LONGEST_TITLE:
             continue
-        column = _by_unit(place, title, title, quantities, _EXACT) if bare else None
-        column = column or _column(place, title, units[place] if place < len(units) else "", quantities)
-        if column is not None:
-            found.append(column)
+        below = units[place] if place < len(units) else ""
+        if place in meant:
+            column: Column | None = _stated(place, title, below, meant[place], "", _STATED, kind)
+        elif title.strip().lower() in kind.known:
+            quantity, unit = kind.known[title.strip().lower()]
+            column = None
+            if quantity in quantities:
+                rank = list(kind.known).index(title.strip().lower()) - len(kind.known)
+                column = _stated(place, title, below, quantity, unit, rank, kind)
+        else:
+            column = _by_unit(place, title, title, quantities, _EXACT) if bare else None
+            column = column or _column(place, title, below, quantities)
+        if column is None or (column.quantity in said.columns and place not in meant):
+            continue
+        if column.quantity in said.units:
+            unit = said.units[column.quantity]
+            column = _read(place, title, column.quantity, column.rank, unit, quantities)
+        found.append(column)
     return found
+
+
+def _place(text: str, titles: Sequence[str]) -> int | None:
+    """Return which of the titles a user means: one whole, without its unit, or its number from 1; None for none."""
+    plain = [_word(_plain(title)) for title in titles]
+    wanted = _word(_plain(text))
+    if wanted in plain:
+        return plain.index(wanted)
+    short = [{word for word, _ in _splits(_plain(title))} if title.strip() else set() for title in titles]
+    found = [place for place, words in enumerate(short) if wanted in words]
+    if len(found) == 1:
+        return found[0]
+    return int(text) - 1 if text.isdecimal() and 0 < len(text) < 5 and 0 < int(text) <= len(titles) else None
+
+
+def _stated(place: int, title: str, below: str, quantity: str, unit: str, rank: int, kind: Kind) -> Column:
+    """Return the column of a known ``quantity``, its unit that of the row below, of the title, or else ``unit``."""
+    tried = [below, *(said for _, said in _splits(_plain(title))), unit]
+    columns = [_read(place, title, quantity, rank, text, kind.quantities) for text in tried if text.strip()]
+    readable = next((c for c in columns if not c.complaint), None)
+    if readable is not None or not kind.quantities[quantity][0]:
+        return readable or _read(place, title, quantity, rank, "", kind.quantities)
+    said = f" has no unit; give it in '{kind.quantities[quantity][0]}' or a multiple of it"
+    return next((c for c in columns if below.strip()), Column(place, title, quantity, "", 0.0, rank, said))
 
 
 def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, Column], tuple[Finding, ...]]:
@@ -107,7 +154,8 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
             if quantity not in kind.needed:
                 continue
             raise InputError(
-                f"{name}: columns '{first.title}' and '{others[0].title}' both give the {quantity}; leave one out"
+                f"{name}: columns '{first.title}' and '{others[0].title}' both give the {quantity}; leave one out or "
+                f"say which: {option('columns', quantity, first.title)}"
             )
         taken[quantity] = first
         if others:
@@ -136,6 +184,17 @@ def named(word: str, quantities: Quantities) -> str | None:
     return match[0] if match else None
 
 
+def named_unit(title: str, si: str | None) -> str | None:
+    """Return the unit in a title that measures what ``si`` does, or any other that looks like one; None where none."""
+    for _, unit in _splits(_plain(title)):
+        if si is None:
+            if _UNIT_LIKE.fullmatch(_clean(unit)) or (unit.isalpha() and len(unit) <= 2):
+                return unit
+        elif unit and not _tried(unit, si)[1]:
+            return unit
+    return None
+
+
 def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> Column | None:
     """Return the column of one title: the way to divide it into name and unit in which both are known, if there is."""
     plain, words = _plain(title), _words(quantities)
@@ -144,7 +203,8 @@ def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> 
         return _read(place, title, *whole, unit_below, quantities)
     wrong: Column | None = None
     if whole:
-        said = f" has no unit; write it like '{plain[:80]}_{quantities[whole[0]][0]}'"
+        si = quantities[whole[0]][0]
+        said = f" has no unit; write it like '{plain[:80]}_{si}'"
         wrong = Column(place, title, whole[0], "", 0.0, whole[1], said)
     for word, unit in _splits(plain):
         match = _match(word, words)
@@ -189,6 +249,11 @@ def _by_unit(place: int, title: str, unit: str, quantities: Quantities, rank: in
 
 def _factor(unit: str, si: str) -> float:
     """Return the factor from a unit, as instruments write it, to SI. Raises InputError where there is none."""
+    if si == "deg":
+        angle = _ANGLES.get(_clean(unit).removeprefix("\u00c2").lower())
+        if angle is None:
+            raise InputError(f"unit '{unit[:40]}' is no angle; give it in 'deg' or 'rad'")
+        return angle
     if not si:
         if unit in _PURE_NUMBER:
             return 1.0
@@ -214,7 +279,7 @@ def _factor(unit: str, si: str) -> float:
 def _clean(unit: str) -> str:
     """Return a unit as it is looked up: without brackets and reference electrode, with ASCII letters where possible."""
     unit = unit.strip().strip("\"'").strip()
-    if unit[:1] + unit[-1:] in ("()", "[]"):
+    if unit[:1] + unit[-1:] in ("()", "[]", "<>"):
         unit = unit[1:-1].strip()
     for wrong, right in (("\u00c2\u00b5", "u"), ("\u00b5", "u"), ("\u03bc", "u")):
         unit = unit.replace(wrong, right)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from ..kind import Kind
+from ..said import Said
 from ..table import Table
 from . import bare, csv, ec_lab, gamry, zplot
 
@@ -27,4 +28,15 @@ class Format(Protocol):
         """Return the columns of a ``kind`` in SI units; InputError, naming line and column, for what cannot be read."""
 
 
+class Binary(Protocol):
+    """What the module of a binary format holds: it turns the bytes of a file into lines that one of `FORMATS` reads."""
+
+    def opens(self, raw: bytes) -> bool:
+        """Tell whether the bytes of a file are of this format."""
+
+    def lines(self, raw: bytes, name: str, said: Said) -> list[str]:
+        """Return lines; InputError for a file that cannot be read, MissingLibraryError where its reader is missing."""
+
+
 FORMATS: tuple[Format, ...] = (gamry, zplot, ec_lab, bare, csv)
+BINARIES: tuple[Binary, ...] = ()
