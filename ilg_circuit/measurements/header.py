@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from ..errors import InputError
@@ -35,14 +35,19 @@ _OF_THE_SOURCE = frozenset(
 _AFTER = frozenset(
     ("applied", "set", "measured", "meas", "avg", "mean", "we", "signal", "value", "reading", "ch", "channel")
 )
+#: So is called what a recorder was connected to, of the quantity that its unit measures.
+_CHANNEL = re.compile(
+    r"(?:ch|chan|channel|math|trace|untitled|ai|input|dev\d{1,2}/ai|column|y)[ _]?\d{0,3}|\d{1,3}|[a-d]", re.IGNORECASE
+)
 #: A title that says no more is of the quantity that its unit measures.
 _ANY = frozenset(("value", "reading", "measure", "measurement", "source"))
 
 _UNIT_LIKE = re.compile(
     r"[\[(]?(?:[pnu\u00b5\u03bcmkMG]?(?:s|sec|min|h|V|A|m|N|C|Hz|[Oo]hms?|\u03a9|\u2126|Pa|S|F)"
-    r"|deg|\u00b0|%|mm/mm|[Vv]olts?|[Aa]mps?|[Ss]econds?)[\])]?"
+    r"|deg|\u00b0|%|mm/mm|[Vv]olts?|[Aa]mp(?:ere)?s?|[Ss]econds?)[\])]?"
 )
 _OHM = re.compile(r"ohms?\b|[\u03a9\u2126]", re.IGNORECASE)
+_TIMES = re.compile(r"(\d{1,9}(?:\.\d{1,9})?(?:e-?\d{1,2})?)? ?(\D.{0,40})")
 _REFERENCE = re.compile(r"[ (]{1,3}(?:vs|versus)\b.*", re.IGNORECASE)
 _WRITTEN_OUT = {
     **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
@@ -105,10 +110,17 @@ def columns_of(titles: Sequence[str], units: Sequence[str], kind: Kind) -> list[
         if column is None or (column.quantity in said.columns and place not in meant):
             continue
         if column.quantity in said.units:
-            unit = said.units[column.quantity]
-            column = _read(place, title, column.quantity, column.rank, unit, quantities)
+            column = _in_unit(column, said.units[column.quantity], quantities)
         found.append(column)
     return found
+
+
+def _in_unit(column: Column, unit: str, quantities: Quantities) -> Column:
+    """Return a column in a unit that was said, such as mA; or 0.1A, which is so much to one of the file."""
+    match = _TIMES.fullmatch(unit.strip())
+    times, plain = match.groups() if match else ("1", unit)
+    found = _read(column.place, column.title, column.quantity, column.rank, plain, quantities)
+    return replace(found, unit=unit, factor=found.factor * float(times or 1))
 
 
 def _place(text: str, titles: Sequence[str]) -> int | None:
@@ -219,6 +231,10 @@ def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> 
             measured = _by_unit(place, title, unit, quantities, rank)
             if measured is not None:
                 return measured
+        elif _CHANNEL.fullmatch(word):
+            wrong = wrong or _by_unit(place, title, unit, quantities, _EXACT + _GENERIC)
+    if wrong is None and unit_below.strip() and _CHANNEL.fullmatch(plain):
+        return _by_unit(place, title, unit_below, quantities, _EXACT + _GENERIC)
     return wrong
 
 
@@ -255,6 +271,7 @@ def _factor(unit: str, si: str) -> float:
             raise InputError(f"unit '{unit[:40]}' is no angle; give it in 'deg' or 'rad'")
         return angle
     if not si:
+        unit = _clean(unit)
         if unit in _PURE_NUMBER:
             return 1.0
         try:

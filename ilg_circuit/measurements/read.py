@@ -48,7 +48,7 @@ def read(
     InputError
         The file cannot be read; the message names file, line and column, and says what to do.
     """
-    file = _lines(path, RECORD, said)
+    file, said = _lines(path, RECORD, said)
     format_, kind = _recognised(file, said)
     if kind == LOAD_TEST:
         if mode is None:
@@ -125,7 +125,8 @@ def read_columns(path: str | Path, kind: Kind) -> Table:
     InputError
         The file cannot be read, or a column that ``kind`` requires is missing.
     """
-    file = _lines(path, kind, kind.said)
+    file, said = _lines(path, kind, kind.said)
+    kind = kind.told(said)
     return _table(file, _format(file, kind), kind)
 
 
@@ -134,13 +135,17 @@ def record_of(table: Table, onset: Stated = None) -> Record:
     return replace(prepare(table, onset), headers=table.headers)
 
 
-def _lines(path: str | Path, kind: Kind, said: Said) -> TextFile:
-    """Return the lines of a file that should hold a ``kind``, those of a binary one made by its format."""
+def _lines(path: str | Path, kind: Kind, said: Said) -> tuple[TextFile, Said]:
+    """Return the lines of a file that should hold a ``kind``, those of a binary one made by its format.
+
+    What is ``said`` of it is returned without what was obeyed.
+    """
     file = read_bytes(path, kind)
     for binary in BINARIES:
         if binary.opens(file.raw):
-            return TextFile(file.name, binary.lines(file.raw, file.name, said), len(file.raw))
-    return text_of(file, kind)
+            lines, left = binary.lines(file.raw, file.name, said)
+            return TextFile(file.name, lines, len(file.raw)), left
+    return text_of(file, kind), said
 
 
 def _recognised(file: TextFile, said: Said) -> tuple[Format, Kind]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from ...errors import InputError
 from ..derived import impedance_of, stretch_of
 from ..kind import LOAD_TEST, PREAMBLE, RECORD, SPECTRUM, Kind, frequency_row, names_a_spectrum
-from ..layout import Layout, find_layout
+from ..layout import Layout, find_layout, readable
 from ..said import NOTHING, Said, pick
 from ..table import Table, parse_table
 from . import bare
@@ -23,7 +23,8 @@ KINDS: tuple[Kind, ...] = (RECORD, SPECTRUM, LOAD_TEST)
 def recognises(lines: Sequence[str], said: Said = NOTHING) -> Kind:
     """Return the kind of data whose columns a row of names has all of, or else speaks of; a record where none does."""
     layouts = {kind.name: find_layout(lines, kind.told(said)) for kind in KINDS}
-    electric = _names(layouts[RECORD.name], "voltage", "current")
+    record = layouts[RECORD.name]
+    electric = record is not None and bool(readable(record.columns) & {"voltage", "current"})
     for kind in (SPECTRUM, RECORD, LOAD_TEST):
         layout = layouts[kind.name]
         meant = kind != LOAD_TEST or not electric or _names(layout, "stretch")
@@ -32,9 +33,14 @@ def recognises(lines: Sequence[str], said: Said = NOTHING) -> Kind:
     start = frequency_row(lines)
     if start is not None:
         return SPECTRUM if names_a_spectrum(lines[start]) else RECORD
-    if not _names(layouts[RECORD.name], "time") and not electric and _names(layouts[LOAD_TEST.name], "stretch"):
+    if not _names(record, "time", "voltage") and _names(layouts[LOAD_TEST.name], "stretch"):
         return LOAD_TEST
     return RECORD
+
+
+def holds_table(lines: Sequence[str], said: Said = NOTHING) -> bool:
+    """Tell whether lines hold a table of any kind that can be read."""
+    return any((found := find_layout(lines, kind.told(said))) is not None and found.complete for kind in KINDS)
 
 
 def _names(layout: Layout | None, *quantities: str) -> bool:
