@@ -37,7 +37,8 @@ _AFTER = frozenset(
 )
 #: So is called what a recorder was connected to, of the quantity that its unit measures.
 _CHANNEL = re.compile(
-    r"(?:ch|chan|channel|math|trace|untitled|ai|input|dev\d{1,2}/ai|column|y)[ _]?\d{0,3}|\d{1,3}|[a-d]", re.IGNORECASE
+    r"(?:ch|chan|channel|math|trace|untitled|ai|input|dev\d{1,2}/ai|column|y)[ _]?(?:\d{0,3}|[a-d])|\d{1,3}|[a-d]",
+    re.IGNORECASE,
 )
 #: A title that says no more is of the quantity that its unit measures.
 _ANY = frozenset(("value", "reading", "measure", "measurement", "source"))
@@ -59,7 +60,16 @@ _WRITTEN_OUT = {
     **dict.fromkeys(("amp", "amps", "ampere", "amperes"), "A"),
     **dict.fromkeys(("milliamp", "milliamps", "milliampere", "milliamperes"), "mA"),
     **dict.fromkeys(("microamp", "microamps", "microampere", "microamperes"), "uA"),
-    **{"hz": "Hz", "khz": "kHz", "mw": "mW", "\u00b5s": "us", "siemens": "S"},
+    **{
+        "hz": "Hz",
+        "khz": "kHz",
+        "mw": "mW",
+        "\u00b5s": "us",
+        "siemens": "S",
+        "ohm-1": "S",
+        "ohm^-1": "S",
+        "1/ohm": "S",
+    },
 }
 
 
@@ -157,13 +167,14 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
     """
     taken: dict[str, Column] = {}
     notes = []
+    needed = {*kind.required, *kind.way({c.quantity for c in columns if not c.complaint}), *kind.used}
     for quantity in kind.quantities:
         readable = sorted((c for c in columns if c.quantity == quantity and not c.complaint), key=lambda c: c.rank)
         if not readable:
             continue
         first, *others = readable
         if others and others[0].rank == first.rank and quantity != "time":  # one time in two units is one time
-            if quantity not in kind.needed:
+            if quantity not in needed:
                 continue
             raise InputError(
                 f"{name}: columns '{first.title}' and '{others[0].title}' both give the {quantity}; leave one out or "
@@ -382,4 +393,7 @@ def _match(word: str, quantities: Words) -> tuple[str, int] | None:
                 continue
             ending = _GENERIC if quantity != "time" else _ENDING
             return quantity, _SET if _OF_THE_SOURCE.intersection(beside) else ending
+    plain, bracket, remark = word.partition("(")
+    if bracket and len(remark) > 4 and remark[:-1].isalpha() and remark.endswith(")"):  # of what, not a unit
+        return _match(plain, quantities)
     return None

@@ -84,7 +84,7 @@ RECORD = Kind(
             "V",
             (
                 *("ewe-ece", "<ewe>", "ewe", "voltage", "potential", "u", "volt", "volts", "vf", "v", "e", "control"),
-                *("spannung", "potenzial", "tension"),
+                *("working_electrode", "ecell", "spannung", "potenzial", "tension"),
             ),
         ),
         "current": ("A", ("<i>", "current", "i", "im", "amps", "strom", "courant")),
@@ -99,11 +99,11 @@ RECORD = Kind(
 
 _RE = (
     *("re(z)", "re", "z'", "z'(a)", "zre", "z_re", "zreal", "z_real", "re_z", "real", "real(z)", "z(re)", "real_part"),
-    *("rs", "zr", "z1"),
+    *("rs", "zr", "z1", "rez", "real_z", "real_impedance", "r"),
 )
 _IMAG = (
     *("im(z)", "im", "z''", "z''(b)", 'z"', "zim", "z_im", "zimag", "z_imag", "im_z", "imag", "imag(z)", "z(im)"),
-    *("imaginary", "xs", "zi", "z2"),
+    *("imaginary", "xs", "zi", "z2", "imz", "imag_z", "imaginary_z", "imaginary_impedance", "x"),
 )
 _IM = (*_IMAG, "imaginary_part")
 _PHASE = ("phase(z)", "phase", "phase_angle", "zphz", "zphase", "z_phase", "arg(z)", "theta", "theta(z)", "phi")

@@ -194,7 +194,9 @@ def _missing(quantity: str, layout: Layout, left: Sequence[str]) -> str:
 def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:
     """Yield the layouts that a line makes as a header, divided in every way that its signs allow."""
     line = lines[k].lstrip("#% ") if lines[k].startswith(_COMMENTS) else lines[k]
-    below = [j for j in range(k + 1, min(k + 50, len(lines))) if not is_left_out(lines[j])][: _BETWEEN + 1]
+    below = [j for j in range(k + 1, min(k + 50, len(lines))) if not is_left_out(lines[j]) or _percent(lines, j, k)][
+        : _BETWEEN + 1
+    ]
     ways = sorted((s for s in _SEPARATORS if s in line), key=line.count, reverse=True)
     for delimiter in ways or ("  ", ""):
         titles = tuple(_cells(line, delimiter))
@@ -216,6 +218,11 @@ def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:
             yield Layout(k, titles, columns, first, _likely(lines[first]) if first < len(lines) else "", False)
         else:
             yield Layout(k, titles, columns, *found, True)
+
+
+def _percent(lines: Sequence[str], j: int, header: int) -> bool:
+    """Tell whether a line below the header is a row of units whose first is percent, and no comment."""
+    return j == header + 1 and lines[j][:1] == "%" and lines[j][1:2] in tuple(_SEPARATORS)
 
 
 def _first_row(

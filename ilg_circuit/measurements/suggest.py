@@ -46,9 +46,10 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
         si = kind.quantities[quantity][0]
         columns = [c for c in layout.columns if c.quantity == quantity]
         if columns:
-            if not any(c.unit == "" for c in columns) or not si:
+            garbled = any("\ufffd" in c.unit or "?" in c.unit for c in columns)
+            if not si or not (garbled or any(c.unit == "" for c in columns)):
                 return ""  # its unit is one of something else
-            options.append(option("units", quantity, si))
+            options.append(option("units", quantity, f"u{si}" if garbled else si))
             continue
         title = _likely(quantity, si, titles)
         if title is None:
