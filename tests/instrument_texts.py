@@ -187,7 +187,7 @@ STEPS: dict[str, Callable[[], Content]] = {
     "CSV, Siglent": lambda: "Record Length,Analog:240\nSecond,Volt,Ampere\n" + table(step(0, 1, 2)),
     "CSV, Parstat": lambda: "Elapsed Time(s)\tE(V)\tI(A)\n" + table(step(0, 1, 2), "\t"),
     "EC-Lab, a column that was not measured": lambda: (
-        "time/s\tcontrol/V\tEcell/V\tI/mA\tcycle number\n" + table(step(0, 1, "x", 2, "0.0", scale=MILLI), "\t")
+        "time/s\tcontrol/V\tEce/V\tI/mA\tcycle number\n" + table(step(0, 1, "x", 2, "0.0", scale=MILLI), "\t")
     ),
     "CSV, Squidstat": lambda: "Elapsed Time (s),Voltage (V),Current (A)\n" + table(step(0, 1, 2)),
     "CSV, Ivium's export": lambda: "time /s\tE /V\ti /A\n" + table(step(0, 1, 2), "\t"),

@@ -86,9 +86,9 @@ def find_layout(lines: Sequence[str], kind: Kind) -> Layout | None:
                 best, score = layout, worth
     if best is None and rows and kind.said.columns and all(t.isdecimal() for t in kind.said.columns.values()):
         for sign in (*(s for s in _SEPARATORS if s in lines[rows[0]]), ""):  # without names columns have numbers
-            titles = tuple(map(str, range(1, len(_cells(lines[rows[0]], sign)) + 1)))
+            titles = tuple(map(str, range(1, len(cells_of(lines[rows[0]], sign)) + 1)))
             columns = tuple(columns_of(titles, (), kind))
-            if len(titles) > 1 and all(is_number(c.strip(), sign) for c in _cells(lines[rows[0]], sign)):
+            if len(titles) > 1 and all(is_number(c.strip(), sign) for c in cells_of(lines[rows[0]], sign)):
                 return Layout(rows[0], titles, columns, rows[0], sign, kind.complete(readable(columns)))
     if best is not None or not rows:
         return best
@@ -99,7 +99,7 @@ def find_layout(lines: Sequence[str], kind: Kind) -> Layout | None:
     header = rows[0] if alike else max((k for k in rows if k < numbers), default=rows[0])
     sign = _likely(lines[header])
     table = sign or any(_bare(lines[k]) for k in rows if header <= k <= header + 1)
-    words = _cells(lines[header], sign) if table else [lines[header].strip()]
+    words = cells_of(lines[header], sign) if table else [lines[header].strip()]
     return Layout(header, tuple(words), (), header + 1, sign, False)
 
 
@@ -199,13 +199,13 @@ def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:
     ]
     ways = sorted((s for s in _SEPARATORS if s in line), key=line.count, reverse=True)
     for delimiter in ways or ("  ", ""):
-        titles = tuple(_cells(line, delimiter))
+        titles = tuple(cells_of(line, delimiter))
         if len(titles) > _MOST_COLUMNS or (len(titles) < 2 and delimiter):
             continue
         units: list[str] = []
         first = below[0] if below else k + 1
         if below and not _bare(lines[below[0]]):
-            cells = _cells(lines[below[0]], delimiter)
+            cells = cells_of(lines[below[0]], delimiter)
             if len(cells) <= len(titles) and is_unit_row(cells):
                 units, first = cells, below[1] if len(below) > 1 else below[0] + 1
         columns = tuple(columns_of(titles, units, kind))
@@ -238,18 +238,18 @@ def _first_row(
             continue
         present = [s for s in _SEPARATORS if s in line and s != like]
         for delimiter in (*([like] if like.strip(" ") and like in line else []), *present[::-1], ""):
-            cells = _cells(line, delimiter)
+            cells = cells_of(line, delimiter)
             if (delimiter != like or not delimiter) and len(cells) != width:
                 continue
             at = [cells[p].strip() if p < len(cells) else "" for p in places]
             if is_number(at[0], delimiter) and all(not c or is_number(c, delimiter) or is_mark(c) for c in at):
                 return j, delimiter
-        if _bare(line) or any(is_number(c.strip(), like) for c in _cells(line, like)):
+        if _bare(line) or any(is_number(c.strip(), like) for c in cells_of(line, like)):
             return None  # a row that cannot be read is not passed over
     return None
 
 
-def _cells(line: str, delimiter: str) -> list[str]:
+def cells_of(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line; "  " stands for two spaces or more, "" for any, brackets kept to their names."""
     if delimiter == "  ":
         return [cell.strip() for cell in line.split("  ") if cell.strip()]
@@ -283,7 +283,7 @@ def _is_text(line: str, place: int, delimiter: str) -> bool:
     """Tell whether a line is none of a table: left out, or words where the rows have a number."""
     if is_left_out(line):
         return True
-    cells = _cells(line, delimiter)
+    cells = cells_of(line, delimiter)
     cell = cells[place].strip() if place < len(cells) else ""
     if is_number(cell, delimiter):
         return False

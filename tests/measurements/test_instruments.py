@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from format_texts import TEXTS
-from instrument_texts import PULLS, SPECTRA, STEPS, Content, ivium, lvm, pssession, versastudio, xlsx
+from instrument_texts import PULLS, SPECTRA, STEPS, Content, ivium, lvm, pssession, step, table, versastudio, xlsx
 from record_texts import I, T, U
 from spectrum_texts import F, Z
 
@@ -73,6 +73,7 @@ SEVERAL = {
     "Ivium": lambda: ivium(count=2),
     "CSV": lambda: str(TEXTS["record"]["CSV"]()) * 2,
     "CSV, times begin again": lambda: TEXTS["record"]["CSV"]() + TEXTS["record"]["CSV"]().split("\n", 1)[1],
+    "CSV, side by side": lambda: "first,,,second\ns,V,A,s,V,A\n" + table(step(0, 1, 2, 0, 1, 2)),
     "EC-Lab": lambda: TEXTS["record"]["EC-Lab"]() + TEXTS["record"]["EC-Lab, no preamble"]().split("\n", 1)[1],
 }
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from ...errors import InputError
 from ..derived import impedance_of, stretch_of
 from ..kind import LOAD_TEST, PREAMBLE, RECORD, SPECTRUM, Kind, frequency_row, names_a_spectrum
-from ..layout import Layout, find_layout, readable
+from ..layout import Layout, cells_of, find_layout, readable
 from ..said import NOTHING, Said, pick
 from ..table import Table, parse_table
 from . import bare
@@ -69,12 +69,34 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
             parts = [(f"lines {a + 1} to {b}", (a, b)) for a, b in zip(starts, ends, strict=True)]
             a, b = pick(parts, kind.said, name)
             lines, numbers, kind = lines[a:b], numbers[a:b], kind.whole
+        width = _block(layout) if len(starts) == 1 and not kind.said.columns else 0
+        if width and len(cells_of(lines[layout.header], layout.delimiter)) == len(layout.titles):
+            places = range(0, len(_titles(layout)), width)
+            place = pick([(f"columns {k + 1} to {k + width}", k) for k in places], kind.said, name)
+            rows = [cells_of(line, layout.delimiter)[place : place + width] for line in lines[layout.header :]]
+            lines, numbers, kind = ["\t".join(row) for row in rows], numbers[layout.header :], kind.whole
     if kind.most_rows and layout is not None and len(lines) > 2 * kind.most_rows + PREAMBLE:
         raise InputError(f"{name}: {len(lines)} rows; a {kind.name} has {kind.most_rows} at most")
     table = parse_table(lines, name, kind, numbers)
     if kind == SPECTRUM:
         return impedance_of(table, kind)
     return stretch_of(table, kind, above) if kind == LOAD_TEST else table
+
+
+def _titles(layout: Layout) -> list[str]:
+    titles = [title.strip() for title in layout.titles]
+    while titles and not titles[-1]:
+        titles.pop()
+    return titles
+
+
+def _block(layout: Layout) -> int:
+    """Return how many columns stand there again and again, as a table of each measurement beside the last; else 0."""
+    titles = _titles(layout)
+    for width in range(2, len(titles) // 2 + 1):
+        if len(titles) % width == 0 and titles[:width] * (len(titles) // width) == titles:
+            return width
+    return 0
 
 
 def _alike(lines: Sequence[str], header: int) -> list[int]:
