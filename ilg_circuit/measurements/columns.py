@@ -39,6 +39,8 @@ def read_data(
     InputError
         A column is missing, has no unit or holds no numbers, or times decrease; the message names it.
     """
+    if said.part is not None or said.cycle is not None:
+        raise InputError(f"{name}: columns in memory are one measurement; part and cycle choose in files")
     kind, layout = _recognised(columns, said)
     taken, left, notes = choose(layout, kind, name, 1)
     titles = {quantity: layout.titles[c.place] for quantity, c in taken.items()}

@@ -70,6 +70,7 @@ _WRITTEN_OUT = {
         "ohm^-1": "S",
         "1/ohm": "S",
     },
+    **dict.fromkeys(("h:min:s.ms", "h:min:s", "hh:mm:ss", "hh:mm:ss.sss", "h:m:s", "hms"), "s"),
 }
 
 
@@ -100,7 +101,8 @@ def columns_of(titles: Sequence[str], units: Sequence[str], kind: Kind) -> list[
     quantities, said = kind.quantities, kind.said
     filled = [title for title in titles if title.strip()]
     bare = len(filled) > 1 and all(_UNIT_LIKE.fullmatch(title.strip()) for title in filled)
-    meant = {place: q for q, text in said.columns.items() if (place := _place(text, titles)) is not None}
+    there = {q: text for q, text in said.columns.items() if q in quantities}
+    meant = {place: q for q, text in there.items() if (place := _place(text, titles)) is not None}
     found = []
     for place, title in enumerate(titles):
         if not title.strip() or len(title.strip()) > _LONGEST_TITLE:
@@ -176,9 +178,14 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
         if others and others[0].rank == first.rank and quantity != "time":  # one time in two units is one time
             if quantity not in needed:
                 continue
+            how = option("columns", quantity, first.title)
+            missing = [q for q in kind.required if all(c.quantity != q for c in columns)]
+            if len(missing) == 1:  # as of an oscilloscope, where a shunt's voltage is the current
+                si = kind.quantities[missing[0]][0]
+                how += f" {option('columns', missing[0], others[0].title)} {option('units', missing[0], si)}"
             raise InputError(
                 f"{name}: columns '{first.title}' and '{others[0].title}' both give the {quantity}; leave one out or "
-                f"say which: {option('columns', quantity, first.title)}"
+                f"say which: {how}"
             )
         taken[quantity] = first
         if others:
@@ -242,7 +249,7 @@ def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> 
             measured = _by_unit(place, title, unit, quantities, rank)
             if measured is not None:
                 return measured
-        elif _CHANNEL.fullmatch(word):
+        elif _CHANNEL.fullmatch(word) and not unit_below.strip() and (word[-1:].isdigit() or plain[-1:] in ")]"):
             wrong = wrong or _by_unit(place, title, unit, quantities, _EXACT + _GENERIC)
     if wrong is None and unit_below.strip() and _CHANNEL.fullmatch(plain):
         return _by_unit(place, title, unit_below, quantities, _EXACT + _GENERIC)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ..errors import InputError
 from ..findings import Finding
-from .cells import LONGEST_LINE, is_mark, is_number, split
+from .cells import LONGEST_LINE, clock, is_mark, is_number, split
 from .header import Column, chosen, columns_of, is_unit_row
 from .kind import PREAMBLE, Kind
 from .said import option
@@ -242,7 +242,9 @@ def _first_row(
             if (delimiter != like or not delimiter) and len(cells) != width:
                 continue
             at = [cells[p].strip() if p < len(cells) else "" for p in places]
-            if is_number(at[0], delimiter) and all(not c or is_number(c, delimiter) or is_mark(c) for c in at):
+            if (is_number(at[0], delimiter) or clock(at[0]) is not None) and all(
+                not c or is_number(c, delimiter) or is_mark(c) or clock(c) is not None for c in at
+            ):
                 return j, delimiter
         if _bare(line) or any(is_number(c.strip(), like) for c in cells_of(line, like)):
             return None  # a row that cannot be read is not passed over

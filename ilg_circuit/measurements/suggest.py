@@ -38,7 +38,10 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
     """
     options: list[str] = []
     numbers = all(is_number(title.strip()) for title in layout.titles)
-    titles = [str(k) for k in range(1, len(layout.titles) + 1)] if numbers else [t for t in left if t]
+    spoken = {c.title.strip() for c in layout.columns}
+    titles = (
+        [str(k) for k in range(1, len(layout.titles) + 1)] if numbers else [t for t in left if t not in ("", *spoken)]
+    )
     if len(layout.titles) < 2:
         return ""
     wanted = [q for q in missing if q in kind.required or q in _spoken(layout, kind)]
@@ -46,10 +49,10 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
         si = kind.quantities[quantity][0]
         columns = [c for c in layout.columns if c.quantity == quantity]
         if columns:
-            garbled = any("\ufffd" in c.unit or "?" in c.unit for c in columns)
+            garbled = any(not letter.isprintable() or letter in "?\ufffd\u00e6" for c in columns for letter in c.unit)
             if not si or not (garbled or any(c.unit == "" for c in columns)):
                 return ""  # its unit is one of something else
-            options.append(option("units", quantity, f"u{si}" if garbled else si))
+            options.append(option("units", quantity, f"u{si}" if garbled else _unit(columns[0].title, si)))
             continue
         title = _likely(quantity, si, titles)
         if title is None:
@@ -57,8 +60,14 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
         titles.remove(title)
         options.append(option("columns", quantity, title))
         if si and not named_unit(title, si):
-            options.append(option("units", quantity, si))
+            options.append(option("units", quantity, _unit(title, si)))
     return f"; or say what it is, if so: {' '.join(options)}" if options else ""
+
+
+def _unit(title: str, si: str) -> str:
+    """Return the unit that a title without one may have: a word such as millis tells its prefix."""
+    prefix = next((p for word, p in (("milli", "m"), ("micro", "u"), ("kilo", "k")) if word in title.lower()), "")
+    return prefix + si
 
 
 def _spoken(layout: Layout, kind: Kind) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from instrument_texts import PULLS, SPECTRA, STEPS, Content, ivium, lvm, pssessi
 from record_texts import I, T, U
 from spectrum_texts import F, Z
 
+import ilg_circuit as ilg
 from ilg_circuit.errors import InputError, MissingLibraryError
 from ilg_circuit.measurements.formats import BINARIES, FORMATS
 from ilg_circuit.measurements.kind import RECORD
@@ -176,9 +177,33 @@ def test_a_shunt(tmp_path: Path) -> None:
     """Two channels in volts, the second across 10 ohm: 0.1 A to one of the file."""
     rows = "".join(f"{t:.12g},{u:.12g},{10 * i:.12g}\n" for t, u, i in zip(T, U, I, strict=True))
     path = written(tmp_path, "x-axis,1,2\nsecond,Volt,Volt\n" + rows)
-    with pytest.raises(InputError, match="columns '1' and '2' both give the voltage"):
+    said = "columns '1' and '2' both give the voltage; .* --columns voltage=1 --columns current=2 --units current=A"
+    with pytest.raises(InputError, match=said):
         read(path)
     require_step(path, said_of(["voltage=1", "current=2"], ["current=0.1A"]))
+
+
+def test_channels_named_by_letters_are_no_units(tmp_path: Path) -> None:
+    path = written(tmp_path, "Time,Ch A,Ch B\n(s),(V),(V)\n" + HEADERLESS)
+    with pytest.raises(InputError, match="columns 'Ch A' and 'Ch B' both give the voltage"):
+        read(path)
+
+
+@pytest.mark.parametrize("title", ["Time(h:min:s.ms)", "Timestamp", "Clock"])
+def test_times_of_a_clock(title: str, tmp_path: Path) -> None:
+    rows = "".join(f"0:00:{t:06.3f},{u:.12g},{i:.12g}\n" for t, u, i in zip(T, U, I, strict=True))
+    path = written(tmp_path, f"{title},Voltage (V),Current (A)\n" + rows)
+    require_step(path, Said() if "(" in title else said_of([f"time={title}"], ["time=s"]))
+
+
+def test_columns_in_memory_are_said_too() -> None:
+    data = {"Clock": T, "U (V)": U, "signal": I * 1e3}
+    found = ilg.read(data, columns={"time": "Clock", "current": "signal"}, units={"time": "s", "current": "mA"})
+    assert found.current.values.max() == pytest.approx(I.max())
+    with pytest.raises(InputError, match="if so: --columns time=Clock --units time=s --columns current=signal"):
+        ilg.read(data)
+    with pytest.raises(InputError, match="part and cycle choose in files"):
+        ilg.read(data, part=2)
 
 
 @pytest.mark.parametrize(
