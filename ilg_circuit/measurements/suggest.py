@@ -45,6 +45,9 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
     if len(layout.titles) < 2:
         return ""
     wanted = [q for q in missing if q in kind.required or q in _spoken(layout, kind)]
+    if "stretch" in wanted and not any(_HINTS["stretch"].search(t[:100]) for t in titles):
+        strains = any(_HINTS["strain"].search(t[:100]) for t in titles)
+        wanted = ["strain" if q == "stretch" and strains else q for q in wanted]
     for quantity in wanted:
         si = kind.quantities[quantity][0]
         columns = [c for c in layout.columns if c.quantity == quantity]
