@@ -33,6 +33,8 @@ def recognises(lines: Sequence[str], said: Said = NOTHING) -> Kind:
     start = frequency_row(lines)
     if start is not None:
         return SPECTRUM if names_a_spectrum(lines[start]) else RECORD
+    if _names(layouts[SPECTRUM.name], "frequency") and _names(layouts[SPECTRUM.name], "re", "modulus", "re_y"):
+        return SPECTRUM
     if not _names(record, "time", "voltage") and _names(layouts[LOAD_TEST.name], "stretch"):
         return LOAD_TEST
     return RECORD
