@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -10,12 +9,10 @@ from functools import lru_cache
 
 from ..errors import InputError
 from ..findings import Finding
-from ..units import scale
 from .kind import Kind, Quantities
 from .said import option
+from .unit_words import REFERENCE, UNIT_LIKE, clean_unit, tried
 
-_PURE_NUMBER = ("", "-", "1", "mm/mm", "m/m", "in/in", "mm / mm")
-_ANGLES = {**dict.fromkeys(("deg", "degree", "degrees", "\u00b0", "\u00ba", "grad"), 1.0), "rad": 180 / math.pi}
 #: A longer title names no quantity.
 _LONGEST_TITLE = 200
 #: Ranks of names; of one quantity's columns the least is taken. A name of an instrument stands before others.
@@ -43,35 +40,7 @@ _CHANNEL = re.compile(
 #: A title that says no more is of the quantity that its unit measures.
 _ANY = frozenset(("value", "reading", "measure", "measurement", "source"))
 
-_UNIT_LIKE = re.compile(
-    r"[\[(]?(?:[pnu\u00b5\u03bcmkMG]?(?:s|sec|min|h|V|A|m|N|C|Hz|[Oo]hms?|\u03a9|\u2126|Pa|S|F)"
-    r"|deg|\u00b0|%|mm/mm|[Vv]olts?|[Aa]mp(?:ere)?s?|[Ss]econds?)[\])]?"
-)
-_OHM = re.compile(r"ohms?\b|[\u03a9\u2126]", re.IGNORECASE)
 _TIMES = re.compile(r"(\d{1,9}(?:\.\d{1,9})?(?:e-?\d{1,2})?)? ?(\D.{0,40})")
-_REFERENCE = re.compile(r"[ (]{1,3}(?:vs|versus)\b.*", re.IGNORECASE)
-_WRITTEN_OUT = {
-    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
-    **dict.fromkeys(("msec", "msecs", "millisecond", "milliseconds"), "ms"),
-    **dict.fromkeys(("minute", "minutes", "mins"), "min"),
-    **dict.fromkeys(("hr", "hrs", "hour", "hours"), "h"),
-    **dict.fromkeys(("volt", "volts"), "V"),
-    **dict.fromkeys(("millivolt", "millivolts"), "mV"),
-    **dict.fromkeys(("amp", "amps", "ampere", "amperes"), "A"),
-    **dict.fromkeys(("milliamp", "milliamps", "milliampere", "milliamperes"), "mA"),
-    **dict.fromkeys(("microamp", "microamps", "microampere", "microamperes"), "uA"),
-    **{
-        "hz": "Hz",
-        "khz": "kHz",
-        "mw": "mW",
-        "\u00b5s": "us",
-        "siemens": "S",
-        "ohm-1": "S",
-        "ohm^-1": "S",
-        "1/ohm": "S",
-    },
-    **dict.fromkeys(("h:min:s.ms", "h:min:s", "hh:mm:ss", "hh:mm:ss.sss", "h:m:s", "hms"), "s"),
-}
 
 
 @dataclass(frozen=True)
@@ -100,7 +69,7 @@ def columns_of(titles: Sequence[str], units: Sequence[str], kind: Kind) -> list[
     """
     quantities, said = kind.quantities, kind.said
     filled = [title for title in titles if title.strip()]
-    bare = len(filled) > 1 and all(_UNIT_LIKE.fullmatch(title.strip()) for title in filled)
+    bare = len(filled) > 1 and all(UNIT_LIKE.fullmatch(title.strip()) for title in filled)
     there = {q: text for q, text in said.columns.items() if q in quantities}
     meant = {place: q for q, text in there.items() if (place := _place(text, titles)) is not None}
     found = []
@@ -150,8 +119,8 @@ def _place(text: str, titles: Sequence[str]) -> int | None:
 
 def _stated(place: int, title: str, below: str, quantity: str, unit: str, rank: int, kind: Kind) -> Column:
     """Return the column of a known ``quantity``, its unit that of the row below, of the title, or else ``unit``."""
-    tried = [below, *(said for _, said in _splits(_plain(title))), unit]
-    columns = [_read(place, title, quantity, rank, text, kind.quantities) for text in tried if text.strip()]
+    texts = [below, *(said for _, said in _splits(_plain(title))), unit]
+    columns = [_read(place, title, quantity, rank, text, kind.quantities) for text in texts if text.strip()]
     readable = next((c for c in columns if not c.complaint), None)
     if readable is not None or not kind.quantities[quantity][0]:
         return readable or _read(place, title, quantity, rank, "", kind.quantities)
@@ -199,7 +168,7 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
 def is_unit_row(cells: Sequence[str]) -> bool:
     """Tell whether the cells of a row are units, at least half of them, and none is a number."""
     filled = [cell.strip() for cell in cells if cell.strip()]
-    likely = sum(bool(_UNIT_LIKE.fullmatch(_clean(cell))) or cell in ("-", "#") for cell in filled)
+    likely = sum(bool(UNIT_LIKE.fullmatch(clean_unit(cell))) or cell in ("-", "#") for cell in filled)
     return bool(filled) and 2 * likely >= len(filled)
 
 
@@ -218,9 +187,9 @@ def named_unit(title: str, si: str | None) -> str | None:
     """Return the unit in a title that measures what ``si`` does, or any other that looks like one; None where none."""
     for _, unit in _splits(_plain(title)):
         if si is None:
-            if _UNIT_LIKE.fullmatch(_clean(unit)) or (unit.isalpha() and len(unit) <= 2):
+            if UNIT_LIKE.fullmatch(clean_unit(unit)) or (unit.isalpha() and len(unit) <= 2):
                 return unit
-        elif unit and not _tried(unit, si)[1]:
+        elif unit and not tried(unit, si)[1]:
             return unit
     return None
 
@@ -258,17 +227,8 @@ def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> 
 
 def _read(place: int, title: str, quantity: str, rank: int, unit: str, quantities: Quantities) -> Column:
     unit = unit.strip()
-    factor, complaint = _tried(unit, quantities[quantity][0])
+    factor, complaint = tried(unit, quantities[quantity][0])
     return Column(place, title, quantity, unit, factor, rank, complaint)
-
-
-@lru_cache(maxsize=4096)
-def _tried(unit: str, si: str) -> tuple[float, str]:
-    """Return the factor from a unit to SI and no complaint, or zero and the complaint."""
-    try:
-        return _factor(unit, si), ""
-    except InputError as error:
-        return 0.0, f": {error}"
 
 
 def _by_unit(place: int, title: str, unit: str, quantities: Quantities, rank: int) -> Column | None:
@@ -279,47 +239,6 @@ def _by_unit(place: int, title: str, unit: str, quantities: Quantities, rank: in
             if not column.complaint:
                 return column
     return None
-
-
-def _factor(unit: str, si: str) -> float:
-    """Return the factor from a unit, as instruments write it, to SI. Raises InputError where there is none."""
-    if si == "deg":
-        angle = _ANGLES.get(_clean(unit).removeprefix("\u00c2").lower())
-        if angle is None:
-            raise InputError(f"unit '{unit[:40]}' is no angle; give it in 'deg' or 'rad'")
-        return angle
-    if not si:
-        unit = _clean(unit)
-        if unit in _PURE_NUMBER:
-            return 1.0
-        try:
-            return float(scale(unit, si))
-        except InputError:
-            raise InputError(f"unit '{unit[:40]}' does not measure a pure number; leave it out") from None
-    if not unit:
-        raise InputError(f"it has no unit; give it in '{si}' or a multiple of it")
-    clean = _clean(unit)
-    if si == "s" and clean == "S":
-        clean = "s"
-    try:
-        return float(scale(clean, si))
-    except InputError as error:
-        try:
-            scale(re.sub(r"([A-Za-z])(-?\d)", r"\1^\2", clean).replace(".", "*"), f"{si}/m^2")
-        except InputError:
-            raise error from None
-    raise InputError(f"unit '{unit[:40]}' is one per area; multiply by the electrode's area and give it in '{si}'")
-
-
-def _clean(unit: str) -> str:
-    """Return a unit as it is looked up: without brackets and reference electrode, with ASCII letters where possible."""
-    unit = unit.strip().strip("\"'").strip()
-    if unit[:1] + unit[-1:] in ("()", "[]", "<>"):
-        unit = unit[1:-1].strip()
-    for wrong, right in (("\u00c2\u00b5", "u"), ("\u00b5", "u"), ("\u03bc", "u")):
-        unit = unit.replace(wrong, right)
-    unit = _OHM.sub("ohm", _REFERENCE.sub("", unit))
-    return _WRITTEN_OUT.get(unit.lower(), unit)
 
 
 def _plain(title: str) -> str:
@@ -339,7 +258,7 @@ def _word(text: str) -> str:
 def _splits(title: str) -> Iterator[tuple[str, str]]:
     """Yield the ways to divide a title into a name, as `_word` writes it, and a unit: the likeliest first."""
     if not title.endswith((")", "]")):
-        title = _REFERENCE.sub("", title)
+        title = REFERENCE.sub("", title)
     if title.endswith((")", "]")):
         start = _opening(title)
         if start > 0:
