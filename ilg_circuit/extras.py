@@ -34,6 +34,11 @@ def require_netcdf() -> None:
     _require(("xarray", "h5netcdf", "h5py"), "a netCDF file", "study")
 
 
+def require_reader(module: str, what: str) -> None:
+    """The same for a file ``what`` that a ``module`` of the extra ``formats`` reads."""
+    _require((module,), what, "formats")
+
+
 def _require(modules: tuple[str, ...], what: str, extra: str) -> None:
     missing = [name for name in modules if find_spec(name) is None]
     if missing:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import instrument_texts
 import record_texts
 import spectrum_texts
 
-from ilg_circuit.measurements.formats import FORMATS, Format
+from ilg_circuit.measurements.formats import BINARIES, FORMATS, Format
 from ilg_circuit.measurements.kind import LOAD_TEST, RECORD, SPECTRUM, Kind
 
 Texts = dict[str, Callable[[], str]]
@@ -17,10 +18,16 @@ def load_test() -> str:
     return "stretch,stress_kPa\n" + "".join(f"{1 + k / 20},{k * 3.7}\n" for k in range(30))
 
 
+def texts(files: dict[str, Callable[[], str | bytes]]) -> Texts:
+    """Return those of files that are no bytes."""
+    bytes_ = {binary.NAME for binary in BINARIES}
+    return {n: text for n, text in files.items() if n.split(",")[0] not in bytes_ and "UTF-16" not in n}  # type: ignore[misc]
+
+
 #: name of a kind -> "format" or "format, variant" -> text
 TEXTS: dict[str, Texts] = {
-    RECORD.name: record_texts.FORMATS,
-    SPECTRUM.name: spectrum_texts.FORMATS,
+    RECORD.name: {**record_texts.FORMATS, **texts(instrument_texts.STEPS)},
+    SPECTRUM.name: {**spectrum_texts.FORMATS, **texts(instrument_texts.SPECTRA)},
     LOAD_TEST.name: {"CSV": load_test},
 }
 

@@ -11,7 +11,7 @@ import click
 from ..errors import InputError
 from ..units import parse
 from .emit import emit, say
-from .options import ModelOption, engine_option, output_options, outputs
+from .options import ModelOption, engine_option, output_options, outputs, reading_options, said
 from .paths import FILE, STRIP, LongCommand, force_option
 from .progress import ProgressBar
 
@@ -25,6 +25,7 @@ from .progress import ProgressBar
 @click.option("--bias", multiple=True, help="Of spectra: 1V, or FILE=1V for one of them.")
 @click.option("--onset", multiple=True, help="When the voltage began: 4s, last-rest or first-level; or FILE=4s.")
 @click.option("--displacement-delay", default="0s", help="How much later the camera's clock reads: 0.1s, or fit.")
+@reading_options
 @click.option("--until", help="Fit records up to this time after the onset, such as 16s.  [default: all]")
 @engine_option
 @click.option(
@@ -40,8 +41,9 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     """Fit a strip to measured steps, waveforms and impedance spectra.
 
     DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm; or a
-    spectrum: frequency_Hz, re_ohm, im_ohm, or what EC-Lab (text), Gamry (.DTA) and ZPlot (.z) export. Several files of
-    one strip, records and spectra, are fitted together, and each is predicted from the others.
+    spectrum: frequency_Hz, re_ohm, im_ohm; or a file of an instrument. What its headers do not tell, --columns and
+    --units do. Several files of one strip, records and spectra, are fitted together, and each is predicted from the
+    others.
     """
     from ..identification import identify as fit
     from ..measurements.read import read
@@ -52,7 +54,8 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     written = outputs(options)
     base = load_actuator(actuator) if actuator else None
     begun = onsets(data, options.pop("onset"))
-    files = [read(path, onset=begun[k]) for k, path in enumerate(data)]
+    meant = said(options)
+    files = [read(path, onset=begun[k], said=meant) for k, path in enumerate(data)]
     spectra = [isinstance(file, Spectrum) for file in files]
     options["bias"] = biases(data, spectra, options["bias"])
     if all(spectra) and context.get_parameter_source("engine") is click.core.ParameterSource.COMMANDLINE:

@@ -10,7 +10,7 @@ import click
 from ..errors import InputError
 from ..measurements.load_test import BRANCHES
 from .emit import emit
-from .options import NUMBER
+from .options import NUMBER, reading_options, said
 from .paths import FILE, PAGE, PICTURE, STRIP, LongCommand, force_option
 
 
@@ -31,6 +31,9 @@ from .paths import FILE, PAGE, PICTURE, STRIP, LongCommand, force_option
 )
 @click.option("--free-signs", is_flag=True, help="Do not impose mu_i alpha_i > 0, which keeps the material stable.")
 @click.option("--at", type=NUMBER, multiple=True, help="Stretch to predict the stress at; may be repeated.")
+@reading_options
+@click.option("--length", help="Free length of the specimens, such as 20mm, where a displacement was measured.")
+@click.option("--section", help="Their undeformed section, such as 10mm^2, where a force was measured.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--plot", type=PICTURE, help="Picture of data, fit and predictions (.png, .pdf, .svg).")
 @click.option("--report", type=PAGE, help="One HTML file with all of it.")
@@ -43,7 +46,8 @@ def ogden(
 ) -> None:
     """Fit a hyperelastic material to load tests, all of them together.
 
-    Each file has the columns stretch and stress_<unit> (nominal), such as stress_MPa, with that header.
+    Each file has the columns stretch and stress_<unit> (nominal), such as stress_MPa, with that header; or strain, or
+    force and displacement.
     """
     given = {mode: options.pop(mode) for mode in ("uniaxial", "equibiaxial", "planar")}
     files = {mode: path for mode, path in given.items() if path is not None}
@@ -59,7 +63,8 @@ def ogden(
 
     outputs = {"--out": out, "--plot": options.pop("plot"), "--report": options.pop("report")}
     base = load_actuator(actuator or "paper")
-    tests = [read_load_test(path, mode) for mode, path in files.items()]
+    meant = said(options)
+    tests = [read_load_test(path, mode, meant) for mode, path in files.items()]
     result = characterise(tests, constrained=not free_signs, **options)
     if not result.success:
         outputs["--out"] = None

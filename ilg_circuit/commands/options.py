@@ -16,6 +16,7 @@ from .paths import JSON, PAGE, PICTURE, TABLE, OutputFile
 
 if TYPE_CHECKING:
     from ..arrays import Array
+    from ..measurements.said import Said
 
 
 class _Number(click.types.FloatParamType):
@@ -61,6 +62,29 @@ run_options = _together(
     beam_option,
     click.option("--load", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip."),
 )
+
+#: What a data file does not say of itself; `said` reads them.
+reading_options = _together(
+    click.option(
+        "--columns", multiple=True, help="The column that holds a quantity: voltage='Potential (V)'; may be repeated."
+    ),
+    click.option("--units", multiple=True, help="The unit of a quantity, such as time=s; may be repeated."),
+    click.option("--part", type=int, help="Which of several measurements in a file, from 1."),
+    click.option("--cycle", type=int, help="Which cycle of a record."),
+)
+
+
+def said(options: dict[str, Any]) -> Said:
+    """Return what `reading_options` say (and --length, --section); ``options`` lose them."""
+    from ..measurements.said import said_of
+
+    def size(name: str, unit: str) -> float | None:
+        text = options.pop(name, None)
+        return parse(text, unit, f"--{name}") if text else None
+
+    columns, units, part, cycle = (options.pop(name) for name in ("columns", "units", "part", "cycle"))
+    return said_of(columns, units, part, cycle, size("length", "m"), size("section", "m^2"))
+
 
 #: When a run is sampled; `sampled` reads them.
 sample_options = _together(

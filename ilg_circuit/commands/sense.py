@@ -8,7 +8,7 @@ import click
 
 from ..simulation.drives import MOTION_FORMS
 from .emit import emit
-from .options import engine_option, output_options, outputs, sample_options, sampled
+from .options import engine_option, output_options, outputs, reading_options, said, sample_options, sampled
 from .paths import LongCommand
 
 
@@ -19,6 +19,7 @@ from .paths import LongCommand
 @click.option("--terminals", type=click.Choice(["open", "short"]), default="open")
 @engine_option
 @sample_options
+@reading_options
 @output_options("CSV file to write.", "Picture to write (.png, .pdf, .svg).")
 def sense(actuator: str, motion: str, duration: str, **options: Any) -> None:
     """Move a strip's tip and write what its terminals show."""
@@ -29,7 +30,7 @@ def sense(actuator: str, motion: str, duration: str, **options: Any) -> None:
 
     strip = load_actuator(actuator)
     seconds, times = sampled(duration, options)
-    source = parse_drive(motion, seconds, "m")
+    source = parse_drive(motion, seconds, "m", said(options))
     written = outputs(options)
     result = solve(strip, source, times, terminals=options["terminals"], engine=options["engine"])
     emit(result, written, inputs=(actuator, motion.removeprefix("file:")), text=text(result))

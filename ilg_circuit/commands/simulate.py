@@ -10,12 +10,24 @@ import click
 
 from ..errors import InputError
 from .emit import emit, say, show_check
-from .options import NUMBER, engine_option, mounted, output_options, outputs, run_options, sample_options, sampled
+from .options import (
+    NUMBER,
+    engine_option,
+    mounted,
+    output_options,
+    outputs,
+    reading_options,
+    run_options,
+    said,
+    sample_options,
+    sampled,
+)
 from .paths import FILE, LongCommand
 from .progress import ProgressBar
 
 if TYPE_CHECKING:
     from ..identification.comparison import Compared
+    from ..measurements.said import Said
     from ..strip.actuator import Actuator
 
 
@@ -34,6 +46,7 @@ if TYPE_CHECKING:
 @click.option(
     "--compare", type=FILE, help="Measured record to compare with.  [default: the drive's file, if it is one]"
 )
+@reading_options
 @click.option("--with-energy", is_flag=True, help="Add a column energy_J to the CSV.")
 @output_options("CSV file to write.", "Picture to write (.png, .pdf, .svg).")
 def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
@@ -48,7 +61,8 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
 
     strip = load_actuator(actuator)
     seconds, times = sampled(duration, options)
-    source = parse_drive(drive, seconds)
+    meant = said(options)
+    source = parse_drive(drive, seconds, said=meant)
     how = mounted(options)
     written = outputs(options)
     solver = {"engine": options["engine"], "accuracy": options["accuracy"]}
@@ -58,7 +72,7 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
 
         band = prediction_band(strip, source, response.time, engine=options["engine"], **how)
         response = replace(response, stderr=band.stderr)
-    compared = _compared(strip, options, drive, seconds, how)
+    compared = _compared(strip, options, drive, seconds, how, meant)
     emit(
         response,
         written,
@@ -77,7 +91,7 @@ def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
 
 
 def _compared(
-    strip: Actuator, options: dict[str, Any], drive: str, seconds: float, how: dict[str, Any]
+    strip: Actuator, options: dict[str, Any], drive: str, seconds: float, how: dict[str, Any], meant: Said
 ) -> tuple[Compared, ...]:
     """The prediction beside what was measured: in the file of --compare, or the drive's file if it has a current."""
     from ..identification.comparison import compare
@@ -91,10 +105,10 @@ def _compared(
     path = options["compare"] if asked else drive.removeprefix("file:")
     if not asked and not Path(path).is_file():  # a pipe, which has been read
         return ()
-    if not asked and read_columns(path, RECORD.drawn("time")).get("current") is None:
+    if not asked and read_columns(path, RECORD.drawn("time").told(meant)).get("current") is None:
         return ()
     try:
-        table = read_columns(path, RECORD.requiring("time"))
+        table = read_columns(path, RECORD.requiring("time").told(meant))
         return compare(strip, prepare(table), until=seconds, band=options["band"], engine=options["engine"], **how)
     except InputError as error:
         if asked:

@@ -182,7 +182,10 @@ def _restricted(columns: Array, steps: Array) -> float:
     white = columns.copy()
     white[1:] = (columns[1:] - steps[:, None] * columns[:-1]) / np.sqrt(innovation)[:, None]
     # the directions are orthonormal, and whitened by at most the longest correlation: their products lose no digit
-    diagonal = np.diag(np.linalg.cholesky(white.T @ white))
+    try:
+        diagonal = np.diag(np.linalg.cholesky(white.T @ white))
+    except np.linalg.LinAlgError:  # an exact record: its residuals are rounding, and may lie in the other directions
+        diagonal = np.abs(np.diag(np.linalg.qr(white, mode="r")))
     spare = len(columns) - len(diagonal) + 1
     least = np.finfo(float).tiny
     logarithms = np.log(np.maximum(diagonal, least))

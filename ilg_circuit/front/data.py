@@ -15,6 +15,7 @@ from ..measurements.load_test import LoadTest
 from ..measurements.onset import Stated
 from ..measurements.read import read as read_file
 from ..measurements.record import Record
+from ..measurements.said import Said, said_of
 from ..measurements.spectrum import Spectrum
 from ..units import si
 
@@ -23,6 +24,7 @@ Measured: TypeAlias = Record | Spectrum | LoadTest
 #: One set of data: a path, what was read of one, or columns by header: a data frame or a mapping of arrays.
 Source: TypeAlias = "str | Path | Measured | Mapping[str, ArrayLike] | Any"
 
+_NONE: Mapping[str, str] = {}
 #: Arrays by keyword -> the headers of their columns, SI units.
 _HEADERS = {
     "time": "time_s",
@@ -37,7 +39,18 @@ _HEADERS = {
 }
 
 
-def read(*data: Source, mode: str | None = None, onset: Stated | str = None, **arrays: ArrayLike) -> Any:
+def read(
+    *data: Source,
+    mode: str | None = None,
+    onset: Stated | str = None,
+    columns: Mapping[str, str] = _NONE,
+    units: Mapping[str, str] = _NONE,
+    part: int | None = None,
+    cycle: int | None = None,
+    length: str | float | None = None,
+    section: str | float | None = None,
+    **arrays: ArrayLike,
+) -> Any:
     """Return measured data, ready for a fit: one set, or a list where several are given.
 
     Parameters
@@ -49,6 +62,18 @@ def read(*data: Source, mode: str | None = None, onset: Stated | str = None, **a
     onset : float or str, optional
         When a record's excitation began: a time [s] or a text such as "4 s"; "last-rest" or "first-level" (default:
         found, and left open between two readings).
+    columns : mapping of str to str, optional
+        Titles of columns by quantity, where headers do not tell: ``{"voltage": "Potential (V)"}``.
+    units : mapping of str to str, optional
+        Units by quantity, likewise: ``{"time": "s"}``.
+    part : int, optional
+        Which of several measurements in a file, from 1.
+    cycle : int, optional
+        Which cycle of a record.
+    length : float or str, optional
+        Free length of a load test's specimen [m], where a displacement was measured.
+    section : float or str, optional
+        Its undeformed section [m^2], where a force was measured.
     **arrays : array_like
         Arrays (n,) in SI units in place of ``data``: ``time``, ``voltage``, ``current``, ``displacement``, ``force``,
         ``charge``; or ``frequency`` and complex ``impedance``; or ``stretch`` and ``stress``.
@@ -77,8 +102,17 @@ def read(*data: Source, mode: str | None = None, onset: Stated | str = None, **a
         raise InputError("give paths, a data frame or columns; or arrays by keyword, such as time=, voltage=, current=")
     at = _onset(onset)
     sources = data or (by_header(arrays),)
+    said = said_of(
+        columns,
+        units,
+        part,
+        cycle,
+        None if length is None else si(length, "m", "length"),
+        None if section is None else si(section, "m^2", "section"),
+    )
     found = [
-        _read(source, mode, at, f"data {k + 1}" if len(sources) > 1 else "data") for k, source in enumerate(sources)
+        _read(source, mode, at, said, f"data {k + 1}" if len(sources) > 1 else "data")
+        for k, source in enumerate(sources)
     ]
     return found if len(found) > 1 else found[0]
 
@@ -118,11 +152,11 @@ def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
     return found
 
 
-def _read(source: Source, mode: str | None, onset: Stated, name: str) -> Measured:
+def _read(source: Source, mode: str | None, onset: Stated, said: Said, name: str) -> Measured:
     if isinstance(source, Record | Spectrum | LoadTest):
         return source
     if isinstance(source, str | Path):
-        return read_file(source, onset=onset) if mode is None else read_file(source, mode)
+        return read_file(source, onset=onset, said=said) if mode is None else read_file(source, mode, said=said)
     titles = getattr(source, "columns", source)
     try:
         columns = {str(title): source[title] for title in titles}
@@ -130,4 +164,4 @@ def _read(source: Source, mode: str | None, onset: Stated, name: str) -> Measure
         raise InputError(
             f"data are a path, a data frame or columns by header, such as time_s; not {type(source).__name__}"
         ) from None
-    return read_data(columns, name, mode=mode, onset=onset)
+    return read_data(columns, name, mode=mode, onset=onset, said=said)

@@ -26,6 +26,7 @@ _MARKS = re.compile(
     r"|[o0]\.?l\.?|ovl?d?|ovrl?d?|ovfl?|ovflw|over[ -]?(?:load(?:ed)?|range|flow)?|over?rng|ovrange|orng"
     r"|#(?:num!|value!|div/0!|ref!|null!)|1\.#\w{1,8}|\?"
 )
+_CLOCK = re.compile(r"(?:(\d{1,5}):)?(\d{1,3}):(\d{1,2}(?:\.\d{1,9})?)")
 _STROKES = re.compile(r"[-\u2013\u2014*?]+(?:\.[-\u2013\u2014*?]*)?")
 
 
@@ -128,7 +129,7 @@ class Rows:
         """Return the number in a cell that is not plainly one: NaN for a blank or a mark."""
         if not cell:
             return math.nan
-        value = number(cell, self.delimiter)
+        value = clock(cell) if ":" in cell else number(cell, self.delimiter)
         if value is not None and abs(value) < NO_READING:
             return value
         if value is not None or is_mark(cell):
@@ -170,6 +171,12 @@ def number(cell: str, delimiter: str = ",") -> float | None:
     except ValueError:
         return None
     return value if math.isfinite(value) and "_" not in cell else None
+
+
+def clock(cell: str) -> float | None:
+    """Return the seconds of a time such as 1:02:03.5, None for other text."""
+    match = _CLOCK.fullmatch(cell.replace(",", "."))
+    return 3600.0 * int(match[1] or 0) + 60.0 * int(match[2]) + float(match[3]) if match else None
 
 
 def is_number(cell: str, delimiter: str = ",") -> bool:

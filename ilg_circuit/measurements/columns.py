@@ -8,31 +8,40 @@ from numpy.typing import ArrayLike
 
 from ..arrays import row
 from ..errors import InputError
-from .formats.csv import with_imaginary_part
+from .derived import impedance_of, stretch_of
 from .header import columns_of
 from .kind import LOAD_TEST, RECORD, SPECTRUM, Kind
-from .layout import Layout, choose
+from .layout import Layout, choose, readable
 from .load_test import LOAD_MODES, LoadTest, load_test_of
 from .onset import Stated
 from .read import record_of
 from .record import Record
+from .said import NOTHING, Said
 from .spectrum import Spectrum, spectrum_of
 from .table import table_of
 
 
 def read_data(
-    columns: Mapping[str, ArrayLike], name: str = "data", *, mode: str | None = None, onset: Stated = None
+    columns: Mapping[str, ArrayLike],
+    name: str = "data",
+    *,
+    mode: str | None = None,
+    onset: Stated = None,
+    said: Said = NOTHING,
 ) -> Record | Spectrum | LoadTest:
     """Return the data in ``columns``, arrays (n,) by headers as a CSV file has them, such as ``current_mA``.
 
-    ``name`` stands for the data in messages; ``mode`` is a load test's, ``onset`` a record's, see `read.read`.
+    ``name`` stands for the data in messages; ``mode`` is a load test's, ``onset`` a record's, ``said`` what
+    headers do not tell, see `read.read`.
 
     Raises
     ------
     InputError
         A column is missing, has no unit or holds no numbers, or times decrease; the message names it.
     """
-    kind, layout = _recognised(columns)
+    if said.part is not None or said.cycle is not None:
+        raise InputError(f"{name}: columns in memory are one measurement; part and cycle choose in files")
+    kind, layout = _recognised(columns, said)
     taken, left, notes = choose(layout, kind, name, 1)
     titles = {quantity: layout.titles[c.place] for quantity, c in taken.items()}
     arrays = {
@@ -46,19 +55,19 @@ def read_data(
     if kind == LOAD_TEST:
         if mode is None:
             raise InputError(f"{name}: a load test needs its mode: {', '.join(LOAD_MODES)}")
-        return load_test_of(table, mode)
-    return spectrum_of(with_imaginary_part(table, kind)) if kind == SPECTRUM else record_of(table, onset)
+        return load_test_of(stretch_of(table, kind), mode)
+    return spectrum_of(impedance_of(table, kind)) if kind == SPECTRUM else record_of(table, onset)
 
 
-def _recognised(columns: Mapping[str, ArrayLike]) -> tuple[Kind, Layout]:
+def _recognised(columns: Mapping[str, ArrayLike], said: Said) -> tuple[Kind, Layout]:
     """Return the kind of data whose columns are all there; a record where none is."""
     layouts = {}
     titles = tuple(columns)
     for kind in (SPECTRUM, RECORD, LOAD_TEST):
-        found = tuple(columns_of(titles, [""] * len(titles), kind.quantities))
-        readable = {c.quantity for c in found if not c.complaint}
-        complete = readable >= set(kind.required) and (not kind.either or bool(readable & set(kind.either)))
+        kind = kind.told(said)
+        found = tuple(columns_of(titles, [""] * len(titles), kind))
+        complete = kind.complete(readable(found))
         layouts[kind.name] = Layout(0, titles, found, 1, ",", complete)
         if complete:
             return kind, layouts[kind.name]
-    return RECORD, layouts[RECORD.name]
+    return RECORD.told(said), layouts[RECORD.name]

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from ..errors import InputError
 from ..findings import Finding
-from ..units import scale
 from .kind import Kind, Quantities
+from .said import option
+from .unit_words import REFERENCE, UNIT_LIKE, clean_unit, tried
 
-_PURE_NUMBER = ("", "-", "1")
 #: A longer title names no quantity.
 _LONGEST_TITLE = 200
 #: Ranks of names; of one quantity's columns the least is taken. A name of an instrument stands before others.
-_EXACT, _GENERIC, _ENDING, _SET = 0, 10, 20, 30
+_STATED, _EXACT, _GENERIC, _ENDING, _SET = -1000, 0, 10, 20, 30
 _RANKS = {
     **{"ewe-ece": 0, "<ewe>": 1, "ewe": 2, "control": _SET, "<i>": 0, "time": 0},
     **{"re(z)": 0, "im(z)": 0, "-im(z)": 0, "resistance": _ENDING, "reactance": _ENDING},
@@ -32,24 +32,15 @@ _OF_THE_SOURCE = frozenset(
 _AFTER = frozenset(
     ("applied", "set", "measured", "meas", "avg", "mean", "we", "signal", "value", "reading", "ch", "channel")
 )
+#: So is called what a recorder was connected to, of the quantity that its unit measures.
+_CHANNEL = re.compile(
+    r"(?:ch|chan|channel|math|trace|untitled|ai|input|dev\d{1,2}/ai|column|y)[ _]?(?:\d{0,3}|[a-d])|\d{1,3}|[a-d]",
+    re.IGNORECASE,
+)
 #: A title that says no more is of the quantity that its unit measures.
 _ANY = frozenset(("value", "reading", "measure", "measurement", "source"))
 
-_UNIT_LIKE = re.compile(r"[\[(]?[pnu\u00b5\u03bcmkMG]?(?:s|sec|min|h|V|A|m|N|C|Hz|[Oo]hms?|\u03a9|\u2126|Pa)[\])]?")
-_OHM = re.compile(r"ohms?\b|[\u03a9\u2126]", re.IGNORECASE)
-_REFERENCE = re.compile(r"[ (]{1,3}(?:vs|versus)\b.*", re.IGNORECASE)
-_WRITTEN_OUT = {
-    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
-    **dict.fromkeys(("msec", "msecs", "millisecond", "milliseconds"), "ms"),
-    **dict.fromkeys(("minute", "minutes", "mins"), "min"),
-    **dict.fromkeys(("hr", "hrs", "hour", "hours"), "h"),
-    **dict.fromkeys(("volt", "volts"), "V"),
-    **dict.fromkeys(("millivolt", "millivolts"), "mV"),
-    **dict.fromkeys(("amp", "amps", "ampere", "amperes"), "A"),
-    **dict.fromkeys(("milliamp", "milliamps", "milliampere", "milliamperes"), "mA"),
-    **dict.fromkeys(("microamp", "microamps", "microampere", "microamperes"), "uA"),
-    **{"hz": "Hz", "khz": "kHz"},
-}
+_TIMES = re.compile(r"(\d{1,9}(?:\.\d{1,9})?(?:e-?\d{1,2})?)? ?(\D.{0,40})")
 
 
 @dataclass(frozen=True)
@@ -69,23 +60,72 @@ class Column:
     complaint: str = ""
 
 
-def columns_of(titles: Sequence[str], units: Sequence[str], quantities: Quantities) -> list[Column]:
-    """Return the columns that name a quantity, in their order, readable or not.
+def columns_of(titles: Sequence[str], units: Sequence[str], kind: Kind) -> list[Column]:
+    """Return the columns that name a quantity of a ``kind``, in their order, readable or not.
 
-    ``units`` are the cells of a row of units below the titles, empty where there is none. Titles that are nothing but
-    units are of the quantities that these measure.
+    What was said of the file comes first, then the words of its format, then what titles say. ``units`` are the cells
+    of a row of units below the titles, empty where there is none. Titles that are nothing but units are of the
+    quantities that these measure.
     """
+    quantities, said = kind.quantities, kind.said
     filled = [title for title in titles if title.strip()]
-    bare = len(filled) > 1 and all(_UNIT_LIKE.fullmatch(title.strip()) for title in filled)
+    bare = len(filled) > 1 and all(UNIT_LIKE.fullmatch(title.strip()) for title in filled)
+    there = {q: text for q, text in said.columns.items() if q in quantities}
+    meant = {place: q for q, text in there.items() if (place := _place(text, titles)) is not None}
     found = []
     for place, title in enumerate(titles):
         if not title.strip() or len(title.strip()) > _LONGEST_TITLE:
             continue
-        column = _by_unit(place, title, title, quantities, _EXACT) if bare else None
-        column = column or _column(place, title, units[place] if place < len(units) else "", quantities)
-        if column is not None:
-            found.append(column)
+        below = units[place] if place < len(units) else ""
+        if place in meant:
+            column: Column | None = _stated(place, title, below, meant[place], "", _STATED, kind)
+        elif title.strip().lower() in kind.known:
+            quantity, unit = kind.known[title.strip().lower()]
+            column = None
+            if quantity in quantities:
+                rank = list(kind.known).index(title.strip().lower()) - len(kind.known)
+                column = _stated(place, title, below, quantity, unit, rank, kind)
+        else:
+            column = _by_unit(place, title, title, quantities, _EXACT) if bare else None
+            column = column or _column(place, title, below, quantities)
+        if column is None or (column.quantity in said.columns and place not in meant):
+            continue
+        if column.quantity in said.units:
+            column = _in_unit(column, said.units[column.quantity], quantities)
+        found.append(column)
     return found
+
+
+def _in_unit(column: Column, unit: str, quantities: Quantities) -> Column:
+    """Return a column in a unit that was said, such as mA; or 0.1A, which is so much to one of the file."""
+    match = _TIMES.fullmatch(unit.strip())
+    times, plain = match.groups() if match else ("1", unit)
+    found = _read(column.place, column.title, column.quantity, column.rank, plain, quantities)
+    return replace(found, unit=unit, factor=found.factor * float(times or 1))
+
+
+def _place(text: str, titles: Sequence[str]) -> int | None:
+    """Return which of the titles a user means: one whole, without its unit, or its number from 1; None for none."""
+    plain = [_word(_plain(title)) for title in titles]
+    wanted = _word(_plain(text))
+    if wanted in plain:
+        return plain.index(wanted)
+    short = [{word for word, _ in _splits(_plain(title))} if title.strip() else set() for title in titles]
+    found = [place for place, words in enumerate(short) if wanted in words]
+    if len(found) == 1:
+        return found[0]
+    return int(text) - 1 if text.isdecimal() and 0 < len(text) < 5 and 0 < int(text) <= len(titles) else None
+
+
+def _stated(place: int, title: str, below: str, quantity: str, unit: str, rank: int, kind: Kind) -> Column:
+    """Return the column of a known ``quantity``, its unit that of the row below, of the title, or else ``unit``."""
+    texts = [below, *(said for _, said in _splits(_plain(title))), unit]
+    columns = [_read(place, title, quantity, rank, text, kind.quantities) for text in texts if text.strip()]
+    readable = next((c for c in columns if not c.complaint), None)
+    if readable is not None or not kind.quantities[quantity][0]:
+        return readable or _read(place, title, quantity, rank, "", kind.quantities)
+    said = f" has no unit; give it in '{kind.quantities[quantity][0]}' or a multiple of it"
+    return next((c for c in columns if below.strip()), Column(place, title, quantity, "", 0.0, rank, said))
 
 
 def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, Column], tuple[Finding, ...]]:
@@ -98,16 +138,23 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
     """
     taken: dict[str, Column] = {}
     notes = []
+    needed = {*kind.required, *kind.way({c.quantity for c in columns if not c.complaint}), *kind.used}
     for quantity in kind.quantities:
         readable = sorted((c for c in columns if c.quantity == quantity and not c.complaint), key=lambda c: c.rank)
         if not readable:
             continue
         first, *others = readable
         if others and others[0].rank == first.rank and quantity != "time":  # one time in two units is one time
-            if quantity not in kind.needed:
+            if quantity not in needed:
                 continue
+            how = option("columns", quantity, first.title)
+            missing = [q for q in kind.required if all(c.quantity != q for c in columns)]
+            if len(missing) == 1:  # as of an oscilloscope, where a shunt's voltage is the current
+                si = kind.quantities[missing[0]][0]
+                how += f" {option('columns', missing[0], others[0].title)} {option('units', missing[0], si)}"
             raise InputError(
-                f"{name}: columns '{first.title}' and '{others[0].title}' both give the {quantity}; leave one out"
+                f"{name}: columns '{first.title}' and '{others[0].title}' both give the {quantity}; leave one out or "
+                f"say which: {how}"
             )
         taken[quantity] = first
         if others:
@@ -121,7 +168,7 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
 def is_unit_row(cells: Sequence[str]) -> bool:
     """Tell whether the cells of a row are units, at least half of them, and none is a number."""
     filled = [cell.strip() for cell in cells if cell.strip()]
-    likely = sum(bool(_UNIT_LIKE.fullmatch(_clean(cell))) or cell in ("-", "#") for cell in filled)
+    likely = sum(bool(UNIT_LIKE.fullmatch(clean_unit(cell))) or cell in ("-", "#") for cell in filled)
     return bool(filled) and 2 * likely >= len(filled)
 
 
@@ -136,6 +183,17 @@ def named(word: str, quantities: Quantities) -> str | None:
     return match[0] if match else None
 
 
+def named_unit(title: str, si: str | None) -> str | None:
+    """Return the unit in a title that measures what ``si`` does, or any other that looks like one; None where none."""
+    for _, unit in _splits(_plain(title)):
+        if si is None:
+            if UNIT_LIKE.fullmatch(clean_unit(unit)) or (unit.isalpha() and len(unit) <= 2):
+                return unit
+        elif unit and not tried(unit, si)[1]:
+            return unit
+    return None
+
+
 def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> Column | None:
     """Return the column of one title: the way to divide it into name and unit in which both are known, if there is."""
     plain, words = _plain(title), _words(quantities)
@@ -144,7 +202,8 @@ def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> 
         return _read(place, title, *whole, unit_below, quantities)
     wrong: Column | None = None
     if whole:
-        said = f" has no unit; write it like '{plain[:80]}_{quantities[whole[0]][0]}'"
+        si = quantities[whole[0]][0]
+        said = f" has no unit; write it like '{plain[:80]}_{si}'"
         wrong = Column(place, title, whole[0], "", 0.0, whole[1], said)
     for word, unit in _splits(plain):
         match = _match(word, words)
@@ -159,22 +218,17 @@ def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> 
             measured = _by_unit(place, title, unit, quantities, rank)
             if measured is not None:
                 return measured
+        elif _CHANNEL.fullmatch(word) and not unit_below.strip() and (word[-1:].isdigit() or plain[-1:] in ")]"):
+            wrong = wrong or _by_unit(place, title, unit, quantities, _EXACT + _GENERIC)
+    if wrong is None and unit_below.strip() and _CHANNEL.fullmatch(plain):
+        return _by_unit(place, title, unit_below, quantities, _EXACT + _GENERIC)
     return wrong
 
 
 def _read(place: int, title: str, quantity: str, rank: int, unit: str, quantities: Quantities) -> Column:
     unit = unit.strip()
-    factor, complaint = _tried(unit, quantities[quantity][0])
+    factor, complaint = tried(unit, quantities[quantity][0])
     return Column(place, title, quantity, unit, factor, rank, complaint)
-
-
-@lru_cache(maxsize=4096)
-def _tried(unit: str, si: str) -> tuple[float, str]:
-    """Return the factor from a unit to SI and no complaint, or zero and the complaint."""
-    try:
-        return _factor(unit, si), ""
-    except InputError as error:
-        return 0.0, f": {error}"
 
 
 def _by_unit(place: int, title: str, unit: str, quantities: Quantities, rank: int) -> Column | None:
@@ -185,41 +239,6 @@ def _by_unit(place: int, title: str, unit: str, quantities: Quantities, rank: in
             if not column.complaint:
                 return column
     return None
-
-
-def _factor(unit: str, si: str) -> float:
-    """Return the factor from a unit, as instruments write it, to SI. Raises InputError where there is none."""
-    if not si:
-        if unit in _PURE_NUMBER:
-            return 1.0
-        try:
-            return float(scale(unit, si))
-        except InputError:
-            raise InputError(f"unit '{unit[:40]}' does not measure a pure number; leave it out") from None
-    if not unit:
-        raise InputError(f"it has no unit; give it in '{si}' or a multiple of it")
-    clean = _clean(unit)
-    if si == "s" and clean == "S":
-        clean = "s"
-    try:
-        return float(scale(clean, si))
-    except InputError as error:
-        try:
-            scale(re.sub(r"([A-Za-z])(-?\d)", r"\1^\2", clean).replace(".", "*"), f"{si}/m^2")
-        except InputError:
-            raise error from None
-    raise InputError(f"unit '{unit[:40]}' is one per area; multiply by the electrode's area and give it in '{si}'")
-
-
-def _clean(unit: str) -> str:
-    """Return a unit as it is looked up: without brackets and reference electrode, with ASCII letters where possible."""
-    unit = unit.strip().strip("\"'").strip()
-    if unit[:1] + unit[-1:] in ("()", "[]"):
-        unit = unit[1:-1].strip()
-    for wrong, right in (("\u00c2\u00b5", "u"), ("\u00b5", "u"), ("\u03bc", "u")):
-        unit = unit.replace(wrong, right)
-    unit = _OHM.sub("ohm", _REFERENCE.sub("", unit))
-    return _WRITTEN_OUT.get(unit.lower(), unit)
 
 
 def _plain(title: str) -> str:
@@ -239,7 +258,7 @@ def _word(text: str) -> str:
 def _splits(title: str) -> Iterator[tuple[str, str]]:
     """Yield the ways to divide a title into a name, as `_word` writes it, and a unit: the likeliest first."""
     if not title.endswith((")", "]")):
-        title = _REFERENCE.sub("", title)
+        title = REFERENCE.sub("", title)
     if title.endswith((")", "]")):
         start = _opening(title)
         if start > 0:
@@ -300,4 +319,7 @@ def _match(word: str, quantities: Words) -> tuple[str, int] | None:
                 continue
             ending = _GENERIC if quantity != "time" else _ENDING
             return quantity, _SET if _OF_THE_SOURCE.intersection(beside) else ending
+    plain, bracket, remark = word.partition("(")
+    if bracket and len(remark) > 4 and remark[:-1].isalpha() and remark.endswith(")"):  # of what, not a unit
+        return _match(plain, quantities)
     return None

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+
+from .said import NOTHING, Said
 
 #: quantity -> (SI unit, "" for a pure number; words that a column's name may be or end in, the first one preferred)
 Quantities = dict[str, tuple[str, tuple[str, ...]]]
@@ -17,84 +19,150 @@ REFUSED, LATER, EDGE = "refused", "later", "edge"
 class Kind:
     """One kind of data: the ``quantities`` its columns may hold, those ``required``, an ``example`` of a header.
 
-    Of ``either`` one is required. Columns of ``used`` are not, but where one is there it must be readable. ``repeats``
-    says what rows at one time are. Kinds are equal by ``name``. Files are refused above ``most_bytes``, and above
-    ``most_rows`` where that is given.
+    Of ``ways`` the quantities of one are required too, the first one preferred; of two ``opposed`` ones a file has one.
+    Columns of ``used`` are not required, but where one is there it must be readable. ``repeats`` says what rows at one
+    time are. Kinds are equal by ``name``. Files are refused above ``most_bytes``, and above ``most_rows`` where that is
+    given. ``said`` is what a user says of a file; ``known`` what an instrument's format does: the quantity and the unit
+    of titles in lower case.
     """
 
     name: str
     quantities: Quantities = field(compare=False)
     required: tuple[str, ...] = field(compare=False)
     example: str = field(compare=False)
-    either: tuple[str, ...] = field(default=(), compare=False)
+    ways: tuple[tuple[str, ...], ...] = field(default=((),), compare=False)
+    opposed: tuple[tuple[str, str], ...] = field(default=(), compare=False)
     used: tuple[str, ...] = field(default=(), compare=False)
     repeats: str = field(default=REFUSED, compare=False)
     most_bytes: int = field(default=300_000_000, compare=False)
     most_rows: int | None = field(default=None, compare=False)
+    said: Said = field(default=NOTHING, compare=False)
+    known: Mapping[str, tuple[str, str]] = field(default_factory=dict, compare=False)
 
     def requiring(self, *quantities: str) -> Kind:
         """Return the same kind with other required columns."""
-        return replace(self, required=quantities)
+        return replace(self, required=quantities, ways=((),))
+
+    def told(self, said: Said) -> Kind:
+        """Return the same kind of which a user says something."""
+        return replace(self, said=said)
+
+    def knowing(self, known: Mapping[str, tuple[str, str]]) -> Kind:
+        """Return the same kind in the words of an instrument."""
+        return replace(self, known={**known, **self.known})
 
     def drawn(self, *quantities: str) -> Kind:
         """Return the same kind as a drawn waveform has it: these columns alone matter, a time that stands twice is an
         edge.
         """
-        return replace(self, required=quantities, used=(), repeats=EDGE)
+        return replace(self, required=quantities, ways=((),), used=(), repeats=EDGE)
+
+    @property
+    def whole(self) -> Kind:
+        """The same kind, of which the part of a file that was meant is chosen already."""
+        return replace(self, said=replace(self.said, part=None))
 
     @property
     def needed(self) -> tuple[str, ...]:
-        """The quantities that must be readable where a column names them."""
-        return tuple(dict.fromkeys((*self.required, *self.either, *self.used)))
+        """The quantities that matter where a column names them."""
+        return tuple(dict.fromkeys((*self.required, *(q for way in self.ways for q in way), *self.used)))
+
+    def way(self, readable: Collection[str]) -> tuple[str, ...]:
+        """Return the first way all of which is ``readable``, or else the one of which most is."""
+        return max(self.ways, key=lambda way: (all(q in readable for q in way), sum(q in readable for q in way)))
+
+    def complete(self, readable: Collection[str]) -> bool:
+        """Tell whether nothing required is missing."""
+        return all(q in readable for q in (*self.required, *self.way(readable)))
 
 
 RECORD = Kind(
     "record",
     {
-        "time": ("s", ("time", "t", "t_nominal")),
+        "time": ("s", ("time", "t", "t_nominal", "zeit", "temps", "x_value", "elapsed")),
         "voltage": (
             "V",
-            ("ewe-ece", "<ewe>", "ewe", "voltage", "potential", "u", "volt", "volts", "vf", "v", "e", "control"),
+            (
+                *("ewe-ece", "<ewe>", "ewe", "voltage", "potential", "u", "volt", "volts", "vf", "v", "e", "control"),
+                *("working_electrode", "ecell", "spannung", "potenzial", "tension"),
+            ),
         ),
-        "current": ("A", ("<i>", "current", "i", "im", "amps")),
-        "displacement": ("m", ("displacement", "deflection", "position")),
-        "force": ("N", ("force",)),
-        "charge": ("C", ("charge",)),
+        "current": ("A", ("<i>", "current", "i", "im", "amps", "strom", "courant")),
+        "displacement": ("m", ("displacement", "deflection", "position", "weg", "auslenkung")),
+        "force": ("N", ("force", "kraft")),
+        "charge": ("C", ("charge", "ladung")),
     },
     ("time", "voltage", "current"),
     "time_s, voltage_V, current_mA, displacement_mm, force_N",
     used=("voltage", "current", "displacement"),
 )
 
-_RE = ("re(z)", "re", "z'", "z'(a)", "zre", "z_re", "zreal", "z_real", "re_z", "real", "real(z)", "z(re)", "real_part")
-_IMAG = ("im(z)", "im", "z''", "z''(b)", 'z"', "zim", "z_im", "zimag", "z_imag", "im_z", "imag", "imag(z)", "z(im)")
+_RE = (
+    *("re(z)", "re", "z'", "z'(a)", "zre", "z_re", "zreal", "z_real", "re_z", "real", "real(z)", "z(re)", "real_part"),
+    *("rs", "zr", "z1", "rez", "real_z", "real_impedance", "r"),
+)
+_IMAG = (
+    *("im(z)", "im", "z''", "z''(b)", 'z"', "zim", "z_im", "zimag", "z_imag", "im_z", "imag", "imag(z)", "z(im)"),
+    *("imaginary", "xs", "zi", "z2", "imz", "imag_z", "imaginary_z", "imaginary_impedance", "x"),
+)
 _IM = (*_IMAG, "imaginary_part")
+_PHASE = ("phase(z)", "phase", "phase_angle", "zphz", "zphase", "z_phase", "arg(z)", "theta", "theta(z)", "phi")
+_MINUS = ("-", "minus_", "neg_", "negative_")
+_RE_Y, _IM_Y = ("re(y)", "y'", "yre", "y_re", "yreal", "conductance"), ("im(y)", "y''", "yim", "y_im", "yimag")
 
 SPECTRUM = Kind(
     "spectrum",
     {
-        "frequency": ("Hz", ("frequency", "freq", "f")),
+        "frequency": ("Hz", ("frequency", "freq", "f", "frequenz")),
         "re": ("ohm", (*_RE, "resistance")),
-        "minus_im": ("ohm", (*(f"{sign}{word}" for sign in ("-", "minus_", "neg_") for word in _IM), "im(-z)")),
+        "minus_im": ("ohm", (*(f"{sign}{word}" for sign in _MINUS for word in _IM), "im(-z)")),
         "im": ("ohm", (*_IM, "reactance")),
+        "modulus": ("ohm", ("|z|", "modulus", "zmod", "z_mod", "abs(z)", "mod(z)", "magnitude", "impedance", "z")),
+        "minus_phase": ("deg", tuple(f"{sign}{word}" for sign in _MINUS for word in _PHASE)),
+        "phase": ("deg", _PHASE),
+        "re_y": ("S", _RE_Y),
+        "minus_im_y": ("S", tuple(f"{sign}{word}" for sign in _MINUS for word in _IM_Y)),
+        "im_y": ("S", (*_IM_Y, "susceptance")),
     },
-    ("frequency", "re"),
+    ("frequency",),
     "frequency_Hz, re_ohm, im_ohm",
-    either=("minus_im", "im"),
+    ways=(
+        *(("re", "minus_im"), ("re", "im"), ("modulus", "minus_phase"), ("modulus", "phase")),
+        *(("re_y", "minus_im_y"), ("re_y", "im_y")),
+    ),
+    opposed=(("im", "minus_im"), ("minus_phase", "phase"), ("minus_im_y", "im_y")),
     most_bytes=5_000_000,
     most_rows=20_000,
 )
+
+_SHORTENING = ("compressive_strain", "compression_strain", "stauchung")
+_PRESSING = ("compressive_stress", "compression_stress", "druckspannung")
+_STRETCHES = (("stretch",), ("compression",), ("strain",), ("true strain",), ("displacement",))
 
 LOAD_TEST = Kind(
     "load test",
     {
         "stretch": ("", ("stretch", "stretch_ratio", "lambda")),
-        "true stress": ("Pa", ("true_stress", "cauchy_stress")),  # before "stress": its name ends in that word too
-        "stress": ("Pa", ("stress",)),
+        # before "strain" and "stress": their names end in those words too
+        "true strain": ("", ("true_strain", "logarithmic_strain", "hencky_strain")),
+        "compression": ("", _SHORTENING),
+        "strain": ("", ("strain", "engineering_strain", "nominal_strain", "dehnung", "nominelle_dehnung")),
+        "true stress": ("Pa", ("true_stress", "cauchy_stress")),
+        "pressure": ("Pa", _PRESSING),
+        "stress": ("Pa", ("stress", "spannung", "zugspannung")),
+        "displacement": (
+            "m",
+            (
+                *("displacement", "extension", "standard_travel", "standardweg", "crosshead", "traversenweg", "weg"),
+                *("elongation", "stroke", "crosshead_travel"),
+            ),
+        ),
+        "force": ("N", ("force", "load", "standard_force", "standardkraft", "kraft", "prüfkraft")),
     },
-    ("stretch",),
+    (),
     "stretch, stress_MPa",
-    used=("true stress", "stress"),
+    ways=tuple((*way, stress) for way in _STRETCHES for stress in ("stress", "true stress", "pressure", "force")),
+    opposed=(("stress", "true stress"),),
 )
 
 #: The header of an export is looked for in so many lines.
@@ -105,7 +173,9 @@ LONGEST_HEADER = 10_000
 _FREQUENCY = re.compile(r"(?:^|[,;\t\"\s])(?:frequency|freq|f)\s*(?:_|\[|\(|/|,)\s*[kmMG]?Hz", re.IGNORECASE)
 _BARE_FREQUENCY = re.compile(r"(?:^|[,;\t\"\s])(?:frequency|freq)(?:[,;\t\"\s]|$)", re.IGNORECASE)
 _OF_A_RECORD = re.compile(r"voltage|potential|(?:^|[,;\t])[ \"]{0,9}t(?:ime)?\s*[_/\[(]", re.IGNORECASE)
-_REAL_PART = re.compile(r"(?:^|[^a-z])(?:z_?)?re(?:al)?(?:[^a-z]|$)|z['\u2019\u2032]", re.IGNORECASE)
+_REAL_PART = re.compile(
+    r"(?:^|[^a-z])(?:z_?)?re(?:al)?(?:[^a-z]|$)|z['\u2019\u2032]|\|z\||phase|modulus|z_?mod", re.IGNORECASE
+)
 
 
 def frequency_row(lines: Sequence[str]) -> int | None:

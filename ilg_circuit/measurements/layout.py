@@ -8,9 +8,11 @@ from dataclasses import dataclass
 
 from ..errors import InputError
 from ..findings import Finding
-from .cells import LONGEST_LINE, is_mark, is_number, split
+from .cells import LONGEST_LINE, clock, is_mark, is_number, split
 from .header import Column, chosen, columns_of, is_unit_row
 from .kind import PREAMBLE, Kind
+from .said import option
+from .suggest import suggestion
 
 #: So many rows of units and remarks may stand between the names and the numbers.
 _BETWEEN = 4
@@ -18,6 +20,16 @@ _BETWEEN = 4
 _MOST_COLUMNS = 1000
 _COMMENTS = ("#", "%")
 _SEPARATORS = ",;\t"
+_SPOKEN = {
+    "im": "Im Z",
+    "minus_im": "-Im Z",
+    "phase": "the phase",
+    "minus_phase": "-phase",
+    "im_y": "Im Y",
+    "minus_im_y": "-Im Y",
+    "stress": "a nominal",
+    "true stress": "a true stress",
+}
 #: A line of nothing else is blank: so spreadsheets fill up a table.
 _SPACE = ' \t,;"\r'
 _FIRST = frozenset((*_SPACE, *_COMMENTS))
@@ -39,8 +51,14 @@ class Layout:
     complete: bool
 
     def place(self, kind: Kind) -> int:
-        """Return the column that every row has a number in: the time, the frequency."""
-        return next((c.place for c in self.columns if c.quantity == kind.required[0]), 0)
+        """Return the column that every row has a number in: the time, the frequency, the stretch."""
+        first = (*kind.required, *kind.way(readable(self.columns)))[0]
+        return next((c.place for c in self.columns if c.quantity == first and not c.complaint), 0)
+
+
+def readable(columns: Sequence[Column]) -> set[str]:
+    """Return the quantities of which there is a column that can be read."""
+    return {c.quantity for c in columns if not c.complaint}
 
 
 def find_layout(lines: Sequence[str], kind: Kind) -> Layout | None:
@@ -63,10 +81,15 @@ def find_layout(lines: Sequence[str], kind: Kind) -> Layout | None:
             if not any(s in lines[k] for s in _SEPARATORS) and not _bare(below):
                 continue  # words of a sentence
             named = {c.quantity for c in layout.columns if c.quantity in kind.needed}
-            readable = {c.quantity for c in layout.columns if c.quantity in kind.required and not c.complaint}
-            worth = 2 * len(readable) + len(named)
+            worth = 2 * len(readable(layout.columns).intersection(kind.needed)) + len(named)
             if worth > score:
                 best, score = layout, worth
+    if best is None and rows and kind.said.columns and all(t.isdecimal() for t in kind.said.columns.values()):
+        for sign in (*(s for s in _SEPARATORS if s in lines[rows[0]]), ""):  # without names columns have numbers
+            titles = tuple(map(str, range(1, len(cells_of(lines[rows[0]], sign)) + 1)))
+            columns = tuple(columns_of(titles, (), kind))
+            if len(titles) > 1 and all(is_number(c.strip(), sign) for c in cells_of(lines[rows[0]], sign)):
+                return Layout(rows[0], titles, columns, rows[0], sign, kind.complete(readable(columns)))
     if best is not None or not rows:
         return best
     # nothing is named anywhere: the first row, or what stands above the first number where that is another table
@@ -76,7 +99,7 @@ def find_layout(lines: Sequence[str], kind: Kind) -> Layout | None:
     header = rows[0] if alike else max((k for k in rows if k < numbers), default=rows[0])
     sign = _likely(lines[header])
     table = sign or any(_bare(lines[k]) for k in rows if header <= k <= header + 1)
-    words = _cells(lines[header], sign) if table else [lines[header].strip()]
+    words = cells_of(lines[header], sign) if table else [lines[header].strip()]
     return Layout(header, tuple(words), (), header + 1, sign, False)
 
 
@@ -92,22 +115,50 @@ def choose(
     InputError
         A quantity that ``kind`` needs has no column, or none that can be read.
     """
+    wrong = [text for q, text in kind.said.columns.items() if q in kind.quantities and not _said(layout, q)]
+    if wrong:
+        filled = ", ".join(repr(title.strip()[:40]) for title in layout.titles[:20] if title.strip())
+        raise InputError(f"{name}: there is no column '{wrong[0][:80]}'; the file has {filled}")
     taken, notes = chosen(layout.columns, kind, name)
+    way = kind.way(taken)
+    needed = dict.fromkeys((*kind.required, *way, *kind.used))
+    alternatives = {q for other in kind.ways for q in other}
+    for one, other in kind.opposed:
+        if one in taken and other in taken and (one in way or other in way):
+            if not {one, other} & kind.said.quantities:
+                raise InputError(
+                    f"{name}: columns for both {_SPOKEN[one]} and {_SPOKEN[other]}; leave one out or say "
+                    f"which: {option('columns', one, taken[one].title)}"
+                )
+            if other in kind.said.quantities:
+                way = tuple(other if q == one else q for q in way)
+    needed = dict.fromkeys((*kind.required, *way, *kind.used))
+    taken = {q: c for q, c in taken.items() if q in needed or q not in alternatives}
     complaints = {c.quantity: c for c in reversed(layout.columns) if c.complaint and c.quantity not in taken}
     named = {c.place for c in layout.columns if not c.complaint}
     left = [title.strip() for k, title in enumerate(layout.titles) if k not in named]
-    if any(quantity in taken for quantity in kind.either):
-        complaints = {q: c for q, c in complaints.items() if q not in kind.either}
-    for quantity in kind.needed:
-        if quantity in complaints:
-            column = complaints[quantity]
-            raise InputError(f"{name}: column '{column.title[:80]}'{column.complaint}")
-        if quantity in kind.required and quantity not in taken:
-            where = f"line {line}: " if line > 1 else ""
-            raise InputError(
-                f"{name}: {where}{_missing(quantity, layout, left)}; columns are written like {kind.example}"
-            )
+    if not kind.complete(taken):  # the way that is spoken of most is the one that was meant
+        named_at_all = {*taken, *complaints}
+        way = max(kind.ways, key=lambda w: (sum(q in named_at_all for q in w), sum(q in taken for q in w)))
+        needed = dict.fromkeys((*kind.required, *way, *kind.used))
+    for quantity in needed:
+        must = quantity not in taken and (quantity in kind.required or quantity in way)
+        if not must and quantity not in complaints:
+            continue
+        column = complaints.get(quantity)
+        how = suggestion(layout, kind, [q for q in needed if q not in taken], left)
+        if column is not None:
+            said = column.complaint
+            raise InputError(f"{name}: column '{column.title[:80]}'{said}{how}")
+        where = f"line {line}: " if line > 1 else ""
+        raise InputError(
+            f"{name}: {where}{_missing(quantity, layout, left)}; columns are written like {kind.example}{how}"
+        )
     return taken, left, notes
+
+
+def _said(layout: Layout, quantity: str) -> bool:
+    return any(c.quantity == quantity for c in layout.columns)
 
 
 def table_end(lines: Sequence[str], layout: Layout, kind: Kind) -> int:
@@ -136,33 +187,42 @@ def _missing(quantity: str, layout: Layout, left: Sequence[str]) -> str:
             "each column"
         )
     filled = [repr(title[:40]) for title in left if title][:20]
-    return f"no column for {quantity}" + (f"; not understood: {', '.join(filled)}" if filled else "")
+    spoken = "the imaginary part" if quantity in ("im", "minus_im") else quantity
+    return f"no column for {spoken}" + (f"; not understood: {', '.join(filled)}" if filled else "")
 
 
 def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:
     """Yield the layouts that a line makes as a header, divided in every way that its signs allow."""
     line = lines[k].lstrip("#% ") if lines[k].startswith(_COMMENTS) else lines[k]
-    below = [j for j in range(k + 1, min(k + 50, len(lines))) if not is_left_out(lines[j])][: _BETWEEN + 1]
+    below = [j for j in range(k + 1, min(k + 50, len(lines))) if not is_left_out(lines[j]) or _percent(lines, j, k)][
+        : _BETWEEN + 1
+    ]
     ways = sorted((s for s in _SEPARATORS if s in line), key=line.count, reverse=True)
     for delimiter in ways or ("  ", ""):
-        titles = tuple(_cells(line, delimiter))
+        titles = tuple(cells_of(line, delimiter))
         if len(titles) > _MOST_COLUMNS or (len(titles) < 2 and delimiter):
             continue
         units: list[str] = []
         first = below[0] if below else k + 1
         if below and not _bare(lines[below[0]]):
-            cells = _cells(lines[below[0]], delimiter)
+            cells = cells_of(lines[below[0]], delimiter)
             if len(cells) <= len(titles) and is_unit_row(cells):
                 units, first = cells, below[1] if len(below) > 1 else below[0] + 1
-        columns = tuple(columns_of(titles, units, kind.quantities))
-        readable = {c.quantity for c in columns if not c.complaint}
-        places = [c.place for c in columns if c.quantity in kind.required and not c.complaint]
-        complete = readable.issuperset(kind.required)
+        columns = tuple(columns_of(titles, units, kind))
+        known = readable(columns)
+        wanted = (*kind.required, *kind.way(known))
+        places = [c.place for c in columns if c.quantity in wanted and not c.complaint]
+        complete = kind.complete(known)
         found = _first_row(lines, below, places, delimiter, len(titles)) if complete else None
         if found is None:
             yield Layout(k, titles, columns, first, _likely(lines[first]) if first < len(lines) else "", False)
         else:
             yield Layout(k, titles, columns, *found, True)
+
+
+def _percent(lines: Sequence[str], j: int, header: int) -> bool:
+    """Tell whether a line below the header is a row of units whose first is percent, and no comment."""
+    return j == header + 1 and lines[j][:1] == "%" and lines[j][1:2] in tuple(_SEPARATORS)
 
 
 def _first_row(
@@ -178,18 +238,20 @@ def _first_row(
             continue
         present = [s for s in _SEPARATORS if s in line and s != like]
         for delimiter in (*([like] if like.strip(" ") and like in line else []), *present[::-1], ""):
-            cells = _cells(line, delimiter)
+            cells = cells_of(line, delimiter)
             if (delimiter != like or not delimiter) and len(cells) != width:
                 continue
             at = [cells[p].strip() if p < len(cells) else "" for p in places]
-            if is_number(at[0], delimiter) and all(not c or is_number(c, delimiter) or is_mark(c) for c in at):
+            if (is_number(at[0], delimiter) or clock(at[0]) is not None) and all(
+                not c or is_number(c, delimiter) or is_mark(c) or clock(c) is not None for c in at
+            ):
                 return j, delimiter
-        if _bare(line) or any(is_number(c.strip(), like) for c in _cells(line, like)):
+        if _bare(line) or any(is_number(c.strip(), like) for c in cells_of(line, like)):
             return None  # a row that cannot be read is not passed over
     return None
 
 
-def _cells(line: str, delimiter: str) -> list[str]:
+def cells_of(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line; "  " stands for two spaces or more, "" for any, brackets kept to their names."""
     if delimiter == "  ":
         return [cell.strip() for cell in line.split("  ") if cell.strip()]
@@ -223,7 +285,7 @@ def _is_text(line: str, place: int, delimiter: str) -> bool:
     """Tell whether a line is none of a table: left out, or words where the rows have a number."""
     if is_left_out(line):
         return True
-    cells = _cells(line, delimiter)
+    cells = cells_of(line, delimiter)
     cell = cells[place].strip() if place < len(cells) else ""
     if is_number(cell, delimiter):
         return False

@@ -11,40 +11,45 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError
 from ..findings import Finding
-from .formats import FORMATS, Format
+from .formats import BINARIES, FORMATS, Format, bare, csv
 from .kind import LOAD_TEST, RECORD, SPECTRUM, Kind
 from .load_test import LOAD_MODES, LoadTest, load_test_of
 from .onset import Stated
 from .prepare import prepare
 from .record import Record
+from .said import NOTHING, Said
 from .spectrum import Spectrum, spectrum_of
 from .table import Table
-from .text import TextFile, read_lines
+from .text import TextFile, read_raw, text_of
 
 
 @overload
-def read(path: str | Path, *, onset: Stated = None) -> Record | Spectrum: ...
+def read(path: str | Path, *, onset: Stated = None, said: Said = NOTHING) -> Record | Spectrum: ...
 @overload
-def read(path: str | Path, mode: str) -> Record | Spectrum | LoadTest: ...
-def read(path: str | Path, mode: str | None = None, onset: Stated = None) -> Record | Spectrum | LoadTest:
+def read(path: str | Path, mode: str, *, said: Said = NOTHING) -> Record | Spectrum | LoadTest: ...
+def read(
+    path: str | Path, mode: str | None = None, onset: Stated = None, said: Said = NOTHING
+) -> Record | Spectrum | LoadTest:
     """Read a file of any kind and format, ready for a fit.
 
     Parameters
     ----------
     path
-        CSV with a name and a unit for every column, EC-Lab's text, Gamry's .DTA, ZPlot's .z, or bare numbers.
+        Text with a name and a unit for every column, or what one of `FORMATS` or `BINARIES` recognises.
     mode
         Of a load test, which its file does not say: uniaxial, equibiaxial or planar.
     onset
         Of a record: when its excitation began, see `prepare`.
+    said
+        Columns and units that its headers do not tell, and which of several measurements is meant.
 
     Raises
     ------
     InputError
         The file cannot be read; the message names file, line and column, and says what to do.
     """
-    file = read_lines(path, RECORD)
-    format_, kind = _recognised(file)
+    file, said = _lines(path, RECORD, said)
+    format_, kind = _recognised(file, said)
     if kind == LOAD_TEST:
         if mode is None:
             raise InputError(
@@ -56,7 +61,7 @@ def read(path: str | Path, mode: str | None = None, onset: Stated = None) -> Rec
     return spectrum_of(table) if kind == SPECTRUM else record_of(table, onset)
 
 
-def read_record(path: str | Path, onset: Stated = None) -> Record:
+def read_record(path: str | Path, onset: Stated = None, said: Said = NOTHING) -> Record:
     """Read a record over time: columns of time, voltage, current and, if there is one, displacement.
 
     ``onset`` says when its excitation began, see `prepare`.
@@ -66,10 +71,10 @@ def read_record(path: str | Path, onset: Stated = None) -> Record:
     InputError
         The file cannot be read, holds no record, or nothing was excited in it; see `prepare`.
     """
-    return record_of(read_columns(path, RECORD), onset)
+    return record_of(read_columns(path, RECORD.told(said)), onset)
 
 
-def read_spectrum(path: str | Path) -> Spectrum:
+def read_spectrum(path: str | Path, said: Said = NOTHING) -> Spectrum:
     """Read an impedance spectrum; `spectrum.prepare_spectrum` says what is dropped.
 
     Raises
@@ -77,23 +82,24 @@ def read_spectrum(path: str | Path) -> Spectrum:
     InputError
         The file cannot be read or holds no spectrum.
     """
-    return spectrum_of(read_columns(path, SPECTRUM))
+    return spectrum_of(read_columns(path, SPECTRUM.told(said)))
 
 
-def read_load_test(path: str | Path, mode: str) -> LoadTest:
+def read_load_test(path: str | Path, mode: str, said: Said = NOTHING) -> LoadTest:
     """Read a load test: columns ``stretch`` and ``stress_<unit>`` (nominal) or ``true_stress_<unit>``.
 
-    A true stress is divided by the stretch. Rows with a blank in either column are gaps.
+    A true stress is divided by the stretch. Rows with a blank in either column are gaps. Strains are stretches less 1;
+    displacements and forces need the specimen's length and section, of the file or ``said``.
 
     Raises
     ------
     InputError
         The file cannot be read, holds no load test, or ``mode`` is none of uniaxial, equibiaxial and planar.
     """
-    return load_test_of(read_columns(path, LOAD_TEST), mode)
+    return load_test_of(read_columns(path, LOAD_TEST.told(said)), mode)
 
 
-def read_waveform(path: str | Path, quantity: str) -> tuple[Array, Array, tuple[Finding, ...]]:
+def read_waveform(path: str | Path, quantity: str, said: Said = NOTHING) -> tuple[Array, Array, tuple[Finding, ...]]:
     """Read the times [s] and values [SI] of one quantity of a waveform, both (n,), and findings; gaps are left out.
 
     Times do not decrease; one that stands twice is an edge.
@@ -103,7 +109,7 @@ def read_waveform(path: str | Path, quantity: str) -> tuple[Array, Array, tuple[
     InputError
         The file cannot be read, or its column for ``quantity`` is missing or blank.
     """
-    table = read_columns(path, RECORD.drawn("time", quantity))
+    table = read_columns(path, RECORD.drawn("time", quantity).told(said))
     values = table.columns[quantity]
     known = np.isfinite(values)
     if not known.any():
@@ -119,7 +125,8 @@ def read_columns(path: str | Path, kind: Kind) -> Table:
     InputError
         The file cannot be read, or a column that ``kind`` requires is missing.
     """
-    file = read_lines(path, kind)
+    file, said = _lines(path, kind, kind.said)
+    kind = kind.told(said)
     return _table(file, _format(file, kind), kind)
 
 
@@ -128,20 +135,40 @@ def record_of(table: Table, onset: Stated = None) -> Record:
     return replace(prepare(table, onset), headers=table.headers)
 
 
-def _recognised(file: TextFile) -> tuple[Format, Kind]:
-    """Return the format of a file and the kind of data in it; a file too large for a spectrum holds a record."""
+def _lines(path: str | Path, kind: Kind, said: Said) -> tuple[TextFile, Said]:
+    """Return the lines of a file that should hold a ``kind``, those of a binary one made by its format.
+
+    What is ``said`` of it is returned without what was obeyed.
+    """
+    file = read_raw(path, kind)
+    for binary in BINARIES:
+        if binary.opens(file.raw):
+            lines, left = binary.lines(file.raw, file.name, said)
+            return TextFile(file.name, lines, len(file.raw)), left
+    return text_of(file, kind), said
+
+
+def _recognised(file: TextFile, said: Said) -> tuple[Format, Kind]:
+    """Return the format of a file and the kind of data in it, what was said of it included."""
+    for kind in (SPECTRUM, RECORD, LOAD_TEST):
+        if said.columns and said.quantities.issubset(kind.quantities):
+            others = [k for k in (SPECTRUM, RECORD, LOAD_TEST) if k != kind]
+            if not any(said.quantities.issubset(other.quantities) for other in others):
+                return _format(file, kind.told(said)), kind.told(said)
     for format_ in FORMATS:
-        kind = format_.recognises(file.lines)
-        if kind == SPECTRUM and file.size > SPECTRUM.most_bytes:
-            return _format(file, RECORD), RECORD
-        if kind is not None:
-            return format_, kind
+        found = csv.recognises(file.lines, said) if format_ is csv else format_.recognises(file.lines)
+        if found == SPECTRUM and file.size > SPECTRUM.most_bytes:  # so large a file holds a record
+            found = RECORD
+            format_ = _format(file, RECORD.told(said))
+        if found is not None:
+            return format_, found.told(said)
     raise AssertionError("the last format takes every file")
 
 
 def _format(file: TextFile, kind: Kind) -> Format:
     """Return the first format that recognises a file, among those whose files may hold a ``kind``."""
-    return next(f for f in FORMATS if kind in f.KINDS and f.recognises(file.lines))
+    formats = [f for f in FORMATS if kind in f.KINDS and not (f is bare and kind.said.columns)]
+    return next(f for f in formats if f.recognises(file.lines))
 
 
 def _table(file: TextFile, format_: Format, kind: Kind) -> Table:

@@ -11,6 +11,7 @@ from ..arrays import Array, ComplexArray, Mask
 from ..errors import InputError
 from ..findings import Finding
 from .kind import SPECTRUM
+from .said import option
 from .smoothing import noise_level
 from .table import Headers, Table
 
@@ -52,15 +53,22 @@ def spectrum_of(table: Table) -> Spectrum:
     """
     z = np.empty(len(table.columns["re"]), dtype=complex)
     z.real, z.imag = table.columns["re"], table.columns["im"]
-    found = prepare_spectrum(table.columns["frequency"], z, table.source)
+    title, unit = table.headers.get("im", ("", ""))
+    turned = any(angle in unit.lower() for angle in ("deg", "rad", "\u00b0"))
+    quantity = "minus_phase" if turned else "minus_im_y" if "S" in unit else "minus_im"
+    said = f", or say so: {option('columns', quantity, title)}" if title else ""
+    found = prepare_spectrum(table.columns["frequency"], z, table.source, said)
     return replace(found, notes=(*table.notes, *found.notes), headers=table.headers)
 
 
-def prepare_spectrum(frequency: ArrayLike, impedance: ArrayLike, source: str = "spectrum") -> Spectrum:
+def prepare_spectrum(
+    frequency: ArrayLike, impedance: ArrayLike, source: str = "spectrum", advice: str = ""
+) -> Spectrum:
     """Sort by ``frequency`` (f,) [Hz] and drop what is no reading of ``impedance`` (f,) [ohm].
 
     Dropped are blanks, frequencies that are not positive, drop-outs (zero, or beyond all measure), repeated
-    frequencies, and the inductive end: the highest frequencies, as far down as Im Z is clearly positive.
+    frequencies, and the inductive end: the highest frequencies, as far down as Im Z is clearly positive. ``advice``
+    says more of a wrong sign.
 
     Raises
     ------
@@ -94,7 +102,7 @@ def prepare_spectrum(frequency: ArrayLike, impedance: ArrayLike, source: str = "
     if inductive.sum() > 0.8 * len(f) > 0 or _turned(z[~inductive]):
         raise InputError(
             f"{source}: Im Z is positive over most of the band; a capacitor's is negative: if the column holds -Im Z, "
-            "call it minus_im_ohm"
+            f"call it minus_im_ohm{advice}"
         )
     if inductive.any():
         drop(inductive, "points-inductive", least=float(f[inductive][0]))

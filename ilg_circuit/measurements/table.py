@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Mask
 from ..errors import InputError
 from ..findings import Finding
 from ..units import ANY_SIZE, PLAUSIBLE
 from .cells import Rows as CellRows
-from .cells import is_mark, number, require_short
+from .cells import require_short
 from .header import Column
 from .kind import EDGE, LATER, Kind
 from .layout import choose, find_layout, left_out, table_end
+from .said import pick
+
+#: Titles of columns that count cycles.
+_CYCLES = (
+    "cycle number",
+    "cycle",
+    "cycle_number",
+    "cycle index",
+    "scan",
+    "loop",
+    "sweep",
+    "half cycle",
+    "segment",
+    "segment #",
+)
+
+#: Where times or frequencies begin again they begin within this part of their span.
+_NEAR = 0.1
 
 #: quantity -> (title of its column, its unit)
 Headers = Mapping[str, tuple[str, str]]
@@ -92,15 +110,73 @@ def parse_table(lines: Sequence[str], name: str, kind: Kind, numbers: Sequence[i
         raise InputError(f"{name}: there is a header but no row of numbers")
     titles = [title.strip() for title in layout.titles]
     rows = CellRows(body, at, layout.delimiter, titles, name)
-    cells = rows.numbers_at([c.place for c in taken.values()])
+    cells, taken, unreadable = _read(rows, taken, kind)
+    left += unreadable
     with np.errstate(over="ignore"):
         cells *= [c.factor for c in taken.values()]
     columns = {quantity: cells[:, k] for k, quantity in enumerate(taken)}
+    columns, at = _part(columns, _cycle(rows, columns, kind), at, name, kind)
     quantities = {c.place: quantity for quantity, c in taken.items()}
-    for place, marked in rows.marked.items():
+    for place, marked in ((place, marked) for place, marked in rows.marked.items() if place in quantities):
         values = {"quantity": quantities[place], "count": marked.count, "mark": marked.mark[:30]}
         notes = (*notes, Finding("readings-marked", values=values))
     return table_of(columns, taken, left, notes, at, name, kind)
+
+
+def _read(rows: CellRows, taken: dict[str, Column], kind: Kind) -> tuple[Array, dict[str, Column], list[str]]:
+    """Return the numbers of the columns that were taken; one that is not needed and cannot be read is left out."""
+    try:
+        return rows.numbers_at([c.place for c in taken.values()]), taken, []
+    except InputError:
+        kept = {quantity: c for quantity, c in taken.items() if quantity in kind.needed}
+        if len(kept) == len(taken):
+            raise
+    cells = rows.numbers_at([c.place for c in kept.values()])
+    return cells, kept, [c.title.strip() for quantity, c in taken.items() if quantity not in kept]
+
+
+def _cycle(rows: CellRows, columns: dict[str, Array], kind: Kind) -> Mask:
+    """Return the rows (n,) of the cycle that is meant, all where none is said."""
+    wanted = kind.said.cycle
+    if wanted is None:
+        return np.ones(len(rows.lines), dtype=bool)
+    words = [title.strip().strip('"').lower() for title in rows.titles]
+    place = next((words.index(word) for word in _CYCLES if word in words), None)
+    if place is None:
+        raise InputError(f"{rows.source}: no column of cycles, such as 'cycle number'; leave --cycle out")
+    cycles = rows.numbers_at([place])[:, 0]
+    if not (cycles == wanted).any():
+        there = np.unique(cycles[np.isfinite(cycles)])
+        span = f"{there[0]:g} to {there[-1]:g}" if len(there) else "none"
+        raise InputError(f"{rows.source}: no cycle {wanted}; column '{rows.titles[place]}' holds {span}")
+    found: Mask = cycles == wanted
+    return found
+
+
+def _part(
+    columns: dict[str, Array], rows: Mask, numbers: Sequence[int], name: str, kind: Kind
+) -> tuple[dict[str, Array], Sequence[int]]:
+    """Return some ``rows`` of the columns, and of these the part that is meant where times or frequencies begin again.
+
+    Raises InputError where there are several and none was chosen.
+    """
+    if not rows.all():
+        columns = {quantity: values[rows] for quantity, values in columns.items()}
+        numbers = [numbers[k] for k in np.flatnonzero(rows).tolist()]
+    first = next((q for q in ("time", "frequency") if q in columns), None)
+    parts = runs(columns[first]) if first else []
+    several = len(parts) > 1 and sum(b - a for a, b in parts) == len(numbers)
+    if several and first is not None:  # a measurement begins where the first one did; a single wrong reading does not
+        values = columns[first]
+        begins = np.array([values[a] for a, _ in parts])
+        back = [(values[a + 1] - values[a - 1]) * (values[1] - values[0]) < 0 for a, _ in parts[1:]]
+        several = all(back) and bool((np.abs(begins - begins[0]) <= _NEAR * np.ptp(values)).all())
+    if not several and kind.said.part is None:
+        return columns, numbers
+    ends = parts if several else [(0, len(numbers))]
+    labels = [f"lines {numbers[a]} to {numbers[b - 1]}" for a, b in ends]
+    a, b = pick(list(zip(labels, ends, strict=True)), kind.said, name)
+    return {quantity: values[a:b] for quantity, values in columns.items()}, numbers[a:b]
 
 
 def table_of(
@@ -123,6 +199,14 @@ def table_of(
         notes = (*notes, *more)
     headers = {quantity: (c.title.strip(), c.unit) for quantity, c in taken.items()}
     return Table(columns, name, tuple(left), notes, headers)
+
+
+def runs(values: Array, least: int = 6) -> list[tuple[int, int]]:
+    """Return where values ascend, or descend as the first ones do: (begin, end) of runs of ``least`` values or more."""
+    step = np.sign(np.diff(values))
+    moved = step[np.abs(step) > 0]
+    turns = (np.flatnonzero(step * moved[0] < 0) + 1).tolist() if len(moved) else []
+    return [(a, b) for a, b in pairwise([0, *turns, len(values)]) if b - a >= least]
 
 
 def _require_sensible(columns: Mapping[str, Array], taken: Mapping[str, Column], name: str, kind: Kind) -> None:
@@ -183,35 +267,3 @@ def parse_rows(rows: Rows, name: str, kind: Kind, notes: Sequence[Finding]) -> T
 def two_readings(kind: Kind) -> Kind:
     """Return a kind of which an instrument writes two readings at one time where a step begins."""
     return kind if kind.repeats == EDGE else replace(kind, repeats=LATER)
-
-
-def spectrum_of_cells(header: Sequence[str], titles: Sequence[str], rows: Rows, name: str, kind: Kind) -> Table:
-    """Read a spectrum from the ``rows`` of an instrument's table.
-
-    ``titles`` are its names of frequency [Hz], Re Z and Im Z [ohm], to be found in the ``header`` in lower case.
-
-    Raises
-    ------
-    InputError
-        A column is missing, a cell is no number, or there are no rows or too many.
-    """
-    missing = [title for title in titles if title.lower() not in header]
-    if missing:
-        raise InputError(f"{name}: no column {missing[0]} in its table of impedances")
-    if not rows:
-        raise InputError(f"{name}: its table of impedances has no rows")
-    if kind.most_rows and len(rows) > kind.most_rows:
-        raise InputError(f"{name}: {len(rows)} points; a {kind.name} has {kind.most_rows} at most")
-    places = [header.index(title.lower()) for title in titles]
-    values = [[_number(cell, name, number) for cell in cells_at(cells, places)] for number, cells in rows]
-    units = dict(zip(("frequency", "re", "im"), zip(titles, ("Hz", "ohm", "ohm"), strict=True), strict=True))
-    return Table(dict(zip(units, np.array(values).T, strict=True)), name, headers=units)
-
-
-def _number(cell: str, name: str, line: int) -> float:
-    if not cell or is_mark(cell):
-        return math.nan
-    value = number(cell, "")
-    if value is None:
-        raise InputError(f"{name}: line {line}: '{cell[:40]}' is not a number")
-    return value

@@ -19,23 +19,34 @@ class TextFile:
     size: int
 
 
-def read_lines(path: str | Path, kind: Kind) -> TextFile:
-    """Read the text of a file that should hold a ``kind``.
+@dataclass(frozen=True)
+class RawFile:
+    """The bytes of a file, as they are, and its ``name``."""
+
+    name: str
+    raw: bytes
+
+
+def read_raw(path: str | Path, kind: Kind) -> RawFile:
+    """Read a file that should hold a ``kind``.
 
     Raises
     ------
     InputError
-        The file cannot be read, is larger than ``kind.most_bytes``, or is no text.
+        The file cannot be read, or is larger than ``kind.most_bytes``.
     """
-    name = visible(Path(path).name)
-    raw = read_bytes(path, kind.most_bytes, kind.name)
-    text = _decoded(raw)
+    return RawFile(visible(Path(path).name), read_bytes(path, kind.most_bytes, kind.name))
+
+
+def text_of(file: RawFile, kind: Kind) -> TextFile:
+    """Return the lines of a file. Raises InputError for one that is no text."""
+    text = decoded(file.raw)
     if "\0" in text:
-        raise InputError(f"{name}: not a text file; export the {kind.name} as text (CSV)")
-    return TextFile(name, text.rstrip("\x1a").splitlines(), len(raw))
+        raise InputError(f"{file.name}: not a text file; export the {kind.name} as text (CSV)")
+    return TextFile(file.name, text.rstrip("\x1a").splitlines(), len(file.raw))
 
 
-def _decoded(raw: bytes) -> str:
+def decoded(raw: bytes) -> str:
     """Return text in the encoding that its first bytes show: UTF-16, UTF-8, or else Latin-1."""
     begin = raw[:64]
     for name, letters, zeros in (("utf-16-le", begin[::2], begin[1::2]), ("utf-16-be", begin[1::2], begin[::2])):

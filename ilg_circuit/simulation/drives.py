@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError, visible
+from ..measurements.said import NOTHING, Said
 from ..units import parse, require_positive
 
 if TYPE_CHECKING:
@@ -50,10 +51,11 @@ FORMS: tuple[Form, ...] = (
 DRIVE_FORMS, MOTION_FORMS = (", ".join(form.examples[k] for form in FORMS) for k in (0, 1))
 
 
-def parse_drive(text: str, duration: float, unit: str = "V") -> Drive:
+def parse_drive(text: str, duration: float, unit: str = "V", said: Said = NOTHING) -> Drive:
     """Return the drive that a text such as ``step:4V`` names, for a run of ``duration`` [s].
 
-    With the ``unit`` "m" it is a motion, its values in metres, such as ``sine:1mm,0.1Hz``.
+    With the ``unit`` "m" it is a motion, its values in metres, such as ``sine:1mm,0.1Hz``. Of a file ``said`` tells
+    what its headers do not.
 
     Raises
     ------
@@ -68,10 +70,10 @@ def parse_drive(text: str, duration: float, unit: str = "V") -> Drive:
         raise InputError(
             f"drive '{text}' is not understood; write one of {DRIVE_FORMS if unit == 'V' else MOTION_FORMS}"
         )
-    return _made(name, parts, duration, unit)
+    return _made(name, parts, duration, unit, said)
 
 
-def _made(name: str, parts: list[str], duration: float, unit: str) -> Drive:
+def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -> Drive:
     """The drive of a form for a run of ``duration`` [s], from the ``parts`` after the colon; values are in ``unit``."""
     from ..drive import PiecewiseLinear, Sine
     from . import shapes
@@ -114,7 +116,7 @@ def _made(name: str, parts: list[str], duration: float, unit: str) -> Drive:
 
             count_text, _, file = parts[0].partition(",") if name == "repeat" else ("", "", parts[0])
             path = Path(file)
-            times, values, notes = read_waveform(path, "voltage" if unit == "V" else "displacement")
+            times, values, notes = read_waveform(path, "voltage" if unit == "V" else "displacement", said)
             text = f"file {visible(path.name)}"
             if name == "repeat":
                 times, values = shapes.repeated(times, values, int(_count([count_text], 0, "repeat")))

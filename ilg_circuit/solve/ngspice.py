@@ -303,13 +303,6 @@ class _Keeping:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._bare, name)
 
-    def cdef(self, source: str) -> None:
-        """Declare what a library has, once: another instance of PySpice's class may have done so."""
-        from cffi import CDefError, FFIError
-
-        with contextlib.suppress(CDefError, FFIError):
-            self._bare.cdef(source)
-
     def callback(self, signature: str, function: Callable[..., Any]) -> Any:
         return self._bare.callback(signature, function, onerror=self._keep)
 

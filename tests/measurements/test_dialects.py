@@ -211,7 +211,7 @@ def test_a_displacement_in_no_length_is_refused_and_other_columns_are_not(unit: 
     assert read_columns(path, RECORD).ignored == (f"force_{unit}",)
 
 
-@pytest.mark.parametrize("row", ["12,x,1", "oops", "1e,4,0.1", "time_s,voltage_V,current_A"])
+@pytest.mark.parametrize("row", ["12,x,1", "oops", "1e,4,0.1", "time_s,voltage_V,current_mA"])
 def test_text_between_the_rows_is_refused(row: str, tmp_path: Path) -> None:
     lines = ("time_s,voltage_V,current_A\n" + rows()).splitlines()
     for at in (1, 40):

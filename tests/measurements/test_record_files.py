@@ -90,7 +90,7 @@ def test_they_are_drives_too(tmp_path: Path, run: Run) -> None:
         (ec_lab(preamble=False).replace("time/s", "cycle"), "no column for time; not understood: "),
         (ec_lab().replace("/mA\t", "/flurb\t"), "unit 'flurb'"),
         (ec_lab().replace("1.500000000E+00", "abc"), "line 50, column 'Ewe/V': 'abc' is not a number"),
-        (gamry().replace("\tIm\t", "\tXx\t"), "no column Im in its CURVE table"),
+        (gamry().replace("\tIm\t", "\tXx\t"), "no column for current"),
         (gamry().replace("CURVE\tTABLE", "CURVE\tTABEL"), "without a ZCURVE table"),
         ("EC-Lab ASCII FILE\nNb header lines : 2\n\n", "no column for time"),
     ],

@@ -14,11 +14,11 @@ from ilg_circuit.measurements.formats import FORMATS as REGISTERED
 from ilg_circuit.measurements.kind import RECORD, SPECTRUM
 from ilg_circuit.measurements.read import read, read_spectrum
 from ilg_circuit.measurements.spectrum import prepare_spectrum
-from ilg_circuit.measurements.text import read_lines
+from ilg_circuit.measurements.text import read_bytes, text_of
 
 
 def holds_spectrum(path: Path) -> bool:
-    lines = read_lines(path, RECORD).lines
+    lines = text_of(read_bytes(path, RECORD), RECORD).lines
     return next(filter(None, (f.recognises(lines) for f in REGISTERED))) == SPECTRUM
 
 
@@ -112,7 +112,7 @@ def test_passivity_is_watched() -> None:
         ("frequency_Hz,re_ohm,im_ohm\n1,2,x\n", "line 2, column 'im_ohm': 'x' is not a number"),
         ("frequency_Hz,re_ohm,im_ohm\n1,2,-3\n", "1 point left, 6 are needed"),
         ("EXPLAIN\nTAG\tEISPOT\n", "without a ZCURVE table"),
-        ("ZCURVE\tTABLE\n\tPt\tFreq\tZreal\n\t#\tHz\tohm\n\t0\t1\t2\n", "no column Zimag"),
+        ("ZCURVE\tTABLE\n\tPt\tFreq\tZreal\n\t#\tHz\tohm\n\t0\t1\t2\n", "no column for the imaginary part"),
         ("ZPLOT2 ASCII\nEnd Comments\n1,2,3\n", "without a row of names"),
         ("1,2,-3\nhello\n", "line 2: 'hello' is not frequency, Re Z, Im Z"),
         ("hello\n", "no column for frequency"),

@@ -112,9 +112,9 @@ def test_ambiguous_columns_are_named(read: Reader) -> None:
 
 def test_missing_columns_are_named_with_what_was_not_understood(read: Reader, tmp_path: Path) -> None:
     with pytest.raises(
-        InputError, match="no column for time; not understood: 'zeit_s'; columns are written like time_s"
+        InputError, match="no column for time; not understood: 'tempo_s'; columns are written like time_s"
     ):
-        read("zeit_s,voltage_V\n0,1\n1,2\n")
+        read("tempo_s,voltage_V\n0,1\n1,2\n")
     read("time_s,voltage_V\n0,1\n1,2\n")
     with pytest.raises(InputError, match="no column for current"):
         read_columns(tmp_path / "data.csv", RECORD.requiring("time", "current"))

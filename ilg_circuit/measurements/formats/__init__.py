@@ -1,7 +1,8 @@
 """File formats, one a module, in the order in which a file is offered to them.
 
 To add one, write a module with `NAME`, `KINDS`, `recognises` and `read` (the protocol `Format`) and put it into
-`FORMATS`. The last, `csv`, takes whatever no other recognises: its errors say what a file needs.
+`FORMATS`; a binary one has `NAME`, `opens` and `lines` (the protocol `Binary`) and stands in `BINARIES`. The last of
+`FORMATS`, `csv`, takes whatever no other recognises: its errors say what a file needs.
 """
 
 from __future__ import annotations
@@ -10,8 +11,24 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from ..kind import Kind
+from ..said import Said
 from ..table import Table
-from . import bare, csv, ec_lab, gamry, zplot
+from . import (
+    bare,
+    chi,
+    csv,
+    ec_lab,
+    ec_lab_binary,
+    excel,
+    gamry,
+    ivium,
+    lvm,
+    oscilloscope,
+    pssession,
+    versastudio,
+    wrdata,
+    zplot,
+)
 
 
 class Format(Protocol):
@@ -27,4 +44,17 @@ class Format(Protocol):
         """Return the columns of a ``kind`` in SI units; InputError, naming line and column, for what cannot be read."""
 
 
-FORMATS: tuple[Format, ...] = (gamry, zplot, ec_lab, bare, csv)
+class Binary(Protocol):
+    """What the module of a binary format holds: it turns the bytes of a file into lines that one of `FORMATS` reads."""
+
+    def opens(self, raw: bytes) -> bool:
+        """Tell whether the bytes of a file are of this format."""
+
+    NAME: str
+
+    def lines(self, raw: bytes, name: str, said: Said) -> tuple[list[str], Said]:
+        """Return lines, and what of ``said`` is still to be obeyed; MissingLibraryError where its reader is missing."""
+
+
+FORMATS: tuple[Format, ...] = (pssession, gamry, zplot, versastudio, lvm, wrdata, oscilloscope, chi, ec_lab, bare, csv)
+BINARIES: tuple[Binary, ...] = (ec_lab_binary, ivium, excel)

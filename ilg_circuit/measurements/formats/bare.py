@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...errors import InputError
-from ..kind import PREAMBLE, SPECTRUM, Kind, frequency_row, names_a_record
+from ..kind import PREAMBLE, SPECTRUM, Kind, frequency_row
 from ..table import Table
 
 NAME = "bare numbers"
@@ -23,7 +23,7 @@ def recognises(lines: Sequence[str]) -> Kind | None:
     rows = [row for row in map(_numbers, filled) if row is not None]
     if len(rows) < max(_FEWEST_ROWS, 0.9 * len(filled)) or frequency_row(lines) is not None:
         return None
-    if _numbers(filled[0]) is None and names_a_record(filled[0]):
+    if _numbers(filled[0]) is None and not filled[0].startswith("#"):
         return None
     # a record's times are even and begin at zero
     f = np.array([row[0] for row in rows])

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ...errors import InputError
 from ...findings import Finding
+from ..derived import impedance_of
 from ..kind import RECORD, SPECTRUM, Kind
-from ..table import Rows, Table, cells_at, parse_rows, spectrum_of_cells
+from ..said import pick
+from ..table import Rows, Table, parse_rows
 
 NAME = "Gamry"
 KINDS: tuple[Kind, ...] = (RECORD, SPECTRUM)
@@ -16,8 +19,10 @@ KINDS: tuple[Kind, ...] = (RECORD, SPECTRUM)
 _TABLE = re.compile(r"Z?CURVE\d*\s+TABLE")
 _RECORD = re.compile(r"CURVE\d*\s+TABLE")
 _SPECTRUM = re.compile(r"ZCURVE\s+TABLE")
-_RECORD_TITLES = {"time": "t", "voltage": "vf", "current": "im"}
-_SPECTRUM_TITLES = ("Freq", "Zreal", "Zimag")
+_KNOWN = {
+    **{"t": ("time", "s"), "vf": ("voltage", "V"), "im": ("current", "A")},
+    **{"freq": ("frequency", "Hz"), "zreal": ("re", "ohm"), "zimag": ("im", "ohm")},
+}
 
 
 def recognises(lines: Sequence[str]) -> Kind | None:
@@ -53,39 +58,45 @@ def _rows(lines: Sequence[str], start: int) -> Rows:
     return rows
 
 
-def _titles(lines: Sequence[str], start: int) -> list[str]:
-    return [cell.strip().lower() for cell in lines[start + 1].split("\t")]
-
-
 def _spectrum(lines: Sequence[str], name: str, kind: Kind) -> Table:
-    start = next((k for k, line in enumerate(lines) if _SPECTRUM.match(line)), None)
-    if start is None or start + 3 > len(lines):
+    starts = [k for k, line in enumerate(lines) if _SPECTRUM.match(line) and k + 3 <= len(lines)]
+    if not starts:
         raise InputError(f"{name}: a Gamry file without a ZCURVE table: it holds no impedance spectrum")
-    return spectrum_of_cells(_titles(lines, start), _SPECTRUM_TITLES, _rows(lines, start), name, kind)
+    start = pick([(f"ZCURVE in line {k + 1}", k) for k in starts], kind.said, name)
+    rows = _rows(lines, start)
+    if not rows:
+        raise InputError(f"{name}: its table of impedances has no rows")
+    kind = kind.whole.knowing(_KNOWN)
+    heads = [(k + 1, lines[k].split("\t")) for k in (start + 1, start + 2)]
+    return impedance_of(parse_rows([*heads, *rows], name, kind, ()), kind)
 
 
 def _record(lines: Sequence[str], name: str, kind: Kind) -> Table:
+    """Return the CURVE tables, which follow one another in time, or the one that ``--cycle`` or ``--part`` means."""
     starts = [k for k, line in enumerate(lines) if _RECORD.match(line) and k + 3 <= len(lines)]
     if not starts:
         raise InputError(f"{name}: a Gamry file without a CURVE table: it holds no record over time")
+    meant = kind.said.part if kind.said.part is not None else kind.said.cycle
+    if meant is not None:
+        said = replace(kind.said, part=meant, cycle=None)
+        starts = [pick([(lines[k].strip(), k) for k in starts], said, name)]
+        kind = kind.told(replace(said, part=None))
+    heads = [(k + 1, lines[k].split("\t")) for k in (starts[0] + 1, starts[0] + 2)]
+    titles = heads[0][1]
+    words = [title.strip().lower() for title in titles]
+    current = next((k for k, w in enumerate(words) if _KNOWN.get(w, "")[:1] == ("current",)), None)
     kept: Rows = []
     overloaded = 0
     for start in starts:
-        header = _titles(lines, start)
-        units = [cell.strip() for cell in lines[start + 2].split("\t")] + [""] * len(header)
-        missing = [title for title in _RECORD_TITLES.values() if title not in header]
-        if missing:
-            raise InputError(f"{name}: line {start + 2}: no column {missing[0].capitalize()} in its CURVE table")
-        places = {quantity: header.index(title) for quantity, title in _RECORD_TITLES.items()}
-        over = header.index("over") if "over" in header else None
-        if not kept:
-            titles = [f"{quantity} [{(units[place].split() or [''])[0]}]" for quantity, place in places.items()]
-            kept.append((start + 2, titles))
+        if lines[start + 1].split("\t") != titles:
+            raise InputError(
+                f"{name}: line {start + 2}: other columns than in line {starts[0] + 2}; choose with --part"
+            )
         for number, cells in _rows(lines, start):
-            chosen = cells_at(cells, places.values())
-            if over is not None and over < len(cells) and cells[over].strip(" .0"):
-                chosen[2] = ""
+            over = words.index("over") if "over" in words else len(cells)
+            if current is not None and over < len(cells) and cells[over].strip(" .0"):
+                cells[current] = ""
                 overloaded += 1
-            kept.append((number, chosen))
+            kept.append((number, cells))
     notes = [Finding("overloaded", values={"count": overloaded})] if overloaded else []
-    return parse_rows(kept, name, kind, notes)
+    return replace(parse_rows([*heads, *kept], name, kind.knowing(_KNOWN), notes), ignored=())

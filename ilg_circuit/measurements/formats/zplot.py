@@ -6,13 +6,14 @@ import re
 from collections.abc import Sequence
 
 from ...errors import InputError
+from ..derived import impedance_of
 from ..kind import SPECTRUM, Kind
-from ..table import Table, spectrum_of_cells
+from ..table import Table, parse_rows
 
 NAME = "ZPlot"
 KINDS: tuple[Kind, ...] = (SPECTRUM,)
 
-_TITLES = ("Freq(Hz)", "Z'(a)", "Z''(b)")
+_KNOWN = {"freq(hz)": ("frequency", "Hz"), "z'(a)": ("re", "ohm"), "z''(b)": ("im", "ohm")}
 
 
 def recognises(lines: Sequence[str]) -> Kind | None:
@@ -31,10 +32,13 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
     start = next((k for k, line in enumerate(lines) if "freq(hz)" in line.lower()), None)
     if start is None:
         raise InputError(f"{name}: a ZPlot file without a row of names (Freq(Hz) ... Z'(a) Z''(b))")
-    header = lines[start].replace('"', " ").lower().split()
+    header = lines[start].replace('"', " ").split()
     rows = [
         (k, re.split(r"\s*[,\t]\s*|\s+", line.strip()))
         for k, line in enumerate(lines[start + 1 :], start + 2)
         if line.strip() and "end comments" not in line.lower()
     ]
-    return spectrum_of_cells(header, _TITLES, rows, name, kind)
+    if not rows:
+        raise InputError(f"{name}: its table of impedances has no rows")
+    kind = kind.knowing(_KNOWN)
+    return impedance_of(parse_rows([(start + 1, header), *rows], name, kind, ()), kind)
