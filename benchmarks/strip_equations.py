@@ -14,7 +14,7 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-import mpmath
+import mpmath  # type: ignore[import-untyped]
 import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
@@ -290,7 +290,11 @@ def _wide(values: Any) -> Any:
 def linear_reference(run: Run, modes: Modes) -> dict[str, Any]:
     """Current, displacement and energy at the run's times."""
     t = np.asarray(run.times, dtype=np.longdouble)
-    found = (_under_sine if isinstance(run.drive, Sine) else _under_lines)(run.drive, modes, t)
+    if isinstance(run.drive, Sine):
+        found = _under_sine(run.drive, modes, t)
+    else:
+        assert isinstance(run.drive, PiecewiseLinear)
+        found = _under_lines(run.drive, modes, t)
     return dict(zip(("current", "displacement", "energy"), np.asarray(found, dtype=float), strict=True))
 
 
@@ -369,6 +373,7 @@ def nonlinear_reference(run: Run) -> dict[str, Any]:
         omega, size = 2 * math.pi * run.drive.frequency, run.drive.amplitude
         pieces: list[Any] = [(0.0, np.inf, lambda s: size * math.sin(omega * s))]
     else:
+        assert isinstance(run.drive, PiecewiseLinear)
         pieces = [(a, b, partial(_line, a, float(u), float(v))) for a, b, u, v in _lines(run.drive, float(t[-1]))]
     for begin, end, u in pieces:
         stop = min(end, float(t[-1]))
@@ -396,7 +401,7 @@ def _integrated(
         dense, now, y = solver.dense_output(), solver.t, solver.y.copy()
         before = dense(solver.t_old)[:count] if solver.t_old > at else x[:count]
         crossed = [
-            (brentq(lambda s, k=k: dense(s)[k], solver.t_old, now, xtol=1e-16, rtol=1e-15), k)
+            (brentq(lambda s, k=k, of=dense: of(s)[k], solver.t_old, now, xtol=1e-16, rtol=1e-15), k)
             for k in np.flatnonzero(before * y[:count] < 0)
         ]
         if crossed:
