@@ -114,35 +114,14 @@ class Grid:
         return replace(self, nodes=nodes, index=index, segments=place[self.segments])
 
     def bent(self, bends: Array) -> Grid:
-        """The grid with nodes at ``bends`` [s] within its pieces, where the solution is less smooth; pieces end there.
-
-        A node nearer to one than a hundredth of its step gives way.
-        """
-        grid = self
-        for bend in bends.tolist():
-            k = int(np.searchsorted(grid.nodes, bend))
-            home = np.flatnonzero((grid.segments[:, 0] < k) & (k <= grid.segments[:, 1]))
-            if len(home):
-                grid = grid._bent(bend, k, int(home[0]))
-        return grid
-
-    def _bent(self, bend: float, k: int, home: int) -> Grid:
-        """The grid with one bend more, before node ``k``, in the piece ``home``."""
-        left, right = self.nodes[k - 1], self.nodes[k]
-        near = k - 1 if bend - left < 0.01 * (right - left) else k if right - bend < 0.01 * (right - left) else -1
-        if near in self.segments[home] or near == 0:
-            return self
-        nodes, index, segments, at = self.nodes, self.index, self.segments, near
-        if near < 0:
-            nodes, at = np.insert(nodes, k, bend), k
-            index, segments = np.where(index >= k, index + 1, index), np.where(segments >= k, segments + 1, segments)
-        elif near not in index:
-            nodes = nodes.copy()
-            nodes[near] = bend
-        segments = np.insert(segments, home + 1, (at, segments[home, 1]), axis=0)
-        segments[home, 1] = at
-        after = (self.piece > home) | ((self.piece == home) & (self.samples >= nodes[at]))
-        return replace(self, nodes=nodes, index=index, segments=segments, piece=self.piece + after)
+        """The grid with nodes at ``bends`` [s] within its pieces, but for those that a node all but coincides with."""
+        right = np.clip(np.searchsorted(self.nodes, bends), 1, len(self.nodes) - 1)
+        before, after = bends - self.nodes[right - 1], self.nodes[right] - bends
+        width = before + after
+        apart = (np.minimum(before, after) > 1e-3 * width) & (width > 100 * _LEAST_RISE * self.nodes[-1])
+        nodes = np.union1d(self.nodes, bends[apart & self.smooth[right - 1]])
+        index = np.where(self.index < 0, -1, np.searchsorted(nodes, self.nodes[self.index]))
+        return replace(self, nodes=nodes, index=index, segments=np.searchsorted(nodes, self.nodes[self.segments]))
 
 
 def design_grid(
@@ -252,7 +231,8 @@ def representatives(modes: ComplexArray) -> ComplexArray:
 def _cut(profile: Array, length: float) -> Array:
     """The profile's nodes within a segment, without one so close to its end that the last step would be a sliver."""
     inside = profile[profile < length]
-    if len(inside) > 1 and length - inside[-1] < 0.3 * (inside[-1] - inside[-2]):
+    last = np.append(0.0, inside)[-2:]
+    if len(inside) and length - last[1] < 0.3 * (last[1] - last[0]):
         inside = inside[:-1]
     return np.asarray(inside)
 

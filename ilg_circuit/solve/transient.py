@@ -39,6 +39,10 @@ _GAIN = 3.0
 #: Rounding of a run, relative to the largest term of an output: what thousands of steps make of a double's 1e-16, at
 #: most, and what is to be reckoned with in any.
 _ROUNDING, _NOISE = 1e-11, 3e-13
+#: Half as wide steps make an error an eighth at least, at a kink on which no node lies.
+_HALVED = 8.0
+#: Of its largest value, what a charge that passes zero comes from or goes to at least: less is rounding about zero.
+_FELT = 1e-9
 #: Time constants of the fastest mode in a run from which on it is stiff.
 _STIFF = 3e3
 #: An error is stated so much larger than the estimate.
@@ -233,11 +237,11 @@ class _Batch:
             at_nodes, errors, allowed = self._extrapolated(solved_on, stiff=fastest * samples[-1] > _STIFF)
             values, doubt = _sample(solved_on, at_nodes)
             doubt = np.where(self._judged, doubt, 0.0)
-            errors = errors + doubt + np.where(self._judged, solved_on.jump_error(fastest), 0.0)
+            errors = np.maximum(errors, doubt) + np.where(self._judged, solved_on.jump_error(fastest), 0.0)
             if not self._linear:
                 # a kink in a law spoils the series that is extrapolated: twice as many steps must give the same answer
                 moved = np.inf if coarser is None else _relative(values - coarser, values)
-                errors, coarser = np.maximum(errors, np.where(self._judged, moved, 0.0)), values
+                errors, coarser = np.maximum(errors, np.where(self._judged, moved / _HALVED, 0.0)), values
                 bends = self._zeros(solved_on, at_nodes)
             passed, worst = (errors <= allowed).all(), float(errors.max())
             if passed or worst < least:
@@ -330,7 +334,8 @@ class _Batch:
         """Times [s] at which a charge with a kink at zero passes it, in any of the netlists."""
         found = []
         for charge in at_nodes[:, self._own : self._own + self._kinks].reshape(-1, at_nodes.shape[2]):
-            for k in np.flatnonzero(charge[:-1] * charge[1:] < 0) + 1:
+            felt = np.maximum(np.abs(charge[:-1]), np.abs(charge[1:])) > _FELT * np.abs(charge).max()
+            for k in np.flatnonzero((charge[:-1] * charge[1:] < 0) & felt) + 1:
                 first, last = next((a, b) for a, b in grid.segments if a <= k < b or k == b)
                 near = slice(max(k - 2, first, 1), min(k + 3, last) + 1)
                 t, q = grid.nodes[near], charge[near.start - 1 : near.stop - 1]
