@@ -39,6 +39,8 @@ _GAIN = 3.0
 #: Rounding of a run, relative to the largest term of an output: what thousands of steps make of a double's 1e-16, at
 #: most, and what is to be reckoned with in any.
 _ROUNDING, _NOISE = 1e-11, 3e-13
+#: Rounding of a nonlinear run: that of Newton's iterations.
+_NOISE_NONLINEAR = 5e-11
 #: Half as wide steps make an error an eighth at least, at a kink on which no node lies.
 _HALVED = 8.0
 #: Of its largest value, what a charge that passes zero comes from or goes to at least: less is rounding about zero.
@@ -241,7 +243,9 @@ class _Batch:
             if not self._linear:
                 # a kink in a law spoils the series that is extrapolated: twice as many steps must give the same answer
                 moved = np.inf if coarser is None else _relative(values - coarser, values)
-                errors, coarser = np.maximum(errors, np.where(self._judged, moved / _HALVED, 0.0)), values
+                # hardly more than what it moved, and no less than rounding and the eighth that a kink leaves
+                likely = np.maximum(np.minimum(errors, 3 * moved), moved / _HALVED) + _NOISE_NONLINEAR
+                errors, coarser = np.where(self._judged, likely, 0.0), values
                 bends = self._zeros(solved_on, at_nodes)
             passed, worst = (errors <= allowed).all(), float(errors.max())
             if passed or worst < least:

@@ -19,7 +19,7 @@ from ilg_circuit.strip.actuator import PAPER
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 #: Few enough unknowns for a fast test.
 LINEAR = ("rc", "rc2", "rc3", "rc+inductance", "cpe")
-NONLINEAR = ("rc+growing", "rc2+growing", "rc2+sinh", "rc+sinh")
+NONLINEAR = ("rc+growing", "rc2+growing", "rc2+sinh", "rc+sinh", "cpe+sinh")
 
 
 @pytest.fixture
