@@ -50,7 +50,7 @@ _STIFF = 3e3
 #: An error is stated so much larger than the estimate.
 _CAREFUL = 1.5
 #: Samples at which the exact engine's rounding is looked at, and how far it may lie beyond what is seen there.
-_COMPARED, _LIKELY = 40, 4.0
+_COMPARED, _LIKELY = 40, 10.0
 #: Copies in one netlist share one grid; their fastest modes may differ by this factor.
 _SPREAD = 3.0
 #: Nodes of the interpolation used and of the weaker one that it is compared with.
