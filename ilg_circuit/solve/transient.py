@@ -168,7 +168,7 @@ def _rounding(netlist: Netlist, drive: Drive, samples: Array, works: Sequence[Wo
     difference = np.abs(again - values[:1, :, some]).max(axis=2)
     scale = np.abs(values).max(axis=2)
     errors = np.divide(difference, scale[:1], out=np.zeros_like(difference), where=scale[:1] > 0)
-    return np.where(scale > 0, _LIKELY * (errors + 1e-15 * np.sqrt(len(samples))), 0.0)
+    return np.where(scale > 0, _LIKELY * (errors + 5e-14), 0.0)
 
 
 def sampled_times(drive: Drive, times: ArrayLike) -> Array:
