@@ -16,16 +16,13 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import Array, plain
 from ..circuit.netlist import GROUND, Element, Netlist, Output, Role
 from ..circuit.strip import FORCE_SCALE, VELOCITY_SCALE
 from ..result import Column, Result
 from ..solve.transient import Waveforms
-
-#: power (t,) [W] on the grid of a solve -> energy [J] at the samples
-Integral = Callable[[Array], Array]
+from ..solve.work import Named, Work
 
 #: Joules per mechanical volt-ampere-second.
 _MECHANICAL = FORCE_SCALE * VELOCITY_SCALE
@@ -120,32 +117,51 @@ def probes(netlist: Netlist) -> tuple[Output, ...]:
     return (*found, Output("v1", "m/s", tuple(terms.items()), probe=True)) if terms else tuple(found)
 
 
-def account(
-    netlist: Netlist, waves: Waveforms, source: Array, integrate: Integral, at: NDArray[np.intp]
-) -> EnergyAccount:
-    """The account at the samples ``at`` of ``waves``; ``integrate`` turns a power (t,) [W] into energies there."""
+def works(netlist: Netlist) -> tuple[Work, ...]:
+    """Energies that an account needs, of a netlist with `probes`: the ``energy`` that the source gives, its ways."""
+    found = [Work("energy", lambda voltage, of: voltage * of("current"), probe=False)]
+    found += [Work(f"energy of {e.name}", _dissipation(e)) for e in netlist.elements if _counts(e) and _dissipates(e)]
+    if _of(netlist, Role.REFLECTED_VOLTAGE):
+        found.append(Work("converted", lambda _, of: of("u1") * of("i1")))
+    if beams := _of(netlist, Role.BEAM):
+        force = f"across {beams[0].name}"
+        found.append(Work("mechanical", lambda _, of: _MECHANICAL * of(force) * of("v1")))
+    return tuple(found)
+
+
+def _dissipates(element: Element) -> bool:
+    return element.kind == "R" or element.law == "sinh"
+
+
+def _dissipation(element: Element) -> Callable[[Array, Named], Array]:
+    """The power that a resistor or an electron path of sinh takes."""
+    scale = _MECHANICAL if element.role.mechanical else 1.0
+
+    def power(_: Array, of: Named) -> Array:
+        wave = of(f"across {element.name}")
+        if element.law:
+            return np.asarray(wave * element.value * np.sinh(wave / element.scale))
+        return scale * wave**2 / element.value
+
+    return power
+
+
+def account(netlist: Netlist, waves: Waveforms) -> EnergyAccount:
+    """The account of a run, from its `probes` and `works`."""
     dissipated: dict[str, Array] = {}
     stored: dict[str, Array] = {}
     for element in filter(_counts, netlist.elements):
-        scale = _MECHANICAL if element.role.mechanical else 1.0
-        wave = waves.output(f"across {element.name}")
-        if element.kind == "R":
-            dissipated[element.name] = integrate(scale * wave**2 / element.value)
-        elif element.law == "sinh":
-            dissipated[element.name] = integrate(wave * element.value * np.sinh(wave / element.scale))
+        v = waves.output(f"across {element.name}")
+        if _dissipates(element):
+            dissipated[element.name] = waves.output(f"energy of {element.name}")
         elif element.law == "charge":
-            v = wave[at]
             stored[element.name] = element.value * (v**2 / 2 + element.scale * np.abs(v) ** 3 / 3)
         else:  # C: its voltage, L: its current
-            stored[element.name] = scale * element.value * wave[at] ** 2 / 2
-    nothing = np.zeros(len(at))
-    converted = integrate(waves.output("u1") * waves.output("i1")) if "u1" in waves.names else nothing
-    mechanical = nothing
-    if "v1" in waves.names:
-        (beam,) = _of(netlist, Role.BEAM)
-        mechanical = integrate(_MECHANICAL * waves.output(f"across {beam.name}") * waves.output("v1"))
+            stored[element.name] = (_MECHANICAL if element.role.mechanical else 1.0) * element.value * v**2 / 2
+    nothing = np.zeros(len(waves.times))
+    converted, mechanical = (waves.output(n) if n in waves.names else nothing for n in ("converted", "mechanical"))
     roles = {e.name: e.role for e in netlist.elements if _counts(e)}
-    return EnergyAccount(waves.times[at], source, dissipated, stored, converted, mechanical, roles)
+    return EnergyAccount(waves.times, waves.output("energy"), dissipated, stored, converted, mechanical, roles)
 
 
 def _counts(element: Element) -> bool:

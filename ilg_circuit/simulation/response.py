@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..arrays import Array, plain
 from ..circuit.netlist import Netlist
@@ -18,14 +18,13 @@ from ..errors import InputError
 from ..files import write_csv
 from ..findings import Finding, sentences
 from ..result import Column
-from ..solve.grid import smooth_intervals
-from ..solve.state_space import state_space
 from ..solve.transient import Progress, sampled_times, transient
 from ..strip.actuator import Actuator
 from ..strip.ladder import LADDER_BAND
 from ..strip.validity import run_warnings
 from ..units import require_plausible
-from .energy import EnergyAccount, account, probes
+from .energy import EnergyAccount, account, probes, works
+from .ladder_error import ladder_error
 from .waveforms import WAVEFORMS, Simulated, Solution
 
 #: Accuracy of a simulation, relative to each waveform's maximum; tight, so that small samples are good as well.
@@ -35,11 +34,12 @@ NONLINEAR_ACCURACY = 1e-6
 #: Error accepted, and reported, when no accuracy was requested.
 ACCEPTABLE = 5e-6
 
-# three-point Gauss-Legendre: nodes in (0, 1) and weights
+#: Width of the band of a run's ladders: what relaxes within 1e-4 of the run is an instant.
+_RESOLVED = 1e5
+#: More samples than that need not be points of the solve.
+_MANY_SAMPLES = 1000
 #: A run beyond this times the largest voltage of the fit is an extrapolation.
 _BEYOND = 1.1
-_GAUSS_NODES = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
-_GAUSS_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -140,28 +140,19 @@ def simulate(
     acceptable = ACCEPTABLE if accuracy is None else accuracy
     if accuracy is None:
         accuracy = SIMULATION_ACCURACY if netlist.linear else NONLINEAR_ACCURACY
-    poles = np.concatenate([state_space([netlist.linearised(u)]).poles().ravel() for u in {0.0, drive.largest()}])
-    intervals = smooth_intervals(poles, drive, float(samples[-1]) or 1e-300)
-    ends = np.union1d(samples, intervals[intervals <= samples[-1]])
-    grid, gauss, weights = _energy_grid(samples, ends)
     probed = replace(netlist, outputs=netlist.outputs + probes(netlist))
     waveforms = transient(
         probed,
         drive,
-        grid,
+        samples,
         engine=engine,
         accuracy=accuracy,
         acceptable=acceptable,
-        interpolate=False,
+        interpolate=len(samples) > _MANY_SAMPLES,
+        works=works(netlist),
         progress=progress,
     )
-    at = np.searchsorted(grid, samples)
-
-    def integrate(power: Array) -> Array:
-        steps = np.concatenate([[0.0], np.cumsum((power[gauss] * weights).sum(axis=1))])
-        return np.asarray(steps[np.searchsorted(ends, samples)])
-
-    solution = Solution(drive, samples, waveforms, at, integrate)
+    solution = Solution(drive, samples, waveforms)
     values = {name: waveform.of(solution) for name, waveform in WAVEFORMS.items()}
     return Response(
         actuator=actuator,
@@ -169,34 +160,21 @@ def simulate(
         netlist=netlist,
         time=samples,
         waveforms=values,
-        account=account(netlist, waveforms, values["energy"], integrate, at),
-        error=float(waveforms.errors.max()),
+        account=account(netlist, waveforms),
+        error=float(waveforms.errors.max()) + ladder_error(actuator, drive, samples, values, transient_band(samples)),
         engine=waveforms.engine,
     )
 
 
 def transient_band(times: Array) -> tuple[float, float]:
-    """Return the band [Hz] that samples at ``times`` [s] resolve, for the ladders of a transient, within `LADDER_BAND`.
+    """Return the band [Hz] of the ladders of a run that is sampled at ``times`` [s]: it follows from their last alone.
 
-    From a tenth of the frequency that the whole run resolves to twenty times the one of the closest samples.
+    From a tenth of the frequency that the whole run resolves to `_RESOLVED` times it; no samples change the circuit.
     """
-    low, high = LADDER_BAND
-    if len(times) < 2:
-        return low, high
-    lowest = min(0.1 / float(times[-1]), high / 100)
-    return lowest, min(max(20 / float(np.diff(times).min()), 100 * lowest), max(high, 100 * lowest))
-
-
-def _energy_grid(samples: Array, ends: Array) -> tuple[Array, NDArray[np.intp], Array]:
-    """Return solve times (samples and Gauss points between ``ends``), indices (intervals, 3) of the latter, weights.
-
-    The energy is the integral of u i; three Gauss points in every smooth interval make it as good as the waveforms,
-    where sums over the samples would not be.
-    """
-    widths = np.diff(ends)[:, None]
-    points = ends[:-1, None] + widths * _GAUSS_NODES
-    grid = np.union1d(samples, points.ravel())
-    return grid, np.searchsorted(grid, points), widths * _GAUSS_WEIGHTS
+    if not len(times) or not times[-1]:
+        return LADDER_BAND
+    lowest = 0.1 / float(times[-1])
+    return lowest, _RESOLVED * lowest
 
 
 def beyond_fit(actuator: Actuator, voltage: float) -> list[Finding]:

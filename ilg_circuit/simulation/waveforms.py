@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..drive import Drive
@@ -22,29 +21,24 @@ from ..strip.actuator import Actuator
 
 @dataclass(frozen=True)
 class Solution:
-    """A solved run: ``time`` [s] (n,) of the samples, at the points ``at`` (n,) of the solver's ``waveforms``.
-
-    ``integrate`` turns a power (t,) [W] at all the solver's points into energies [J] (n,) at the samples.
-    """
+    """A solved run: the solver's ``waveforms`` under the ``drive`` at ``time`` [s] (n,)."""
 
     drive: Drive
     time: Array
     waveforms: Waveforms
-    at: NDArray[np.intp]
-    integrate: Callable[[Array], Array]
 
     def sampled(self, output: str) -> Array:
-        """Return an output of the netlist (n,); NaN where the netlist does not have it."""
+        """Return an output or a work (n,); NaN where the netlist does not have it."""
         if output not in self.waveforms.names:
             return np.full(len(self.time), np.nan)
-        return self.waveforms.output(output)[self.at]
+        return self.waveforms.output(output)
 
 
 @dataclass(frozen=True)
 class Waveform:
     """One waveform; ``name`` is its attribute of `Response` and its name everywhere, ``unit`` its SI unit.
 
-    A mechanical one is NaN where the actuator has no coupling. It is the netlist's output of the same name, or what
+    A mechanical one is NaN where the actuator has no coupling. It is the solve's output of the same name, or what
     ``compute`` makes of the solution. ``place`` says where it is taken, for tables of what there is. ``on_request``:
     in a CSV file only if asked for.
     """
@@ -75,13 +69,7 @@ WAVEFORMS = {
         Waveform("displacement", "m", "mechanical", place="of L_F"),
         Waveform("force", "N", "mechanical", place="on load or clamp"),
         Waveform("charge", "C", "electrical"),
-        Waveform(
-            "energy",
-            "J",
-            "energy",
-            compute=lambda s: s.integrate(s.drive.value(s.waveforms.times) * s.waveforms.output("current")),
-            on_request=True,
-        ),
+        Waveform("energy", "J", "energy", on_request=True),
     )
 }
 

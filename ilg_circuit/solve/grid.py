@@ -7,11 +7,16 @@ error that goes with (|p_k| h)^q times what is left of the mode, so h may grow a
 
 The rule's own errors are removed by Richardson extrapolation over equal subdivisions of this grid, which needs no
 more than that the grid's steps are split evenly.
+
+A jump of the drive takes a short time, which all of these runs share. In a linear circuit the drive overshoots in it by
+a twelfth on either side, so that its first three moments are those of the jump. A nonlinear one has it in one step that
+is never split: the trapezoidal rule then is the mean of before and after.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +30,15 @@ _FIRST_STEP = 1e-5
 #: But no step is shorter than this part of the run: ngspice's time is a double.
 _LEAST_STEP = 1e-13
 #: A jump of the drive takes so long, in units of the fastest mode; shorter ones would only add rounding.
-_RISE = 3e-5
-#: In a nonlinear circuit the two halves of a jump do not cancel: it is shorter still.
-_RISE_NONLINEAR = 1e-7
+_RISE = 1e-3
+#: In one step the error goes with the square of it, not with the fourth power.
+_RISE_NONLINEAR = 1e-5
+#: But no step of it is shorter than this part of the run.
+_LEAST_RISE = 1e-11
 #: Fineness of intervals over which a low-order quadrature is good to many digits.
 _SMOOTH = 0.4
-#: Fewest nodes of a piece that begins with a jump, from which a sample on the jump is extrapolated.
-_AFTER_JUMP = 9
+#: Fewest nodes of a piece that begins or ends with a jump, to which samples and powers are extrapolated.
+_BESIDE_JUMP = 9
 _ORDER = 8
 #: More time points between two edges of the drive than that are no grid that anybody could wait for.
 _MOST_POINTS = 1e8
@@ -45,6 +52,7 @@ class Grid:
 
     ``nodes`` [s]; ``samples`` [s]; ``index``: node of each sample, or -1 where the sample lies between nodes and is
     interpolated; ``segments``: (first node, last node) of every smooth piece; ``piece``: the piece of each sample.
+    ``rise`` [s] is how long a jump takes; ``linear`` whether its nodes are a quarter of that apart, or only its ends.
     """
 
     nodes: Array
@@ -52,12 +60,68 @@ class Grid:
     index: NDArray[np.intp]
     segments: NDArray[np.intp]
     piece: NDArray[np.intp]
+    rise: float = 0.0
+    linear: bool = True
+
+    @cached_property
+    def smooth(self) -> Mask:
+        """Which steps lie in a smooth piece: those of a jump do not."""
+        inside = np.zeros(len(self.nodes), dtype=int)
+        np.add.at(inside, self.segments[:, 0], 1)
+        np.subtract.at(inside, self.segments[:, 1], 1)
+        return np.asarray(np.cumsum(inside)[:-1] > 0)
+
+    def parts(self, parts: int) -> NDArray[np.intp]:
+        """Into how many equal steps each step is split where ``parts`` are asked for."""
+        return np.where(self.smooth | self.linear, parts, 1)
 
     def subdivided(self, parts: int) -> Array:
-        """The nodes with every step split into ``parts`` equal ones."""
-        steps = np.diff(self.nodes)
-        inner = self.nodes[:-1, None] + steps[:, None] * (np.arange(parts) / parts)
-        return np.append(inner.ravel(), self.nodes[-1])
+        """The nodes with every step split into ``parts`` equal ones, but for a jump's in a nonlinear circuit."""
+        counts = self.parts(parts)
+        inner = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        steps = np.repeat(np.diff(self.nodes) / counts, counts)
+        return np.append(np.repeat(self.nodes[:-1], counts) + steps * inner, self.nodes[-1])
+
+    def voltages(self, drive: Drive, points: Array) -> Array:
+        """The drive at ``points`` (see `subdivided`): straight lines from node to node, a sine itself."""
+        if drive.angular_frequency():
+            return drive.value(points)
+        at_nodes = drive.value(self.nodes)
+        if self.linear:
+            before, after = self.segments[:-1, 1], self.segments[1:, 0]
+            start = before[after > before]
+            # limits at the jump, by the lines that it lies between
+            left, right = (2 * at_nodes[start + k] - at_nodes[start + m] for k, m in ((1, 0), (3, 4)))
+            at_nodes[start + 1] -= (right - left) / 12
+            at_nodes[start + 2] = (left + right) / 2
+            at_nodes[start + 3] += (right - left) / 12
+        return np.asarray(np.interp(points, self.nodes, at_nodes))
+
+    def jump_error(self, fastest: float) -> float:
+        """Error that the length of a jump leaves in a mode of ``fastest`` [1/s], relative to what it excites."""
+        z = self.rise * fastest
+        return z**4 / 7680 if self.linear else z**2 / 8
+
+    def halved(self) -> Grid:
+        """The grid with every step of a smooth piece split in two."""
+        counts = np.where(self.smooth, 2, 1)
+        place = np.concatenate([[0], np.cumsum(counts)])
+        nodes = np.empty(place[-1] + 1)
+        nodes[place] = self.nodes
+        split = np.flatnonzero(self.smooth)
+        nodes[place[split] + 1] = (self.nodes[split] + self.nodes[split + 1]) / 2
+        index = np.where(self.index < 0, -1, place[self.index])
+        return replace(self, nodes=nodes, index=index, segments=place[self.segments])
+
+    def bent(self, bends: Array) -> Grid:
+        """The grid with nodes at ``bends`` [s] within its pieces, but for those that a node all but coincides with."""
+        right = np.clip(np.searchsorted(self.nodes, bends), 1, len(self.nodes) - 1)
+        before, after = bends - self.nodes[right - 1], self.nodes[right] - bends
+        width = before + after
+        apart = (np.minimum(before, after) > 1e-3 * width) & (width > 100 * _LEAST_RISE * self.nodes[-1])
+        nodes = np.union1d(self.nodes, bends[apart & self.smooth[right - 1]])
+        index = np.where(self.index < 0, -1, np.searchsorted(nodes, self.nodes[self.index]))
+        return replace(self, nodes=nodes, index=index, segments=np.searchsorted(nodes, self.nodes[self.segments]))
 
 
 def design_grid(
@@ -66,14 +130,15 @@ def design_grid(
     """The grid for a circuit (or several, ``poles`` together) under ``drive`` with results wanted at ``samples``.
 
     ``samples`` [s] ascending, >= 0. ``theta`` sets the fineness. Where samples are much denser than the circuit needs
-    they are interpolated (if ``interpolate``), elsewhere they are nodes. A jump of the drive lies in the middle of a
-    step so short that no mode notices its length; samples on it are extrapolated from the side they belong to.
+    they are interpolated (if ``interpolate``), elsewhere they are nodes. A jump of the drive lies in the middle of
+    steps so short that no mode notices their length; samples on it are extrapolated from the side they belong to.
     """
     end = float(samples[-1])
     fastest = float(np.abs(poles).max(initial=max(1 / end, drive.angular_frequency())))
     breakpoints = drive.breakpoints(end)
     jumping = np.isin(breakpoints, drive.jumps(end))
-    rise = _rise(breakpoints, jumping, end, (_RISE if linear else _RISE_NONLINEAR) / fastest)
+    least = (4 if linear else 1) * _LEAST_RISE * end  # in four steps, or in one
+    rise = _rise(breakpoints, jumping, end, max((_RISE if linear else _RISE_NONLINEAR) / fastest, least), least / 2)
     half = np.where(jumping, rise / 2, 0.0)
     begins = np.concatenate([[0.0], breakpoints])
     starts = np.concatenate([[0.0], breakpoints + half])
@@ -87,28 +152,30 @@ def design_grid(
         piece = np.concatenate([[a], _cut(profile, b - a) + a, [b]])
         if k == 0:
             piece = np.concatenate([[a], _launch(float(piece[1] - a), smallest) + a, piece[1:]])
-        elif half[k - 1] and len(piece) < _AFTER_JUMP:
-            piece = np.linspace(a, b, _AFTER_JUMP)
+        elif (half[k - 1] or half[k : k + 1].any()) and len(piece) < _BESIDE_JUMP:
+            piece = np.linspace(a, b, _BESIDE_JUMP)
         inside = samples[np.searchsorted(samples, a) : np.searchsorted(samples, b, side="right")]
         if not (interpolate and len(inside) > 2 * len(piece) and len(piece) > 12):
-            piece = _merged(piece, inside, 1e-3 * rise)
+            piece = _merged(piece, inside, 3e-8 / fastest)
         pieces.append(piece)
-    nodes = np.unique(np.concatenate(pieces))
+    within = breakpoints[jumping, None] + rise * np.array([-0.25, 0.0, 0.25]) if linear else np.empty(0)
+    nodes = np.unique(np.concatenate([*pieces, within.ravel()]))
     segments = np.searchsorted(nodes, np.array([(p[0], p[-1]) for p in pieces]))
-    nearest = np.clip(np.searchsorted(nodes, samples - 1e-3 * rise), 0, len(nodes) - 1)
-    index = np.where(np.abs(nodes[nearest] - samples) <= 1e-3 * rise, nearest, -1)
+    nearest = np.clip(np.searchsorted(nodes, samples), 0, len(nodes) - 1)
+    index = np.where((nodes[nearest] == samples) & ~np.isin(samples, within), nearest, -1)
     home = np.searchsorted(begins[valid], samples, side="right") - 1
-    return Grid(nodes, samples, index.astype(np.intp), segments.astype(np.intp), np.clip(home, 0, None).astype(np.intp))
+    home = np.clip(home, 0, None).astype(np.intp)
+    rise = rise if jumping.any() else 0.0
+    return Grid(nodes, samples, index.astype(np.intp), segments.astype(np.intp), home, rise, linear)
 
 
-def _rise(breakpoints: Array, jumping: Mask, end: float, unnoticed: float) -> float:
+def _rise(breakpoints: Array, jumping: Mask, end: float, rise: float, least: float) -> float:
     """How long [s] a jump takes: too short for any mode to notice, well within its neighbours, longer than rounding."""
-    rise = max(unnoticed, 1e-11 * end)
     if jumping.any():
         gaps = np.diff(np.concatenate([[0.0], breakpoints, [end]]))
         nearest = float(np.minimum(gaps[:-1], gaps[1:])[jumping].min())
         rise = min(rise, nearest / 5)
-    if rise < 5e-12 * end:
+    if rise < least:
         raise SolveError(
             f"two edges of the drive are too near each other for ngspice in a run of {end:g} s; shorten the run or use "
             "--engine exact"
@@ -164,7 +231,8 @@ def representatives(modes: ComplexArray) -> ComplexArray:
 def _cut(profile: Array, length: float) -> Array:
     """The profile's nodes within a segment, without one so close to its end that the last step would be a sliver."""
     inside = profile[profile < length]
-    if len(inside) > 1 and length - inside[-1] < 0.3 * (inside[-1] - inside[-2]):
+    last = np.append(0.0, inside)[-2:]
+    if len(inside) and length - last[1] < 0.3 * (last[1] - last[0]):
         inside = inside[:-1]
     return np.asarray(inside)
 
@@ -187,3 +255,21 @@ def _merged(piece: Array, samples: Array, tolerance: float) -> Array:
     kept = piece[~near]
     inside = samples[(samples > kept[0] + tolerance) & (samples < kept[-1] - tolerance)]
     return np.asarray(np.union1d(kept, inside), dtype=float)
+
+
+def lagrange(nodes: Array, at: Array, width: int) -> Array:
+    """Return weights (samples, nodes) of local interpolation by polynomials through the ``width`` nearest nodes.
+
+    Local, because a spline of this degree rings on grids whose steps grow as fast as these.
+    """
+    width = min(width, len(nodes))
+    left = np.clip(np.searchsorted(nodes, at) - width // 2, 0, len(nodes) - width)
+    window = left[:, None] + np.arange(width)
+    x = nodes[window]
+    difference = x[:, :, None] - x[:, None, :]
+    distance = np.broadcast_to(at[:, None, None] - x[:, None, :], difference.shape).copy()
+    diagonal = np.arange(width)
+    difference[:, diagonal, diagonal] = distance[:, diagonal, diagonal] = 1.0
+    weights = np.zeros((len(at), len(nodes)))
+    np.put_along_axis(weights, window, np.prod(distance / difference, axis=2), axis=1)
+    return weights

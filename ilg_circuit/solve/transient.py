@@ -3,8 +3,9 @@
 ngspice integrates by the trapezoidal rule on a grid designed from the circuit's poles (`ilg_circuit.solve.grid`), then
 again with every step split in two, three and more. Because each of these grids is an even subdivision of the first,
 the error at its nodes is a series in even powers of the step, and Richardson extrapolation removes one term a run. Runs
-are added, and then the grid is refined, until the last two extrapolations agree to the accuracy asked for; their
-difference bounds the error of the weaker one, and is the stated error.
+are added, and then the grid is refined, until the error is that asked for. What the last run moved is the error of the
+runs before it; the stated error is between that and what the next one would move, and has what all runs share: how
+long a jump takes, and rounding.
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Array, ComplexArray
-from ..circuit.netlist import Netlist, copies
+from ..circuit.netlist import Netlist, Output, copies
 from ..drive import Drive, PiecewiseLinear, drive_times
 from ..errors import InputError, SolveError
-from .grid import Grid, design_grid
+from .grid import Grid, design_grid, lagrange
 from .state_space import StateSpace, state_space
+from .work import Named, Work, exact_with_work, on_grid, powers
 
 Progress = Callable[[int, int], None]
 
@@ -32,8 +34,23 @@ _MOST_REFINEMENTS = 4
 #: Where a law has a kink (a charge that passes zero) halving the steps gains less.
 _MOST_REFINEMENTS_NONLINEAR = 8
 _LARGEST_BATCH = 100
-#: Rounding of a run, relative to the largest term of an output: what thousands of steps make of a double's 1e-16.
-_ROUNDING = 1e-11
+#: A grid of steps half as wide makes errors smaller by this factor at least, unless they are rounding.
+_GAIN = 3.0
+#: Rounding of a run, relative to the largest term of an output: what thousands of steps make of a double's 1e-16, at
+#: most, and what is to be reckoned with in any.
+_ROUNDING, _NOISE = 1e-11, 3e-13
+#: Rounding of a nonlinear run: that of Newton's iterations.
+_NOISE_NONLINEAR = 5e-11
+#: Half as wide steps make an error an eighth at least, at a kink on which no node lies.
+_HALVED = 8.0
+#: Of its largest value, what a charge that passes zero comes from or goes to at least: less is rounding about zero.
+_FELT = 1e-9
+#: Time constants of the fastest mode in a run from which on it is stiff.
+_STIFF = 3e3
+#: An error is stated so much larger than the estimate.
+_CAREFUL = 1.5
+#: Samples at which the exact engine's rounding is looked at, and how far it may lie beyond what is seen there.
+_COMPARED, _LIKELY = 40, 10.0
 #: Copies in one netlist share one grid; their fastest modes may differ by this factor.
 _SPREAD = 3.0
 #: Nodes of the interpolation used and of the weaker one that it is compared with.
@@ -47,7 +64,7 @@ class Waveforms:
     """Outputs of ``n`` netlists at the same times.
 
     ``times`` [s] (t,); ``values`` (n, outputs, t) in the outputs' units; ``errors`` (n, outputs): estimated error
-    relative to the waveform's largest value (0 for the exact engine); ``engine`` says what solved it.
+    relative to the waveform's largest value (the exact engine's is its rounding); ``engine`` says what solved it.
     """
 
     times: Array
@@ -70,15 +87,16 @@ def transient(
     accuracy: float = DEFAULT_ACCURACY,
     acceptable: float | None = None,
     interpolate: bool = True,
+    works: Sequence[Work] = (),
     progress: Progress | None = None,
 ) -> Waveforms:
     """Solve netlists of one topology under ``drive`` from its rest, and sample their outputs at ``times`` [s].
 
     ``accuracy`` is the error allowed, relative to each waveform's largest value (1e-11 to 1e-2). A sample at t = 0 or
     on an edge of the drive is the right limit. ``acceptable`` is an error that is a result too where the accuracy is
-    not reached (default: none beyond it). ``interpolate=False`` makes every sample a point of the solve.
-    ``progress(done, total)`` is called after each piece of work. Raises InputError for times that are not ascending
-    and >= 0, SolveError when the accuracy is not reached.
+    not reached (default: none beyond it). ``interpolate=False`` makes every sample a point of the solve. ``works`` are
+    integrals of the outputs, which they follow as further outputs. ``progress(done, total)`` is called after each piece
+    of work. Raises InputError for times that are not ascending and >= 0, SolveError when the accuracy is not reached.
     """
     nets = [netlists] if isinstance(netlists, Netlist) else list(netlists)
     if not nets:
@@ -90,7 +108,7 @@ def transient(
         # a jump on the last sample: its right limit needs a run that goes beyond
         beyond = transient(
             nets, drive, np.append(samples, samples[-1] * 1.001), engine=engine, accuracy=accuracy,
-            acceptable=acceptable, interpolate=interpolate, progress=progress,
+            acceptable=acceptable, interpolate=interpolate, works=works, progress=progress,
         )  # fmt: skip
         return replace(beyond, times=samples, values=beyond.values[:, :, :-1])
     if drive.rest != nets[0].rest and not nets[0].linear:
@@ -98,40 +116,59 @@ def transient(
     system = state_space([netlist.linearised() for netlist in nets])
     if drive.rest and nets[0].linear:
         assert isinstance(drive, PiecewiseLinear)
-        moved = transient(
-            nets, drive.from_rest(), samples, engine=engine, accuracy=accuracy,
-            acceptable=acceptable, interpolate=interpolate, progress=progress,
-        )  # fmt: skip
-        return replace(moved, values=moved.values + drive.rest * system.steady()[..., None])
-    if engine == "exact":
-        from .exact import exact_outputs
+        rest, steady = drive.rest, drive.rest * system.steady()[..., None]
 
+        def about_rest(work: Work) -> Work:
+            def power(voltage: Array, of: Named) -> Array:
+                return work.power(voltage + rest, lambda name: of(name) + steady[:, system.output_names.index(name)])
+
+            return replace(work, power=power)
+
+        moved = transient(
+            nets, drive.from_rest(), samples, engine=engine, accuracy=accuracy, acceptable=acceptable,
+            interpolate=interpolate, works=[about_rest(work) for work in works], progress=progress,
+        )  # fmt: skip
+        moved.values[:, : steady.shape[1]] += steady
+        return moved
+    names = (*system.output_names, *(work.name for work in works))
+    if engine == "exact":
         if not nets[0].linear:
             raise InputError("the exact engine solves linear circuits only, and this one is not; use --engine ngspice")
-
-        values = exact_outputs(system, drive, samples)
-        return Waveforms(samples, values, np.zeros(values.shape[:2]), system.output_names, "exact")
+        values = exact_with_work(system, drive, samples, works)
+        return Waveforms(samples, values, _rounding(nets[0], drive, samples, works, values), names, "exact")
     if engine != "ngspice":
         raise InputError(f"engine is '{engine}'; choose ngspice or exact")
     if samples[-1] == 0:
         # only the start is asked for: one point later there is something to solve
-        longer = transient(nets, drive, [0.0, 1e-6 / fastest_modes(system).max()], engine=engine, accuracy=accuracy)
+        soon = [0.0, 1e-6 / fastest_modes(system).max()]
+        longer = transient(nets, drive, soon, engine=engine, accuracy=accuracy, works=works)
         return Waveforms(samples, longer.values[:, :, :1], longer.errors, longer.names, longer.engine)
     poles = system.poles()
     if not nets[0].linear:  # the grid must suit the modes at rest and those at the drive's peak
         at_peak = state_space([netlist.linearised(drive.largest()) for netlist in nets])
         poles = np.concatenate([poles, at_peak.poles()], axis=1)
-    values = np.empty((len(nets), len(system.output_names), len(samples)))
+    values = np.empty((len(nets), len(names), len(samples)))
     errors = np.empty(values.shape[:2])
     done = 0
     for members in similar(fastest_modes(system)):
-        batch = _Batch([nets[k] for k in members], drive, accuracy)
+        batch = _Batch([nets[k] for k in members], drive, accuracy, works)
         found = batch.solved(poles[members].ravel(), samples, acceptable or accuracy, interpolate)
         values[members], errors[members] = found
         done += len(members)
         if progress:
             progress(done, len(nets))
-    return Waveforms(samples, values, errors, system.output_names, "ngspice")
+    return Waveforms(samples, values, errors, names, "ngspice")
+
+
+def _rounding(netlist: Netlist, drive: Drive, samples: Array, works: Sequence[Work], values: Array) -> Array:
+    """Errors (n, outputs) of the exact engine: what another order of the elements changes in the first netlist."""
+    some = np.unique(np.linspace(0, len(samples) - 1, _COMPARED).astype(int))
+    other = state_space([replace(netlist, elements=netlist.elements[::-1])])
+    again = exact_with_work(other, drive, samples[some], works)
+    difference = np.abs(again - values[:1, :, some]).max(axis=2)
+    scale = np.abs(values).max(axis=2)
+    errors = np.divide(difference, scale[:1], out=np.zeros_like(difference), where=scale[:1] > 0)
+    return np.where(scale > 0, _LIKELY * (errors + 5e-14), 0.0)
 
 
 def sampled_times(drive: Drive, times: ArrayLike) -> Array:
@@ -167,84 +204,128 @@ def similar(fastest: Array) -> list[NDArray[np.intp]]:
 class _Batch:
     """Netlists of one topology and of similar time constants, solved together on one shared grid."""
 
-    def __init__(self, nets: list[Netlist], drive: Drive, accuracy: float) -> None:
+    def __init__(self, nets: list[Netlist], drive: Drive, accuracy: float, works: Sequence[Work]) -> None:
+        self._own = len(nets[0].outputs)
+        # after them the charges whose law has a kink at zero
+        kinks = tuple(
+            Output(f"charge of {e.name}", "C", ((f"v({e.nodes[2]})", 1.0),), probe=True)
+            for e in nets[0].elements
+            if e.law == "charge"
+        )
+        nets = [replace(netlist, outputs=netlist.outputs + kinks) for netlist in nets]
         circuit, self._vectors = copies(nets)
         self._nets, self._drive, self._accuracy, self._linear = nets, drive, accuracy, nets[0].linear
+        self._works, self._kinks = works, len(kinks)
         self._text = f"{circuit}\n{nets[0].source.line('external')}"
-        self._names = list(dict.fromkeys(v for of_copy in self._vectors for v in of_copy.values()))
-        self._judged = [not output.probe for output in nets[0].outputs]
+        self._vector_names = list(dict.fromkeys(v for of_copy in self._vectors for v in of_copy.values()))
+        self._names = [output.name for output in nets[0].outputs]
+        self._judged = [*(not output.probe for output in nets[0].outputs), *(not work.probe for work in works)]
 
     def solved(self, poles: ComplexArray, samples: Array, acceptable: float, interpolate: bool) -> tuple[Array, Array]:
         """Values (n, outputs, t) and errors (n, outputs), refined until accurate, or ``acceptable`` in the end."""
         accuracy = self._accuracy
         theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
         between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes
+        grid: Grid | None = None
         coarser: Array | None = None
-        previous: Array | None = None
-        earlier: Array | None = None
+        fastest = float(np.abs(poles).max(initial=0.0))
+        best, least = (np.empty(0), np.empty(0), np.inf), np.inf
+        bends = np.empty(0)
         for _ in range(_MOST_REFINEMENTS if self._linear else _MOST_REFINEMENTS_NONLINEAR):
-            fineness = between_nodes if interpolate else theta
-            grid = design_grid(poles, self._drive, samples, fineness, interpolate=interpolate, linear=self._linear)
-            at_nodes, errors, allowed = self._extrapolated(grid)
-            values, doubt = _sample(grid, at_nodes)
-            errors, doubt = (np.where(self._judged, e, 0.0) for e in (np.maximum(errors, doubt), doubt))
-            passed = (errors <= allowed).all()
-            if passed and not self._linear:
-                # a kink in a law spoils the series that is extrapolated: a finer grid must give the same answer
+            if grid is None:
+                fineness = between_nodes if interpolate else theta
+                grid = design_grid(poles, self._drive, samples, fineness, interpolate=interpolate, linear=self._linear)
+            solved_on = grid.bent(bends)
+            at_nodes, errors, allowed = self._extrapolated(solved_on, stiff=fastest * samples[-1] > _STIFF)
+            values, doubt = _sample(solved_on, at_nodes)
+            doubt = np.where(self._judged, doubt, 0.0)
+            errors = np.maximum(errors, doubt) + np.where(self._judged, solved_on.jump_error(fastest), 0.0)
+            if not self._linear:
+                # a kink in a law spoils the series that is extrapolated: twice as many steps must give the same answer
                 moved = np.inf if coarser is None else _relative(values - coarser, values)
-                errors, coarser = np.maximum(errors, np.where(self._judged, moved, 0.0)), values
-                passed = (errors <= allowed).all()
-            if passed:
-                return values, errors
-            previous, earlier = earlier, values
+                # hardly more than what it moved, and no less than rounding and the eighth that a kink leaves
+                likely = np.maximum(np.minimum(errors, 3 * moved), moved / _HALVED) + _NOISE_NONLINEAR
+                errors, coarser = np.where(self._judged, likely, 0.0), values
+                bends = self._zeros(solved_on, at_nodes)
+            passed, worst = (errors <= allowed).all(), float(errors.max())
+            if passed or worst < least:
+                # stated relative to what was asked for, which may leave out the peak
+                shown, peak = (np.abs(found).max(axis=2) for found in (values, at_nodes))
+                best = values, errors * np.divide(peak, shown, out=np.ones_like(peak), where=shown > 0), worst
+            if passed or (self._linear and worst > least / _GAIN):
+                break  # good enough, or nothing but rounding, which a finer grid makes larger
+            least = min(worst, least)
             if interpolate and (doubt > allowed).any():
                 # closer nodes (interpolation's error goes with the sixth power), unless every sample may as well be one
                 closer = 1.2 * float(doubt.max() / accuracy) ** (1 / 6)
                 between_nodes /= closer
                 interpolate = closer * len(grid.nodes) < len(samples) / 2
+                grid = None
+            elif self._linear:
+                theta, between_nodes, grid = theta / 2, between_nodes / 2, None
             else:
-                theta, between_nodes = theta / 2, between_nodes / 2
-        if not self._linear and previous is not None:  # the kink counts here too, though no grid has passed
-            errors = np.maximum(errors, self._errors(values - previous, values))
-        if errors.max() <= acceptable:
-            return values, errors
+                grid = grid.halved()
+        values, errors, worst = best
+        if passed or worst <= acceptable:
+            return self._given(values), self._given(errors)
         raise SolveError(
-            f"ngspice reached an error of {errors.max():.1e} of the maximum, not the {acceptable:.1e} asked for; "
+            f"ngspice reached an error of {worst:.1e} of the maximum, not the {acceptable:.1e} asked for; "
             "shorten the run, ask for less accuracy where a command lets you, or use the exact engine"
         )
 
-    def _extrapolated(self, grid: Grid) -> tuple[Array, Array, Array]:
-        """Outputs at the grid's nodes after 0 by Richardson extrapolation, their estimated errors, those allowed.
+    def _given(self, found: Array) -> Array:
+        """Without the outputs that are the batch's own."""
+        return np.delete(found, np.s_[self._own : self._own + self._kinks], axis=1)
 
-        Errors are relative. Allowed is the accuracy, or the rounding of an output that is a small difference of large
-        quantities.
+    def _extrapolated(self, grid: Grid, *, stiff: bool) -> tuple[Array, Array, Array]:
+        """Outputs and works at the grid's nodes after 0, their errors, and those allowed.
+
+        By Richardson extrapolation; errors are relative. Allowed is the accuracy, or the rounding of an output that is
+        a small difference of large quantities. In a ``stiff`` circuit the fastest modes, over which steps grow, make
+        the runs' differences uneven.
         """
         from .ngspice import session
 
-        at_nodes = self._drive.value(grid.nodes)
         columns: list[Array] = []  # Neville's scheme: columns[j] has been extrapolated j times
-        with session().loaded(self._text, float(grid.nodes[-1]), self._names, linear=self._linear) as run:
+        before: Array | float = np.inf
+        with session().loaded(self._text, float(grid.nodes[-1]), self._vector_names, linear=self._linear) as run:
             for parts in range(1, _MOST_RUNS + 1):
                 points = grid.subdivided(parts)
-                # straight between nodes, also within a jump's step; a sine is itself at every point
-                sine = self._drive.angular_frequency()
-                voltages = self._drive.value(points) if sine else np.interp(points, grid.nodes, at_nodes)
-                raw = run(points, voltages)[:, parts - 1 :: parts]
-                previous, columns = columns, [self._outputs(raw)]
+                voltages = grid.voltages(self._drive, points)
+                previous, (found, terms) = columns, self._found(grid, parts, run(points, voltages), voltages)
+                columns = [found]
                 for j, older in enumerate(previous, 1):
                     ratio = (parts / (parts - j)) ** 2
                     columns.append(columns[-1] + (columns[-1] - older) / (ratio - 1))
                 if parts > 1:
-                    errors = self._errors(columns[-1] - columns[-2], columns[-1])
+                    # what the last run moved is the error of those before it; that of all goes on as fast as these fell
+                    moved = self._errors(columns[-1] - previous[-1], columns[-1])
+                    rounding = self._errors(terms, columns[-1])
+                    ahead = moved * np.minimum(moved / np.maximum(before, 1e-300), 1.0)
+                    errors = _CAREFUL * np.sqrt(moved * np.maximum(ahead, _NOISE * rounding)) + _NOISE * rounding
+                    errors = np.maximum(errors, self._errors(columns[-1] - columns[-2], columns[-1]))
+                    before = moved
+                    if stiff:
+                        errors = np.maximum(errors, moved)
                     if (errors <= self._accuracy).all():
-                        return columns[-1], errors, np.full_like(errors, self._accuracy)
-        terms = self._outputs(np.abs(raw), absolute=True)
-        return columns[-1], errors, np.maximum(self._accuracy, _ROUNDING * _relative(terms, columns[-1]))
+                        break
+        allowed = np.maximum(self._accuracy, _ROUNDING * rounding if parts == _MOST_RUNS else 0.0)
+        return columns[-1], errors, allowed
+
+    def _found(self, grid: Grid, parts: int, raw: Array, voltages: Array) -> tuple[Array, Array]:
+        """Outputs and works at the grid's nodes after 0 from a run's vectors, and the sizes of their terms there."""
+        nodes = np.cumsum(grid.parts(parts)) - 1
+        at_nodes, terms = self._outputs(raw[:, nodes]), self._outputs(np.abs(raw[:, nodes]), absolute=True)
+        if not self._works:
+            return at_nodes, terms
+        power = powers(self._works, self._names, voltages[1:], self._outputs(raw))
+        work = on_grid(grid, parts, power)
+        return np.concatenate([at_nodes, work], axis=1), np.concatenate([terms, np.abs(work)], axis=1)
 
     def _outputs(self, raw: Array, *, absolute: bool = False) -> Array:
         """Outputs (n, outputs, points) as sums of ngspice's vectors; ``absolute``: of the terms' sizes."""
-        row = {name: k for k, name in enumerate(self._names)}
-        result = np.zeros((len(self._nets), len(self._judged), raw.shape[1]))
+        row = {name: k for k, name in enumerate(self._vector_names)}
+        result = np.zeros((len(self._nets), len(self._names), raw.shape[1]))
         for j, output in enumerate(self._nets[0].outputs):
             for term, (quantity, _) in enumerate(output.terms):
                 coefficients = np.array([netlist.outputs[j].terms[term][1] for netlist in self._nets])
@@ -253,9 +334,35 @@ class _Batch:
                     result[:, j] += (np.abs(coefficients) if absolute else coefficients)[:, None] * raw[rows]
         return result
 
+    def _zeros(self, grid: Grid, at_nodes: Array) -> Array:
+        """Times [s] at which a charge with a kink at zero passes it, in any of the netlists."""
+        found = []
+        for charge in at_nodes[:, self._own : self._own + self._kinks].reshape(-1, at_nodes.shape[2]):
+            felt = np.maximum(np.abs(charge[:-1]), np.abs(charge[1:])) > _FELT * np.abs(charge).max()
+            for k in np.flatnonzero((charge[:-1] * charge[1:] < 0) & felt) + 1:
+                first, last = next((a, b) for a, b in grid.segments if a <= k < b or k == b)
+                near = slice(max(k - 2, first, 1), min(k + 3, last) + 1)
+                t, q = grid.nodes[near], charge[near.start - 1 : near.stop - 1]
+                left, right = grid.nodes[k], grid.nodes[k + 1]
+                if len(t) > 1:
+                    found.append(_zero(t, q, left, right))
+        return np.unique(found)
+
     def _errors(self, difference: Array, values: Array) -> Array:
         """Largest difference over largest value (n, outputs); 0 for what is not judged."""
         return np.where(self._judged, _relative(difference, values), 0.0)
+
+
+def _zero(t: Array, q: Array, left: float, right: float) -> float:
+    """Return where between ``left`` and ``right`` the polynomial through (t, q) is zero, by bisection."""
+    size = np.sign(q[np.searchsorted(t, left)])
+    for _ in range(60):
+        middle = (left + right) / 2
+        if size * float((lagrange(t, np.array([middle]), len(t)) @ q)[0]) > 0:
+            left = middle
+        else:
+            right = middle
+    return float(right)
 
 
 def _relative(difference: Array, values: Array) -> Array:
@@ -279,25 +386,7 @@ def _sample(grid: Grid, at_nodes: Array) -> tuple[Array, Array]:
         first = max(first, 1)  # the point t = 0 is the state before the drive; its right limit is one step on
         where = between[piece == k]
         nodes, values = grid.nodes[first : last + 1], at_nodes[..., first - 1 : last]
-        fine, coarse = (values @ _lagrange(nodes, grid.samples[where], width).T for width in _INTERPOLATION_NODES)
+        fine, coarse = (values @ lagrange(nodes, grid.samples[where], width).T for width in _INTERPOLATION_NODES)
         result[..., where] = fine
         doubt = np.maximum(doubt, _CAUTION * _relative(fine - coarse, at_nodes))
     return result, doubt
-
-
-def _lagrange(nodes: Array, at: Array, width: int) -> Array:
-    """Weights (samples, nodes) of local polynomial interpolation through the ``width`` nearest nodes of a smooth piece.
-
-    Local, because a spline of this degree rings on grids whose steps grow as fast as these.
-    """
-    width = min(width, len(nodes))
-    left = np.clip(np.searchsorted(nodes, at) - width // 2, 0, len(nodes) - width)
-    window = left[:, None] + np.arange(width)
-    x = nodes[window]
-    difference = x[:, :, None] - x[:, None, :]
-    distance = np.broadcast_to(at[:, None, None] - x[:, None, :], difference.shape).copy()
-    diagonal = np.arange(width)
-    difference[:, diagonal, diagonal] = distance[:, diagonal, diagonal] = 1.0
-    weights = np.zeros((len(at), len(nodes)))
-    np.put_along_axis(weights, window, np.prod(distance / difference, axis=2), axis=1)
-    return weights

@@ -46,7 +46,7 @@ def test_port_under_every_drive(drive: str, port: tuple[float, float, float, flo
     expected = analytic.superposed(source, t, "current", *formulas.current_constants(*port))
     assert waves.output("current") == pytest.approx(expected, abs=1e-11 * np.abs(expected).max())
     assert waves.engine == "exact"
-    assert not waves.errors.any()
+    assert 0 < waves.errors.max() <= 1e-10
 
 
 @pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)

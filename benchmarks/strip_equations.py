@@ -1,0 +1,539 @@
+"""The strip's equations EC (10)-(17) solved without any circuit: what stated errors are measured against.
+
+Linear strips are sums of modes. Those of R-C branches are found with thirty digits by mpmath and summed with eighteen;
+an element of diffusion or constant phase is taken as its integral of relaxations, several times finer and many decades
+wider than any ladder. Nonlinear ones are integrated by scipy's DOP853, from one corner of the drive or zero of a
+branch's charge to the next.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+import mpmath  # type: ignore[import-untyped]
+import numpy as np
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+from ilg_circuit.circuit import Load
+from ilg_circuit.drive import Drive, PiecewiseLinear, Sine
+from ilg_circuit.strip.actuator import Actuator
+
+GAMMA, GRAVITY = "1.875104068711961", "9.80665"
+#: Panels of ln(lambda) in an integral of relaxations: where its density is smooth, and where it has peaks.
+_PANEL, _NARROW = 2.0, 0.25
+#: Modes of a finite Warburg element that are taken one by one.
+_DISCRETE = 100
+#: Relaxations up to so many a run are sections; faster ones a resistor.
+_FASTEST = 1e10
+#: Tolerance of an integration in time.
+_RTOL = 1e-12
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a strip: ``tip``, ``beam`` and ``load`` as for `simulate`."""
+
+    strip: Actuator
+    drive: Drive
+    times: Any
+    tip: str = "free"
+    beam: str = "dynamic"
+    load: Load | None = None
+
+
+@dataclass(frozen=True)
+class Ions:
+    """An ion path: parallel (R, C) branches, or ``series`` [ohm] and (R, C) sections behind one ``capacitor`` [F].
+
+    ``series`` stands for relaxations too that are faster than any sample; without these it is ``at_once``.
+    """
+
+    pairs: tuple[tuple[Any, Any], ...]
+    series: Any = None
+    capacitor: Any = None
+    at_once: Any = None
+
+
+def lumped(run: Run, number: Any) -> dict[str, Any]:
+    """Elements by EC (10)-(14), as numbers of a kind such as `mpmath.mpf` or `float`."""
+    g, m = run.strip.geometry, run.strip.material
+    length, free, width, b = (number(x) for x in (g.length, g.free_length, g.width, g.thickness))
+    at = number(g.free_length if g.load_position is None else g.load_position)
+    ohm, farad = b / (length * width), length * width / b
+    load = run.load or Load()
+    k = number(m.youngs_modulus) * width * b**3 / (4 * at**3)
+    mass = 3 * free**4 * number(m.density) * width * b / (at**3 * number(GAMMA) ** 4)
+    hanging = run.strip.mounting.orientation == "hanging"
+    electrodes = number(m.electrode_resistivity_1) * number(m.electrode_thickness_1)
+    electrodes += number(m.electrode_resistivity_2) * number(m.electrode_thickness_2)
+    return {
+        "dc": number(m.dc_resistivity) * ohm,
+        "re": electrodes / (length * width),
+        "branches": [(number(x.dynamic_resistivity) * ohm, number(x.permittivity) * farad) for x in m.branches],
+        "k": k,
+        "mass": mass + number(load.mass),
+        "damping": 2 * number(m.beam_damping_ratio) * (k * mass) ** number("0.5") + number(load.damping),
+        "spring": number(load.stiffness)
+        + (number(3) / 8 * number(m.density) * width * b * number(GRAVITY) if hanging else 0),
+        "ratio": 3 * at**2 / b**2,
+        "constants": {name: number(x) for name, x in m.electrical_constants().items()},
+        "ohm": ohm,
+    }
+
+
+def ion_path(e: dict[str, Any], end: float) -> Ions:
+    """The ion path; an integral of relaxations fine enough for a run of ``end`` [s]."""
+    given, (rs, farad) = e["constants"], e["branches"][0]
+    if "interface_time" in given:
+        tau, a = given["diffusion_time"], given["diffusion_exponent"]
+        rw, r = tau / farad, given["interface_resistivity"] * e["ohm"]
+        t, alpha = given["interface_time"], given["interface_exponent"]
+
+        def randles(x: Any) -> Any:
+            arc, diffusion = (x * t) ** alpha, (x * tau) ** a
+            return r / (1 + arc) + rw * (1 + np.exp(-2 * diffusion)) / -np.expm1(-2 * diffusion) / diffusion
+
+        return _integral(rs, randles, end, fine=(1.0 / tau, 3e3 / tau))
+    if "diffusion_time" in given:
+        return _warburg(rs, given["diffusion_time"], farad, end)
+    if "cpe_exponent" in given:
+        return _integral(rs, lambda x: x ** -given["cpe_exponent"] / farad, end)
+    return Ions(tuple(e["branches"]))
+
+
+def _warburg(rs: float, tau: float, farad: float, end: float) -> Ions:
+    """Rw coth(x)/x, x = sqrt(s tau): a capacitor and modes k of rate (k pi)^2/tau, beyond some a continuum of k."""
+    x, w = np.polynomial.legendre.leggauss(6)
+    last = max(math.sqrt(_FASTEST * tau / end) / np.pi, _DISCRETE)
+    edges = (_DISCRETE + 0.5) * 2.0 ** np.arange(math.ceil(math.log2(last / _DISCRETE)) + 1)
+    k = (edges[:-1, None] + np.diff(edges)[:, None] * (x + 1) / 2).ravel()
+    counts = (np.diff(edges)[:, None] * w / 2).ravel()
+    numbers = np.append(np.arange(1, _DISCRETE + 1), k)
+    counts = np.append(np.ones(_DISCRETE), counts)
+    rates = (numbers * np.pi) ** 2 / tau
+    capacitances = farad / (2 * counts)
+    above = 2 * tau / farad / (np.pi**2 * edges[-1])
+    return Ions(_descending(1 / (rates * capacitances), capacitances), rs + above, farad, rs)
+
+
+def _descending(r: Any, c: Any) -> tuple[tuple[float, float], ...]:
+    """Pairs with the fastest first: eigenvalues of a graded matrix are good to their own digits in this order."""
+    order = np.argsort(r * c)
+    return tuple(zip(r[order], c[order], strict=True))
+
+
+def _integral(rs: float, z: Any, end: float, fine: tuple[float, float] | None = None) -> Ions:
+    """Z(s) = integral of w/(s + lambda) over lambda, w = -Im Z(-lambda + i0)/pi, on panels of ln(lambda).
+
+    Panels have eight points each; they are narrow between the rates ``fine``, where the density has peaks.
+    """
+    edges = np.arange(math.log(1e-7 / end), math.log(_FASTEST / end), _PANEL)
+    if fine is not None:
+        first, last = (int(np.searchsorted(edges, math.log(f))) for f in fine)
+        narrow = np.arange(edges[first - 1], edges[last], _NARROW)
+        edges = np.concatenate([edges[: first - 1], narrow, edges[last:]])
+    x, w = np.polynomial.legendre.leggauss(8)
+    widths = np.diff(edges)[:, None]
+    nodes, steps = (edges[:-1, None] + widths * (x + 1) / 2).ravel(), (widths * w / 2).ravel()
+
+    def density(log: Any) -> Any:
+        rates = np.exp(log)
+        return -z(-rates + 0j).imag / np.pi * rates
+
+    rates, weights = np.exp(nodes), density(nodes) * steps
+    # what is below is one capacitor, what is above one resistor: both are powers there
+    low, high = density(edges[0] + np.array([0.0, 0.1])), density(edges[-1] - np.array([0.0, 0.1]))
+    elastance = low[0] / (np.log(low[1] / low[0]) / 0.1)
+    resistance = high[0] / np.exp(edges[-1]) / (1 - np.log(high[0] / high[1]) / 0.1)
+    return Ions(_descending(weights / rates, 1 / weights), rs + resistance, 1 / elastance, rs)
+
+
+def linear_system(run: Run, e: dict[str, Any], ions: Ions, dtype: Any) -> tuple[Any, Any, Any, Any]:
+    """A (n, n), B (n,) of x' = A x + B u, and rows C (2, n), D (2,) of current and displacement."""
+    pairs, coupling, c = ions.pairs, run.strip.coupling, e["constants"]
+    inductance = c.get("inductance")
+    parallel = ions.series is None
+    count = len(pairs)
+    dynamic = run.beam == "dynamic" and coupling is not None
+    sizes = {"ion": count + (not parallel), "lead": bool(inductance), "d": 2 * (coupling is not None)}
+    sizes |= {"tip": 2 * (dynamic and run.tip == "free"), "s": 2 * dynamic, "copy": (count - parallel) * dynamic}
+    first = dict(zip(sizes, np.cumsum([0, *sizes.values()])[:-1].tolist(), strict=True))
+    n = sum(sizes.values())
+    zero, one = dtype(0), dtype(1)
+
+    def row(at: int | None = None) -> Any:
+        made = np.full(n + 1, zero)
+        if at is not None:
+            made[at] = one
+        return made
+
+    state = {name: [row(first[name] + j) for j in range(size)] for name, size in sizes.items()}
+    u, rates = row(n), [row() for _ in range(n)]
+    # the ion path's voltage is hold i1 + rest(charges or voltages)
+    conductance = sum((1 / r for r, _ in pairs), zero) if parallel else zero
+    hold = 1 / conductance if parallel else ions.series
+
+    def rest(of: Any) -> Any:
+        if parallel:
+            return sum((q / (r * cap) for q, (r, cap) in zip(of, pairs, strict=True)), row()) / conductance
+        return sum(of, row())
+
+    u1, motion, y1 = row(), row(), row()
+    if coupling is not None:
+        wn, zeta, zd = (dtype(getattr(coupling, x)) for x in ("natural_frequency", "damping_ratio", "zero"))
+        gain = e["ratio"] * dtype(coupling.gain) * zd / wn**2
+        x1, x2 = state["d"]
+        y1 = gain * (x1 + x2 / zd)
+        motion = y1 if run.tip == "free" else row()
+    if dynamic:
+        tip = state["tip"][0] if run.tip == "free" else row()
+        force = e["k"] * (y1 - tip)
+        if run.tip == "free":
+            at = first["tip"]
+            rates[at] = state["tip"][1]
+            rates[at + 1] = (force - e["damping"] * state["tip"][1] - e["spring"] * tip) / e["mass"]
+            motion = tip
+        w1, w2 = state["s"]
+        at = first["s"]
+        rates[at] = w2
+        rates[at + 1] = wn**2 * (force - w1) - 2 * zeta * wn * w2
+        charge, current = gain * (w1 + w2 / zd), gain * (w2 + rates[at + 1] / zd)
+        copies, at = state["copy"], first["copy"]
+        if parallel:
+            held = [*copies, charge - sum(copies, row())]
+            u1 = hold * current + rest(held)
+            for j in range(count - 1):
+                rates[at + j] = (u1 - held[j] / pairs[j][1]) / pairs[j][0]
+        else:
+            u1 = hold * current + charge / ions.capacitor + sum(copies, row())
+            for j, (r, cap) in enumerate(pairs):
+                rates[at + j] = current / cap - copies[j] / (r * cap)
+    behind = rest(state["ion"]) + u1
+    total = 1 / e["dc"] + 1 / hold if e["dc"] else 1 / hold
+    if inductance:
+        through = state["lead"][0]
+        v = (through + behind / hold) / total
+        rates[first["lead"]] = (u - e["re"] * through - v) / inductance
+    elif e["re"]:
+        v = (u / e["re"] + behind / hold) / (1 / e["re"] + total)
+        through = (u - v) / e["re"]
+    else:
+        v = u
+        through = total * u - behind / hold
+    i1, across = (v - behind) / hold, v - u1
+    at = first["ion"]
+    if parallel:
+        for j, (r, cap) in enumerate(pairs):
+            rates[at + j] = (across - state["ion"][j] / cap) / r
+    else:
+        for j, (r, cap) in enumerate(pairs):
+            rates[at + j] = i1 / cap - state["ion"][j] / (r * cap)
+        rates[at + count] = i1 / ions.capacitor
+    if coupling is not None:
+        at = first["d"]
+        rates[at] = x2
+        rates[at + 1] = wn**2 * (across - x1) - 2 * zeta * wn * x2
+    matrix, outputs = np.array(rates).reshape(n, n + 1), np.array([through, motion])
+    return matrix[:, :n], matrix[:, n], outputs[:, :n], outputs[:, n]
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Outputs of a linear strip: sum of ``amounts`` (2, m) times modes z' = pole z + u, and ``direct`` (2,) u.
+
+    On a jump of u the outputs jump by ``at_once`` (2,).
+    """
+
+    poles: Any
+    amounts: Any
+    direct: Any
+    at_once: Any
+
+
+def modes_of(run: Run, *, electrons: bool = True) -> Modes:
+    """The modes of a run's strip near 0 V; without ``electrons`` those of the ions alone, Rdc left out."""
+    exact = set(run.strip.material.electrical_constants()) <= {"inductance"}
+    number = mpmath.mpf if exact else float
+    e = lumped(run, number)
+    if not electrons:
+        e["dc"] = 0
+    ions = ion_path(e, float(run.times[-1]))
+    a, b, c, d = linear_system(run, e, ions, number)
+    wide = np.clongdouble
+    if not exact:
+        poles, shapes = np.linalg.eig(np.asarray(a, dtype=float))
+        excited = np.linalg.solve(shapes, np.asarray(b, dtype=complex))
+        amounts = (np.asarray(c, dtype=float) @ shapes) * excited
+        once = linear_system(run, e, replace(ions, series=ions.at_once), number)[3]
+        direct, at_once = (np.asarray(x, dtype=np.longdouble) for x in (d, once))
+        return Modes(poles.astype(wide), amounts.astype(wide), direct, at_once)
+    with mpmath.workdps(30):
+        found, vectors = mpmath.eig(mpmath.matrix(a.tolist()))
+        excited = mpmath.lu_solve(vectors, mpmath.matrix(b.tolist()))
+        amounts = mpmath.matrix(c.tolist()) * vectors
+        made = [[amounts[i, j] * excited[j] for j in range(len(found))] for i in range(2)]
+    direct = np.array([np.longdouble(str(x)) for x in d])
+    return Modes(_wide(found), np.array([_wide(x) for x in made]), direct, direct)
+
+
+def _wide(values: Any) -> Any:
+    """Numbers of mpmath in numpy's eighteen digits."""
+    parts = [(np.longdouble(mpmath.nstr(v.real, 22)), np.longdouble(mpmath.nstr(v.imag, 22))) for v in values]
+    return np.array([x + np.clongdouble(1j) * y for x, y in parts], dtype=np.clongdouble)
+
+
+def linear_reference(run: Run, modes: Modes) -> dict[str, Any]:
+    """Current, displacement and energy at the run's times."""
+    t = np.asarray(run.times, dtype=np.longdouble)
+    if isinstance(run.drive, Sine):
+        found = _under_sine(run.drive, modes, t)
+    else:
+        assert isinstance(run.drive, PiecewiseLinear)
+        found = _under_lines(run.drive, modes, t)
+    return dict(zip(("current", "displacement", "energy"), np.asarray(found, dtype=float), strict=True))
+
+
+def _under_sine(drive: Sine, modes: Modes, t: Any) -> Any:
+    p, size = modes.poles, np.longdouble(drive.amplitude)
+    omega = np.longdouble(drive.frequency) * 2 * np.arctan(np.longdouble(1)) * 4
+    j = np.clongdouble(1j)
+    gain = (modes.amounts / (j * omega - p)).sum(axis=1) + modes.direct  # Y(j omega)
+    own = modes.amounts * omega / (p**2 + omega**2)
+    grown = np.exp(p * t[:, None])
+    steady = gain.real[:, None] * np.sin(omega * t) + gain.imag[:, None] * np.cos(omega * t)
+    y = size * (steady + (own @ grown.T).real)
+    up, down = (np.expm1((p + sign * j * omega) * t[:, None]) / (p + sign * j * omega) for sign in (1, -1))
+    work = ((up - down) / (2 * j)) @ own[0]
+    a, b = gain[0].real, gain[0].imag
+    held = a * (t / 2 - np.sin(2 * omega * t) / (4 * omega)) + b * np.sin(omega * t) ** 2 / (2 * omega)
+    return np.vstack([y, size**2 * (work.real + held)])
+
+
+def _lines(drive: PiecewiseLinear, end: float) -> list[tuple[float, float, float, float]]:
+    """Start, end, value and slope of the straight pieces of a drive from 0 to ``end`` [s]."""
+    times, values = drive.times, drive.values
+    pieces = []
+    if times[0] > 0:
+        pieces.append((0.0, float(times[0]), float(values[0]), 0.0))
+    for k in range(len(times) - 1):
+        a, b = float(times[k]), float(times[k + 1])
+        if b > a and b > 0:
+            slope = (np.longdouble(values[k + 1]) - values[k]) / (np.longdouble(b) - a)
+            value = values[k] + slope * (max(a, 0.0) - a)
+            pieces.append((max(a, 0.0), b, value, slope))
+    if not pieces or pieces[-1][1] <= end:
+        pieces.append((max(float(times[-1]), 0.0), np.inf, float(values[-1]), 0.0))
+    if drive.times[0] > 0 and len(times) > 1 and times[0] == times[1]:
+        pieces[0] = (0.0, float(times[0]), float(values[0]), 0.0)
+    return [p for p in pieces if p[0] <= end]
+
+
+def _under_lines(drive: PiecewiseLinear, modes: Modes, t: Any) -> Any:
+    p = modes.poles
+    state, work = np.zeros(len(p), dtype=np.clongdouble), np.longdouble(0)
+    found = np.zeros((3, len(t)), dtype=np.longdouble)
+    before = np.longdouble(0)
+    for begin, end, a, b in _lines(drive, float(t[-1])):
+        r = -b / p
+        q = -a / p - b / p**2
+        z = state - q
+        inside = (t >= begin) & (t < end)
+        local = t[inside] - np.longdouble(begin)
+        s = np.append(local, np.longdouble(end) - begin if np.isfinite(end) else local[-1:] if len(local) else 0)
+        grown = np.expm1(p * s[:, None])
+        moved = z * (grown + 1) + q + r * s[:, None]
+        u = a + b * s
+        y = (modes.amounts @ moved.T).real + modes.direct[:, None] * u
+        mode_work = z * (a * grown / p + b * (s[:, None] * (grown + 1) / p - grown / p**2))
+        mode_work = mode_work + q * (a * s + b * s**2 / 2)[:, None] + r * (a * s**2 / 2 + b * s**3 / 3)[:, None]
+        e = work + (mode_work @ modes.amounts[0]).real
+        e = e + modes.direct[0] * (a**2 * s + a * b * s**2 + b**2 * s**3 / 3)
+        found[:2, inside], found[2, inside] = y[:, :-1], e[:-1]
+        found[:2, t == begin] += ((modes.at_once - modes.direct) * (a - before))[:, None]
+        state, work, before = moved[-1], e[-1], u[-1]
+    return found
+
+
+def nonlinear_reference(run: Run) -> dict[str, Any]:
+    """The same of a strip with a sinh electron path or growing capacitances (R-C branches), or sinh without Re."""
+    given = run.strip.material.electrical_constants()
+    if {"diffusion_time", "cpe_exponent"} & set(given):
+        return _beside_sinh(run, float(given["emission_voltage"]))
+    e = lumped(run, float)
+    equations = _Equations(run, e)
+    t = np.asarray(run.times, dtype=float)
+    found = np.zeros((3, len(t)))
+    x = np.zeros(equations.size)
+    if isinstance(run.drive, Sine):
+        omega, size = 2 * math.pi * run.drive.frequency, run.drive.amplitude
+        pieces: list[Any] = [(0.0, np.inf, lambda s: size * math.sin(omega * s))]
+    else:
+        assert isinstance(run.drive, PiecewiseLinear)
+        pieces = [(a, b, partial(_line, a, float(u), float(v))) for a, b, u, v in _lines(run.drive, float(t[-1]))]
+    for begin, end, u in pieces:
+        stop = min(end, float(t[-1]))
+        inside = np.flatnonzero((t >= begin) & ((t < end) if np.isfinite(end) else True))
+        for k in inside[t[inside] == begin]:
+            found[:, k] = equations.outputs(begin, x, u)
+        at = begin
+        while at < stop:
+            at, x = _integrated(equations, u, at, stop, x, t, inside, found)
+    return dict(zip(("current", "displacement", "energy"), found, strict=True))
+
+
+def _integrated(
+    equations: _Equations, u: Any, at: float, stop: float, x: Any, t: Any, inside: Any, found: Any
+) -> tuple[float, Any]:
+    """Integrate to ``stop`` or to the first zero of a charge; the end and the states there."""
+    count = equations.count if equations.slope else 0
+    solver = DOP853(
+        partial(equations.rates, u=u), at, x, stop, rtol=_RTOL, atol=equations.scale * 1e-13, max_step=(stop - at) / 4
+    )
+    while solver.status == "running":
+        message = solver.step()
+        if solver.status == "failed":
+            raise RuntimeError(message)
+        dense, now, y = solver.dense_output(), solver.t, solver.y.copy()
+        before = dense(solver.t_old)[:count] if solver.t_old > at else x[:count]
+        crossed = [
+            (brentq(lambda s, k=k, of=dense: of(s)[k], solver.t_old, now, xtol=1e-16, rtol=1e-15), k)
+            for k in np.flatnonzero(before * y[:count] < 0)
+        ]
+        if crossed:
+            now, k = min(crossed)
+            y = dense(now)
+            y[k] = 0.0
+        for j in inside[(t[inside] > solver.t_old) & (t[inside] <= now)]:
+            found[:, j] = equations.outputs(float(t[j]), dense(t[j]), u)
+        if crossed:
+            return now, y
+    return stop, solver.y.copy()
+
+
+def _line(begin: float, value: float, slope: float, t: float) -> float:
+    return value + slope * (t - begin)
+
+
+class _Equations:
+    """Charges of the branches, filters, beam and energy as states; the node behind Re by Newton's method."""
+
+    def __init__(self, run: Run, e: dict[str, Any]) -> None:
+        given = e["constants"]
+        self.vt, self.slope = given.get("emission_voltage"), given.get("capacitance_slope", 0.0)
+        self.run, self.e, self.r, self.c = run, e, *np.array(e["branches"]).T
+        self.count = len(self.r)
+        self.coupled = run.strip.coupling is not None
+        self.dynamic = run.beam == "dynamic" and self.coupled
+        self.size = self.count + 2 * self.coupled + 2 * (self.dynamic and run.tip == "free")
+        self.size += (2 + self.count - 1) * self.dynamic + 1
+        top = run.drive.largest()
+        scales = [*(self.c * top)]
+        gain = 0.0
+        if self.coupled:
+            k = run.strip.coupling
+            assert k is not None
+            self.wn, self.zeta, self.zd = k.natural_frequency, k.damping_ratio, k.zero
+            self.gain = gain = e["ratio"] * k.gain * self.zd / self.wn**2
+            scales += [top, top * self.wn]
+        if self.dynamic:
+            moved = gain * top
+            if run.tip == "free":
+                scales += [moved, moved * self.wn]
+            force = e["k"] * moved
+            scales += [force, force * self.wn, *([gain * force] * (self.count - 1))]
+        scales.append(top**2 * sum(self.c))
+        self.scale = np.array(scales)
+        self.guess = 0.0
+
+    def voltages(self, q: Any) -> Any:
+        return 2 * q / self.c / (1 + np.sqrt(1 + 2 * self.slope * np.abs(q) / self.c))
+
+    def solve(self, t: float, x: Any, u: Any) -> tuple[Any, float, float, Any]:
+        """Rates of the states, current, displacement."""
+        n, e, rates = self.count, self.e, np.zeros(self.size)
+        q, u1, y = x[:n], 0.0, 0.0
+        if self.coupled:
+            d1, d2 = x[n], x[n + 1]
+            y = free = self.gain * (d1 + d2 / self.zd)
+            if self.run.tip == "clamped":
+                y = 0.0
+        at = n + 2 * self.coupled
+        if self.dynamic:
+            if self.run.tip == "free":
+                y, speed = x[at], x[at + 1]
+                force = e["k"] * (free - y)
+                rates[at], rates[at + 1] = speed, (force - e["damping"] * speed - e["spring"] * y) / e["mass"]
+                at += 2
+            else:
+                force = e["k"] * free
+            w1, w2 = x[at], x[at + 1]
+            rates[at], rates[at + 1] = w2, self.wn**2 * (force - w1) - 2 * self.zeta * self.wn * w2
+            charge, current = self.gain * (w1 + w2 / self.zd), self.gain * (w2 + rates[at + 1] / self.zd)
+            at += 2
+            p = np.append(x[at : at + n - 1], charge - x[at : at + n - 1].sum())
+            u1 = float((current + (p / (self.r * self.c)).sum()) / (1 / self.r).sum())
+            rates[at : at + n - 1] = ((u1 - p / self.c) / self.r)[:-1]
+        v_k = self.voltages(q) + u1
+        terminal = u(t)
+        v = self.node(terminal, float((v_k / self.r).sum()), float((1 / self.r).sum()))
+        rates[:n] = (v - v_k) / self.r
+        total = self.electrons(v) + float(rates[:n].sum())
+        if self.coupled:
+            rates[n], rates[n + 1] = d2, self.wn**2 * (v - u1 - d1) - 2 * self.zeta * self.wn * d2
+        rates[-1] = terminal * total
+        return rates, total, y, None
+
+    def electrons(self, v: float) -> float:
+        if self.vt is None:
+            return float(v / self.e["dc"])
+        return float(self.vt / self.e["dc"] * math.sinh(v / self.vt))
+
+    def node(self, terminal: float, driven: float, conductance: float) -> float:
+        re = self.e["re"]
+        if not re:
+            return terminal
+        a, b = terminal / re + driven, 1 / re + conductance
+        if self.vt is None:
+            return float(a / (b + 1 / self.e["dc"]))
+        v, scale = self.guess, self.vt / self.e["dc"]
+        for _ in range(60):
+            step = (b * v + scale * math.sinh(v / self.vt) - a) / (b + math.cosh(v / self.vt) / self.e["dc"])
+            v -= max(-self.vt, min(self.vt, step))
+            if abs(step) <= 1e-15 * abs(v):
+                break
+        else:
+            v = brentq(lambda x: b * x + scale * math.sinh(x / self.vt) - a, -abs(a / b), abs(a / b), xtol=1e-16)
+        self.guess = float(v)
+        return self.guess
+
+    def rates(self, t: float, x: Any, u: Any) -> Any:
+        return self.solve(t, x, u)[0]
+
+    def outputs(self, t: float, x: Any, u: Any) -> list[float]:
+        _, current, y, _ = self.solve(t, x, u)
+        return [current, y, float(x[-1])]
+
+
+def _beside_sinh(run: Run, vt: float) -> dict[str, Any]:
+    """An ion path without Re is not touched by its electron path: linear modes beside Is sinh(u/Vt)."""
+    assert not lumped(run, float)["re"]
+    found = linear_reference(run, modes_of(run, electrons=False))
+    scale = vt / lumped(run, float)["dc"]
+    t = np.asarray(run.times, dtype=float)
+    found["current"] = found["current"] + scale * np.sinh(run.drive.value(t) / vt)
+    bounds = np.unique(np.concatenate([[0.0], run.drive.breakpoints(float(t[-1])), t]))
+    if omega := run.drive.angular_frequency():
+        more = np.arange(0, float(t[-1]), 0.3 / omega)
+        bounds = np.union1d(bounds, more)
+    parts = np.concatenate([np.linspace(a, b, 5)[:-1] for a, b in pairwise(bounds)] + [bounds[-1:]])
+    x, w = np.polynomial.legendre.leggauss(10)
+    widths = np.diff(parts)[:, None]
+    u = run.drive.value(parts[:-1, None] + widths * (x + 1) / 2)
+    work = np.append(0.0, np.cumsum((scale * u * np.sinh(u / vt) * w * widths / 2).sum(axis=1)))
+    found["energy"] = found["energy"] + work[np.searchsorted(parts, t)]
+    return found
