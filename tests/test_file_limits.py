@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from command import Run, assert_one_line
 
-from ilg_circuit.errors import InputError
-from ilg_circuit.files import locked, read_bytes, replacing, shown, write_text, writing_netcdf
+from ilg_circuit.errors import InputError, visible
+from ilg_circuit.files import locked, read_bytes, replacing, write_text, writing_netcdf
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no such files")
 
@@ -105,7 +105,7 @@ ODD = os.fsdecode(b"caf\xe9")  # Latin-1, as old disks have it
 
 
 def test_names_that_are_not_utf8(run: Run) -> None:
-    assert shown(f"{ODD}.csv") == r"caf\xe9.csv"
+    assert visible(f"{ODD}.csv") == r"caf\xe9.csv"
     try:
         Path(f"{ODD}.csv").write_text("time_s,voltage_V\n0,1\n10,2\n")
     except OSError:

@@ -273,8 +273,7 @@ def currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: st
     result = np.repeat(_at_rest(ports, drive.rest)[:, None], len(t), axis=1)
     linear = ports[0].linear
     accuracy = DEFAULT_ACCURACY if linear else _NONLINEAR_ACCURACY
-    acceptable = accuracy if linear else 10 * accuracy
     netlists = [port_netlist(port, rest=drive.rest) for port in ports]
-    found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=acceptable)
+    found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=10 * accuracy)
     result[:, after] = found.values[:, 0]
     return result

@@ -80,7 +80,7 @@ class Motion:
         if self.linear:
             drive = drive.from_rest()
         netlists = [strip_netlist(strip, beam=self.beam, rest=drive.rest) for strip in strips]
-        found = transient(netlists, drive, t[after], engine=self.engine, accuracy=accuracy)
+        found = transient(netlists, drive, t[after], engine=self.engine, accuracy=accuracy, acceptable=10 * accuracy)
         still = [steady_displacement(strip, drive.rest) for strip in strips]
         result[:, after] = found.values[:, found.names.index("displacement")] - np.array(still)[:, None]
         return result

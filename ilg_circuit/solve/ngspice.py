@@ -183,7 +183,8 @@ class Session:
         if ahead <= self._tiny and self._position < len(self._grid) - 1:
             self._position += 1
             ahead = self._grid[self._position] - time
-        delta[0] = max(ahead, self._tiny)
+        # beyond its end, which only a circuit that is not ours has, the run is ended by ever longer steps
+        delta[0] = max(ahead, self._tiny) if ahead > 0 else max(time, self._tiny)
         return 0
 
     def _source_voltage(self, voltage: Any, time: float, name: Any, _id: int, _data: Any) -> int:

@@ -52,7 +52,7 @@ def test_forms(text: str, times: list[float], values: list[float]) -> None:
     "text",
     [
         *("", "step", "step:", "step:4V,", "step:4V,1s", "STEP:4V", "4V", "ramp:", "sine:2V", "sine:2V,1Hz,3"),
-        *("square:4V", "square:4V,1s,0.5,1", "square:,1s", "file:", "triangle:1V,1s", "step 4V", ":4V"),
+        *("square:4V", "square:4V,1s,0.5,1", "square:,1s", "file:", "sawtooth:1V,1s", "step 4V", ":4V"),
     ],
 )
 def test_forms_that_are_none_list_those_there_are(text: str) -> None:

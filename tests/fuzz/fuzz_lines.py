@@ -99,6 +99,8 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--period": ("1s", "0.1s"),
     "--rest-ratio": ("0.5", "0.8"),
     "--tolerance": ("1e-6", "1e-4"),
+    "--columns": ("voltage=voltage_V",), "--units": ("time=s", "current=mA"), "--part": ("1",), "--cycle": ("1",),
+    "--length": ("20mm",), "--section": ("10mm^2",),
     "--time-limit": ("100s",), "--compare": ("step.csv",), "--cluster": ("local:1",),
     "--out": ("out.csv",),
     "identify --out": ("out.toml",), "ogden --out": ("out.toml",), "design --out": ("out.toml",),

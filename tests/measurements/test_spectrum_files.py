@@ -14,11 +14,11 @@ from ilg_circuit.measurements.formats import FORMATS as REGISTERED
 from ilg_circuit.measurements.kind import RECORD, SPECTRUM
 from ilg_circuit.measurements.read import read, read_spectrum
 from ilg_circuit.measurements.spectrum import prepare_spectrum
-from ilg_circuit.measurements.text import read_bytes, text_of
+from ilg_circuit.measurements.text import read_raw, text_of
 
 
 def holds_spectrum(path: Path) -> bool:
-    lines = text_of(read_bytes(path, RECORD), RECORD).lines
+    lines = text_of(read_raw(path, RECORD), RECORD).lines
     return next(filter(None, (f.recognises(lines) for f in REGISTERED))) == SPECTRUM
 
 

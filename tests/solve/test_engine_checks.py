@@ -89,9 +89,10 @@ def test_a_run_that_left_the_grid_is_none(held: Callable[..., Any]) -> None:
             held([missed, 2.0, 5.0], [0.1, 0.2, 0.3], [0.0, 1.0, 2.0, 5.0])
 
 
-def test_within_a_step_that_ngspice_makes_shorter_the_drive_is_a_straight_line() -> None:
+def test_within_a_step_that_ngspice_makes_shorter_the_drive_is_a_straight_line(monkeypatch: pytest.MonkeyPatch) -> None:
     """At a share of the step its voltage is that share of the way; at its end, and before the first, the given one."""
     of = session()
+    monkeypatch.setattr(of, "_running", True)
     out = of._ffi.new("double *")
     of._grid, of._voltages, of._nudge, of._tiny, of._begun = (
         [0.0, 2.0, 4.0, 9.0],
@@ -113,8 +114,9 @@ def test_within_a_step_that_ngspice_makes_shorter_the_drive_is_a_straight_line()
         assert out[0] == pytest.approx(expected, abs=1e-15), (position, time)
 
 
-def test_every_point_of_the_grid_is_asked_for_in_turn() -> None:
+def test_every_point_of_the_grid_is_asked_for_in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
     of = session()
+    monkeypatch.setattr(of, "_running", True)
     delta = of._ffi.new("double *")
     of._grid, of._position, of._tiny = [0.0, 2.0, 5.0, 9.0], 0, 1e-15
     for time, step in ((0.0, 2.0), (0.5, 1.5), (2.0, 3.0), (4.0, 1.0), (5.0, 4.0)):

@@ -89,7 +89,11 @@ def test_sine() -> None:
     ("drive", "name", "hint"),
     [
         ("step:4V", "period", "belongs to square"),
-        ("ramp:1V/s", "voltage", "step and square and sine and file"),
+        (
+            "ramp:1V/s",
+            "voltage",
+            "step and square and triangle and cv and pulse and sine and chirp",
+        ),
         ("square:0V,30s", "voltage", "is zero"),
     ],
 )
