@@ -6,7 +6,7 @@
 # %%
 import ilg_circuit as ilg
 
-ranges = {"thickness": ("0.2 mm", "1 mm"), "free_length": ("15 mm", "40 mm"), "voltage": ("1 V", "4 V")}
+ranges = {"thickness": ("0.2 mm", "1 mm"), "voltage": ("1 V", "4 V")}
 wanted = ["displacement_final>=4mm", "force_blocked>=0.1uN"]
 report = ilg.design("paper", "step:4V", "300 s", ranges, require=wanted, minimise="energy")
 print(report.summary(), *report.warnings, sep="\n")
@@ -16,5 +16,5 @@ report.save("designed.toml")
 print(ilg.load("designed.toml"))
 
 # %%
-front = ilg.pareto("paper", "step:4V", "300 s", ranges, ["displacement_final", "force_blocked"], points=8)
+front = ilg.pareto("paper", "step:4V", "300 s", ranges, ["displacement_final", "force_blocked"], points=5)
 axes = front.plot()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,11 +21,31 @@ from ilg_circuit.strip.actuator import PAPER, Actuator, IonBranch
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
 
+# A suite in the background inherits signals that are ignored; commands that it starts must not, and a handler is not
+# inherited.
+with suppress(AttributeError, ValueError):  # Windows has no SIGHUP; other threads set none
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, lambda *_: None)
+
 # The same examples on every machine and every run; no deadline, because the first use of pint or ngspice loads them.
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50, print_blob=True)
 settings.load_profile("repeatable")
 
 _SHARED = Path(__file__).parents[1].parent / "shared" / "data"
+
+
+@pytest.fixture(autouse=True)
+def registered() -> Iterator[None]:
+    """Electrical models that a test or an example registers are gone after it."""
+    from ilg_circuit.strip.models.registry import MODELS
+
+    kept = dict(MODELS)
+    yield
+    if MODELS != kept:
+        MODELS.clear()
+        MODELS.update(kept)
 
 
 @pytest.fixture
