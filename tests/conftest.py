@@ -43,7 +43,7 @@ def registered() -> Iterator[None]:
 
     kept = dict(MODELS)
     yield
-    if MODELS != kept:
+    if kept != MODELS:
         MODELS.clear()
         MODELS.update(kept)
 
