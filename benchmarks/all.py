@@ -23,6 +23,7 @@ RESULTS = Path(__file__).with_name("FIGURES.md")
 #: Script -> where the details are.
 PAGES = {
     "accuracy": "",
+    "reading": "",
     "stated_error": "STATED_ERROR.md",
     "run": "RESULTS.md",
     "spectra": "SPECTRA.md",

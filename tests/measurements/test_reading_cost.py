@@ -1,4 +1,4 @@
-"""What reading costs: time beside numpy's own reader, memory beside the file, and time in proportion to a line."""
+"""What reading costs: memory beside the file, and time in proportion to a line."""
 
 from __future__ import annotations
 
@@ -37,13 +37,6 @@ def seconds(run: Callable[[], object]) -> float:
         return time.process_time() - begin
 
     return min(once() for _ in range(3))
-
-
-def test_a_table_takes_at_most_three_times_as_long_as_numpy_s_reader(large: Path) -> None:
-    read_columns(large, RECORD)  # the units are looked up once
-    assert seconds(lambda: read_columns(large, RECORD)) < 3 * seconds(
-        lambda: np.loadtxt(large, delimiter=",", skiprows=1)
-    )
 
 
 def test_a_table_takes_at_most_ten_times_the_file_s_memory(large: Path) -> None:
