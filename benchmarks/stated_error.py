@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from figure import Figure
 from machine import conditions
-from strip_equations import Run, linear_reference, lumped, modes_of, nonlinear_reference
+from nonlinear_equations import nonlinear_reference
+from strip_equations import Run, linear_reference, lumped, modes_of
 
 from ilg_circuit.circuit import Load
 from ilg_circuit.drive import Drive, PiecewiseLinear
