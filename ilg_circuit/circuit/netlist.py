@@ -103,10 +103,11 @@ class Element:
     @property
     def expression(self) -> str:
         """A behavioural source's law as SPICE writes it."""
+        value, scale = float(self.value), float(self.scale)  # a numpy number would write its type, too
         if self.law == "sinh":
-            return f"{self.value!r}*sinh(v({self.nodes[0]},{self.nodes[1]})/{self.scale!r})"
+            return f"{value!r}*sinh(v({self.nodes[0]},{self.nodes[1]})/{scale!r})"
         q = f"v({self.nodes[2]})"
-        return f"2*{q}/{self.value!r}/(1+sqrt(1+{2 * self.scale / self.value!r}*abs({q})))"
+        return f"2*{q}/{value!r}/(1+sqrt(1+{2 * scale / value!r}*abs({q})))"
 
     def line(self, value: str = "") -> str:
         """Return the element as a line of SPICE, with another text for its ``value`` or, of a law, its expression."""

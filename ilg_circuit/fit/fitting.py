@@ -139,7 +139,7 @@ def _fit_connected(problem: Problem, start: Array, progress: Progress, tolerance
     how = {"ftol": tolerance, "xtol": tolerance**0.8}
     end = levenberg_marquardt(residuals, jacobian, begin, most=MOST_EVALUATIONS, **how)
     require_near(problem, end[:n], origin)
-    offset = _require_converged(problem, jacobian(end), residuals(end), tolerance, evaluate.count)
+    offset = _require_converged(problem, jacobian(end), residuals(end), tolerance, evaluate)
     amounts = end[n:] * scale / columns
     slopes = np.column_stack([evaluate(end[:n])[1], problem.nuisance])
     return finished(
@@ -262,7 +262,7 @@ def require_near(problem: Problem, x: Array, origin: Array) -> None:
         raise SolveError(f"{RAN_AWAY} ({', '.join(lost)})")
 
 
-def _require_converged(problem: Problem, slope: Array, residuals: Array, tolerance: float, count: int) -> float:
+def _require_converged(problem: Problem, slope: Array, residuals: Array, tolerance: float, done: Evaluation) -> float:
     """Return the relative offset of a fit that stands at a minimum.
 
     Raises SolveError where it does not: it ended early, on a plain, or where two parameters act alike.
@@ -279,8 +279,12 @@ def _require_converged(problem: Problem, slope: Array, residuals: Array, toleran
     # a fit told to end early may end as far from the minimum as its tolerance allows
     limit = max(_OFFSET, 10 * float(np.sqrt(tolerance * len(residuals) / len(size))))
     if offset > limit and np.abs(step[: len(problem.labels)]).max(initial=0.0) > _CLOSE:
+        if done.unsolved:
+            missed = f"{len(done.unsolved)} of {done.count} evaluations could not be solved: {done.unsolved[-1]}"
+            raise SolveError(f"the fit did not converge; {missed}")
         raise SolveError(
-            f"the fit did not converge in {count} evaluations: the data do not determine this model; try --model rc"
+            f"the fit did not converge in {done.count} evaluations: the data do not determine this model; "
+            "try --model rc"
         )
     return offset
 

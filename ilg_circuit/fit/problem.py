@@ -191,13 +191,17 @@ def _each_once(predict: Predict, values: Array) -> Array:
 
 
 class Evaluation:
-    """Predictions of a problem and their derivatives, solved together and kept for a minimiser's other callback."""
+    """Predictions of a problem and their derivatives, solved together and kept for a minimiser's other callback.
+
+    ``count`` is the number of evaluations; ``unsolved`` holds the errors of those whose circuit could not be solved.
+    """
 
     def __init__(self, problem: Problem, progress: Progress = None) -> None:
         self._problem, self._progress = problem, progress
         self._at = self._start = np.full(len(problem.labels), np.nan)
         self._result: tuple[Array, Array] = (np.empty(0), np.empty(0))
         self.count = 0
+        self.unsolved: list[SolveError] = []
 
     def __call__(self, x: Array) -> tuple[Array, Array]:
         """Return the prediction (samples,) and its derivatives (samples, n) by the coordinates.
@@ -216,11 +220,12 @@ class Evaluation:
                     raise SolveError("the model has no finite value there")
             except InputError:  # a value beyond all measure
                 raise SolveError(RAN_AWAY) from None
-            except SolveError:  # or one that is still a number, but no circuit that can be solved
+            except SolveError as error:  # or one that is still a number, but no circuit that can be solved
                 if distance >= _FAR:
                     raise SolveError(RAN_AWAY) from None
                 if not self.count:
                     raise
+                self.unsolved.append(error)
                 return self._rejected()
             self._at, self._result = x.copy(), result
             self.count += 1

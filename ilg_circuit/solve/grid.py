@@ -114,11 +114,12 @@ class Grid:
         return replace(self, nodes=nodes, index=index, segments=place[self.segments])
 
     def bent(self, bends: Array) -> Grid:
-        """The grid with nodes at ``bends`` [s] within its pieces, but for those that a node all but coincides with."""
+        """The grid with nodes at ``bends`` [s], ascending, within its pieces, none all but coinciding with another."""
         right = np.clip(np.searchsorted(self.nodes, bends), 1, len(self.nodes) - 1)
         before, after = bends - self.nodes[right - 1], self.nodes[right] - bends
         width = before + after
-        apart = (np.minimum(before, after) > 1e-3 * width) & (width > 100 * _LEAST_RISE * self.nodes[-1])
+        nearest = np.minimum(np.minimum(before, after), np.diff(bends, prepend=-np.inf))
+        apart = (nearest > 1e-3 * width) & (width > 100 * _LEAST_RISE * self.nodes[-1])
         nodes = np.union1d(self.nodes, bends[apart & self.smooth[right - 1]])
         index = np.where(self.index < 0, -1, np.searchsorted(nodes, self.nodes[self.index]))
         return replace(self, nodes=nodes, index=index, segments=np.searchsorted(nodes, self.nodes[self.segments]))

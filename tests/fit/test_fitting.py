@@ -61,6 +61,16 @@ def test_an_end_that_is_no_minimum_is_no_success() -> None:
         fitted(kinked, [2.0, 3.0])
 
 
+def test_a_fit_that_ends_for_want_of_solutions_says_why() -> None:
+    def walled(values: Array) -> Array:
+        if (values[:, 1] < 1.5).any():
+            raise SolveError("no solution below 1.5")
+        return decay(values)
+
+    with pytest.raises(SolveError, match=r"\d+ of \d+ evaluations could not be solved: no solution below 1.5"):
+        fitted(walled, [2.0, 3.0])
+
+
 def test_a_parameter_that_runs_away_is_named() -> None:
     with pytest.raises(SolveError, match=r"ran away.*\(second\)"):
         fitted(lambda v: v[:, :1] * np.exp(-T) + 1 / v[:, 1:2], [1.0, 1.0], noisy(2 * np.exp(-T) - 0.5, 1e-2))

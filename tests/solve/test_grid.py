@@ -101,3 +101,14 @@ def test_a_run_that_nobody_could_wait_for_is_refused() -> None:
     poles = np.array([1e12j, -1e12j])
     with pytest.raises(SolveError, match="too fast for a run of 100 s"):
         design_grid(poles, PiecewiseLinear.step(1.0), np.linspace(0.0, 100.0, 11), 0.3)
+
+
+@given(st.lists(st.tuples(log_floats(1e-3, 90.0), st.sampled_from([0.0, 1e-16, 1e-13, 1e-6, 1e-3])), max_size=9))
+def test_nodes_at_bends_are_apart_from_all_others(bends: list[tuple[float, float]]) -> None:
+    grid = grid_of("square:4V,30s", 95.0)
+    times = np.unique([t * (1 + shift) for t, shift in bends for shift in (0.0, shift)])
+    bent = grid.bent(times)
+    assert np.isin(grid.nodes, bent.nodes).all()
+    assert np.diff(bent.nodes).min() >= min(np.diff(grid.nodes).min(), 1e-12 * 95.0)
+    finest = np.diff(bent.nodes)[np.isin(bent.nodes[1:], times) | np.isin(bent.nodes[:-1], times)]
+    assert (finest > 1e-13 * 95.0).all()

@@ -226,6 +226,17 @@ def test_several_nonlinear_ports_at_once_are_each_alone() -> None:
         assert largest_errors(together.values[k], alone).max() <= 2e-6
 
 
+def test_kinks_of_nearly_equal_ports_leave_a_grid_that_ngspice_can_follow() -> None:
+    """Those of a central difference and others, in numbers of numpy's: their charges pass zero all but together."""
+    drive = PiecewiseLinear(np.repeat([0.0, 20.0, 40.0], 2)[1:], np.repeat([2.0, -1.0, 1.5], 2)[:-1])
+    base = port_of("rc+growing", 0.0)
+    (r, c), *_ = base.branches
+    ports = [replace(base, branches=((r, c * f),)) for f in (1.0001, 0.9999, 1.0, *(1 + 1e-15 * np.arange(9)))]
+    found = transient([port_netlist(p) for p in ports], drive, T, accuracy=1e-7, acceptable=1e-6).values
+    assert max(largest_errors(other, found[2]).max() for other in found[3:]) <= 1e-12
+    assert largest_errors((found[0] + found[1]) / 2, found[2]).max() <= 1e-7
+
+
 # -- the package's own check -------------------------------------------------------------------------------------------
 
 
