@@ -5,7 +5,7 @@ repository, with only the tests that concern its module: those that import it, t
 that fails ends it. ``--state`` keeps one line of JSON a mutant, and a later run goes on from there. Survivors that no
 test can or need tell from the code are listed with the reason in mutants.toml, by module and change.
 
-usage: python scripts/mutants.py [--count 300] [--seed 0] [--state mutants.jsonl] [--rooms solve,circuit,fit,arm]
+usage: python scripts/mutants.py [--count 300] [--seed 0] [--state mutants.jsonl] [--rooms solve,circuit,fit,arms]
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-ROOMS = ("solve", "circuit", "fit", "arm")
+ROOMS = ("solve", "circuit", "fit", "arms")
 #: Processor time [s] that the tests of a mutant may take; one that makes them endless is noticed.
 LONGEST = 300
 #: What tests need besides the package.

@@ -16,19 +16,14 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..drive import Drive
 from ..errors import SolveError
+from .modes import CANCELLING, SMALL, modes_of, phi, recursion
 from .panels import FRACTIONS, Panels
 from .state_space import StateSpace
 
 #: Intervals whose states are kept before they become outputs.
 _BLOCK = 2000
-#: Intervals of a sum of modes that are added up at once.
-_CHUNK = 32
 #: A mode whose part in an output is smaller is not felt.
 _FELT = 1e-13
-#: Modes that cancel by more than this factor lose as many digits.
-_CANCELLING = 1e5
-#: Below this a Taylor series of five terms is exact to the last digits.
-_SMALL = 1e-2
 #: A drive with fewer edges than one in so many samples is solved from edge to edge, not from sample to sample.
 _FEW_EDGES = 8
 #: Exponentials kept at most: an irregular grid asks for as many as it has intervals.
@@ -65,12 +60,15 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
     are nearly one, as those of a critically damped filter.
     """
     row = system.output_names.index(output)
-    poles, amounts = _modes(system, row)
+    modes = modes_of(system)
+    if modes is None:
+        return exact_outputs(system, drive, times)[:, row]
+    poles, amounts = modes.poles, modes.shown[:, row] * modes.excited[..., 0]
     with np.errstate(all="ignore"):
         held = amounts / poles  # what each mode makes of a constant input in the end
         total = np.maximum(np.abs(held.sum(axis=1)), np.abs(system.d[:, row, 0]))
         size = np.abs(held)
-        tell_apart = (size.sum(axis=1) < _CANCELLING * total).all()
+        tell_apart = (size.sum(axis=1) < CANCELLING * total).all()
     if not tell_apart:
         return exact_outputs(system, drive, times)[:, row]
     felt = (size > _FELT * total[:, None]).any(axis=0)
@@ -88,8 +86,8 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
         part = slice(first, first + _BLOCK)
         width = widths[part, None, None]
         z = poles * width
-        gained = width * (start[part, None, None] * _phi(z, 1) + slopes[part, None, None] * width * _phi(z, 2))
-        states = _recursion(np.exp(z), gained, state)
+        gained = width * (start[part, None, None] * phi(z, 1) + slopes[part, None, None] * width * phi(z, 2))
+        states = recursion(np.exp(z), gained, state)
         state = states[-1]
         moved[first + 1 : first + 1 + len(states)] = np.real((states * amounts).sum(axis=2))
     return np.asarray(direct + moved[np.searchsorted(grid, times)].T)
@@ -108,7 +106,7 @@ def _between_edges(
     bounds = np.searchsorted(times, edges)
     bounds[-1] = len(times)
     for k, (start, slope) in enumerate(zip(starts.tolist(), slopes.tolist(), strict=True)):
-        slow = bool((np.abs(poles) * (edges[k + 1] - edges[k]) < _SMALL).any())
+        slow = bool((np.abs(poles) * (edges[k + 1] - edges[k]) < SMALL).any())
         after = partial(_after, poles, state, start, slope, slow)
         for first in range(bounds[k], bounds[k + 1], _BLOCK):
             part = slice(first, min(first + _BLOCK, bounds[k + 1]))
@@ -129,55 +127,8 @@ def _after(
     grown = np.expm1(z)
     modes = state + grown * (state + start / poles)
     if slope:
-        modes += slope * time**2 * _phi(z, 2) if slow else slope * (grown / poles - time) / poles
+        modes += slope * time**2 * phi(z, 2) if slow else slope * (grown / poles - time) / poles
     return modes
-
-
-def _modes(system: StateSpace, row: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return poles (n, s) and what each contributes to output ``row`` (n, s), real numbers where all poles are."""
-    poles, shapes = np.linalg.eig(system.a)
-    try:
-        excited = np.linalg.solve(shapes, system.b[:, :, :1])[:, :, 0]
-    except np.linalg.LinAlgError:
-        excited = np.full(poles.shape, np.nan)
-    return poles, np.einsum("ns,nsk->nk", system.c[:, row], shapes) * excited
-
-
-def _phi(z: NDArray[Any], order: int) -> NDArray[Any]:
-    """Return (e^z - 1)/z, or (e^z - 1 - z)/z^2 for ``order`` 2, by its series where z is small."""
-    small = np.abs(z) < _SMALL
-    near, far = z[small], z[~small]
-    first = np.expm1(far) / far
-    result = np.empty_like(z)
-    if order == 1:
-        result[small], result[~small] = 1 + near / 2 * (1 + near / 3 * (1 + near / 4 * (1 + near / 5))), first
-    else:
-        result[small] = (1 + near / 3 * (1 + near / 4 * (1 + near / 5 * (1 + near / 6)))) / 2
-        result[~small] = (first - 1) / far
-    return result
-
-
-def _recursion(kept: NDArray[Any], gained: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
-    """Return x_k = kept_k x_(k-1) + gained_k (k, ...), x_(-1) = ``before``: inside chunks all at once, then along them.
-
-    Within a chunk the sums of 2, 4, 8, ... terms are made of those of half as many.
-    """
-    length = len(kept)
-    chunks = -(-length // _CHUNK)
-    shape = (chunks, _CHUNK, *kept.shape[1:])
-    factor, x = np.zeros((2, chunks * _CHUNK, *kept.shape[1:]), dtype=np.result_type(kept, gained))
-    factor[:length], x[:length] = kept, gained
-    factor, x = factor.reshape(shape), x.reshape(shape)
-    step = 1
-    while step < _CHUNK:
-        x[:, step:] += factor[:, step:] * x[:, :-step]
-        factor[:, step:] *= factor[:, :-step].copy()
-        step *= 2
-    state = before
-    for k in range(chunks):
-        x[k] += factor[k] * state
-        state = x[k, -1]
-    return np.asarray(x.reshape(chunks * _CHUNK, *kept.shape[1:])[:length])
 
 
 def interval_grid(drive: Drive, times: Array) -> Array:

@@ -97,10 +97,10 @@ class Grid:
             at_nodes[start + 3] += (right - left) / 12
         return np.asarray(np.interp(points, self.nodes, at_nodes))
 
-    def jump_error(self, fastest: float) -> float:
-        """Error that the length of a jump leaves in a mode of ``fastest`` [1/s], relative to what it excites."""
-        z = self.rise * fastest
-        return z**4 / 7680 if self.linear else z**2 / 8
+    def jump_error(self, rates: Array) -> Array:
+        """Error that the length of a jump leaves in modes of ``rates`` [1/s], relative to what it excites in each."""
+        z = self.rise * rates
+        return np.asarray(np.minimum(z**4 / 7680 if self.linear else z**2 / 8, 1.0))
 
     def halved(self) -> Grid:
         """The grid with every step of a smooth piece split in two."""

@@ -8,7 +8,7 @@ function of the states and the drive. Capacitor currents and inductor voltages t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,10 @@ class StateSpace:
     c: Array
     d: Array
     output_names: tuple[str, ...]
+
+    def of(self, members: NDArray[np.intp]) -> StateSpace:
+        """Return the systems of some of the netlists, by index."""
+        return replace(self, a=self.a[members], b=self.b[members], c=self.c[members], d=self.d[members])
 
     def poles(self) -> ComplexArray:
         """Eigenvalues of A [1/s], shape (n, s)."""

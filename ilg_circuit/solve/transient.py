@@ -21,6 +21,8 @@ from ..circuit.netlist import Netlist, Output, copies
 from ..drive import Drive, PiecewiseLinear, drive_times
 from ..errors import InputError, SolveError
 from .grid import Grid, design_grid, lagrange
+from .modes import modes_of
+from .sampling import at_samples, relative
 from .state_space import StateSpace, state_space
 from .work import Named, Work, exact_with_work, on_grid, powers
 
@@ -53,10 +55,6 @@ _CAREFUL = 1.5
 _COMPARED, _LIKELY = 40, 10.0
 #: Copies in one netlist share one grid; their fastest modes may differ by this factor.
 _SPREAD = 3.0
-#: Nodes of the interpolation used and of the weaker one that it is compared with.
-_INTERPOLATION_NODES = (8, 6)
-#: Near the ends both are one-sided, and their difference may fall short of the error by some parts in a hundred.
-_CAUTION = 1.5
 
 
 @dataclass(frozen=True)
@@ -151,7 +149,7 @@ def transient(
     errors = np.empty(values.shape[:2])
     done = 0
     for members in similar(fastest_modes(system)):
-        batch = _Batch([nets[k] for k in members], drive, accuracy, works)
+        batch = _Batch([nets[k] for k in members], drive, accuracy, works, system.of(members))
         found = batch.solved(poles[members].ravel(), samples, acceptable or accuracy, interpolate)
         values[members], errors[members] = found
         done += len(members)
@@ -204,7 +202,9 @@ def similar(fastest: Array) -> list[NDArray[np.intp]]:
 class _Batch:
     """Netlists of one topology and of similar time constants, solved together on one shared grid."""
 
-    def __init__(self, nets: list[Netlist], drive: Drive, accuracy: float, works: Sequence[Work]) -> None:
+    def __init__(
+        self, nets: list[Netlist], drive: Drive, accuracy: float, works: Sequence[Work], system: StateSpace
+    ) -> None:
         self._own = len(nets[0].outputs)
         # after them the charges whose law has a kink at zero
         kinks = tuple(
@@ -216,6 +216,8 @@ class _Batch:
         circuit, self._vectors = copies(nets)
         self._nets, self._drive, self._accuracy, self._linear = nets, drive, accuracy, nets[0].linear
         self._works, self._kinks = works, len(kinks)
+        self._modes = modes_of(system) if self._linear else None
+        self._direct = system.d[..., 0] if self._linear else None
         self._text = f"{circuit}\n{nets[0].source.line('external')}"
         self._vector_names = list(dict.fromkeys(v for of_copy in self._vectors for v in of_copy.values()))
         self._names = [output.name for output in nets[0].outputs]
@@ -237,12 +239,12 @@ class _Batch:
                 grid = design_grid(poles, self._drive, samples, fineness, interpolate=interpolate, linear=self._linear)
             solved_on = grid.bent(bends)
             at_nodes, errors, allowed = self._extrapolated(solved_on, stiff=fastest * samples[-1] > _STIFF)
-            values, doubt = _sample(solved_on, at_nodes)
+            values, doubt = at_samples(solved_on, at_nodes, self._drive, self._direct)
             doubt = np.where(self._judged, doubt, 0.0)
-            errors = np.maximum(errors, doubt) + np.where(self._judged, solved_on.jump_error(fastest), 0.0)
+            errors = np.maximum(errors, doubt) + self._jump_errors(solved_on, fastest, at_nodes)
             if not self._linear:
                 # a kink in a law spoils the series that is extrapolated: twice as many steps must give the same answer
-                moved = np.inf if coarser is None else _relative(values - coarser, values)
+                moved = np.inf if coarser is None else relative(values - coarser, values)
                 # hardly more than what it moved, and no less than rounding and the eighth that a kink leaves
                 likely = np.maximum(np.minimum(errors, 3 * moved), moved / _HALVED) + _NOISE_NONLINEAR
                 errors, coarser = np.where(self._judged, likely, 0.0), values
@@ -272,6 +274,22 @@ class _Batch:
             f"ngspice reached an error of {worst:.1e} of the maximum, not the {acceptable:.1e} asked for; "
             "shorten the run, ask for less accuracy where a command lets you, or use the exact engine"
         )
+
+    def _jump_errors(self, grid: Grid, fastest: float, at_nodes: Array) -> Array:
+        """Errors (n, outputs) that the length of jumps leaves: in each mode, times the mode's share of an output.
+
+        Works have that of the worst output; a nonlinear circuit that of its ``fastest`` mode [1/s].
+        """
+        errors = np.full(at_nodes.shape[:2], float(grid.jump_error(np.array(fastest))))
+        if self._modes is not None and errors.any():
+            in_modes = grid.jump_error(np.abs(self._modes.poles))
+            left = 2 * self._drive.largest() * np.einsum("nos,ns->no", self._modes.shares, in_modes)
+            own = left.shape[1]
+            peak = np.abs(at_nodes[:, :own]).max(axis=2)
+            parts = np.divide(left, peak, out=np.zeros_like(left), where=peak > 0)
+            errors[:, :own] = np.minimum(parts, errors[:, :own])
+            errors[:, own:] = (parts * self._judged[:own]).max(axis=1, keepdims=True)
+        return np.where(self._judged, errors, 0.0)
 
     def _given(self, found: Array) -> Array:
         """Without the outputs that are the batch's own."""
@@ -350,7 +368,7 @@ class _Batch:
 
     def _errors(self, difference: Array, values: Array) -> Array:
         """Largest difference over largest value (n, outputs); 0 for what is not judged."""
-        return np.where(self._judged, _relative(difference, values), 0.0)
+        return np.where(self._judged, relative(difference, values), 0.0)
 
 
 def _zero(t: Array, q: Array, left: float, right: float) -> float:
@@ -363,30 +381,3 @@ def _zero(t: Array, q: Array, left: float, right: float) -> float:
         else:
             right = middle
     return float(right)
-
-
-def _relative(difference: Array, values: Array) -> Array:
-    """Largest difference over largest value, per waveform (last axis reduced); 0 where the waveform is zero."""
-    error, scale = np.abs(difference).max(axis=-1), np.abs(values).max(axis=-1)
-    return np.asarray(np.divide(error, scale, out=np.zeros_like(error), where=scale > 0))
-
-
-def _sample(grid: Grid, at_nodes: Array) -> tuple[Array, Array]:
-    """Values at the samples, and the relative error (n, outputs) of interpolation where samples are not nodes."""
-    result = np.empty((*at_nodes.shape[:2], len(grid.samples)))
-    doubt = np.zeros(at_nodes.shape[:2])
-    on_node = grid.index > 0
-    result[..., on_node] = at_nodes[..., grid.index[on_node] - 1]
-    between = np.flatnonzero(~on_node)
-    if not len(between):
-        return result, doubt
-    piece = grid.piece[between]
-    for k in np.unique(piece):
-        first, last = grid.segments[k]
-        first = max(first, 1)  # the point t = 0 is the state before the drive; its right limit is one step on
-        where = between[piece == k]
-        nodes, values = grid.nodes[first : last + 1], at_nodes[..., first - 1 : last]
-        fine, coarse = (values @ lagrange(nodes, grid.samples[where], width).T for width in _INTERPOLATION_NODES)
-        result[..., where] = fine
-        doubt = np.maximum(doubt, _CAUTION * _relative(fine - coarse, at_nodes))
-    return result, doubt

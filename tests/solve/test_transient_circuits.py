@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from engines import AGREEMENT, assert_engines_agree, material
+from every_model import strip_of
 from numpy.typing import NDArray
 
 from ilg_circuit.circuit import Element, Netlist, Output, electrical_netlist, strip_netlist
@@ -113,3 +114,16 @@ def test_nodes_that_spice_takes_for_one_are_one_or_refused(node: str) -> None:
     except InputError:
         return
     assert_engines_agree(net, parse_drive("step:1V", 5.0), np.linspace(0, 5, 31))
+
+
+@pytest.mark.parametrize("model", ["warburg", "cpe"])
+def test_a_ladder_follows_a_square_wave(model: str) -> None:
+    """Its fastest modes are far shorter than a jump of a long run may be, and have next to no share in the current."""
+    t = np.linspace(0.0, 120.0, 61)
+    net = strip_netlist(strip_of(model), beam="static")
+    drive = parse_drive("square:-2V..2V,30s", 120.0)
+    found = transient(net, drive, t, acceptable=5e-6)
+    exact = transient(net, drive, t, engine="exact").values
+    for k in (found.names.index(name) for name in ("current", "charge", "displacement")):
+        difference = np.abs(found.values[0, k] - exact[0, k]).max() / np.abs(exact[0, k]).max()
+        assert difference <= found.errors[0, k] + 1e-7, found.names[k]

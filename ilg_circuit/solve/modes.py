@@ -1,0 +1,99 @@
+"""Linear systems as sums of modes, and what sums of modes are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Array
+from .state_space import StateSpace
+
+#: Intervals of a sum of modes that are added up at once.
+_CHUNK = 32
+#: Modes that cancel by more than this factor lose as many digits.
+CANCELLING = 1e5
+#: Below this a Taylor series of five terms is exact to the last digits.
+SMALL = 1e-2
+
+Numbers = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """The modes of ``n`` systems: ``poles`` [1/s] (n, s), what excites each, and what each shows.
+
+    ``excited`` (n, s, 2) are parts of the drive and of the constant 1 in a mode's equation; ``shown`` (n, outputs, s)
+    those of modes in the outputs.
+    """
+
+    poles: Numbers
+    excited: Numbers
+    shown: Numbers
+
+    @property
+    def shares(self) -> Array:
+        """What each mode contributes to an output (n, outputs, s) in the end, per unit of a constant drive."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = np.abs(self.shown * (self.excited[:, None, :, 0] / self.poles[:, None]))
+        return np.asarray(np.where(np.isfinite(found), found, 0.0))
+
+
+def modes_of(system: StateSpace) -> Modes | None:
+    """Return the modes of ``system``, or None where they cancel: poles so near to each other that shapes are one.
+
+    The measure is the sum of the terms of each mode's shape times its left one, which is 1 but for signs; it does not
+    depend on the units of the states.
+    """
+    # fast states first: slow poles then keep their digits beside fast ones
+    order = np.argsort(-np.abs(np.diagonal(system.a, axis1=1, axis2=2)), axis=1, kind="stable")
+    one = np.arange(len(order))[:, None]
+    try:
+        poles, shapes = np.linalg.eig(system.a[one[..., None], order[:, :, None], order[:, None]])
+        left = np.linalg.inv(shapes)
+    except np.linalg.LinAlgError:
+        return None
+    with np.errstate(all="ignore"):
+        cancelling = np.einsum("nks,nsk->nk", np.abs(left), np.abs(shapes)).max(initial=1.0)
+    if not cancelling < CANCELLING:
+        return None
+    return Modes(poles, left @ system.b[one, order], system.c.swapaxes(1, 2)[one, order].swapaxes(1, 2) @ shapes)
+
+
+def phi(z: Numbers, order: int) -> Numbers:
+    """Return (e^z - 1)/z, or (e^z - 1 - z)/z^2 for ``order`` 2, by its series where z is small."""
+    small = np.abs(z) < SMALL
+    near, far = z[small], z[~small]
+    first = np.expm1(far) / far
+    result = np.empty_like(z)
+    if order == 1:
+        result[small], result[~small] = 1 + near / 2 * (1 + near / 3 * (1 + near / 4 * (1 + near / 5))), first
+    else:
+        result[small] = (1 + near / 3 * (1 + near / 4 * (1 + near / 5 * (1 + near / 6)))) / 2
+        result[~small] = (first - 1) / far
+    return result
+
+
+def recursion(kept: Numbers, gained: Numbers, before: Numbers) -> Numbers:
+    """Return x_k = kept_k x_(k-1) + gained_k (k, ...), x_(-1) = ``before``: inside chunks all at once, then along them.
+
+    Within a chunk the sums of 2, 4, 8, ... terms are made of those of half as many.
+    """
+    length = len(kept)
+    chunks = -(-length // _CHUNK)
+    shape = (chunks, _CHUNK, *kept.shape[1:])
+    factor, x = np.zeros((2, chunks * _CHUNK, *kept.shape[1:]), dtype=np.result_type(kept, gained))
+    factor[:length], x[:length] = kept, gained
+    factor, x = factor.reshape(shape), x.reshape(shape)
+    step = 1
+    while step < _CHUNK:
+        x[:, step:] += factor[:, step:] * x[:, :-step]
+        factor[:, step:] *= factor[:, :-step].copy()
+        step *= 2
+    state = before
+    for k in range(chunks):
+        x[k] += factor[k] * state
+        state = x[k, -1]
+    return np.asarray(x.reshape(chunks * _CHUNK, *kept.shape[1:])[:length])

@@ -1,0 +1,62 @@
+"""Values of a solve at the samples that lie between its nodes, or on a jump of the drive, and their errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..arrays import Array
+from ..drive import Drive
+from .grid import Grid, lagrange
+
+#: Nodes of the interpolation used and of the weaker one that it is compared with.
+_INTERPOLATION_NODES = (8, 6)
+#: Near the ends both are one-sided, and their difference may fall short of the error by some parts in a hundred.
+_CAUTION = 1.5
+
+
+def at_samples(grid: Grid, at_nodes: Array, drive: Drive, direct: Array | None = None) -> tuple[Array, Array]:
+    """Return values (n, outputs, samples) and the errors (n, outputs) of interpolation, from those at the nodes.
+
+    ``direct`` (n, outputs) is what a jump of 1 V adds at once to the first outputs of a linear circuit, whose values on
+    jumps are then left limits and that: behind a jump steps may be far shorter than it is long, and too short to
+    extrapolate over it.
+    """
+    jumps = np.isin(grid.samples, drive.jumps(np.inf)) & (grid.index < 0) & (grid.piece > 0)
+    jumps &= grid.samples - grid.nodes[grid.segments[grid.piece - 1, 1]] <= grid.rise  # a piece ends there
+    if direct is None or not jumps.any():
+        return _interpolated(grid, at_nodes)
+    values, errors = _interpolated(replace(grid, piece=grid.piece - jumps), at_nodes)
+    t = grid.samples[jumps]
+    begins = grid.nodes[grid.segments[grid.piece[jumps] - 1, 0]]
+    left = 2 * drive.value((begins + t) / 2) - drive.value(begins)
+    values[:, : direct.shape[1], jumps] += direct[..., None] * (drive.value(t) - left)
+    return values, errors
+
+
+def _interpolated(grid: Grid, at_nodes: Array) -> tuple[Array, Array]:
+    """Values at the samples, and the relative error (n, outputs) of interpolation where samples are not nodes."""
+    result = np.empty((*at_nodes.shape[:2], len(grid.samples)))
+    doubt = np.zeros(at_nodes.shape[:2])
+    on_node = grid.index > 0
+    result[..., on_node] = at_nodes[..., grid.index[on_node] - 1]
+    between = np.flatnonzero(~on_node)
+    if not len(between):
+        return result, doubt
+    piece = grid.piece[between]
+    for k in np.unique(piece):
+        first, last = grid.segments[k]
+        first = max(first, 1)  # the point t = 0 is the state before the drive; its right limit is one step on
+        where = between[piece == k]
+        nodes, values = grid.nodes[first : last + 1], at_nodes[..., first - 1 : last]
+        fine, coarse = (values @ lagrange(nodes, grid.samples[where], width).T for width in _INTERPOLATION_NODES)
+        result[..., where] = fine
+        doubt = np.maximum(doubt, _CAUTION * relative(fine - coarse, at_nodes))
+    return result, doubt
+
+
+def relative(difference: Array, values: Array) -> Array:
+    """Largest difference over largest value, per waveform (last axis reduced); 0 where the waveform is zero."""
+    error, scale = np.abs(difference).max(axis=-1), np.abs(values).max(axis=-1)
+    return np.asarray(np.divide(error, scale, out=np.zeros_like(error), where=scale > 0))
