@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .front.given import load
     from .front.models import register_model
     from .front.runs import impedance, sense, simulate
-    from .front.strips import strip
+    from .front.strips import new_strip
     from .front.studies import pareto
     from .oscillators.run import cpg
     from .strip.actuator import PAPER
@@ -44,13 +44,13 @@ __all__ = [
     "library",
     "load",
     "netlist",
+    "new_strip",
     "ogden",
     "pareto",
     "read",
     "register_model",
     "sense",
     "simulate",
-    "strip",
     "subcircuit",
     "sweep",
 ]
@@ -66,7 +66,7 @@ _PLACES = {
     "front.given": ("load",),
     "front.models": ("register_model",),
     "front.runs": ("impedance", "sense", "simulate"),
-    "front.strips": ("strip",),
+    "front.strips": ("new_strip",),
     "front.studies": ("pareto",),
     "oscillators.run": ("cpg",),
     "strip.actuator": ("PAPER",),

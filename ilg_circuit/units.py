@@ -81,7 +81,7 @@ _PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "H", "N", "s", "C", "J
 _USUAL: dict[str, tuple[tuple[str, ...], float, float]] = {
     "thickness": (("mm", "um", "m"), 2e-5, 1e-2),
     "electrode_thickness": (("um", "nm", "m"), 1e-9, 1e-4),
-    "m": (("mm", "cm", "m", "um"), 3e-4, 0.5),
+    "m": (("mm", "m", "cm", "um"), 3e-4, 0.5),
     "m^2": (("mm^2", "m^2"), 1e-9, 1e-2),
     "s": (("s", "ms"), 1e-3, 1e7),
     "Hz": (("Hz", "kHz"), 1e-5, 1e5),

@@ -22,10 +22,10 @@ def new(file: Path, force: bool, **options: Any) -> None:
 
     FILE is a TOML file with a comment on every key.
     """
-    from ..front.strips import save_new, strip
+    from ..front.strips import new_strip, save_new
 
     given = {key: value for key, value in options.items() if value is not None}
-    made = strip(**{"name": file.stem} | given)
+    made = new_strip(**{"name": file.stem} | given)
     save_new(made, file, force=force)
     say(f"{file}: written; fit it with ilg-circuit identify DATA.csv --actuator {file}")
     if not made.modulus_known:

@@ -40,10 +40,12 @@ def watch(context: click.Context, /, folder: Path, **options: Any) -> None:
     that it goes on where it was. Ctrl-C ends it, with exit code 130; the table holds all files up to then.
     """
     from ..front.each import TABLE, folder_of_all
+    from ..front.watch import require_watchable
     from ..front.watch import watch as follow
     from ..report.batch import row
     from ..report.parameter_table import write_table
 
+    require_watchable(folder)
     options |= sizes(options)
     written = outputs(options) | {"--table": options.pop("table")}
     into = options.pop("into") or folder_of_all([folder / "any"])

@@ -60,8 +60,8 @@ def identify(
         A path, a data frame or mapping with columns as in a CSV file (time_s, voltage_V, current_mA, displacement_mm;
         or frequency_Hz, re_ohm, im_ohm), what `read` returned, or a list of these, of one strip.
     strip : Actuator, Specimen, str or Path
-        Geometry, Young's modulus and density: an object, such as `strip` returns, a path or a preset's name (default:
-        the paper's, which is said in a finding).
+        Geometry, Young's modulus and density: an object, such as `new_strip` returns, a path or a preset's name
+        (default: the paper's, which is said in a finding).
     model : str
         Name of an electrical model, or "auto": the simplest of the best by BIC.
     onset : float, str or mapping, optional
@@ -88,7 +88,7 @@ def identify(
     length, free_length, width, thickness : float or str, optional
         Sizes of the strip [m], in place of its own, or all four in place of ``strip``.
     load_position, youngs_modulus, density, bending_stiffness, orientation
-        Likewise, see `strip`.
+        Likewise, see `new_strip`.
     progress : callable, optional
         Called after each evaluation.
     **arrays : array_like

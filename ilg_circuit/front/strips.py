@@ -17,7 +17,7 @@ KEYS = (*SIZES, "youngs_modulus", "density", "bending_stiffness", "orientation")
 _UNITS = {"youngs_modulus": "Pa", "density": "kg/m^3", "bending_stiffness": "N m^2", "beam_damping_ratio": ""}
 
 
-def strip(
+def new_strip(
     *,
     length: Given,
     free_length: Given,
@@ -66,7 +66,7 @@ def strip(
     Examples
     --------
     >>> import ilg_circuit as ilg
-    >>> gel = ilg.strip(length="35 mm", free_length="30 mm", width="5 mm", thickness="0,5 mm", name="gel 7")
+    >>> gel = ilg.new_strip(length="35 mm", free_length="30 mm", width="5 mm", thickness="0,5 mm", name="gel 7")
     >>> gel.geometry.thickness, gel.modulus_known
     (0.0005, False)
     """
@@ -85,7 +85,7 @@ def strip(
 
 
 def measured_strip(strip: Strip | Specimen | None, **sizes: Given | None) -> Actuator | Specimen | None:
-    """Return what was measured: a strip, with ``sizes`` (keys of `strip`) in place of its own, or one of these alone.
+    """Return what was measured: a strip, with ``sizes`` (`KEYS`) in place of its own, or one of these alone.
 
     None where nothing was given. Raises InputError where sizes are missing.
     """
@@ -111,7 +111,7 @@ def measured_strip(strip: Strip | Specimen | None, **sizes: Given | None) -> Act
 
 
 def _strip(**values: Given) -> Specimen:
-    return strip(**values)  # type: ignore[arg-type]
+    return new_strip(**values)  # type: ignore[arg-type]
 
 
 def _unit(key: str) -> str:

@@ -68,8 +68,7 @@ def watch(
     """
     place, still = Path(folder), quantity(settle, "s", "settle")
     patience = None if idle is None else quantity(idle, "s", "idle")
-    if not place.is_dir():
-        raise InputError(f"'{folder}' is no folder; give the one that the instrument writes to")
+    require_watchable(place)
     since: dict[Path, tuple[_State, float]] = {}
     fitted: dict[Path, _State] = {}
     rows: dict[str, FileFit] = {}
@@ -98,6 +97,12 @@ def watch(
         elif patience is not None and now - changed >= patience + still:
             return batch
         time.sleep(min(_LOOK, max(still / 4, 0.02)))
+
+
+def require_watchable(folder: Path) -> None:
+    """Raise InputError for what is no folder."""
+    if not folder.is_dir():
+        raise InputError(f"'{folder}' is no folder; give the one that the instrument writes to")
 
 
 def _files(place: Path, pattern: str) -> dict[Path, _State]:

@@ -13,7 +13,7 @@ from ..identification.batch import Batch, FileFit
 from ..units import format_quantity
 from .axes import BLUE, Axes, Figure, Panels, grid
 from .page import Grid, Page, Prose, Section, picture
-from .parameter_table import estimate_text
+from .parameter_table import batch_rows, estimate_text
 from .tables import aligned
 
 __all__ = ["facts", "figure", "headline", "page", "panels", "row", "summary"]
@@ -76,7 +76,7 @@ def row(file: FileFit) -> str:
 
 
 def _value(e: Estimate | None) -> str:
-    return estimate_text(e).partition(" [")[0] if e is not None else ""
+    return estimate_text(e, interval=False) if e is not None else ""
 
 
 def _cells(file: FileFit, names: list[str]) -> tuple[str, ...]:
@@ -131,9 +131,8 @@ def figure(batch: Batch) -> Figure:
 
 def page(batch: Batch) -> Page:
     """Return the batch as a page: the table, and the picture."""
-    names = batch.names
-    rows = [[file.path, file.outcome, *(_value(file.parameters.get(name)) for name in names)] for file in batch]
-    sections = [Section("Files", [Grid(("file", "outcome", *names), rows, words=frozenset({0, 1}))])]
+    header, *rows = batch_rows(batch)
+    sections = [Section("Files", [Grid(header, rows, words=frozenset({0, 1}))])]
     if panels(batch):
         sections.append(Section("Parameters over the files", [picture(figure(batch), "parameters over the files")]))
     numbered = "; ".join(f"{k} {file.path}" for k, file in enumerate(batch, 1))

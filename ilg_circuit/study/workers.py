@@ -69,20 +69,15 @@ class GivenPool:
     what they do with one.
     """
 
-    def __init__(
-        self,
-        executor: Executor,
-        width: Callable[[], int],
-        deaths: tuple[type[BaseException], ...],
-        solve: Callable[[Any], Any] = solve_task,
-    ) -> None:
+    def __init__(self, executor: Executor, width: Callable[[], int], deaths: tuple[type[BaseException], ...]) -> None:
         self._executor: Any = executor
         self.width, self.deaths = width, deaths
-        self._models, self._do = packed_models(), solve
+        self.solve: Callable[[Any], Any] = solve_task
+        self._models = packed_models()
 
     def submit(self, task: Any) -> Future[Any]:
         """Submit a task."""
-        return self._executor.submit(_solve, self._do, task, self._models)
+        return self._executor.submit(_solve, task, self._models, self.solve)
 
     def renew(self) -> None:
         """Make the pool usable again after a death. Raises SolveError where that is impossible."""
@@ -95,9 +90,9 @@ class GivenPool:
 class LokyPool(GivenPool):
     """Processes of this machine, started afresh (ngspice does not survive a fork)."""
 
-    def __init__(self, workers: int, solve: Callable[[Any], Any] = solve_task) -> None:
+    def __init__(self, workers: int) -> None:
         require_processes()
-        super().__init__(_processes(workers), lambda: workers, (BrokenExecutor,), solve)
+        super().__init__(_processes(workers), lambda: workers, (BrokenExecutor,))
 
     def submit(self, task: Any) -> Future[Any]:
         with _uninterrupted():  # the first tasks start the processes
@@ -131,7 +126,7 @@ def _uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _solve(solve: Callable[[Any], Any], task: Any, models: bytes) -> Any:
+def _solve(task: Any, models: bytes, solve: Callable[[Any], Any]) -> Any:
     """In a worker: solve a task, with the ``models`` of `packed_models`."""
     unpack_models(models)
     return solve(task)
@@ -145,7 +140,11 @@ def local_pool(tasks: int, jobs: int | None, solve: Callable[[Any], Any] = solve
     from loky import cpu_count
 
     workers = jobs or (min(cpu_count(), tasks) if tasks > 1 and processes_possible() else 1)
-    return LokyPool(workers, solve) if workers > 1 else None
+    if workers == 1:
+        return None
+    pool = LokyPool(workers)
+    pool.solve = solve
+    return pool
 
 
 def _end_with(parent: int) -> None:
