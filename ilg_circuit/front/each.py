@@ -111,6 +111,10 @@ def identify_each(
     >>> [round(e.value) for e in batch.estimates("dynamic_resistance")], batch.exit_code
     ([20, 25], 0)
     """
+    if jobs is not None and not 1 <= jobs <= 1024:
+        raise InputError(f"{jobs} jobs: give 1 to 1024")
+    if jobs is not None and jobs > 1:
+        require_study()
     files = [Path(path) for path in paths]
     root = None if folder is None else Path(folder)
     tasks = _tasks(files, strip, root, options, call, force)
@@ -264,10 +268,6 @@ def _fit(
     numbers: Sequence[int], tasks: Sequence[FileTask], jobs: int | None, save: Callable[[int, FileFit], None]
 ) -> None:
     """Fit the tasks of these numbers on so many processes, or here."""
-    if jobs is not None and not 1 <= jobs <= 1024:
-        raise InputError(f"{jobs} jobs: give 1 to 1024")
-    if jobs is not None and jobs > 1:
-        require_study()
     possible = find_spec("loky") is not None and len(numbers) > 1
     pool = local_pool(len(numbers), jobs, fit_file) if possible else None
     if pool is None:
