@@ -83,12 +83,16 @@ def identify(
         Method of the 95 % intervals: "covariance", "profile", "bootstrap" or "mcmc".
     weighting : {"modulus", "unit"}
         Of spectra: "modulus" or "unit".
-    columns, units, part, cycle
+    columns, units : mapping of str to str, optional
         What files do not say of themselves, see `read`.
+    part, cycle : int, optional
+        Which of several measurements in a file, see `read`.
     length, free_length, width, thickness : float or str, optional
         Sizes of the strip [m], in place of its own, or all four in place of ``strip``.
-    load_position, youngs_modulus, density, bending_stiffness, orientation
+    load_position, youngs_modulus, density, bending_stiffness : float or str, optional
         Likewise, see `new_strip`.
+    orientation : {"weightless", "hanging", "horizontal"}, optional
+        Likewise.
     progress : callable, optional
         Called after each evaluation.
     **arrays : array_like
