@@ -57,7 +57,7 @@ def emit(
     and the text on stderr. ``warnings`` are those shown, by default ``result.warnings``, if it has any.
     """
     made = replace(result, provenance=origin(inputs, seed))
-    if any(path for option, path in outputs.items() if option not in ("--out", "--json")):
+    if any(path for option, path in outputs.items() if option not in ("--out", "--json", "--table")):
         from ..report.axes import load_plainly
 
         load_plainly()

@@ -12,7 +12,6 @@ from ..front.each_file import by_file
 from .each import fit_each
 from .emit import emit, say
 from .options import (
-    Choice,
     ModelOption,
     engine_option,
     output_options,
@@ -40,7 +39,7 @@ from .progress import ProgressBar
 @engine_option
 @click.option(
     "--intervals",
-    type=Choice(["covariance", "bootstrap", "profile", "mcmc", "autoregression"]),
+    type=click.Choice(["covariance", "bootstrap", "profile", "mcmc", "autoregression"]),
     default="covariance",
     help="How 95 % intervals are made; covariance: by an autoregression where residuals are autocorrelated.",
 )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import InputError, nearest
+from ..errors import InputError
 from ..simulation.drives import DRIVE_FORMS
 from ..units import parse, si
 from .paths import JSON, PAGE, PICTURE, TABLE, OutputFile
@@ -30,15 +30,6 @@ class _Number(click.types.FloatParamType):
             self.fail(str(error).removeprefix(name).lstrip(": "), param, ctx)
 
 
-class Choice(click.Choice[str]):
-    """One of several words; a slip is told with the word that was meant."""
-
-    def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
-        message = super().get_invalid_choice_message(value, ctx).rstrip(".")
-        near = nearest(str(value), map(str, self.choices))
-        return f"{message}; perhaps {', '.join(near)}." if near else f"{message}."
-
-
 class _Seed(click.types.IntParamType):
     """What begins random numbers: any count of 63 bits."""
 
@@ -49,11 +40,11 @@ class _Seed(click.types.IntParamType):
 
 NUMBER, SEED = _Number(), _Seed()
 
-engine_option = click.option("--engine", type=Choice(["ngspice", "exact"]), default="ngspice")
-tip_option = click.option("--tip", type=Choice(["free", "clamped"]), default="free")
+engine_option = click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice")
+tip_option = click.option("--tip", type=click.Choice(["free", "clamped"]), default="free")
 beam_option = click.option(
     "--beam",
-    type=Choice(["dynamic", "static"]),
+    type=click.Choice(["dynamic", "static"]),
     help="static: without the beam's mass.  [default: the one that the coupling was fitted with, else dynamic]",
 )
 
@@ -91,7 +82,9 @@ def strip_options(*, required: bool) -> Callable[[Callable[..., Any]], Callable[
     return _together(
         *(click.option(f"--{name}", required=required, help=text) for name, text in _SIZES.items()),
         *(click.option(f"--{name}", help=text) for name, text in _KNOWN.items()),
-        click.option("--orientation", type=Choice(["weightless", "hanging", "horizontal"]), help="Against gravity."),
+        click.option(
+            "--orientation", type=click.Choice(["weightless", "hanging", "horizontal"]), help="Against gravity."
+        ),
     )
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import click
 
-from ..errors import InputError, visible
+from ..errors import InputError, nearest, visible
 from ..files import require_writable
 from .stopping import start_limit
 
@@ -95,8 +95,23 @@ def forcing(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
 force_option = forcing("Let --out replace the file of the actuator.")
 
 
+class _Choice(click.Choice[str]):
+    """One of several words; a slip is told with the word that was meant."""
+
+    def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
+        message = super().get_invalid_choice_message(value, ctx).rstrip(".")
+        near = nearest(str(value), map(str, self.choices))
+        return f"{message}; perhaps {', '.join(near)}." if near else f"{message}."
+
+
 class Command(click.Command):
-    """A command whose paths are checked before it begins."""
+    """A command whose paths are checked before it begins, and that tells slips in choices of words."""
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        for option in self.params:
+            if type(option.type) is click.Choice:
+                option.type = _Choice(option.type.choices, option.type.case_sensitive)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command. Raises InputError for paths as `require_apart` and `OutputFile.require` do."""

@@ -54,6 +54,7 @@ def identify_each(
     log: str | Path | None = None,
     progress: Callable[[int, int], object] | None = None,
     done: Callable[[FileFit], object] | None = None,
+    known: Mapping[str, FileFit] | None = None,
     call: str = "",
     force: bool = False,
     **options: Any,
@@ -77,6 +78,8 @@ def identify_each(
         Called with (done, total) files.
     done : callable, optional
         Called with each `FileFit` as it is ready.
+    known : mapping of str to FileFit, optional
+        Path -> a row that stands, and is not made again.
     call : str
         What the fits say of their origin.
     force : bool
@@ -118,8 +121,9 @@ def identify_each(
     files = [Path(path) for path in paths]
     root = None if folder is None else Path(folder)
     tasks = _tasks(files, strip, root, options, call, force)
-    tell, count = Log(log) if log is not None else None, 0
-    found: dict[int, FileFit] = {}
+    standing = known or {}
+    found = {number: standing[str(path)] for number, path in enumerate(files) if str(path) in standing}
+    tell, count = Log(log) if log is not None else None, len(found)
 
     def save(number: int, result: FileFit) -> None:
         nonlocal count
@@ -133,7 +137,7 @@ def identify_each(
 
     with _held(root, force=force) if root is not None else nullcontext():
         for number, task in enumerate(tasks):
-            if (kept := _kept(task)) is not None:
+            if number not in found and (kept := _kept(task)) is not None:
                 save(number, kept)
         left = [number for number in range(len(files)) if number not in found]
         _fit(left, tasks, jobs, save)

@@ -75,13 +75,11 @@ def watch(
     changed, batch, tell = time.monotonic(), Batch(()), None if log is None else Log(log)
 
     def take(found: FileFit) -> None:
-        before = rows.get(found.path)
         rows[found.path] = found
-        if before is None or not found.resumed:
-            if told:
-                told(found)
-            if tell:
-                tell(found.path, found.outcome)
+        if told:
+            told(found)
+        if tell:
+            tell(found.path, found.outcome)
 
     while True:
         now, files = time.monotonic(), _files(place, pattern)
@@ -91,8 +89,8 @@ def watch(
         ready = [path for path, state in files.items() if now - since[path][1] >= still]
         new = {path: files[path] for path in ready if fitted.get(path) != files[path]}
         if new:
-            known = [path for path in ready if path in new or (path in fitted and not rows[str(path)].error)]
-            batch = identify_each(known, strip, folder=into, done=take, **options)
+            standing = {str(path): rows[str(path)] for path in ready if path in fitted and path not in new}
+            batch = identify_each(ready, strip, folder=into, done=take, known=standing, **options)
             fitted |= new
         elif patience is not None and now - changed >= patience + still:
             return batch

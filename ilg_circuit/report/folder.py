@@ -41,8 +41,10 @@ def folder_beside(data: Sequence[Path]) -> tuple[Path, str]:
 
     first, note = data[0], ""
     folder = first.parent / f"{first.stem}.fit"
-    if not access(first.parent, W_OK | X_OK):
-        folder, note = Path(f"{first.stem}.fit"), f"'{first.parent}' is write-protected, so it is in the working folder"
+    if not first.is_file():  # a pipe
+        folder = Path(folder.name)
+    elif not access(first.parent, W_OK | X_OK):
+        folder, note = Path(folder.name), f"'{first.parent}' is write-protected, so it is in the working folder"
     return folder, note
 
 

@@ -143,14 +143,14 @@ def test_folders_are_told_apart(tmp_path: Path) -> None:
 
 def test_a_folder_is_watched_until_nothing_comes(run: Run, quick: None) -> None:
     Path("in").mkdir()
+    Path("in/bad.csv").write_text("hello\n")
 
     def arrive() -> None:
         text = write(Path("whole.csv")).read_text()
         for start in range(0, len(text), len(text) // 3 + 1):  # as an instrument writes
             with Path("in/a.csv").open("a") as file:
                 file.write(text[start : start + len(text) // 3 + 1])
-            time.sleep(0.1)
-        Path("in/bad.csv").write_text("hello\n")
+            time.sleep(0.2)
 
     writer = threading.Thread(target=arrive)
     writer.start()
@@ -161,8 +161,8 @@ def test_a_folder_is_watched_until_nothing_comes(run: Run, quick: None) -> None:
     assert re.search(r"^in/a\.csv: fitted: model rc, misfit .*; dc_resistance = ", done.out, re.MULTILINE)
     assert [row["exit_code"] for row in rows("in/each.fit/table.csv")] == ["0", "2"]
     assert [line.split(" ", 1)[1].split(": ")[:2] for line in Path("w.log").read_text().splitlines()] == [
-        ["in/a.csv", "fitted"],
         ["in/bad.csv", "failed"],
+        ["in/a.csv", "fitted"],
     ]
     Path("in/bad.csv").unlink()
     again = run(*call)
