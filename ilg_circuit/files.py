@@ -6,6 +6,7 @@ import csv
 import errno
 import json
 import os
+import re
 import shutil
 import stat
 import sys
@@ -78,6 +79,13 @@ def remove_temporaries() -> None:
     """Remove what is temporary, before the process is ended by force."""
     for path in list(_temporaries):
         _remove(path)
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove what processes that were killed left half-written in a folder; no other may be writing to it."""
+    for path in folder.glob(".ilg-*"):
+        if re.fullmatch(r"\.ilg-[0-9a-f]{16}(\..*)?", path.name):
+            _remove(path)
 
 
 def _remove(path: Path) -> None:

@@ -19,8 +19,9 @@ def fit_each(context: click.Context, data: tuple[Path, ...], options: dict[str, 
     from ..front.each import TABLE, folder_of_all, identify_each
     from ..report.parameter_table import write_table
 
-    for name in ("own", "verbose"):
-        options.pop(name)
+    if options.pop("own"):
+        raise InputError("--own is for files that are fitted together; with --each all parameters are a file's own")
+    verbose = options.pop("verbose")
     written = outputs(options) | {"--table": options.pop("table")}
     if written.pop("--out"):
         raise InputError("--out is for one fit; with --each every file has its own fitted.toml in --folder")
@@ -37,5 +38,6 @@ def fit_each(context: click.Context, data: tuple[Path, ...], options: dict[str, 
         **options,
     )
     text = f"{batch.summary()}\n{folder}/: {TABLE}, and a folder a file"
-    emit(batch, written, inputs=(*data, actuator), writers={"--table": write_table}, text=text)
+    told = [f"{file.path}: {line}" for file in batch for line in file.warnings] if verbose else []
+    emit(batch, written, inputs=(*data, actuator), writers={"--table": write_table}, text=text, warnings=told)
     context.exit(batch.exit_code)

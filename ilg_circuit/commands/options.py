@@ -83,7 +83,9 @@ def strip_options(*, required: bool) -> Callable[[Callable[..., Any]], Callable[
         *(click.option(f"--{name}", required=required, help=text) for name, text in _SIZES.items()),
         *(click.option(f"--{name}", help=text) for name, text in _KNOWN.items()),
         click.option(
-            "--orientation", type=click.Choice(["weightless", "hanging", "horizontal"]), help="Against gravity."
+            "--orientation",
+            type=click.Choice(["weightless", "hanging", "horizontal"]),
+            help="How it is held against gravity.",
         ),
     )
 

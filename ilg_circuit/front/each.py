@@ -14,7 +14,7 @@ from typing import Any
 from .. import __version__
 from ..errors import IlgError, InputError, first_line
 from ..extras import require_study
-from ..files import MARKER, Log, locked, marked, require_writable, write_json
+from ..files import MARKER, Log, locked, marked, remove_leftovers, require_writable, write_json
 from ..identification.batch import Batch, FileFit
 from ..provenance import digest, provenance
 from ..report.folder import FILES, save_folder
@@ -265,7 +265,11 @@ def _held(root: Path, *, force: bool) -> Iterator[None]:
     with locked(root / _LOCK, f"another run writes to '{root}'; wait for its end, or give another by --folder"):
         if not (root / MARKER).exists():
             write_json(root / MARKER, {"made_by": __version__, "files": [TABLE]})
-        yield
+        remove_leftovers(root)
+        try:
+            yield
+        finally:
+            remove_leftovers(root)
 
 
 def _fit(

@@ -100,6 +100,7 @@ def test_on_several_cores_it_is_the_same(run: Run) -> None:
     ("arguments", "hint"),
     [
         (("--out", "a.toml"), "--out is for one fit"),
+        (("--own", "capacitance"), "--own is for files that are fitted together"),
         (("--model", "rc4"), "choose one of rc, rc2"),
         (("--jobs", "0"), "0 jobs: give 1 to 1024"),
         (("--thickness", "0.5mm"), "are missing"),
@@ -123,8 +124,12 @@ def test_no_files_one_file_and_files_that_are_not_there(run: Run, quick: None) -
     with pytest.raises(InputError, match="is given twice"):
         ilg.identify_each(["a.csv", "./a.csv"])
     write(Path("0.csv"))
+    half = Path("each.fit/.ilg-0123456789abcdef")  # of a worker that was killed
+    half.mkdir(parents=True)
+    Path("each.fit", MARKER).write_text("{}")
     one = run("identify", "0.csv", "--each", *FIT)
     assert (one.code, one.out.splitlines()[0]) == (0, "1 file, each by itself: 1 fitted")
+    assert not half.exists()
     none = run("identify", "0.csv", "none.csv", "--each", *FIT)
     assert none.code == 2
     assert "none.csv  failed: cannot read 'none.csv': No such file" in none.out
