@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..errors import InputError
+from ..errors import InputError, visible
 from ..files import marked, replacing_folder, require_folder
 from ..findings import by_importance
 from ..identification.identification import Identification
@@ -34,13 +35,16 @@ def save_folder(fit: Identification, path: str | Path, *, force: bool = False, k
 def folder_beside(data: Sequence[Path]) -> tuple[Path, str]:
     """Return the folder for a fit of files, and a note where it is not beside the first of them.
 
-    It has the name of the first file, with the ending .fit; where that file's folder cannot be written to it is in the
-    working folder. Raises InputError where it holds the fit of other files, or is not to be replaced.
+    It has the name of the first file, with the ending .fit: step.fit; where that holds the fit of other files it is
+    step.csv.fit, or step+2.fit for step.csv and two more. Where the file's folder cannot be written to it is in the
+    working folder.
     """
     from os import W_OK, X_OK, access
 
     first, note = data[0], ""
     folder = first.parent / f"{first.stem}.fit"
+    if _of_others(folder, data):
+        folder = first.parent / (f"{first.stem}+{len(data) - 1}.fit" if len(data) > 1 else f"{first.name}.fit")
     if not first.is_file():  # a pipe
         folder = Path(folder.name)
     elif not access(first.parent, W_OK | X_OK):
@@ -51,11 +55,14 @@ def folder_beside(data: Sequence[Path]) -> tuple[Path, str]:
 def require_own(folder: Path, data: Sequence[Path], *, force: bool = False) -> None:
     """Raise InputError for a folder that is not to be replaced by the fit of ``data``."""
     require_folder(folder, force=force, inputs=data)
-    held = marked(folder).get("inputs", [])
-    if held and held != [file.name for file in data] and not force:
-        raise InputError(
-            f"'{folder}' holds the fit of {', '.join(map(str, held))}; name another by --folder, or give --force"
-        )
+    if (held := _of_others(folder, data)) and not force:
+        raise InputError(f"'{folder}' holds the fit of {held}; name another by --folder, or give --force")
+
+
+def _of_others(folder: Path, data: Sequence[Path]) -> str:
+    """Return the names of the files whose fit a folder holds, empty where they are ``data`` or there is none."""
+    held = [re.sub(r" \(\d+\)$", "", str(name)) for name in marked(folder).get("inputs", ())]  # step.csv (2)
+    return "" if held == [visible(file.name) for file in data] else ", ".join(held)
 
 
 def short_text(fit: Identification, folder: str | Path, note: str = "") -> tuple[str, list[str]]:

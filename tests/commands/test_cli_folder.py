@@ -63,14 +63,26 @@ def test_alone_it_leaves_a_folder_and_prints_ten_lines(run: Run, tmp_path: Path)
     assert (folder / MARKER).stat().st_ino != old
     assert sorted(path.name for path in Path("data").iterdir()) == ["step.csv", "step.fit"]
     # a folder of other files, or with other things in it, is kept
-    write(Path("data/other.csv"), seed=3)
-    other = ("identify", "data/step.csv", "data/other.csv", *FIT)
+    write(Path("data/step.txt"), seed=3)
+    assert "data/step.txt.fit/: " in run("identify", "data/step.txt", *FIT).out
+    other = ("identify", "data/step.txt", *FIT, "--folder", "data/step.fit")
     assert_one_line(run(*other), "'data/step.fit' holds the fit of step.csv; name another by --folder")
     (folder / "notes.txt").write_text("mine")
     assert_one_line(run("identify", "data/step.csv", *FIT), "not written by a fit (notes.txt); give --force")
     assert (folder / "notes.txt").read_text() == "mine"
     assert run("identify", "data/step.csv", *FIT, "--force").code == 0
     assert not (folder / "notes.txt").exists()
+
+
+def test_several_files_have_a_folder_of_the_first(run: Run) -> None:
+    for k, name in enumerate(("a/step.csv", "b/step.csv", "a/other.csv")):
+        write(Path(name), k)
+    for _ in range(2):
+        done = run("identify", "a/step.csv", "b/step.csv", *FIT)
+        assert done.code == 0, done.err
+        assert "a/step.fit/: " in done.out
+    assert len((done.out + done.err).splitlines()) <= 10
+    assert "a/step+1.fit/: " in run("identify", "a/step.csv", "a/other.csv", *FIT).out
 
 
 def test_folders_in_the_way(run: Run, tmp_path: Path) -> None:
