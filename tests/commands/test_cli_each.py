@@ -18,12 +18,13 @@ from command import Run, assert_one_line
 from synthetic import record, step
 
 import ilg_circuit as ilg
+from ilg_circuit.commands import progress
 from ilg_circuit.errors import InputError
 from ilg_circuit.files import MARKER
 from ilg_circuit.front import each
 from ilg_circuit.front.each import labels
+from ilg_circuit.report import axes, identification, page
 from ilg_circuit.report import folder as folders
-from ilg_circuit.report import page
 
 FIT = ("--model", "rc", "--engine", "exact", "--onset", "first-level")
 
@@ -32,6 +33,8 @@ FIT = ("--model", "rc", "--engine", "exact", "--onset", "first-level")
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Folders without the picture, pages without pictures; in this process."""
     monkeypatch.setattr(page, "png", lambda figure, dpi: "")
+    monkeypatch.setattr(progress, "_LONG", 1e9)  # nothing is said of how long it takes
+    monkeypatch.setattr(identification, "figure", lambda fit: axes.blank((1.0, 1.0)))
     files = tuple(name for name in folders.FILES if name != "fit.png")
     monkeypatch.setattr(folders, "FILES", files)
     monkeypatch.setattr(each, "FILES", files)

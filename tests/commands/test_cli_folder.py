@@ -12,10 +12,11 @@ from command import Run, assert_one_line
 from synthetic import record, step
 
 import ilg_circuit as ilg
+from ilg_circuit.commands import progress
 from ilg_circuit.errors import InputError
 from ilg_circuit.files import MARKER, replacing_folder
 from ilg_circuit.findings import _FIRST, _LAST, SENTENCES, Finding, by_importance
-from ilg_circuit.report import page
+from ilg_circuit.report import axes, identification, page
 from ilg_circuit.report.folder import FILES
 from ilg_circuit.report.parameter_table import write_table
 from ilg_circuit.strip.file import load_actuator
@@ -26,8 +27,10 @@ SIZES = ("--length", "36mm", "--free-length", "30mm", "--width", "5mm", "--thick
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pages without pictures: these are drawn elsewhere."""
+    """Small empty pictures, and none in pages: they are drawn elsewhere."""
     monkeypatch.setattr(page, "png", lambda figure, dpi: "")
+    monkeypatch.setattr(progress, "_LONG", 1e9)  # nothing is said of how long it takes
+    monkeypatch.setattr(identification, "figure", lambda fit: axes.blank((1.0, 1.0)))
 
 
 def write(path: Path, seed: int = 0) -> None:
