@@ -101,7 +101,7 @@ def read(
     """
     if bool(data) == bool(arrays):
         raise InputError("give paths, a data frame or columns; or arrays by keyword, such as time=, voltage=, current=")
-    at = _onset(onset)
+    at = onset_of(onset)
     sources = data or (by_header(arrays),)
     said = said_of(
         columns,
@@ -126,12 +126,13 @@ def sets_of(
     if not several:
         raise InputError("no data were given; give paths, data frames, or what ilg.read returned")
     onsets = values_of(onset, several, "onset") if isinstance(onset, Mapping) else [onset] * len(several)
-    begun = [_onset(each) for each in onsets]
+    begun = [onset_of(each) for each in onsets]
     names = [f"data {k + 1}" if len(several) > 1 else "data" for k in range(len(several))]
     return [_read(source, None, at, said, name) for source, at, name in zip(several, begun, names, strict=True)]
 
 
-def _onset(given: Stated | str) -> Stated:
+def onset_of(given: Stated | str) -> Stated:
+    """Return when an excitation began, from a time with a unit or the name of a reading. Raises InputError else."""
     if not isinstance(given, str):
         return given
     for reading in ("last-rest", "first-level"):

@@ -15,7 +15,9 @@ from .. import __version__
 from ..errors import IlgError, InputError, first_line
 from ..extras import require_study
 from ..files import MARKER, Log, locked, marked, remove_leftovers, require_writable, write_json
+from ..fit.intervals import require_method
 from ..identification.batch import Batch, FileFit
+from ..measurements.said import said_of
 from ..provenance import digest, provenance
 from ..report.folder import FILES, save_folder
 from ..strip.actuator import Actuator
@@ -23,9 +25,10 @@ from ..strip.file import dumps
 from ..strip.models import electrical_model
 from ..strip.specimen import Specimen
 from ..study.workers import KILLED, GivenPool, local_pool, solve_on, tried
+from .data import onset_of
 from .each_file import values_of
 from .fits import identify
-from .given import Given, Strip
+from .given import Given, Strip, quantity
 from .strips import KEYS, measured_strip
 
 #: Name of the table of a batch in its folder, and of the file that locks the folder.
@@ -199,6 +202,28 @@ def labels(files: Sequence[Path]) -> list[str]:
             chosen[k] = min(chosen[k] + 1, len(ways) - 1)
 
 
+def checked(
+    strip: Strip | Specimen | None, options: Mapping[str, Any]
+) -> tuple[Actuator | Specimen | None, dict[str, Any]]:
+    """Return the strip, and the options less those of it. Raises InputError for what is wrong whatever is fitted."""
+    rest = dict(options)
+    base = measured_strip(strip, **{key: rest.pop(key, None) for key in KEYS})
+    if (model := rest.get("model", "auto")) != "auto":
+        electrical_model(model)
+    require_method(rest.get("intervals", "covariance"))
+    said_of(rest.get("columns", ()), rest.get("units", ()), rest.get("part"), rest.get("cycle"))
+    units = {"until": "s", "electrode_resistance": "ohm", "displacement_delay": "s", "bias": "V"}
+    for name, unit in units.items():
+        given = rest.get(name)
+        for value in given.values() if isinstance(given, Mapping) else [given]:
+            if isinstance(value, str) and value != "fit":
+                quantity(value, unit, name)
+    onset = rest.get("onset")
+    for stated in onset.values() if isinstance(onset, Mapping) else [onset]:
+        onset_of(stated)
+    return base, rest
+
+
 def _tasks(
     files: Sequence[Path],
     strip: Strip | Specimen | None,
@@ -214,10 +239,7 @@ def _tasks(
     if len(set(real)) < len(real):
         again = next(file for k, file in enumerate(files) if real[k] in real[:k])
         raise InputError(f"'{again}' is given twice; give each file once")
-    rest = dict(options)
-    base = measured_strip(strip, **{key: rest.pop(key, None) for key in KEYS})
-    if (model := rest.get("model", "auto")) != "auto":
-        electrical_model(model)
+    base, rest = checked(strip, options)
     by_file: dict[str, Sequence[Given | None]] = {}
     for name in ("onset", "bias"):
         if isinstance(rest.get(name), Mapping):

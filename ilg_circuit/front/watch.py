@@ -11,11 +11,13 @@ from typing import Any
 from ..errors import InputError
 from ..files import Log
 from ..identification.batch import Batch, FileFit
-from .each import identify_each
+from .each import checked, identify_each
 from .given import Given, quantity
 
 #: Files that are no measurements: what this package and others write beside them.
 _NOT_DATA = (".toml", ".json", ".png", ".pdf", ".svg", ".html", ".htm", ".log", ".nc", ".part", ".tmp", ".md", ".tex")
+#: Options of `identify_each` that are none of `identify`.
+_OF_EACH = ("jobs", "call", "force")
 #: Longest time [s] between two looks.
 _LOOK = 0.5
 
@@ -69,6 +71,7 @@ def watch(
     place, still = Path(folder), quantity(settle, "s", "settle")
     patience = None if idle is None else quantity(idle, "s", "idle")
     require_watchable(place)
+    checked(strip, {name: value for name, value in options.items() if name not in _OF_EACH})
     since: dict[Path, tuple[_State, float]] = {}
     fitted: dict[Path, _State] = {}
     rows: dict[str, FileFit] = {}

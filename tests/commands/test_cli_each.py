@@ -23,6 +23,7 @@ from ilg_circuit.errors import InputError
 from ilg_circuit.files import MARKER
 from ilg_circuit.front import each
 from ilg_circuit.front.each import labels
+from ilg_circuit.front.watch import watch
 from ilg_circuit.report import axes, identification, page
 from ilg_circuit.report import folder as folders
 
@@ -108,6 +109,9 @@ def test_on_several_cores_it_is_the_same(run: Run) -> None:
         (("--jobs", "0"), "0 jobs: give 1 to 1024"),
         (("--thickness", "0.5mm"), "are missing"),
         (("--onset", "other.csv=3s"), "'other.csv' is not one of them"),
+        (("--onset", "soon"), "--onset soon: write a time such as 4s"),
+        (("--until", "16"), "until: '16' has no unit; write it like '16 s'"),
+        (("--columns", "volts=U"), "write it like voltage="),
         (("--folder", "mine"), "'mine' was not made by a fit"),
         (("--log", "none/x.log"), "does not exist"),
     ],
@@ -177,6 +181,8 @@ def test_a_folder_is_watched_until_nothing_comes(run: Run, quick: None) -> None:
     assert again.code == 0
     assert "1 fitted (1 by an earlier run)" in again.out
     assert_one_line(run("watch", "none"), "'none' is no folder")
+    with pytest.raises(InputError, match="choose one of rc"):
+        watch("in", "in/each.fit", model="rc4")
 
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="this platform has no such signals")
