@@ -15,10 +15,12 @@ if TYPE_CHECKING:
     from .fit.curve import fit_curve
     from .front.circuits import library, netlist, subcircuit
     from .front.data import read
+    from .front.each import identify_each
     from .front.fits import identify, ogden
     from .front.given import load
     from .front.models import register_model
     from .front.runs import impedance, sense, simulate
+    from .front.strips import new_strip
     from .front.studies import pareto
     from .oscillators.run import cpg
     from .strip.actuator import PAPER
@@ -37,10 +39,12 @@ __all__ = [
     "design",
     "fit_curve",
     "identify",
+    "identify_each",
     "impedance",
     "library",
     "load",
     "netlist",
+    "new_strip",
     "ogden",
     "pareto",
     "read",
@@ -57,10 +61,12 @@ _PLACES = {
     "fit.curve": ("fit_curve",),
     "front.circuits": ("library", "netlist", "subcircuit"),
     "front.data": ("read",),
+    "front.each": ("identify_each",),
     "front.fits": ("identify", "ogden"),
     "front.given": ("load",),
     "front.models": ("register_model",),
     "front.runs": ("impedance", "sense", "simulate"),
+    "front.strips": ("new_strip",),
     "front.studies": ("pareto",),
     "oscillators.run": ("cpg",),
     "strip.actuator": ("PAPER",),

@@ -35,12 +35,40 @@ class MissingLibraryError(SolveError):
     exit_code = 2
 
 
-def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
-    """Return the error for a name that is not ``known``: it lists the nearest names, or all."""
+class UnknownName(InputError):
+    """A name that is not known; ``hint`` lists the nearest ones, or all."""
+
+    def __init__(self, message: str, hint: str) -> None:
+        super().__init__(f"{message}; {hint}")
+        self.hint = hint
+
+
+def unknown_name(kind: str, name: str, known: Iterable[str], where: str = "") -> UnknownName:
+    """Return the error for a name that is not ``known``: it lists the nearest names, or all.
+
+    ``where`` stands before the name, such as "geometry." before a key.
+    """
     names = list(known)
-    near = get_close_matches(name, names, n=4)
+    near = nearest(name, names)
     hint = f"perhaps {', '.join(near)}" if near else f"known are {', '.join(names) or 'none'}"
-    return InputError(f"unknown {kind} '{name[:40]}'; {hint}")
+    return UnknownName(f"unknown {kind} '{where}{name[:40]}'", hint)
+
+
+def wrong_choice(what: str, value: object, allowed: Iterable[str]) -> InputError:
+    """Return the error for ``what`` with a ``value`` that is not ``allowed``: it lists what is, the nearest at last.
+
+    >>> print(wrong_choice("engine", "exat", ["ngspice", "exact"]))
+    engine is 'exat'; choose one of ngspice, exact; perhaps exact
+    """
+    names = list(allowed)
+    near = nearest(str(value), names)
+    hint = f"; perhaps {', '.join(near)}" if near else ""
+    return InputError(f"{what} is '{str(value)[:40]}'; choose one of {', '.join(names)}{hint}")
+
+
+def nearest(name: str, names: Iterable[str]) -> list[str]:
+    """Return the names that one may have been a slip for, the likeliest first."""
+    return get_close_matches(name.lower(), list(names), n=4) if len(name) < 100 else []
 
 
 def first_line(error: Exception) -> str:

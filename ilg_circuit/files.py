@@ -6,6 +6,7 @@ import csv
 import errno
 import json
 import os
+import re
 import shutil
 import stat
 import sys
@@ -80,6 +81,13 @@ def remove_temporaries() -> None:
         _remove(path)
 
 
+def remove_leftovers(folder: Path) -> None:
+    """Remove what processes that were killed left half-written in a folder; no other may be writing to it."""
+    for path in folder.glob(".ilg-*"):
+        if re.fullmatch(r"\.ilg-[0-9a-f]{16}(\..*)?", path.name):
+            _remove(path)
+
+
 def _remove(path: Path) -> None:
     with suppress(OSError):
         path.unlink(missing_ok=True)
@@ -88,6 +96,77 @@ def _remove(path: Path) -> None:
 
 def _unwritable(path: Path, error: OSError | ValueError) -> InputError:
     return InputError(f"cannot write '{path}': {getattr(error, 'strerror', None) or error}")
+
+
+#: File that marks a folder as made by this package: JSON with its ``files`` and its ``inputs``.
+MARKER = ".ilg-fit.json"
+
+
+def marked(folder: Path) -> dict[str, Any]:
+    """Return what the marker of a folder says, empty where there is none."""
+    try:
+        content = json.loads((folder / MARKER).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def require_folder(path: Path, *, force: bool = False, inputs: Iterable[Path] = ()) -> None:
+    """Refuse a folder of results before the work is done: InputError says what is wrong with it.
+
+    One that is there is replaced only if this package made it and nothing was added, or by ``force``; never one with
+    ``inputs`` or the working folder in it.
+    """
+    target = path.resolve()
+    if not path.exists():
+        require_writable(path)
+        return
+    if not path.is_dir():
+        raise InputError(f"cannot make the folder '{path}': a file has that name; give another by --folder")
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise InputError(f"cannot replace '{path}': its folder is not writable; give another by --folder")
+    if Path.cwd().is_relative_to(target) or any(file.resolve().is_relative_to(target) for file in inputs):
+        raise InputError(f"cannot replace '{path}': what is read, or the working folder, is in it; give another folder")
+    there = {file.name for file in target.iterdir()}
+    others = sorted(there - {MARKER, *marked(target).get("files", ())})
+    if others and not force:
+        made = "holds what was not written by a fit" if MARKER in there else "was not made by a fit"
+        raise InputError(f"'{path}' {made} ({others[0]}); give --force to replace it, or another folder by --folder")
+
+
+@contextmanager
+def replacing_folder(path: Path, marker: Mapping[str, Any], *, force: bool = False) -> Iterator[Path]:
+    """A temporary folder beside ``path`` that takes its place, with its ``marker``, when the block ends well.
+
+    Raises InputError as `require_folder` does.
+    """
+    require_folder(path, force=force)
+    target = path.resolve()
+    with temporary_path(target.with_name(f".ilg-{os.urandom(8).hex()}")) as temporary:
+        try:
+            temporary.mkdir()
+            yield temporary
+            files = sorted(file.name for file in temporary.iterdir())
+            write_json(temporary / MARKER, {**marker, "files": files})
+            if target.exists():
+                _exchange(temporary, target)
+            else:
+                temporary.rename(target)
+        except OSError as error:
+            raise _unwritable(path, error) from None
+
+
+def _exchange(made: Path, target: Path) -> None:
+    """Put a folder in the place of another, which is removed; or leave both as they were."""
+    old = target.with_name(f"{made.name}.old")
+    try:
+        target.rename(old)
+        made.rename(target)
+    except BaseException:
+        if old.exists() and not target.exists():
+            old.rename(target)
+        raise
+    _remove(old)
 
 
 class _PatientFile(FileIO):
@@ -244,3 +323,23 @@ def csv_text(columns: Mapping[str, Iterable[Any]]) -> str:
     lists = [column.tolist() if isinstance(column, np.ndarray) else list(column) for column in columns.values()]
     writer.writerows([None if cell != cell else cell for cell in row] for row in zip(*lists, strict=True))
     return text.getvalue()
+
+
+class Log:
+    """A file to which lines are appended: time, subject, outcome."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        require_writable(self.path)
+
+    def __call__(self, subject: str, outcome: str) -> None:
+        """Append a line, whole. Raises InputError where it cannot be written."""
+        from datetime import datetime
+
+        now = datetime.now().astimezone().isoformat(timespec="seconds")
+        line = f"{now} {visible(subject)}: {visible(outcome)}\n"
+        try:
+            with self.path.open("ab", buffering=0) as file:
+                file.write(line.encode("utf-8", "backslashreplace"))
+        except OSError as error:
+            raise _unwritable(self.path, error) from None

@@ -59,6 +59,53 @@ def codes(findings: Iterable[Finding]) -> set[str]:
     return {finding.code for finding in findings}
 
 
+#: Codes that are told first where there is room for few: the answer is wrong, or only a part of it holds.
+_FIRST = (
+    "not-a-success",
+    "misfit",
+    "file-not-described",
+    "displacement-not-fitted",
+    "files-inconsistent",
+    "file-outlying",
+    "current-out-of-proportion",
+    "voltage-out-of-proportion",
+    "displacement-out-of-proportion",
+    "port-out-of-proportion",
+    "contact-lost",
+    "voltage-lost",
+    "voltage-lost-held",
+    "current-rises",
+    "kramers-kronig-residuals",
+    "spectrum-misfit",
+    "no-model-determined",
+    "not-determined",
+    "electron-path-open",
+    "start-not-confirmed",
+    "displacement-not-described",
+    "displacement-opposed",
+    "displacements-inconsistent",
+    "displacement-shortened",
+    "one-pole-not-enough",
+    "residuals-structured",
+)
+#: Codes that are told last: what was done as usual.
+_LAST = (
+    "residuals-autocorrelated",
+    "displacement-autocorrelated",
+    "columns-ignored",
+    "lines-below",
+    "voltage-column",
+    "displacement-thinned",
+    "fitted-until",
+)
+
+
+def by_importance(findings: Iterable[Finding]) -> list[Finding]:
+    """Return ``findings``, those first that a reader of few must know, in their order otherwise."""
+    place = {code: k for k, code in enumerate(_FIRST)} | dict.fromkeys(_LAST, len(_FIRST) + 1)
+    return sorted(findings, key=lambda finding: place.get(finding.code, len(_FIRST)))
+
+
 class _Formatter(Formatter):
     """Formats as `str.format`; ``{x:@V3}`` is a quantity in volt with three digits, ``{n:#point}`` a count of points.
 

@@ -173,7 +173,7 @@ class Result:
         path
             ``.csv`` (the table with full precision), ``.json`` (`to_dict` with the provenance), ``.png``, ``.pdf``,
             ``.svg`` (the picture), ``.html`` (the page), ``.nc`` (`to_xarray`), and ``.toml`` of a result that makes a
-            strip.
+            strip. A fit of a strip is written as a folder with all of it, too: ``step.fit/``.
 
         Raises
         ------

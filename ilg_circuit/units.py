@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*")
 
+#: A number with a decimal comma, before its unit; 1,250 could be a thousand and more.
+_COMMA = re.compile(r"\s*([+-]?\d*),(\d+(?:[eE][+-]?\d{1,3})?)(?=\s*[^\s\d.,]|\s*$)")
+_THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2},\d{3}(?!\d)")
+
 _UNIT = re.compile(r"[A-Za-z\u00b5\u03bc\u03a9\u2126\u00b7 _*/^().0-9+-]{0,40}|%")
 _COUNTS = re.compile("degree|turn|revolution|cycle|count|per_minute|per_second|bel|neper|decade|octave")
 
@@ -71,6 +75,51 @@ ANY_SIZE = (1e-30, 1e30)
 #: SI prefixes used when a value is written; larger or smaller values are written without one.
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "H", "N", "s", "C", "J", "W", "Hz"})
+
+
+#: Name of a quantity, or SI unit -> units in use, the most usual first, and the range of SI values that is usual.
+_USUAL: dict[str, tuple[tuple[str, ...], float, float]] = {
+    "thickness": (("mm", "um", "m"), 2e-5, 1e-2),
+    "electrode_thickness": (("um", "nm", "m"), 1e-9, 1e-4),
+    "m": (("mm", "m", "cm", "um"), 3e-4, 0.5),
+    "m^2": (("mm^2", "m^2"), 1e-9, 1e-2),
+    "s": (("s", "ms"), 1e-3, 1e7),
+    "Hz": (("Hz", "kHz"), 1e-5, 1e5),
+    "V": (("V", "mV"), 0.02, 60.0),
+    "A": (("mA", "A"), 1e-6, 2.0),
+    "N": (("mN", "N"), 1e-6, 1.0),
+    "Pa": (("kPa", "MPa", "Pa"), 1e3, 5e6),
+    "kg/m^3": (("kg/m^3", "g/cm^3"), 300.0, 2e4),
+    "kg": (("g", "mg", "kg"), 1e-6, 0.1),
+    "V/s": (("V/s", "mV/s"), 1e-4, 1e3),
+}
+
+
+def likely(number: str, si_unit: str, what: str = "") -> str:
+    """Return a number with the unit that it most likely has: that makes it usual for the quantity ``what``.
+
+    >>> likely("0.35", "m", "geometry.thickness"), likely("35", "m", "--length"), likely("7600", "Pa")
+    ('0.35 mm', '35 mm', '7600 Pa')
+    """
+    word = re.split(r"[.\s]", what)[-1].lstrip("-").replace("-", "_").rstrip("_12")
+    units, low, high = _USUAL.get(word) or _USUAL.get(si_unit) or ((), 0.0, 0.0)
+    try:
+        fitting = [u for u in units if low <= abs(float(number)) * float(scale(u, si_unit)) <= high]
+    except (ValueError, InputError):  # no number, or a name that stands for a quantity of another dimension here
+        fitting = []
+    return f"{number} {fitting[0] if fitting else si_unit}"
+
+
+def _with_point(text: str, what: str) -> str:
+    """Return ``text`` with a point for a decimal comma. Raises InputError for one that may divide thousands."""
+    match = _COMMA.match(text)
+    if match is None:
+        return text
+    if _THOUSANDS.match(text):
+        number = match[0].strip()
+        one, other = number.replace(",", "."), number.replace(",", "")
+        raise InputError(f"{what}: '{text}' may be {one} or {other}; write the one that is meant")
+    return f"{match[1] or 0}.{match[2]}{text[match.end() :]}"
 
 
 @lru_cache(maxsize=1)
@@ -127,16 +176,16 @@ def _without_prefix(registry: UnitRegistry[Any], name: str) -> str:
 def parse(text: str, si_unit: str, what: str = "quantity") -> float:
     """SI value of a text such as ``"30 mm"``; ``si_unit`` names the dimension ("" for a pure number).
 
-    Raises InputError naming ``what`` when the text has no number, no unit, a unit of another dimension, or a value
-    that is not finite.
+    A decimal comma is understood. Raises InputError naming ``what`` when the text has no number, no unit (the likely
+    one is named), a unit of another dimension, or a value that is not finite.
     """
-    match = _NUMBER.fullmatch(text) if len(text) <= 200 else None
+    match = _NUMBER.fullmatch(_with_point(text, what)) if len(text) <= 200 else None
     if match is None:
         wanted = f"a number with a unit; write it like '30 {si_unit}'" if si_unit else "a number; write it like '0.3'"
         raise InputError(f"{what}: '{text[:40]}' is not {wanted}")
     number, unit = match.groups()
     if si_unit and not unit:
-        raise InputError(f"{what}: '{text}' has no unit; write it like '{number} {si_unit}'")
+        raise InputError(f"{what}: '{text}' has no unit; write it like '{likely(number, si_unit, what)}'")
     if not unit:
         value = float(number)
     else:
@@ -189,3 +238,31 @@ def format_quantity(value: float, si_unit: str, digits: int | None = None) -> st
         if "e" in text and 1 <= abs(scaled) < 1e5:
             text = f"{float(text):.0f}"  # 110 reads better than 1.1e+02
     return f"{text.removesuffix('.0')} {_PREFIXES.get(exponent, '')}{si_unit}".strip()
+
+
+def concise(value: float, error: float, si_unit: str) -> str:
+    """Return a value with its standard error in the digits that it concerns, and a fitting prefix.
+
+    The error has two digits where they are 10 to 35, else one.
+
+    >>> concise(332.41, 0.52, "ohm"), concise(4.213e-5, 1.26e-6, "F"), concise(2.4448e-9, 3e-12, "m/(V s)")
+    ('332.4(5) ohm', '42.1(13) uF', '2.4448(30)e-09 m/(V s)')
+    """
+    value, error = float(value), float(error)
+    if not (math.isfinite(value) and math.isfinite(error) and error > 0):
+        return format_quantity(value, si_unit, 6)
+    size = Decimal(repr(value or error))
+    exponent = 3 * (size.adjusted() // 3) if si_unit in _PREFIXABLE else 0
+    exponent = exponent if exponent in _PREFIXES else 0
+    power = size.adjusted() if not -3 <= size.adjusted() - exponent <= 5 else exponent
+    spread = Decimal(repr(error))
+    last = spread.adjusted() - (spread.scaleb(-spread.adjusted()) < Decimal("3.55"))
+    last = max(last, size.adjusted() - 11)  # digits of a double
+    shown = Decimal(repr(value)).scaleb(-last).quantize(Decimal(1))
+    digits = spread.scaleb(-last).quantize(Decimal(1))
+    if last >= power:  # no digits after the point
+        text, digits = f"{shown.scaleb(last - power):f}", digits.scaleb(last - power)
+    else:
+        text = f"{shown.scaleb(last - power):.{power - last}f}"
+    tens = f"e{power:+03d}" if power != exponent else ""
+    return f"{text}({digits:f}){tens} {_PREFIXES.get(exponent, '') if not tens else ''}{si_unit}".strip()

@@ -99,7 +99,8 @@ def test_parses(text: str, unit: str, value: float) -> None:
         ("1e999 m", "m", "not a finite value"),
         ("1e308 km", "m", "not a finite value"),
         ("1e999", "", "not a finite value"),
-        ("3,5 mm", "m", "unknown unit"),
+        ("3,500 m", "m", "may be 3.500 or 3500"),
+        ("3,5,5 mm", "m", "unknown unit"),
         ("1 m m", "m", "does not measure"),
         ("0.3 V", "", "does not measure"),
         ("5 degC", "m", "does not measure"),
@@ -113,7 +114,7 @@ def test_refuses(text: str, unit: str, hint: str) -> None:
 
 
 def test_a_missing_unit_is_shown_how_to_write() -> None:
-    with pytest.raises(InputError, match="write it like '30 m'"):
+    with pytest.raises(InputError, match="write it like '30 mm'"):
         parse("30", "m", "length")
 
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Array, ComplexArray
 from ..circuit.strip import strip_netlist
-from ..errors import InputError
+from ..errors import InputError, wrong_choice
 from ..findings import Finding, Warned
 from ..oscillators.network import Network
 from ..oscillators.rhythm import rhythm as rhythm_of
@@ -129,7 +129,7 @@ def couple(
     whole chain. Raises InputError for values out of range, SolveError as ngspice does.
     """
     if mode not in MODES:
-        raise InputError(f"coupling is '{mode}'; choose one of {', '.join(MODES)}")
+        raise wrong_choice("coupling", mode, MODES)
     if segments < 1:
         raise InputError(f"{segments} segments: give one or more")
     require_positive("voltage", voltage, "V")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..errors import InputError, SolveError
+from ..errors import InputError, SolveError, wrong_choice
 from ..findings import Finding
 from .activation import Activation, corners
 from .energy import crosses_itself
@@ -121,7 +121,7 @@ def simulate(
     if samples[0] < 0 or (np.diff(samples) <= 0).any() or samples[-1] == 0:
         raise InputError("times: sample times must be ascending, from zero on")
     if method not in METHODS:
-        raise InputError(f"method is {method!r}; choose one of {', '.join(METHODS)}")
+        raise wrong_choice("method", method, METHODS)
     if not 1e-12 <= tolerance <= 1e-2:
         raise InputError(f"tolerance is {tolerance:g}; give 1e-12 to 1e-2")
     if drive.values.shape[1] != arm.segments:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, wrong_choice
 from ..strip.actuator import CANTILEVER_EIGENVALUE, ORIENTATIONS, PAPER, Actuator
 from ..strip.fields import quantity, validate_quantities
 from .compiled import Indices
@@ -129,7 +129,7 @@ class Arm:
             raise InputError(f"arm.segments is {self.segments}; give 1 to {MOST_SEGMENTS}")
         object.__setattr__(self, "segments", int(self.segments))
         if self.formulation not in FORMULATIONS:
-            raise InputError(f"arm.formulation is {str(self.formulation)!r}; choose one of {', '.join(FORMULATIONS)}")
+            raise wrong_choice("arm.formulation", self.formulation, FORMULATIONS)
         object.__setattr__(self, "gravity", _vector("arm.gravity", self.gravity))
         if not _finite(self.direction):
             raise InputError(f"arm.direction is {self.direction}; give a finite angle in rad")
@@ -269,7 +269,7 @@ def strip_arm(actuator: Actuator = PAPER, *, segments: int = 15, mounting: str |
     g, m = actuator.geometry, actuator.material
     mounting = mounting or actuator.mounting.orientation
     if mounting not in ORIENTATIONS:
-        raise InputError(f"mounting is {mounting!r}; choose one of {', '.join(ORIENTATIONS)}")
+        raise wrong_choice("mounting", mounting, ORIENTATIONS)
     arm = Arm(
         length=g.free_length,
         thickness=g.thickness,

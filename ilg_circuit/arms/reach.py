@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..errors import InputError, SolveError
+from ..errors import InputError, SolveError, wrong_choice
 from ..findings import Finding, sentences
 from ..oscillators.flow import Flow, sampled
 from ..oscillators.network import Network, default_start, wired
@@ -208,7 +208,7 @@ def reach_target(
 def rhythm_network(name: str, segments: int, **constants: Any) -> Network:
     """Return the network of one of `RHYTHMS` for an arm of ``segments``; ``constants`` of `wired`, None by default."""
     if name not in RHYTHMS:
-        raise InputError(f"rhythm is '{name}'; choose one of {', '.join(RHYTHMS)}")
+        raise wrong_choice("rhythm", name, RHYTHMS)
     known = {key: value for key, value in constants.items() if value is not None}
     if name == "chain":
         known["neurons"] = 2 * segments

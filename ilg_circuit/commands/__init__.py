@@ -13,10 +13,12 @@ COMMANDS = {
     "identify": "Fit a strip to measured steps, waveforms and impedance spectra.",
     "impedance": "The small-signal spectrum at the strip's terminals, by AC analysis about a bias voltage.",
     "netlist": "Write the strip as a SPICE netlist.",
+    "new": "Write the file of a strip from its sizes; identify fits the rest.",
     "ogden": "Fit a hyperelastic material to load tests, all of them together.",
     "reproduce": "Remake every table and figure of both papers, and compare.",
     "sense": "Move a strip's tip and write what its terminals show.",
     "show": "Geometry, lumped elements, and where the model holds.",
     "simulate": "Drive a strip and write its current, displacement, force and charge over time.",
     "sweep": "Vary a strip, its drive or its load, and write what each design does: one netCDF file with units.",
+    "watch": "Fit what an instrument writes into a folder, each file as it arrives.",
 }

@@ -19,6 +19,7 @@ from ..errors import visible
 from ..files import write_json
 from ..provenance import Provenance, command_line, provenance
 from ..result import Result
+from .paths import STDOUT
 
 if TYPE_CHECKING:
     from ..simulation.check import Difference
@@ -43,6 +44,7 @@ def emit(
     shown: Mapping[str, Callable[[R], Any]] | None = None,
     text: str | None = None,
     as_json: bool = False,
+    warnings: Iterable[str] | None = None,
 ) -> R:
     """Write ``result`` to ``outputs``, print its text to stdout and its warnings to stderr, return it.
 
@@ -51,10 +53,11 @@ def emit(
     `Result.to_dict`, `Result.figure` and `Result.page`, or from what the option's function in ``shown`` makes of the
     result; ``--out`` by the result's own ``write_csv``. Any other option needs a function in ``writers``, which may
     also replace one of these four: it is called with the result and the path. ``text`` is printed in place of
-    `Result.summary`; with ``as_json`` the plain data are. Warnings are ``result.warnings``, if it has any.
+    `Result.summary`; with ``as_json`` the plain data are. Where ``--json`` is ``-`` the plain data alone are on stdout,
+    and the text on stderr. ``warnings`` are those shown, by default ``result.warnings``, if it has any.
     """
     made = replace(result, provenance=origin(inputs, seed))
-    if any(path for option, path in outputs.items() if option not in ("--out", "--json")):
+    if any(path for option, path in outputs.items() if option not in ("--out", "--json", "--table")):
         from ..report.axes import load_plainly
 
         load_plainly()
@@ -65,6 +68,8 @@ def emit(
             writers[option](made, path)
         elif option == "--out":
             made.write_csv(path)
+        elif option == "--json" and path == STDOUT:
+            say(json.dumps(plain_data(made), indent=2))
         elif option == "--json":
             write_json(path, plain_data(made))
         elif option == "--plot":
@@ -78,8 +83,8 @@ def emit(
     if as_json:
         say(json.dumps(plain_data(made), indent=2))
     else:
-        say(made.summary() if text is None else text)
-    for line in getattr(made, "warnings", ()):
+        say(made.summary() if text is None else text, err=outputs.get("--json") == STDOUT)
+    for line in getattr(made, "warnings", ()) if warnings is None else warnings:
         say(f"warning: {line}", err=True)
     return made
 

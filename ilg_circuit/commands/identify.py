@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import click
 
 from ..errors import InputError
-from ..units import parse
+from ..front.each_file import by_file
+from .each import fit_each
 from .emit import emit, say
-from .options import ModelOption, engine_option, output_options, outputs, reading_options, said
-from .paths import FILE, STRIP, LongCommand, force_option
+from .options import (
+    ModelOption,
+    engine_option,
+    output_options,
+    outputs,
+    reading_options,
+    sizes,
+    strip_options,
+)
+from .paths import FILE, FOLDER, LOG, PARAMETERS, STRIP, LongCommand, forced, forcing
 from .progress import ProgressBar
 
 
 @click.command(cls=LongCommand)
 @click.argument("data", type=FILE, nargs=-1, required=True)
 @click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
+@strip_options(required=False)
 @click.option("--model", cls=ModelOption, default="auto")
 @click.option("--electrode-resistance", help="Held, such as 2ohm; fit: nonlinear models.  [default: the actuator's]")
 @click.option("--own", multiple=True, help="A parameter that each of several files has for itself; may be repeated.")
@@ -35,81 +44,72 @@ from .progress import ProgressBar
     help="How 95 % intervals are made; covariance: by an autoregression where residuals are autocorrelated.",
 )
 @output_options("TOML file for the fitted actuator.", "Picture of data, fit and residuals (.png, .pdf, .svg).", STRIP)
-@force_option
+@click.option("--table", type=PARAMETERS, help="Table of the parameters (.tex, .csv, .md).")
+@click.option("--folder", type=FOLDER, help="Folder with all of it.  [default: step.fit/, without the above]")
+@forcing("Let --out replace the file of the actuator, and --folder any folder.")
+@click.option("-v", "--verbose", is_flag=True, help="Print everything.")
+@click.option("--each", is_flag=True, help="Fit every file by itself: one table, a folder each.")
+@click.option("--jobs", type=int, help="With --each: processes.  [default: one a core]")
+@click.option("--log", type=LOG, help="With --each: file to which a line a file is appended.")
 @click.pass_context
-def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | None, **options: Any) -> None:
+def identify(context: click.Context, /, data: tuple[Path, ...], each: bool, **options: Any) -> None:
     """Fit a strip to measured steps, waveforms and impedance spectra.
 
     DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm; or a
     spectrum: frequency_Hz, re_ohm, im_ohm; or a file of an instrument. What its headers do not tell, --columns and
     --units do. Several files of one strip, records and spectra, are fitted together, and each is predicted from the
     others.
-    """
-    from ..identification import identify as fit
-    from ..measurements.read import read
-    from ..measurements.spectrum import Spectrum
-    from ..report.identification import write_actuator
-    from ..strip.file import load_actuator
 
-    written = outputs(options)
-    base = load_actuator(actuator) if actuator else None
-    begun = onsets(data, options.pop("onset"))
-    meant = said(options)
-    files = [read(path, onset=begun[k], said=meant) for k, path in enumerate(data)]
-    spectra = [isinstance(file, Spectrum) for file in files]
-    options["bias"] = biases(data, spectra, options["bias"])
-    if all(spectra) and context.get_parameter_source("engine") is click.core.ParameterSource.COMMANDLINE:
-        say("warning: spectra are fitted by their closed form: --engine has no effect on them", err=True)
-    options["electrode_resistance"] = resistance(options["electrode_resistance"])
-    options["until"] = parse(options["until"], "s", "--until") if options["until"] else None
-    late = options["displacement_delay"]
-    options["displacement_delay"] = late if late == "fit" else parse(late, "s", "--displacement-delay")
+    Without --out, --json, --plot, --report or --table a folder with all of it is left beside the data: step.fit/.
+    """
+    options |= sizes(options)
+    for name in ("bias", "onset"):
+        options[name] = by_file(options[name]) or None
+    if each:
+        fit_each(context, data, options)
+        return
+    if left := [name for name in ("jobs", "log") if options.pop(name)]:
+        raise InputError(f"--{left[0]} goes with --each, which fits every file by itself")
+    fit_together(context, data, options)
+
+
+def fit_together(context: click.Context, data: tuple[Path, ...], options: dict[str, Any]) -> None:
+    """Fit all files as those of one strip."""
+    from ..front.fits import identify as fit
+    from ..report.folder import folder_beside, require_own, save_folder, short_text
+    from ..report.identification import write_actuator
+    from ..report.parameter_table import write_table
+
+    verbose, actuator, force = options.pop("verbose"), options.pop("actuator"), forced(context)
+    written = outputs(options) | {"--table": options.pop("table"), "--folder": options.pop("folder")}
+    note = ""
+    if not any(written.values()):
+        written["--folder"], note = folder_beside(data)
+    folder = written["--folder"]
+    if folder is not None:
+        require_own(folder, data, force=force)
     with ProgressBar("evaluation", doing="fitting") as bar:
-        result = fit(files, base=base, progress=bar.count, **options)
-    emit(result, written, inputs=(*data, actuator), seed=result.seed, writers={"--out": write_actuator})
+        result = fit(list(data), actuator, progress=bar.count, **options)
+    if all(d.quantity == "impedance" for d in result.port.data) and given(context, "engine"):
+        say("warning: spectra are fitted by their closed form: --engine has no effect on them", err=True)
+    text, told = short_text(result, folder, note) if folder is not None and not verbose else (None, None)
+    emit(
+        result,
+        written,
+        inputs=(*data, actuator),
+        seed=result.seed,
+        writers={
+            "--out": write_actuator,
+            "--table": write_table,
+            "--folder": lambda made, path: save_folder(made, path, force=force),
+        },
+        text=text,
+        warnings=told,
+    )
     if not result.success:
         context.exit(1)
 
 
-def resistance(text: str | None) -> float | Literal["fit"] | None:
-    """Return what --electrode-resistance was given, in ohm."""
-    if text == "fit":
-        return "fit"
-    return parse(text, "ohm", "--electrode-resistance") if text else None
-
-
-def biases(paths: Sequence[Path], spectra: Sequence[bool], given: Sequence[str]) -> list[float]:
-    """Return the bias [V] of every file from what ``--bias`` was given: VOLTAGE for all spectra, or FILE=VOLTAGE."""
-    found = [0.0] * len(paths)
-    chosen = [k for k, yes in enumerate(spectra) if yes]
-    for k, voltage in each_file(paths, chosen, given, "--bias", "the spectra among the files"):
-        found[k] = parse(voltage, "V", "--bias")
-    return found
-
-
-def onsets(paths: Sequence[Path], given: Sequence[str]) -> list[Any]:
-    """Return what ``--onset`` says of every file: a time [s], the name of a reading, or None."""
-    found: list[Any] = [None] * len(paths)
-    for k, text in each_file(paths, range(len(paths)), given, "--onset", "the files"):
-        words = text.replace("-", "").isalpha()
-        if words and text not in ("last-rest", "first-level"):
-            raise InputError(f"--onset {text}: write a time such as 4s, or last-rest or first-level")
-        found[k] = text if words else parse(text, "s", "--onset")
-    return found
-
-
-def each_file(
-    paths: Sequence[Path], among: Sequence[int], given: Sequence[str], option: str, what: str
-) -> Iterator[tuple[int, str]]:
-    """Yield the index of a file and the value for it, for every VALUE and FILE=VALUE that an option was given.
-
-    Values for one file come last. Raises InputError for a file that is not ``among`` those the option is for.
-    """
-    for text in sorted(given, key=lambda t: "=" in t):
-        name, _, value = text.rpartition("=")
-        chosen = [k for k in among if not name or name in (str(paths[k]), paths[k].name)]
-        if not chosen:
-            reason = f"'{name}' is not one of them" if name else "there is none"
-            raise InputError(f"{option} {text}: it is for {what}, and {reason}")
-        for k in chosen:
-            yield k, value
+def given(context: click.Context, option: str) -> bool:
+    """Return True for an option that stands on the command line."""
+    return context.get_parameter_source(option) is click.core.ParameterSource.COMMANDLINE

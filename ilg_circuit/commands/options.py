@@ -63,6 +63,38 @@ run_options = _together(
     click.option("--load", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip."),
 )
 
+_SIZES = {
+    "length": "Total length of the strip, such as 35mm.",
+    "free-length": "From the clamp to the tip, such as 30mm.",
+    "width": "Width, such as 5mm.",
+    "thickness": "Total thickness, such as 0.5mm.",
+}
+_KNOWN = {
+    "load-position": "Where the displacement is measured, from the clamp.  [default: the tip]",
+    "youngs-modulus": "Such as 7.6kPa.  [default: the paper's, which is told]",
+    "density": "Such as 1.25g/cm^3.  [default: 1250 kg/m^3]",
+    "bending-stiffness": "EI of the composite strip, such as '1 uN m^2', in place of the modulus.",
+}
+
+
+def strip_options(*, required: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """The options for a strip's sizes, which may be ``required``, and what else no fit gives; see `sizes`."""
+    return _together(
+        *(click.option(f"--{name}", required=required, help=text) for name, text in _SIZES.items()),
+        *(click.option(f"--{name}", help=text) for name, text in _KNOWN.items()),
+        click.option(
+            "--orientation",
+            type=click.Choice(["weightless", "hanging", "horizontal"]),
+            help="How it is held against gravity.",
+        ),
+    )
+
+
+def sizes(options: dict[str, Any]) -> dict[str, str | None]:
+    """What `strip_options` say, by the keys of a strip; ``options`` lose them."""
+    return {key: options.pop(key) for key in [name.replace("-", "_") for name in (*_SIZES, *_KNOWN)] + ["orientation"]}
+
+
 #: What a data file does not say of itself; `said` reads them.
 reading_options = _together(
     click.option(
@@ -97,9 +129,13 @@ def output_options(
     table: str, plot: str, kind: OutputFile = TABLE
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """The options --out (a ``kind`` of file, with the help ``table``), --json, --plot, --report; see `outputs`."""
+    return _together(click.option("--out", type=kind, help=table), result_options(plot))
+
+
+def result_options(plot: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """The options --json, --plot, --report; see `outputs`."""
     return _together(
-        click.option("--out", type=kind, help=table),
-        click.option("--json", type=JSON, help="JSON file of the result."),
+        click.option("--json", type=JSON, help="JSON file of the result; - for stdout, and nothing else there."),
         click.option("--plot", type=PICTURE, help=plot),
         click.option("--report", type=PAGE, help="One HTML file with all of it."),
     )
@@ -119,7 +155,7 @@ class ModelOption(click.Option):
 
 def outputs(options: dict[str, Any]) -> dict[str, Path | None]:
     """The files that `output_options` name, for `emit`; ``options`` lose them."""
-    return {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report")}
+    return {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report") if name in options}
 
 
 def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:

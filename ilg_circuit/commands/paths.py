@@ -8,30 +8,39 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ..errors import InputError, visible
+from ..errors import InputError, nearest, visible
 from ..files import require_writable
 from .stopping import start_limit
 
+#: What stands for stdout where a file is named.
+STDOUT = Path("-")
 #: A file that is read.
 FILE = click.Path(path_type=Path)
 
 
 class OutputFile(click.Path):
-    """A file that is written, as ``what``: its name has one of ``suffixes``, or none if it may be ``bare``."""
+    """A file that is written, as ``what``: its name has one of ``suffixes``, or none if it may be ``bare``.
 
-    def __init__(self, what: str = "", *suffixes: str, bare: bool = True) -> None:
+    ``-`` is stdout where it may be (``stdout``).
+    """
+
+    def __init__(self, what: str = "", *suffixes: str, bare: bool = True, stdout: bool = False) -> None:
         super().__init__(path_type=Path)
-        self.what, self.suffixes, self.bare = what, suffixes, bare
+        self.what, self.suffixes, self.bare, self.stdout = what, suffixes, bare, stdout
 
     def require(self, path: Path, option: str) -> None:
         """Raise InputError for a path that cannot be written, or whose suffix says that it holds something else."""
+        if path == STDOUT:
+            if self.stdout:
+                return
+            raise InputError(f"{option} does not write to stdout; give the name of a file (--json - does)")
         require_writable(path)
         suffix = path.suffix.lower()
         tells = re.fullmatch(r"\.[a-z]\w*", suffix)  # the end of run_0.5V is no suffix
@@ -41,30 +50,68 @@ class OutputFile(click.Path):
             raise InputError(f"cannot write '{path}': {option} writes {self.what}; end its name in {ends}")
 
 
+class OutputFolder(OutputFile):
+    """A folder that is written; what may be replaced is decided by the command."""
+
+    def require(self, path: Path, option: str) -> None:
+        """Raise InputError for what is no folder, or cannot become one."""
+        if path == STDOUT or (path.exists() and not path.is_dir()):
+            raise InputError(f"{option} '{path}': give the name of a folder")
+
+
 TABLE = OutputFile("CSV", ".csv", ".txt", ".dat")
 STRIP = OutputFile("TOML", ".toml")
-JSON = OutputFile("JSON", ".json")
+JSON = OutputFile("JSON", ".json", stdout=True)
 PAGE = OutputFile("HTML", ".html", ".htm")
 PICTURE = OutputFile("a picture", ".png", ".pdf", ".svg", bare=False)
 DECK = OutputFile("a SPICE deck", ".cir", ".sp", ".spice", ".net")
 MOTION = OutputFile("netCDF", ".nc", ".nc4", ".h5")
 SWEEP = OutputFile("netCDF or CSV", ".nc", ".nc4", ".h5", ".csv")
+PARAMETERS = OutputFile("a table of parameters", ".tex", ".csv", ".md", bare=False)
+LOG = OutputFile("a log", ".log", ".txt")
+FOLDER = OutputFolder("a folder")
 ANY = OutputFile()
 
 _FORCE = "ilg_circuit.force"
 
+
+def forced(context: click.Context) -> bool:
+    """Return True if --force was given."""
+    return bool(context.meta.get(_FORCE))
+
+
+def forcing(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """The option --force, whose help is ``text``; `forced` tells if it was given."""
+    return click.option(
+        "--force",
+        is_flag=True,
+        expose_value=False,
+        callback=lambda context, _option, given: context.meta.update({_FORCE: given}),
+        help=text,
+    )
+
+
 #: For commands whose answer may be meant to replace the strip that they began with.
-force_option = click.option(
-    "--force",
-    is_flag=True,
-    expose_value=False,
-    callback=lambda context, _option, given: context.meta.update({_FORCE: given}),
-    help="Let --out replace the file of the actuator.",
-)
+force_option = forcing("Let --out replace the file of the actuator.")
+
+
+class _Choice(click.Choice[str]):
+    """One of several words; a slip is told with the word that was meant."""
+
+    def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
+        message = super().get_invalid_choice_message(value, ctx).rstrip(".")
+        near = nearest(str(value), map(str, self.choices))
+        return f"{message}; perhaps {', '.join(near)}." if near else f"{message}."
 
 
 class Command(click.Command):
-    """A command whose paths are checked before it begins."""
+    """A command whose paths are checked before it begins, and that tells slips in choices of words."""
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        for option in self.params:
+            if type(option.type) is click.Choice:
+                option.type = _Choice(option.type.choices, option.type.case_sensitive)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command. Raises InputError for paths as `require_apart` and `OutputFile.require` do."""
@@ -99,10 +146,10 @@ def require_apart(context: click.Context, written: list[tuple[click.Parameter, P
         if one != other or not (twice or isinstance(second.type, OutputFile)):
             continue
         replaceable = first.name == "actuator" and second.type is STRIP
-        if replaceable and context.meta.get(_FORCE):
+        if (replaceable and forced(context)) or path == STDOUT:
             continue
-        forced = "give --force to replace it" if replaceable else "give each its own"
-        raise InputError(f"{_named(first)} and {_named(second)} name the same file, '{visible(str(path))}'; {forced}")
+        way = "give --force to replace it" if replaceable else "give each its own"
+        raise InputError(f"{_named(first)} and {_named(second)} name the same file, '{visible(str(path))}'; {way}")
 
 
 def _written(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:

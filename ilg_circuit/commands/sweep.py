@@ -9,7 +9,7 @@ import click
 from ..errors import InputError
 from .emit import emit, origin
 from .options import NUMBER, SEED, run_options
-from .paths import FILE, PICTURE, SWEEP, LongCommand
+from .paths import FILE, LOG, PICTURE, SWEEP, LongCommand
 from .progress import ProgressBar
 
 
@@ -42,6 +42,7 @@ from .progress import ProgressBar
 @click.option("--jobs", type=int, help="Processes.  [default: one a core]")
 @click.option("--cluster", help="Workers of a dask cluster: tcp://HOST:PORT, or local:4.")
 @click.option("--out", type=SWEEP, required=True, help="netCDF file to write; or CSV (.csv).")
+@click.option("--log", type=LOG, help="File to which a line a design is appended: time, number, outcome.")
 @click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg).")
 @click.option("--plot-outputs", help="What the picture shows.  [default: up to four that differ]")
 def sweep(actuator: str, **options: Any) -> None:

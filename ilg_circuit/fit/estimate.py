@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import ChainMap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -45,6 +45,25 @@ class Estimate:
         """Return the estimate of a positive ``value`` whose logarithm has the standard ``error``."""
         factor = math.exp(1.96 * error)
         return cls(value, unit, value * error, (value / factor, value * factor))
+
+    @classmethod
+    def from_dict(cls, entry: Mapping[str, Any]) -> Estimate:
+        """Return the estimate of an entry of fit.json, see `to_dict`."""
+        return cls(
+            value=entry["value"],
+            unit=entry["unit"],
+            stderr=entry["stderr"],
+            ci95=_interval(entry["ci95"]),
+            fixed_because=entry.get("held", ""),
+            bootstrap=entry.get("stderr_bootstrap"),
+            ci95_bootstrap=_interval(entry.get("ci95_bootstrap")),
+            ci95_profile=_interval(entry.get("ci95_profile")),
+            ci95_mcmc=_interval(entry.get("ci95_mcmc")),
+            autoregression=entry.get("stderr_autoregression"),
+            ci95_autoregression=_interval(entry.get("ci95_autoregression")),
+            method=entry.get("method", "covariance"),
+            note=entry.get("method_note", ""),
+        )
 
     @property
     def reported(self) -> tuple[float, Interval]:
@@ -149,6 +168,11 @@ def estimate_table(tables: Mapping[str, Mapping[str, Estimate]]) -> tuple[Column
         Column("unit", [e.unit for *_, e in rows]),
         Column("held", [e.fixed_because for *_, e in rows]),
     )
+
+
+def _interval(ends: Sequence[float | None] | None) -> Interval | None:
+    """Return an interval from the two ends in fit.json, where one that is open is null."""
+    return None if ends is None else (ends[0] or 0.0, math.inf if ends[1] is None else ends[1])
 
 
 def _plain(interval: Interval | None) -> list[float | None] | None:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, get_args
 
-from ..errors import InputError
+from ..errors import wrong_choice
 from ..findings import Finding
 from .bootstrap import Bootstrap, block_bootstrap
 from .estimate import Estimate, Method
@@ -38,7 +38,7 @@ def require_method(method: str) -> Method:
     for known in methods:
         if method == known:
             return known
-    raise InputError(f"intervals are '{method}'; choose one of {', '.join(get_args(Method))}")
+    raise wrong_choice("intervals", method, get_args(Method))
 
 
 def uncertainties(fit: FitResult, method: Method = "covariance", progress: Progress = None) -> Uncertainties:

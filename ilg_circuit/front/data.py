@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,16 +15,17 @@ from ..measurements.load_test import LoadTest
 from ..measurements.onset import Stated
 from ..measurements.read import read as read_file
 from ..measurements.record import Record
-from ..measurements.said import Said, said_of
+from ..measurements.said import NOTHING, Said, said_of
 from ..measurements.spectrum import Spectrum
 from ..units import si
+from .each_file import values_of
 
 #: One set of data that was read.
 Measured: TypeAlias = Record | Spectrum | LoadTest
 #: One set of data: a path, what was read of one, or columns by header: a data frame or a mapping of arrays.
 Source: TypeAlias = "str | Path | Measured | Mapping[str, ArrayLike] | Any"
 
-_NONE: Mapping[str, str] = {}
+NONE: Mapping[str, str] = {}
 #: Arrays by keyword -> the headers of their columns, SI units.
 _HEADERS = {
     "time": "time_s",
@@ -43,8 +44,8 @@ def read(
     *data: Source,
     mode: str | None = None,
     onset: Stated | str = None,
-    columns: Mapping[str, str] = _NONE,
-    units: Mapping[str, str] = _NONE,
+    columns: Mapping[str, str] = NONE,
+    units: Mapping[str, str] = NONE,
     part: int | None = None,
     cycle: int | None = None,
     length: str | float | None = None,
@@ -100,7 +101,7 @@ def read(
     """
     if bool(data) == bool(arrays):
         raise InputError("give paths, a data frame or columns; or arrays by keyword, such as time=, voltage=, current=")
-    at = _onset(onset)
+    at = onset_of(onset)
     sources = data or (by_header(arrays),)
     said = said_of(
         columns,
@@ -117,25 +118,29 @@ def read(
     return found if len(found) > 1 else found[0]
 
 
-def sets_of(data: Source | Sequence[Source], onset: Stated | str = None) -> list[Any]:
-    """Return the sets of data of one source or of several, read where they are not."""
+def sets_of(
+    data: Source | Sequence[Source], onset: Stated | str | Mapping[str, Stated | str] = None, said: Said = NOTHING
+) -> list[Measured]:
+    """Return the sets of data of one source or of several, read where they are not; ``onset`` may be by file."""
     several = list(data) if isinstance(data, list | tuple) else [data]
     if not several:
         raise InputError("no data were given; give paths, data frames, or what ilg.read returned")
-    found = read(*several, onset=onset)
-    return found if isinstance(found, list) else [found]
+    onsets = values_of(onset, several, "onset") if isinstance(onset, Mapping) else [onset] * len(several)
+    begun = [onset_of(each) for each in onsets]
+    names = [f"data {k + 1}" if len(several) > 1 else "data" for k in range(len(several))]
+    return [_read(source, None, at, said, name) for source, at, name in zip(several, begun, names, strict=True)]
 
 
-def _onset(given: Stated | str) -> Stated:
-    if isinstance(given, str):
-        return (
-            "last-rest"
-            if given == "last-rest"
-            else "first-level"
-            if given == "first-level"
-            else si(given, "s", "onset")
-        )
-    return given
+def onset_of(given: Stated | str) -> Stated:
+    """Return when an excitation began, from a time with a unit or the name of a reading. Raises InputError else."""
+    if not isinstance(given, str):
+        return given
+    for reading in ("last-rest", "first-level"):
+        if given == reading:
+            return cast(Stated, reading)
+    if given.replace("-", "").isalpha():
+        raise InputError(f"--onset {given}: write a time such as 4s, or last-rest or first-level")
+    return si(given, "s", "onset")
 
 
 def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:

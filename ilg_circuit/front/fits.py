@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 from numpy.typing import ArrayLike
@@ -13,24 +13,42 @@ from ..identification.identification import Identification
 from ..identification.identify import identify as fit
 from ..measurements.load_test import LoadTest
 from ..measurements.onset import Stated
-from .data import Source, by_header, read, sets_of
-from .given import Given, Strip, load, quantity
+from ..measurements.said import said_of
+from ..measurements.spectrum import Spectrum
+from ..strip.specimen import Specimen
+from .data import NONE, Source, by_header, read, sets_of
+from .each_file import values_of
+from .given import Given, Strip, quantity
+from .strips import measured_strip
 
 
 def identify(
     data: Source | Sequence[Source] | None = None,
-    strip: Strip | None = None,
+    strip: Strip | Specimen | None = None,
     *,
     model: str = "auto",
-    onset: Stated | str = None,
+    onset: Stated | str | Mapping[str, Stated | str] = None,
     electrode_resistance: Given | Literal["fit"] | None = None,
-    bias: Given | Sequence[Given] | None = None,
+    bias: Given | Sequence[Given] | Mapping[str, Given] | None = None,
     until: Given | None = None,
     displacement_delay: Given | Literal["fit"] = 0.0,
     own: Sequence[str] = (),
     engine: str = "ngspice",
     intervals: str = "covariance",
     weighting: Literal["modulus", "unit"] = "modulus",
+    columns: Mapping[str, str] | Sequence[str] = NONE,
+    units: Mapping[str, str] | Sequence[str] = NONE,
+    part: int | None = None,
+    cycle: int | None = None,
+    length: Given | None = None,
+    free_length: Given | None = None,
+    width: Given | None = None,
+    thickness: Given | None = None,
+    load_position: Given | None = None,
+    youngs_modulus: Given | None = None,
+    density: Given | None = None,
+    bending_stiffness: Given | None = None,
+    orientation: str | None = None,
     progress: Any = None,
     **arrays: ArrayLike,
 ) -> Identification:
@@ -41,17 +59,18 @@ def identify(
     data : str, Path, DataFrame, mapping, Record, Spectrum or a list of these
         A path, a data frame or mapping with columns as in a CSV file (time_s, voltage_V, current_mA, displacement_mm;
         or frequency_Hz, re_ohm, im_ohm), what `read` returned, or a list of these, of one strip.
-    strip : Actuator, str or Path
-        Geometry, Young's modulus and density: an object, a path or a preset's name (default: the paper's, which is
-        said in a finding).
+    strip : Actuator, Specimen, str or Path
+        Geometry, Young's modulus and density: an object, such as `new_strip` returns, a path or a preset's name
+        (default: the paper's, which is said in a finding).
     model : str
         Name of an electrical model, or "auto": the simplest of the best by BIC.
-    onset : float or str, optional
-        When a record's excitation began, see `read`.
+    onset : float, str or mapping, optional
+        When a record's excitation began, see `read`; or a mapping from the name of a file to it, ``"*"`` being all
+        others.
     electrode_resistance : float or str, optional
         Re [ohm], held (default: the strip's), or "fit" with nonlinear models.
-    bias : float or str
-        Bias [V] of a spectrum, or of each set of data.
+    bias : float, str, sequence or mapping, optional
+        Bias [V] of a spectrum, or of each set of data, or by the name of a file as with ``onset``.
     until : float or str, optional
         Time [s] since the onset up to which records are fitted.
     displacement_delay : float or str
@@ -64,6 +83,16 @@ def identify(
         Method of the 95 % intervals: "covariance", "profile", "bootstrap" or "mcmc".
     weighting : {"modulus", "unit"}
         Of spectra: "modulus" or "unit".
+    columns, units : mapping of str to str, optional
+        What files do not say of themselves, see `read`.
+    part, cycle : int, optional
+        Which of several measurements in a file, see `read`.
+    length, free_length, width, thickness : float or str, optional
+        Sizes of the strip [m], in place of its own, or all four in place of ``strip``.
+    load_position, youngs_modulus, density, bending_stiffness : float or str, optional
+        Likewise, see `new_strip`.
+    orientation : {"weightless", "hanging", "horizontal"}, optional
+        Likewise.
     progress : callable, optional
         Called after each evaluation.
     **arrays : array_like
@@ -93,17 +122,30 @@ def identify(
     """
     if (data is None) == (not arrays):
         raise InputError("give data, or arrays by keyword such as time=, voltage=, current=")
-    sets = sets_of(by_header(arrays) if data is None else data, onset)
-    if any(isinstance(each, LoadTest) for each in sets):
+    base = measured_strip(
+        strip,
+        length=length,
+        free_length=free_length,
+        width=width,
+        thickness=thickness,
+        load_position=load_position,
+        youngs_modulus=youngs_modulus,
+        density=density,
+        bending_stiffness=bending_stiffness,
+        orientation=orientation,
+    )
+    given = sets_of(by_header(arrays) if data is None else data, onset, said_of(columns, units, part, cycle))
+    sets = [each for each in given if not isinstance(each, LoadTest)]
+    if len(sets) < len(given):
         raise InputError("a load test says nothing of a circuit; fit it by ilg.ogden, or the command ogden")
     delay, resistance = displacement_delay, electrode_resistance
     return fit(
         sets,
-        base=None if strip is None else load(strip),
+        base=base,
         model=model,
         electrode_resistance=resistance if resistance in (None, "fit") else quantity(resistance, "ohm", "Re"),
         own=own,
-        bias=_each(bias, len(sets)),
+        bias=_biases(bias, sets, data),
         engine=engine,
         intervals=intervals,
         weighting=weighting,
@@ -161,8 +203,16 @@ def ogden(
     return characterise(tests, **options)
 
 
-def _each(bias: Given | Sequence[Given] | None, count: int) -> list[float] | None:
+def _biases(
+    bias: Given | Sequence[Given] | Mapping[str, Given] | None, sets: Sequence[Any], data: Any
+) -> list[float] | None:
+    """Return the bias [V] of every set. Raises InputError for one of a file that is no spectrum."""
     if bias is None:
         return None
-    given = [bias] * count if isinstance(bias, str | float | int) else list(bias)
+    if isinstance(bias, Mapping):
+        sources = data if isinstance(data, list | tuple) else [data]
+        spectra = [k for k, each in enumerate(sets) if isinstance(each, Spectrum)]
+        found = values_of(bias, sources, "bias", spectra, "the spectra among the files")
+        return [0.0 if each is None else quantity(each, "V", "bias") for each in found]
+    given = [bias] * len(sets) if isinstance(bias, str | float | int) else list(bias)
     return [quantity(each, "V", "bias") for each in given]

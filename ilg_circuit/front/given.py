@@ -15,6 +15,7 @@ from ..simulation.drives import DRIVE_FORMS, MOTION_FORMS, parse_drive
 from ..simulation.response import sample_times
 from ..strip.actuator import PAPER, Actuator
 from ..strip.file import load_actuator
+from ..strip.specimen import Specimen
 from ..units import si
 
 #: A strip: an object, the path of its TOML file, or a preset's name.
@@ -52,6 +53,10 @@ def load(strip: Strip = "paper") -> Actuator:
     """
     if isinstance(strip, Actuator):
         return strip
+    if isinstance(strip, Specimen):
+        raise InputError(
+            f"strip '{strip.name}' has no circuit yet: take that of a fit, ilg.identify(data, strip).actuator"
+        )
     if not isinstance(strip, str | Path):
         raise InputError(f"a strip is an object, the path of a TOML file or a preset's name, not {_kind(strip)}")
     return PAPER if strip == "paper" else load_actuator(strip)

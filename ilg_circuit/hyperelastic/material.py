@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, wrong_choice
 from ..measurements.load_test import LOAD_MODES
 
 #: mode -> k, the free direction's stretch being l^k
@@ -170,7 +170,7 @@ def _relative_slope(z: Array) -> Array:
 
 def _mode(mode: str) -> float:
     if mode not in MODES:
-        raise InputError(f"test is '{mode}'; choose one of {', '.join(MODES)}")
+        raise wrong_choice("test", mode, MODES)
     return MODES[mode]
 
 

@@ -4,6 +4,6 @@ In: records and spectra. Out: an `Identification`. May import: the rooms up to `
 """
 
 from .identification import Identification
-from .identify import identify, identify_each
+from .identify import identify
 
-__all__ = ["Identification", "identify", "identify_each"]
+__all__ = ["Identification", "identify"]

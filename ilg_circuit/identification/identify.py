@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, Literal
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from ..arrays import one_thread
-from ..errors import IlgError, InputError, SolveError
+from ..errors import InputError, SolveError
 from ..findings import Finding
 from ..fit.bootstrap import SEED
 from ..fit.identifiability import DETERMINED
@@ -20,13 +19,13 @@ from ..fit.result import FitResult
 from ..fit.selection import Candidate
 from ..measurements.prepare import LEAST_CURRENT
 from ..measurements.proportion import proportion_findings
-from ..measurements.read import read_spectrum
 from ..measurements.record import Record
 from ..measurements.spectrum import Spectrum
 from ..provenance import Provenance
-from ..strip.actuator import LONGEST_NAME, PAPER, Actuator
+from ..strip.actuator import LONGEST_NAME, PAPER, PRESETS, Actuator
 from ..strip.elements import lumped_elements, lumped_port
 from ..strip.models import electrical_model
+from ..strip.specimen import Specimen
 from ..units import format_quantity
 from .coupling_fit import CouplingFit, fit_coupling
 from .current import CurrentData
@@ -66,7 +65,7 @@ Data = Record | Spectrum
 def identify(
     data: Data | Sequence[Data],
     *,
-    base: Actuator | None = None,
+    base: Actuator | Specimen | None = None,
     model: str = "auto",
     electrode_resistance: float | Literal["fit"] | None = None,
     own: Sequence[str] = (),
@@ -88,7 +87,8 @@ def identify(
     data
         One record or spectrum, or several.
     base
-        Geometry, E and density (default: the paper's, with a finding).
+        Geometry, E and density (default: the paper's, with a finding). Its name is that of the fitted strip, unless
+        it is a preset.
     model
         Of `strip.models`, or auto: the simplest of the best by BIC.
     electrode_resistance
@@ -119,7 +119,7 @@ def identify(
         electrical_model(model)
     files = [data] if isinstance(data, Record | Spectrum) else list(data)
     ports = tuple(_until(d, until) for d in _port_data(files, engine, bias, weighting))
-    strip = base or PAPER
+    strip = base.stand_in() if isinstance(base, Specimen) else base or PAPER
     standing = lumped_port(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
     held = None if isinstance(standing, str) else standing
     if held is not None:
@@ -186,44 +186,6 @@ def identify(
         seed=SEED if any(e.bootstrap is not None or e.ci95_mcmc for e in parameters.values()) else None,
         provenance=Provenance(call=f"identify({', '.join(d.source for d in ports)}, model={model!r})"),
     )
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """One file of a batch and one model asked for: its ``result``, or the ``error`` that it ended in."""
-
-    path: Path
-    model: str
-    result: Identification | None
-    error: str
-
-
-def identify_each(
-    paths: Sequence[str | Path], models: Sequence[str] = ("auto",), *, progress: bool = True, **how: Any
-) -> tuple[Outcome, ...]:
-    """Return the identification of every spectrum by every model; one that fails does not stop the others.
-
-    ``progress`` shows a bar in a terminal; ``how`` are arguments of `identify`. Outcomes are in the order of ``paths``,
-    each with all ``models``.
-    """
-    from tqdm import tqdm
-
-    for model in models:
-        if model != "auto":
-            electrical_model(model)
-    outcomes = []
-    silent = None if progress else True  # None: only in a terminal
-    with tqdm(total=len(paths) * len(models), disable=silent, leave=False, unit="fit", desc="spectra") as bar:
-        for path in map(Path, paths):
-            for model in models:
-                result, error = None, ""
-                try:
-                    result = identify(read_spectrum(path), model=model, **how)
-                except IlgError as problem:
-                    error = str(problem)
-                outcomes.append(Outcome(path, model, result, error))
-                bar.update()
-    return tuple(outcomes)
 
 
 def _port_data(
@@ -299,9 +261,11 @@ def _fit_port(
     return *fit_named(data, model, 0.0, per_record, progress), notes
 
 
-def _actuator(port: PortFit, strip: Actuator, base: Actuator | None, data: Sequence[PortData]) -> Actuator:
+def _actuator(port: PortFit, strip: Actuator, base: Actuator | Specimen | None, data: Sequence[PortData]) -> Actuator:
     name = data[0].source.rsplit(".", 1)[0][:LONGEST_NAME] if len(data) == 1 else "joint fit"
-    coupling = base.coupling if base is not None else None
+    if base is not None and base.name not in PRESETS:
+        name = base.name
+    coupling = strip.coupling if base is not None else None
     how = {"coupling": coupling, "mounting": strip.mounting, "name": name}
     try:
         return Actuator.from_port(strip.geometry, port.port, base=strip.material, **how)

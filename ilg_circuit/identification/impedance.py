@@ -13,7 +13,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from ..arrays import Array, ComplexArray
-from ..errors import InputError, SolveError
+from ..errors import InputError, SolveError, wrong_choice
 from ..findings import Finding
 from ..fit.fitting import fit, with_starts
 from ..fit.identifiability import DETERMINED
@@ -74,7 +74,7 @@ class ImpedanceData:
     ) -> ImpedanceData:
         """Return the data of a spectrum, after its Kramers-Kronig check. Raises InputError for another weighting."""
         if weighting not in get_args(Weighting):
-            raise InputError(f"weighting is '{weighting}'; choose one of {', '.join(get_args(Weighting))}")
+            raise wrong_choice("weighting", weighting, get_args(Weighting))
         check = kramers_kronig(spectrum)
         return cls(spectrum.without(check.bad), spectrum, check, bias, source or spectrum.source, weighting)
 

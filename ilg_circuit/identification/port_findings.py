@@ -11,6 +11,7 @@ from ..fit.criteria import structured
 from ..fit.selection import Candidate
 from ..measurements.smoothing import noise_level
 from ..strip.actuator import Actuator
+from ..strip.specimen import Specimen
 from .coupling_fit import CouplingFit
 from .displacement_findings import start_findings
 from .impedance import DC, ImpedanceData
@@ -90,7 +91,10 @@ def _resolution(d: PortData, rms: float) -> list[Finding]:
     return []
 
 
-def base_findings(base: Actuator | None, coupling: CouplingFit | None) -> list[Finding]:
+def base_findings(base: Actuator | Specimen | None, coupling: CouplingFit | None) -> list[Finding]:
     if base is None:
         return [Finding("no-actuator-coupling" if coupling is not None else "no-actuator")]
+    if isinstance(base, Specimen):
+        modulus = base.stand_in().material.youngs_modulus
+        return [] if base.modulus_known else [Finding("modulus-assumed", values={"modulus": modulus})]
     return [Finding("coupling-not-fitted")] if coupling is None and base.coupling is not None else []

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, wrong_choice
 from ..units import format_quantity
 from .branches import KINDS, LOADING, Leg, find_legs
 from .kind import LOAD_TEST
@@ -61,7 +61,7 @@ class LoadTest:
         if self.branch:  # part of a test that was checked
             return
         if self.mode not in LOAD_MODES:
-            raise InputError(f"test is '{self.mode}'; choose one of {', '.join(LOAD_MODES)}")
+            raise wrong_choice("test", self.mode, LOAD_MODES)
         stretch, stress = (np.array(v, dtype=float).ravel() for v in (self.stretch, self.stress))
         if len(stretch) != len(stress):
             raise InputError(
@@ -158,7 +158,7 @@ class LoadTest:
             There is no such branch, or it has no readings.
         """
         if branch not in BRANCHES:
-            raise InputError(f"branch is '{branch}'; choose one of {', '.join(BRANCHES)}")
+            raise wrong_choice("branch", branch, BRANCHES)
         legs = self.legs if branch == "all" else _of_kind(self.legs, branch)
         if len(self.legs) == 1 and branch == LOADING:
             legs = self.legs

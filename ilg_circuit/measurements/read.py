@@ -141,6 +141,11 @@ def _lines(path: str | Path, kind: Kind, said: Said) -> tuple[TextFile, Said]:
     What is ``said`` of it is returned without what was obeyed.
     """
     file = read_raw(path, kind)
+    if Path(path).suffix.lower() == ".toml":
+        raise InputError(
+            f"{path}: is the file of a strip, not of a measurement; identify DATA.csv --actuator {path} fits a "
+            "measurement of it, simulate runs it"
+        )
     for binary in BINARIES:
         if binary.opens(file.raw):
             lines, left = binary.lines(file.raw, file.name, said)

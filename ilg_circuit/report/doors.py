@@ -7,6 +7,7 @@ first), ``summary(result)`` and ``figure(result)``, which draws by the same func
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from html import escape
@@ -136,6 +137,10 @@ def page(result: Result) -> Page:
 def save(result: Result, path: str | Path) -> None:
     """Write the result as what the suffix of ``path`` says: see `Result.save`."""
     target = Path(path)
+    presenter = _presenter(result)
+    if hasattr(presenter, "save_folder") and (str(path).endswith(("/", os.sep, ".fit")) or target.is_dir()):
+        presenter.save_folder(result, target)
+        return
 
     def write_picture(place: Path) -> None:
         axes.save(result.figure(), place, result.provenance)

@@ -38,7 +38,7 @@ from .estimates import (
 from .identification_figure import figure, panels
 from .page import Grid, Listing, Page, Prose, Section, picture, repetition
 
-__all__ = ["facts", "figure", "headline", "page", "panels", "summary", "write_actuator"]
+__all__ = ["facts", "figure", "headline", "page", "panels", "save_folder", "summary", "write_actuator"]
 
 #: Metrics of a displacement as people read them: name -> (unit, "" for a ratio; what it says in words)
 _METRICS = {
@@ -125,6 +125,13 @@ def write_actuator(result: Identification, path: str | Path) -> None:
         *(f"warning: {line}" for line in result.warnings),
     ]
     save_actuator(result.actuator, path, "\n".join(comment), result.provenance)
+
+
+def save_folder(result: Identification, path: str | Path) -> None:
+    """Write all of it into a folder, see `report.folder`."""
+    from .folder import save_folder as save
+
+    save(result, path)
 
 
 def page(result: Identification) -> Page:

@@ -13,7 +13,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..errors import InputError, visible
+from ..errors import InputError, visible, wrong_choice
 from .fields import checked, quantity, validate_quantities
 from .ladder import LADDER_BAND
 from .models.branches import branch_endings
@@ -231,7 +231,7 @@ class Mounting:
 
     def __post_init__(self) -> None:
         if self.orientation not in ORIENTATIONS:
-            raise InputError(f"mounting.orientation is {self.orientation!r}; choose one of {', '.join(ORIENTATIONS)}")
+            raise wrong_choice("mounting.orientation", self.orientation, ORIENTATIONS)
 
 
 @dataclass(frozen=True)

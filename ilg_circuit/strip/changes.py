@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, unknown_name, wrong_choice
 from ..units import parse
 from .actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
 from .models import material_keys
@@ -43,7 +43,7 @@ class VariedParameter:
         """Parse a text with a unit. Raises InputError naming the parameter."""
         if self.words:
             if text not in self.words:
-                raise InputError(f"{self.name} is '{text[:40]}'; choose one of {', '.join(self.words)}")
+                raise wrong_choice(self.name, text, self.words)
             return text
         return parse(text, self.unit, self.name)
 

@@ -7,18 +7,20 @@ says where a file comes from, and is no part of the actuator.
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
-from ..errors import InputError, visible
+from ..errors import InputError, nearest, unknown_name, visible
 from ..files import read_bytes, write_text
 from ..provenance import Provenance
-from ..units import format_quantity, parse
+from ..units import format_quantity, likely, parse
 from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting, Uncertainty, quantities
 from .models import electrical_model, material_keys
+from .specimen import ELECTRICAL, MECHANICAL, Specimen
 
 #: Format of the files that are written; older ones are read as well.
 FORMAT = 2
@@ -30,30 +32,60 @@ _SECTIONS: dict[str, type] = {"geometry": Geometry, "material": Material, "coupl
 def load_actuator(source: str | Path) -> Actuator:
     """The preset or TOML file that ``source`` names.
 
-    Raises InputError when it is neither, or when the file has unknown keys, missing or wrong units, or values out
-    of range; the message names the file and the key.
+    Raises InputError when it is neither, or when the file has unknown keys, missing or wrong units, values out of
+    range, or no circuit; the message names the file and the key.
     """
+    found = load_strip(source)
+    return found if isinstance(found, Actuator) else _without_circuit(f"{source}: ", source)
+
+
+def load_strip(source: str | Path) -> Actuator | Specimen:
+    """The same; a file without the circuit's constants is a `Specimen`."""
     if str(source) in PRESETS:
         return PRESETS[str(source)]
     if not os.path.lexists(source):
-        known = ", ".join(PRESETS)
-        raise InputError(f"no actuator '{source}': give a TOML file that exists or a preset ({known})")
+        near = nearest(str(source), [*PRESETS, *(path.name for path in Path().glob("*.toml"))])
+        hint = f"; perhaps {', '.join(near)}" if near else ""
+        raise InputError(
+            f"no actuator '{source}': give a TOML file that exists or a preset ({', '.join(PRESETS)}){hint}"
+        )
     try:
         text = read_bytes(source, _MOST_BYTES, "actuator").decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(f"{source}: not a text file; an actuator is a TOML file in UTF-8") from None
+        raise InputError(f"{source}: not a text file; an actuator is a TOML file in UTF-8{_meant(source)}") from None
     try:
-        return loads(text)
+        return _parsed(text)
     except InputError as error:
-        raise InputError(f"{source}: {error}") from None
+        raise InputError(f"{source}: {error}{_meant(source)}") from None
+
+
+def _meant(source: str | Path) -> str:
+    """Return what to do with a file that is no TOML file by its name: it may be a measurement."""
+    name = Path(source)
+    if name.suffix.lower() in ("", ".toml"):
+        return ""
+    fitted = name.with_suffix(".fit") / "fitted.toml"
+    return f"; if it is a measurement, fit it first: ilg-circuit identify {source}, then take {fitted}"
 
 
 def loads(text: str) -> Actuator:
     """Parse the TOML text of an actuator; see `load_actuator` for the errors."""
+    found = _parsed(text)
+    return found if isinstance(found, Actuator) else _without_circuit()
+
+
+def _without_circuit(where: str = "", file: str | Path = "strip.toml") -> NoReturn:
+    raise InputError(
+        f"{where}section [material] is missing {', '.join(ELECTRICAL)}, the circuit's; fit them to a measurement: "
+        f"ilg-circuit identify DATA.csv --actuator {file} --out fitted.toml"
+    )
+
+
+def _parsed(text: str) -> Actuator | Specimen:
     try:
         table = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # also numbers of thousands of digits, brackets without end
-        raise InputError(f"not valid TOML: {str(error)[:120]}") from None
+        raise InputError(_mistake(text, str(error)) or f"not valid TOML: {str(error)[:120]}") from None
     name = table.pop("name", "strip")
     if not isinstance(name, str):
         raise InputError(f"name is {name!r}; write it in quotes")
@@ -64,11 +96,47 @@ def loads(text: str) -> Actuator:
         raise InputError("'provenance' must be a section [provenance] with keys in it")
     uncertainty = _uncertainty(table.pop("uncertainty")) if "uncertainty" in table else None
     _refuse_unknown(table, (*_SECTIONS, "uncertainty", "provenance"), "section")
-    for section in ("geometry", "material"):
-        if section not in table:
-            raise InputError(f"section [{section}] is missing; an actuator needs [geometry] and [material]")
-    parts = {section: _record(kind, table[section], section) for section, kind in _SECTIONS.items() if section in table}
-    return Actuator(name=name, uncertainty=uncertainty, **parts)
+    if "geometry" not in table:
+        raise InputError("section [geometry] is missing; a strip needs its sizes")
+    if _before_any_fit(table.get("material", {})):
+        known = table.pop("material", {})
+        sections = (*table, *(["uncertainty"] if uncertainty else []))
+        if left := [section for section in sections if section not in ("geometry", "mounting")]:
+            raise InputError(f"section [{left[0]}] needs the circuit in [material]; leave it out: identify fits both")
+        units = {item.name: item.metadata["unit"] for item in fields(Material) if item.name in MECHANICAL}
+        values = {key: _quantity(value, units[key], f"material.{key}") for key, value in known.items()}
+        return Specimen(known=values, name=name, **_parts(table))
+    return Actuator(name=name, uncertainty=uncertainty, **_parts(table))
+
+
+def _before_any_fit(material: Any) -> bool:
+    """Return True for a section [material] that has nothing of a circuit, and no unknown key."""
+    return isinstance(material, dict) and material.keys() <= set(MECHANICAL)
+
+
+def _parts(table: dict[str, Any]) -> dict[str, Any]:
+    return {section: _record(kind, table[section], section) for section, kind in _SECTIONS.items() if section in table}
+
+
+#: A value that is no TOML: a bare number with a decimal comma, or with a unit.
+_BARE = re.compile(r"""\s*([\w-]+)\s*=\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*([^#,"'\[]*?)\s*(?:#.*)?""")
+
+
+def _mistake(text: str, error: str) -> str:
+    """Return what is wrong with the line that TOML's parser stopped at, empty where it is none of the usual slips."""
+    place = re.search(r"at line (\d+)", error)
+    lines = text.splitlines()
+    number = int(place[1]) if place else 0
+    match = _BARE.fullmatch(lines[number - 1]) if 0 < number <= len(lines) else None
+    if match is None:
+        return ""
+    key, value, unit = match[1], match[2].replace(",", "."), match[3]
+    item = next((f for kind in (*_SECTIONS.values(), IonBranch) for f in fields(kind) if f.name == key), None)
+    si_unit = item.metadata.get("unit", "") if item else unit
+    right = f'"{value} {unit}"' if unit else f'"{likely(value, si_unit, key)}"' if si_unit else value
+    wrong = f"{key} = {match[2]} {unit}".rstrip()
+    how = "in quotes with its unit" if si_unit else "with a decimal point"
+    return f"line {number}: '{wrong}' is not valid TOML; write a number {how}: {key} = {right}"
 
 
 def dumps(actuator: Actuator, comment: str = "", provenance: Provenance | None = None) -> str:
@@ -148,7 +216,7 @@ def _toml_string(text: str) -> str:
 def _refuse_unknown(table: dict[str, Any], known: Any, what: str, where: str = "") -> None:
     for key in table:
         if key not in known:
-            raise InputError(f"unknown {what} '{where}{key}'; known are {', '.join(known)}")
+            raise unknown_name(what, key, known, where)
 
 
 def _record(kind: type, table: Any, where: str) -> Any:
@@ -185,7 +253,7 @@ def _quantity(value: Any, unit: str, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise InputError(f'{name} is {value!r}; write a number with its unit in quotes, like "30 {unit}"')
     if unit:
-        raise InputError(f'{name} = {value} has no unit; write it in quotes, like "{value} {unit}"')
+        raise InputError(f'{name} = {value} has no unit; write it in quotes, like "{likely(str(value), unit, name)}"')
     try:
         return float(value)
     except OverflowError:

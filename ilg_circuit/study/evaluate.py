@@ -18,7 +18,7 @@ from ..arrays import Array, ComplexArray
 from ..circuit.netlist import Netlist
 from ..circuit.strip import strip_netlist
 from ..drive import Drive, PiecewiseLinear, Sine, drive_times
-from ..errors import IlgError, InputError, MissingLibraryError
+from ..errors import IlgError, InputError, MissingLibraryError, wrong_choice
 from ..simulation.response import sample_times, transient_band
 from ..solve.exact import exact_on_panels
 from ..solve.panels import design_panels
@@ -98,7 +98,7 @@ def scenario_of(template: ScenarioTemplate, values: Mapping[str, Value]) -> Scen
 def require_known(engine: str, waveforms: Iterable[str]) -> None:
     """Raise InputError for an engine or a waveform that a study does not have."""
     if engine not in ENGINES:
-        raise InputError(f"engine is '{engine}'; choose one of {', '.join(ENGINES)}")
+        raise wrong_choice("engine", engine, ENGINES)
     for name in waveforms:
         if name not in WAVEFORMS:
             raise InputError(f"unknown waveform '{name}'; choose from {', '.join(WAVEFORMS)}")

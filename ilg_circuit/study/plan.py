@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..errors import InputError, visible
+from ..errors import InputError, visible, wrong_choice
 from ..files import read_bytes
 from ..measurements.header import split_header
 from ..strip.changes import Value, VariedParameter
@@ -184,7 +184,7 @@ def random_plan(texts: Sequence[str], count: int, method: str = "lhs", seed: int
     from scipy.stats import qmc
 
     if method not in METHODS:
-        raise InputError(f"method is '{method}'; choose one of {', '.join(METHODS)}")
+        raise wrong_choice("method", method, METHODS)
     if not 1 <= count <= MOST_DESIGNS:
         raise InputError(f"{count} random designs: give 1 to {MOST_DESIGNS}")
     ranges = parse_each(texts)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from ..circuit.strip import Hung
 from ..drive import Drive, drive_findings
 from ..errors import InputError, SolveError
-from ..files import require_writable, write_csv
+from ..files import Log, require_writable, write_csv
 from ..findings import Finding, Warned
 from ..provenance import Provenance
 from ..result import Column, Result
@@ -24,7 +24,7 @@ from .evaluate import STUDY_ACCURACY, Evaluation, Progress
 from .parameters import scenario_template
 from .plan import Vary, range_texts
 from .spec import SweepSpec, solve_task, sweep_spec
-from .workers import GivenPool, LokyPool, cluster_pool, processes_possible, solve_on
+from .workers import GivenPool, cluster_pool, local_pool, solve_on
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -114,6 +114,7 @@ def sweep(
     cluster: str | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    log: str | Path | None = None,
     provenance: Provenance | None = None,
 ) -> SweepResult:
     """Return what many designs of one strip do: the values that are varied, and the outputs of each run.
@@ -164,6 +165,8 @@ def sweep(
         Workers of one's own.
     progress : callable, optional
         Called with (done, total) designs.
+    log : str or Path, optional
+        File to which a line a design is appended: time, number, outcome.
     provenance : Provenance, optional
         What the file says of its origin.
 
@@ -202,7 +205,8 @@ def sweep(
         accuracy=accuracy,
     )
     made_by = provenance or Provenance(seed=seed)
-    return solve_sweep(spec, out, jobs=jobs, cluster=cluster, executor=executor, progress=progress, provenance=made_by)
+    how: dict[str, Any] = {"jobs": jobs, "cluster": cluster, "executor": executor, "progress": progress, "log": log}
+    return solve_sweep(spec, out, **how, provenance=made_by)
 
 
 def solve_sweep(
@@ -213,6 +217,7 @@ def solve_sweep(
     cluster: str | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    log: str | Path | None = None,
     provenance: Provenance | None = None,
 ) -> SweepResult:
     """Solve ``spec`` into the netCDF file ``out`` (a CSV file where its name ends so), or in memory without one.
@@ -226,7 +231,8 @@ def solve_sweep(
     if out is None:
         with TemporaryDirectory() as folder:
             where: dict[str, Any] = {"jobs": jobs, "cluster": cluster, "executor": executor}
-            result = solve_sweep(spec, Path(folder) / "sweep.nc", progress=progress, provenance=provenance, **where)
+            where |= {"progress": progress, "log": log, "provenance": provenance}
+            result = solve_sweep(spec, Path(folder) / "sweep.nc", **where)
             with result.to_xarray() as data:
                 return replace(result, path=None, leftover=None, data=data.load())
     path = Path(out)
@@ -238,14 +244,14 @@ def solve_sweep(
         raise InputError("give one of jobs, cluster and executor")
     if jobs is not None and not 1 <= jobs <= 1024:
         raise InputError(f"{jobs} jobs: give 1 to 1024")
-    made_by = provenance or Provenance()
+    made_by, tell = provenance or Provenance(), None if log is None else Log(log)
     store = Store(path, spec)
     with store.held():
         finished = store.finished()
         missing = [k for k in range(spec.task_count) if k not in finished]
         resumed = spec.plan.count - sum(stop - start for start, stop in map(spec.bounds, missing))
         with _pool(len(missing), jobs, cluster, executor) if missing else nullcontext() as pool:
-            _solve(spec, missing, resumed, store, pool, progress or (lambda done, total: None))
+            _solve(spec, missing, resumed, store, pool, progress or (lambda done, total: None), tell)
         kept: Dataset | None = None
         try:
             if as_csv:
@@ -265,7 +271,13 @@ def solve_sweep(
 
 
 def _solve(
-    spec: SweepSpec, missing: list[int], done: int, store: Store, pool: GivenPool | None, progress: Progress
+    spec: SweepSpec,
+    missing: list[int],
+    done: int,
+    store: Store,
+    pool: GivenPool | None,
+    progress: Progress,
+    log: Log | None,
 ) -> None:
     """Solve the ``missing`` tasks into the store, in this process where there is no ``pool``; ``done`` designs are."""
     total = spec.plan.count
@@ -274,6 +286,10 @@ def _solve(
     def save(number: int, result: Evaluation) -> None:
         nonlocal done
         store.write(number, result)
+        if log:
+            start = spec.bounds(number)[0]
+            for k in range(len(result.values)):
+                log(f"design {start + k}", f"failed: {result.failures[k]}" if k in result.failures else "solved")
         done += len(result.values)
         progress(done, total)
 
@@ -288,12 +304,10 @@ def _pool(
     tasks: int, jobs: int | None, cluster: str | None, executor: Executor | None
 ) -> AbstractContextManager[GivenPool | None]:
     """Return the workers for so many tasks, None where this process is enough or others are impossible."""
-    from loky import cpu_count
-
     if cluster is not None:
         return cluster_pool(cluster)
     if executor is not None:
         width = int(getattr(executor, "_max_workers", 1))
         return nullcontext(GivenPool(executor, lambda: width, (BrokenExecutor,)))
-    workers = jobs or (min(cpu_count(), tasks) if tasks > 1 and processes_possible() else 1)
-    return closing(LokyPool(workers)) if workers > 1 else nullcontext()
+    pool = local_pool(tasks, jobs)
+    return closing(pool) if pool else nullcontext()

@@ -36,7 +36,7 @@ from .spec import Task, solve_task
 _AHEAD = 2
 #: Times that a task may kill its worker when solved alone, whole and as a part, before it is (further) divided.
 _DEATHS_WHOLE, _DEATHS = 4, 2
-_KILLED = "its solve killed the worker process, twice: too little memory, or a crash of ngspice"
+KILLED = "its solve killed the worker process, twice: too little memory, or a crash of ngspice"
 #: Modules that a worker can import: everything else is pickled by value.
 _IMPORTABLE = ("ilg_circuit", "numpy", "scipy", "builtins")
 _CLUSTERS = "tcp://HOST:PORT of a dask scheduler, or local:4 for four workers on this machine"
@@ -65,17 +65,19 @@ def require_processes() -> None:
 class GivenPool:
     """Workers that solve tasks, here of an ``executor`` made elsewhere.
 
-    ``width()`` is their present number; ``deaths`` are the errors raised when a worker died with a task.
+    ``width()`` is their present number; ``deaths`` are the errors raised when a worker died with a task; ``solve`` is
+    what they do with one.
     """
 
     def __init__(self, executor: Executor, width: Callable[[], int], deaths: tuple[type[BaseException], ...]) -> None:
         self._executor: Any = executor
         self.width, self.deaths = width, deaths
+        self.solve: Callable[[Any], Any] = solve_task
         self._models = packed_models()
 
-    def submit(self, task: Task) -> Future[Evaluation]:
+    def submit(self, task: Any) -> Future[Any]:
         """Submit a task."""
-        return self._executor.submit(_solve, task, self._models)
+        return self._executor.submit(_solve, task, self._models, self.solve)
 
     def renew(self) -> None:
         """Make the pool usable again after a death. Raises SolveError where that is impossible."""
@@ -92,7 +94,7 @@ class LokyPool(GivenPool):
         require_processes()
         super().__init__(_processes(workers), lambda: workers, (BrokenExecutor,))
 
-    def submit(self, task: Task) -> Future[Evaluation]:
+    def submit(self, task: Any) -> Future[Any]:
         with _uninterrupted():  # the first tasks start the processes
             return super().submit(task)
 
@@ -124,10 +126,25 @@ def _uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _solve(task: Task, models: bytes) -> Evaluation:
+def _solve(task: Any, models: bytes, solve: Callable[[Any], Any]) -> Any:
     """In a worker: solve a task, with the ``models`` of `packed_models`."""
     unpack_models(models)
-    return solve_task(task)
+    return solve(task)
+
+
+def local_pool(tasks: int, jobs: int | None, solve: Callable[[Any], Any] = solve_task) -> LokyPool | None:
+    """Return processes of this machine for so many tasks: ``jobs``, or one a core.
+
+    None where this process is enough, or others are impossible.
+    """
+    from loky import cpu_count
+
+    workers = jobs or (min(cpu_count(), tasks) if tasks > 1 and processes_possible() else 1)
+    if workers == 1:
+        return None
+    pool = LokyPool(workers)
+    pool.solve = solve
+    return pool
 
 
 def _end_with(parent: int) -> None:
@@ -142,17 +159,22 @@ def _end_with(parent: int) -> None:
 
 
 def solve_on(
-    pool: GivenPool, numbers: Iterable[int], make: Callable[[int], Task], save: Callable[[int, Evaluation], None]
+    pool: GivenPool,
+    numbers: Iterable[int],
+    make: Callable[[int], Any],
+    save: Callable[[int, Any], None],
+    alone: Callable[[GivenPool, Any], Any] | None = None,
 ) -> None:
     """Solve the tasks ``make(number)`` on ``pool``; ``save(number, result)`` is called as each result arrives.
 
+    ``alone`` solves a task that may have killed a worker, by default as one of a sweep.
     Raises SolveError where the pool cannot be renewed after a worker died.
     """
     waiting = deque(numbers)
-    running: dict[Future[Evaluation], tuple[int, Task]] = {}
-    suspects: list[tuple[int, Task]] = []
+    running: dict[Future[Any], tuple[int, Any]] = {}
+    suspects: list[tuple[int, Any]] = []
 
-    def collect(done: Iterable[Future[Evaluation]]) -> None:
+    def collect(done: Iterable[Future[Any]]) -> None:
         for future in done:
             number, task = running.pop(future)
             try:
@@ -177,7 +199,7 @@ def solve_on(
                 pool.renew()
                 while suspects:
                     number, task = suspects.pop(0)
-                    save(number, _alone(pool, task))
+                    save(number, (alone or _alone)(pool, task))
     finally:
         for future in running:
             future.cancel()
@@ -188,16 +210,16 @@ def _alone(pool: GivenPool, task: Task) -> Evaluation:
 
     Only where it kills its workers whole, it is divided to find the designs that do; then it is solved without them.
     """
-    whole = _tried(pool, task, _DEATHS_WHOLE)
+    whole: Evaluation | None = tried(pool, task, _DEATHS_WHOLE)
     if whole is not None:
         return whole
     divided = _divided(pool, task)
-    killers = {k: reason for k, reason in divided.failures.items() if reason == _KILLED}
-    whole = _tried(pool, replace(task, impossible=killers), _DEATHS)
+    killers = {k: reason for k, reason in divided.failures.items() if reason == KILLED}
+    whole = tried(pool, replace(task, impossible=killers), _DEATHS)
     return divided if whole is None else whole  # too large for the memory as a whole
 
 
-def _tried(pool: GivenPool, task: Task, times: int) -> Evaluation | None:
+def tried(pool: GivenPool, task: Any, times: int = _DEATHS) -> Any:
     """Solve a task alone, up to so many times; None where it killed its worker each time."""
     for _ in range(times):
         try:
@@ -210,10 +232,10 @@ def _tried(pool: GivenPool, task: Task, times: int) -> Evaluation | None:
 def _divided(pool: GivenPool, task: Task) -> Evaluation:
     """Solve a task in ever smaller parts, until what kills the workers is a single design."""
     if len(task) == 1:
-        return evaluate([_KILLED], **task.how)
+        return evaluate([KILLED], **task.how)
     middle = len(task) // 2
     parts = [task.part(0, middle), task.part(middle, len(task))]
-    first, second = (_tried(pool, part, _DEATHS) or _divided(pool, part) for part in parts)
+    first, second = (tried(pool, part) or _divided(pool, part) for part in parts)
     return replace(
         first,
         values=np.concatenate([first.values, second.values]),

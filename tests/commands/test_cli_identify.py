@@ -14,14 +14,13 @@ from kinds import KINDS, write
 from spectrum_texts import FORMATS
 from synthetic import Synthetic, record, step, two_branches
 
-from ilg_circuit.errors import InputError
-from ilg_circuit.identification import identify_each
+from ilg_circuit.front.fits import identify
 from ilg_circuit.simulation.impedance import frequencies, impedance
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.strip.file import load_actuator, save_actuator
 
-EXACT = ("--model", "rc", "--engine", "exact")
+EXACT = ("--model", "rc", "--engine", "exact", "--json", "fit.json")
 
 
 # -- what it writes ----------------------------------------------------------------------------------------------------
@@ -40,7 +39,7 @@ def test_it_writes_what_it_is_asked_for(run: Run, tmp_path: Path, kind: str) -> 
     content = json.loads(Path("fit.json").read_text())
     strip = load_actuator("fitted.toml")
     names = [Path(file).name for file in files]
-    assert strip.name == ("joint fit" if len(files) > 1 else Path(files[0]).stem)
+    assert strip.name == "mine"
     assert strip.uncertainty is not None
     assert ", ".join(names) in Path("fitted.toml").read_text()
     assert lumped_elements(strip).port.dc_resistance == pytest.approx(content["parameters"]["dc_resistance"]["value"])
@@ -88,31 +87,11 @@ def test_a_spectrum_of_any_format(name: str, run: Run) -> None:
 def test_what_impedance_writes_identify_reads(tmp_path: Path) -> None:
     path = tmp_path / "z.csv"
     impedance(replace(PAPER, coupling=None), frequencies(1e-4, 1e3, 50), engine="exact").write_csv(path)
-    (found,) = identify_each([path], ("auto",), progress=False)
-    assert found.result is not None
-    assert found.result.model == "rc"
+    found = identify(path)
+    assert found.model == "rc"
     port = lumped_elements(PAPER).port
-    assert found.result.parameters["capacitance"].value == pytest.approx(port.capacitance, rel=1e-6)
-    assert found.result.parameters["dc_resistance"].value == pytest.approx(port.dc_resistance, rel=1e-6)
-
-
-def test_a_batch_goes_on_after_a_failure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    good, bad = tmp_path / "good.csv", tmp_path / "bad.csv"
-    good.write_text(FORMATS["CSV"]())
-    bad.write_text("hello\n")
-    found = identify_each([bad, good], ("rc", "rc2"), electrode_resistance=2.0)
-    assert [(o.path.name, o.model, bool(o.result)) for o in found] == [
-        ("bad.csv", "rc", False),
-        ("bad.csv", "rc2", False),
-        ("good.csv", "rc", True),
-        ("good.csv", "rc2", True),
-    ]
-    assert "no column for frequency" in found[0].error
-    assert found[3].result is not None
-    assert found[3].result.parameters["resistance_2"].value == pytest.approx(100.0, rel=1e-5)
-    assert capsys.readouterr().err == ""  # the bar is for terminals
-    with pytest.raises(InputError, match="choose one of"):
-        identify_each([good], ("rx",))
+    assert found.parameters["capacitance"].value == pytest.approx(port.capacitance, rel=1e-6)
+    assert found.parameters["dc_resistance"].value == pytest.approx(port.dc_resistance, rel=1e-6)
 
 
 # -- what it refuses ---------------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from ilg_circuit.commands import COMMANDS
 #: Demo and reproduce take minutes; doctor has no options.
 WEIGHTS = {
     "show": 2, "simulate": 5, "impedance": 3, "netlist": 2, "identify": 2, "sense": 2, "sweep": 1, "design": 1,
-    "ogden": 2, "cpg": 3, "arm": 1, "doctor": 0, "demo": 0, "reproduce": 0,
+    "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "doctor": 0, "demo": 0, "reproduce": 0, "watch": 0,
 }  # fmt: skip
 STRIPS = (*("paper",) * 4, "strip.toml", "rc2.toml", "sinh.toml", "growing.toml", "warburg.toml", "plain.toml")
 _LENGTHS = ("0.3mm", "0.5mm", "1mm", "5mm", "30mm")
@@ -100,7 +100,10 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--rest-ratio": ("0.5", "0.8"),
     "--tolerance": ("1e-6", "1e-4"),
     "--columns": ("voltage=voltage_V",), "--units": ("time=s", "current=mA"), "--part": ("1",), "--cycle": ("1",),
-    "--length": ("20mm",), "--section": ("10mm^2",),
+    "--length": ("35mm",), "--free-length": ("30mm", "3cm"), "--width": ("5mm", "0,5 cm"), "--thickness": ("0.5mm",),
+    "--load-position": ("20mm",), "--youngs-modulus": ("7.6kPa",), "--density": ("1.2g/cm^3",), "--name": ("gel",),
+    "--bending-stiffness": ("1 uN m^2",), "file": ("new.toml",), "--log": ("out.log",), "--folder": ("results",),
+    "--table": ("out.tex", "out.md", "table.csv"), "--section": ("10mm^2",),
     "--time-limit": ("100s",), "--compare": ("step.csv",), "--cluster": ("local:1",),
     "--out": ("out.csv",),
     "identify --out": ("out.toml",), "ogden --out": ("out.toml",), "design --out": ("out.toml",),
@@ -118,11 +121,14 @@ GOOD: dict[str, tuple[str, ...]] = {
 #: Seconds each: so rarely.
 _RARE = {"--plot": 0.05, "--report": 0.05, "--animate": 0.01, "--reach": 0.02, "--pareto": 0.05, "--sobol": 0.02,
          "--sobol-plot": 0.02, "--intervals": 0.03, "--cluster": 0.0, "--sensitivity": 0.05, "--confidence": 0.05,
-         "--sobol_plot": 0.0, "--help": 0.01, "--settled": 0.1, "--neurons-in-circuit": 0.1}  # fmt: skip
+         "--sobol_plot": 0.0, "--help": 0.01, "--settled": 0.1, "--neurons-in-circuit": 0.1, "--each": 0.0,
+         "--folder": 0.01, "--log": 0.01, **dict.fromkeys(("--length", "--free-length", "--width", "--thickness",
+         "--load-position", "--youngs-modulus", "--density", "--bending-stiffness", "--orientation"), 0.03),
+         }  # fmt: skip
 #: Must be there, or the command waits for more processes than one, or tries all models.
 _ALWAYS = {"--jobs": ("sweep",), "--segments": ("arm",), "--samples": ("arm",), "--duration": ("cpg",),
            "--require": ("design",), "--vary": ("design", "sweep"), "--uniaxial": ("ogden",),
-           "--model": ("identify",)}  # fmt: skip
+           "--model": ("identify",), "--json": ("identify",)}  # fmt: skip
 _SIZES = ("0", "-1", "1e-300", "5e-324", "1e308", "-1e300", "1e-13", "1e13", "nan", "inf", "1e999", "9" * 5000, "1_0")
 _UNITS = ("mm", "m", "V", "kV", "s", "Hz", "rad/s", "ohm", "Pa", "px", "degC", "%", "\N{MICRO SIGN}m", "")
 _SCRAPS = (

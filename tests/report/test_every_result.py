@@ -33,6 +33,7 @@ from ilg_circuit.fit.result import FitResult
 from ilg_circuit.hyperelastic import characterise
 from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
+from ilg_circuit.identification.batch import Batch, FileFit
 from ilg_circuit.oscillators.run import RhythmRun, cpg
 from ilg_circuit.oscillators.sweep import RhythmSweep, cpg_sweep
 from ilg_circuit.report import doors, page
@@ -81,6 +82,9 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Sensed: lambda: sense(PAPER, parse_drive("step:1mm", 100.0, "m"), T, engine="exact"),
     Identification: lambda: identify(
         record(step(), 300.0, 61, rest=5, noise=1e-3).measurement(), base=PAPER, model="rc", engine="exact"
+    ),
+    Batch: lambda: Batch(
+        (FileFit("a.csv", content=example(Identification).to_dict()), FileFit("b.csv", 2, error="no"))
     ),
     FitResult: _curve,
     Characterisation: lambda: characterise(readings(TWO, "uniaxial", noise=0.01), terms=1),

@@ -16,7 +16,6 @@ from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.study import spec as questions
-from ilg_circuit.study import sweep as sweeps
 from ilg_circuit.study import workers
 from ilg_circuit.study.evaluate import Evaluation
 from ilg_circuit.study.sweep import solve_sweep
@@ -81,7 +80,7 @@ def test_no_death_changes_a_digit(poisoned: int | None, small_tasks: None) -> No
     spec = spec_of(engine="ngspice")
     task = spec.task(1)
     first, _ = spec.bounds(1)
-    killers = {} if poisoned is None else {poisoned - first: workers._KILLED}
+    killers = {} if poisoned is None else {poisoned - first: workers.KILLED}
     expected = questions.solve_task(replace(task, impossible=killers))
     assert (questions.solve_task(task.part(0, 2)).values != expected.values[:2]).any()
     poison = -1.0 if poisoned is None else float(spec.plan.columns["thickness"][poisoned])
@@ -130,7 +129,7 @@ def test_processes_of_which_one_is_killed(tmp_path: Path, monkeypatch: pytest.Mo
             killed.append(next(iter(pools[0]._executor._processes)))
             os.kill(killed[0], signal.SIGKILL)
 
-    monkeypatch.setattr(sweeps, "LokyPool", Watched)
+    monkeypatch.setattr(workers, "LokyPool", Watched)
     done = solve_sweep(spec, tmp_path / "two.nc", jobs=2, progress=kill_one)
     assert len(killed) == 1
     assert done.totals.failed == 0

@@ -10,7 +10,7 @@ from collections.abc import Set
 from functools import lru_cache
 from importlib.metadata import entry_points
 
-from ...errors import InputError, first_line
+from ...errors import InputError, first_line, wrong_choice
 from ...fit.parameter import Parameter
 from ..port import Port
 from .branches import RC, RC2, RC3, Branches
@@ -61,7 +61,7 @@ def electrical_model(name: str) -> ElectricalModel:
     if plain not in MODELS:
         load_entry_points()
     if plain not in MODELS or len(set(added)) < len(added) or any(a not in ADDITIONS for a in added):
-        raise InputError(f"model is '{name}'; choose one of {', '.join(model_names())}")
+        raise wrong_choice("model", name, model_names())
     return composed(MODELS[plain], tuple(sorted(added)))
 
 
