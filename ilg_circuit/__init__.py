@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .front.fits import identify, ogden
     from .front.given import load
     from .front.models import register_model
+    from .front.pages import page
     from .front.runs import impedance, sense, simulate
     from .front.studies import pareto
     from .oscillators.run import cpg
@@ -42,6 +43,7 @@ __all__ = [
     "load",
     "netlist",
     "ogden",
+    "page",
     "pareto",
     "read",
     "register_model",
@@ -60,6 +62,7 @@ _PLACES = {
     "front.fits": ("identify", "ogden"),
     "front.given": ("load",),
     "front.models": ("register_model",),
+    "front.pages": ("page",),
     "front.runs": ("impedance", "sense", "simulate"),
     "front.studies": ("pareto",),
     "oscillators.run": ("cpg",),

@@ -14,6 +14,7 @@ COMMANDS = {
     "impedance": "The small-signal spectrum at the strip's terminals, by AC analysis about a bias voltage.",
     "netlist": "Write the strip as a SPICE netlist.",
     "ogden": "Fit a hyperelastic material to load tests, all of them together.",
+    "page": "Write the strip as a page for any browser: sliders, and ngspice in the page.",
     "reproduce": "Remake every table and figure of both papers, and compare.",
     "sense": "Move a strip's tip and write what its terminals show.",
     "show": "Geometry, lumped elements, and where the model holds.",
