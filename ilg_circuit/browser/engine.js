@@ -85,8 +85,9 @@ async function solve(id, deck) {
     "destroy all", "remcirc"]);
   if (!outputs.every((path) => files.analyzePath(path).exists)) return { id, error: complaint(said) };
   const [tran, ac] = outputs.map((path) => vectorsOf(files.readFile(path)));
+  // without a run there is no such plot, and the program writes its constants
   const stopped = said.some((line) => /simulation\(s\) aborted|timestep too small/i.test(line));
-  return stopped ? { id, error: complaint(said) } : { id, tran, ac };
+  return stopped || !tran.time || !ac.frequency ? { id, error: complaint(said) } : { id, tran, ac };
 }
 
 self.onmessage = async ({ data }) => {

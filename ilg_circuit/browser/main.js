@@ -204,7 +204,7 @@
     let peak = 0;
     for (const v of y) if (Math.abs(v) > Math.abs(peak)) peak = v;
     const said = `peak ${quantity(peak, panel.unit, 3)}, at the end ${quantity(y[y.length - 1], panel.unit, 3)}`;
-    if (!measured) return said;
+    if (!measured || panel.id === "voltage") return said;
     let sum = 0, n = 0;
     measured.x.forEach((t, k) => {
       if (measured.y[k] === null || t < 0 || t > result.time[result.time.length - 1]) return;
@@ -284,18 +284,20 @@
     const good = worst <= data.close;
     $("agreement").className = good ? "good" : "bad";
     $("agreement").textContent = good
-      ? `Agrees with the native run of ${data.program} (${data.native.engine === "exact" ? "exact solver" : "its ngspice"}) within ${worst.toExponential(0)} of the largest value, measured in this browser (${each}).`
+      ? `Agrees with the native run of ${data.program} (${data.native.engine === "exact" ? "its exact solver" : "its own ngspice"}) within ${worst.toExponential(0)} of the largest value, measured in this browser (${each}).`
       : `Differs from the native run of ${data.program} by up to ${worst.toExponential(0)} of the largest value (${each}): do not rely on this page.`;
   }
 
   const untouched = () => data.sliders.every((s) => state.values[s.name] === s.value) && Object.entries(data.drive).every(([name, x]) => state.drive[name] === x);
 
   function show(answer, level) {
+    const reached = answer.tran.time[answer.tran.time.length - 1];
+    if (!(reached > state.drive.duration * (1 - 1e-6)) && !solver.wish) return fail(`ngspice stopped at ${format(reached)} s`);
     state.result = resultOf(answer, level);
-    document.documentElement.dataset.state = level;
+    document.documentElement.dataset.state = solver.wish ? "asked" : level;
     page.runs++;
     draw();
-    if (level === "fine" && !state.agreement && untouched()) stateAgreement(state.result);
+    if (level === "fine" && !solver.wish && !state.agreement && untouched()) stateAgreement(state.result);
     if (level === "draft" && !page.shown) page.shown = performance.now();
     page.drawn = performance.now();
   }

@@ -86,7 +86,7 @@ const Plots = (() => {
         legend: { show: false },
         padding: [10, 14, 0, 0],
         cursor: { y: false, drag: { x: false, y: false }, points: { size: 7 }, sync: { key: this.panel.over, setSeries: false } },
-        scales: { x: { time: false, distr: time ? 1 : 3 }, y: this.panel.log ? { distr: 3 } : { range: flat } },
+        scales: { x: { time: false, distr: time ? 1 : 3, range: (_, low, high) => [time ? Math.min(0, low) : low, high] }, y: this.panel.log ? { distr: 3 } : { range: flat } },
         series: [{}, ...series],
         axes: [
           { ...axis, label: time ? "time (s)" : "frequency (Hz)", labelFont: font, labelSize: 18, size: 28, ...(time ? { values } : logarithmic) },
@@ -97,7 +97,7 @@ const Plots = (() => {
     }
 
     /** Powers of ten, and how they are written. */
-    decades = (_, ticks) => ticks.map((v) => (v >= 1e-3 && v <= 1e6 ? format(v) : v.toExponential(0).replace("e", "\u00b710^")));
+    decades = (_, ticks) => ticks.map((v) => (v === null ? "" : v >= 1e-3 && v <= 1e6 ? format(v) : v.toExponential(0).replace("e", "\u00b710^")));
 
     powers = (_, __, low, high) => {
       const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9);

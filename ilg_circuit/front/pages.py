@@ -56,11 +56,10 @@ def page(
     Examples
     --------
     >>> import ilg_circuit as ilg
-    >>> ilg.page("paper", "strip.html", "chirp:1V,1Hz..2Hz")
+    >>> ilg.page("paper", "strip.html", "chirp:1V,1Hz..2Hz")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     ...
-    ilg_circuit.errors.InputError: a page has the drives step, square, sine, triangle, not 'chirp'; drop a file on it \
-for others
+    ilg_circuit.errors.InputError: a page has the drives step, square, sine, triangle, not 'chirp'; ...
     """
     path = Path(out)
     require_writable(path)

@@ -1,0 +1,63 @@
+"""The page of a strip, driven in a browser: its numbers are those of `simulate`, for every electrical model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from every_model import MODELS, strip_of
+
+import ilg_circuit as ilg
+from ilg_circuit.strip.actuator import Actuator
+from ilg_circuit.strip.elements import lumped_elements
+
+DURATION = 20.0
+DRIVES = ("step:3V", "square:-1V..2V,8s,0.4", "sine:2V,0.1Hz", "triangle:-2V..1V,8s")
+#: Places of sliders, those that a model has.
+MOVED = {
+    **{"width": 30, "thickness": -20, "dc_resistivity": -40, "youngs_modulus": 50, "permittivity": 15},
+    **{"dynamic_resistivity": 25, "permittivity_2": -10, "emission_voltage": 5, "inductance": -30},
+}
+#: The page's bound on its differences, relative to the largest value.
+CLOSE = 1e-5
+
+
+def differences(strip: Actuator, drive: str, found: dict[str, np.ndarray], beam: str | None = None) -> dict[str, float]:
+    """How far a page's curves are from `simulate`, relative to the largest value, at times of its own."""
+    port = lumped_elements(strip).port
+    engine = "exact" if port.linear and port.ladder is None else "ngspice"
+    time = found["time"]
+    edges = ilg.simulate(strip, drive, DURATION, samples=2, engine=engine).drive.breakpoints(DURATION)
+    at = np.unique(np.linspace(0, len(time) - 1, 60).astype(int))
+    at = at[[np.abs(edges - time[k]).min(initial=1.0) > 1e-3 * DURATION for k in at]]
+    at = at[time[at] < DURATION * (1 - 1e-3)]
+    assert len(at) > 30
+    how: dict[str, Any] = {"engine": engine, "beam": beam}
+    free = ilg.simulate(strip, drive, times=time[at], **how)
+    waves = {"voltage": free.voltage, "current": free.current, "charge": free.charge}
+    if strip.coupling is not None:
+        waves["displacement"] = free.displacement
+        waves["force"] = ilg.simulate(strip, drive, times=time[at], tip="clamped", **how).force
+    off = {name: float(np.abs(found[name][at] - wave).max() / np.abs(wave).max()) for name, wave in waves.items()}
+    native = ilg.impedance(strip, frequency=found["frequency"], engine="exact", beam=beam).impedance
+    off["impedance"] = float(np.abs((found["re"] + 1j * found["im"] - native) / native).max())
+    return off
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_numbers_of_every_model_with_its_sliders_moved(model: str, open_page: Callable[..., Any]) -> None:
+    strip = strip_of(model, 3.0)
+    drive = DRIVES[MODELS.index(model) % (1 if lumped_elements(strip).port.ladder else len(DRIVES))]
+    opened = open_page(strip, drive, DURATION)
+    names = {slider["name"] for slider in opened.ask("Solver.REST = 0; return strip.data.sliders")}
+    moved = {name: place for name, place in MOVED.items() if name in names}
+    for name, place in moved.items():
+        opened.slide(name, place)
+    opened.settled()
+    values, was = (opened.ask(f"return {what}") for what in ("strip.state.values", "strip.data.sliders"))
+    assert {s["name"] for s in was if values[s["name"]] != s["value"]} == set(moved)
+    assert len(moved) >= 4
+    off = differences(strip.with_(**{name: values[name] for name in moved}), drive, opened.result)
+    assert max(off.values()) < CLOSE, off
