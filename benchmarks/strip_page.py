@@ -59,8 +59,9 @@ def main() -> None:
                 first, size = driver.execute_script("return strip.shown"), path.stat().st_size / 1e6
                 drafts, fines = zip(*(_move(driver, place) for place in MOVES), strict=True)
                 print(
-                    f"{name}: {size:.2f} MB; first picture {first / 1e3:.2f} s, within 1e-5 {fine:.2f} s; after a slider "
-                    f"{median(drafts):.2f} s (slowest {max(drafts):.2f} s), within 1e-5 {median(fines):.2f} s"
+                    f"{name}: {size:.2f} MB; first picture {first / 1e3:.2f} s, within 1e-5 {fine:.2f} s; "
+                    f"after a slider {median(drafts):.2f} s (slowest {max(drafts):.2f} s), "
+                    f"within 1e-5 {median(fines):.2f} s"
                 )
     finally:
         driver.quit()

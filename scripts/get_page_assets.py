@@ -74,7 +74,16 @@ def get() -> str:
 
 def fetched(npm: str, name: str, digest: str, folder: Path) -> dict[str, bytes]:
     """Return the files of a package's archive by name. Raises Missing where its hash is another one."""
-    command = [npm, "pack", name, "--silent", "--ignore-scripts", "--pack-destination", str(folder)]
+    command = [
+        npm,
+        "pack",
+        name,
+        "--silent",
+        "--ignore-scripts",
+        "--fetch-retries=1",
+        "--pack-destination",
+        str(folder),
+    ]
     try:
         done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True, cwd=folder)
     except (OSError, subprocess.CalledProcessError) as error:

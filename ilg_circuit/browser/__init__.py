@@ -7,5 +7,6 @@ In: an `Actuator` and a drive. Out: the text of one HTML file. May import: `simu
     page.py        the page, with native results that it compares itself with
     deck.js        parameters and drive -> SPICE deck;          measured.js   a CSV file -> columns, or what is wrong
     engine.js      runs decks, in a worker;                     solver.js     the page's side of it: latest wish first
-    plots.js       pictures;                                    main.js       sliders, messages, and what calls what
+    results.js     its answers -> curves, and the agreement;    plots.js      pictures
+    main.js        sliders, messages, files, and what calls what
 """

@@ -3,6 +3,7 @@
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
   const { format, quantity, largest } = Plots;
+  const { between, resultOf, agreementOf } = Results(data);
   const $ = (id) => document.getElementById(id);
   const make = (tag, attributes = {}, ...children) => {
     const element = document.createElement(tag);
@@ -165,9 +166,9 @@
       { id: "force", title: "Force, tip blocked", short: "force", unit: "N", over: "time" }] : []),
     { id: "current", title: "Current", short: "current", unit: "A", over: "time" },
     { id: "charge", title: "Charge of the ions", short: "charge", unit: "C", over: "time" },
-    { id: "voltage", title: "Voltage", short: "voltage", unit: "V", over: "time" },
     { id: "magnitude", title: "Impedance, magnitude", short: "|Z|", unit: "\u03a9", over: "frequency", log: true },
     { id: "phase", title: "Impedance, phase", short: "phase", unit: "\u00b0", over: "frequency" },
+    { id: "voltage", title: "Voltage", short: "voltage", unit: "V", over: "time" },
   ];
   const plots = new Map();
 
@@ -223,60 +224,12 @@
     $("key-held").hidden = !held;
     $("key-measured").hidden = !measured;
     const last = (name) => result[name][result[name].length - 1];
-    const facts = [["Peak current", quantity(largest(result.current), "A", 3)], ["Charge at the end", quantity(last("charge"), "C", 3)],
-      ...(data.coupled ? [["Displacement at the end", quantity(last("displacement"), "m", 3)], ["Peak blocked force", quantity(largest(result.force), "N", 3)]] : [])];
+    const facts = [["Peak current", quantity(largest(result.current), "A", 3)], ["Final charge", quantity(last("charge"), "C", 3)],
+      ...(data.coupled ? [["Final displacement", quantity(last("displacement"), "m", 3)], ["Peak blocked force", quantity(largest(result.force), "N", 3)]] : [])];
     $("facts").replaceChildren(...facts.map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value))));
   }
 
   // -- results -------------------------------------------------------------------------------------------------------
-
-  /** A smooth curve between points, by a cubic through four of them. */
-  function between(x, y, at) {
-    let low = 0, high = x.length - 1;
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (x[middle] <= at) low = middle; else high = middle;
-    }
-    const first = Math.min(Math.max(low - 1, 0), x.length - 4);
-    let sum = 0;
-    for (let i = first; i < first + 4; i++) {
-      let part = y[i];
-      for (let j = first; j < first + 4; j++) if (j !== i) part *= (at - x[j]) / (x[i] - x[j]);
-      sum += part;
-    }
-    return sum;
-  }
-
-  function resultOf({ tran, ac }, level) {
-    const time = tran.time, n = time.length, charge = new Float64Array(n);
-    for (const { node, capacitor } of data.charge) {
-      const volts = tran[`v(xfree.${node})`], size = capacitor ? tran[`@c.xfree.${capacitor}[capacitance]`][n - 1] : 1;
-      for (let k = 0; k < n; k++) charge[k] += size * volts[k];
-    }
-    const result = { level, time, voltage: tran["v(plus)"], current: tran["i(vfree)"], charge };
-    if (data.coupled) {
-      result.displacement = tran["v(xfree.way)"].map((v) => 1e-3 * v);
-      result.force = tran["v(blocked)"].map((v) => 1e-6 * v);
-    }
-    const points = ac.frequency.length / 2, every = (f) => Float64Array.from({ length: points }, (_, k) => f(ac["i(vfree)"][2 * k], ac["i(vfree)"][2 * k + 1], k));
-    result.frequency = every((_re, _im, k) => ac.frequency[2 * k]);
-    result.re = every((re, im) => re / (re * re + im * im));
-    result.im = every((re, im) => -im / (re * re + im * im));
-    result.magnitude = every((re, im) => 1 / Math.hypot(re, im));
-    result.phase = every((re, im) => Math.atan2(-im, re) * 180 / Math.PI);
-    return result;
-  }
-
-  /** The largest difference of each quantity from the native run, relative to its largest value. */
-  function agreementOf(result) {
-    const { time, re, im, ...waves } = data.native.values;
-    const found = {};
-    for (const [name, values] of Object.entries(waves)) {
-      found[name] = largest(values.map((v, k) => v - between(result.time, result[name], time[k]))) / (largest(values) || 1);
-    }
-    found.impedance = Math.max(...re.map((x, k) => Math.hypot(x - result.re[k], im[k] - result.im[k]) / Math.hypot(x, im[k])));
-    return found;
-  }
 
   function stateAgreement(result) {
     const found = (state.agreement = agreementOf(result)), worst = Math.max(...Object.values(found));
@@ -315,7 +268,17 @@
 
   const solver = new Solver(deckOf, show, fail);
 
+  /** A ladder's band moves with constants of its ion path, and what is computed of a changed strip's file has its own. */
+  function ladderNote() {
+    const moved = (data.ladder?.moved ?? []).filter((name) => state.values[name] !== AT_FIRST[name]);
+    $("ladder").hidden = !moved.length;
+    if (!moved.length) return;
+    const [low, high] = data.ladder.band.map((f) => quantity(f, "Hz", 3));
+    $("ladder").textContent = `Another ${moved.join(", ").replaceAll("_", " ")} moves the band of the ladder that stands for the ion path (${low} to ${high} for the strip as it was): fast changes may be off by more than 1e-5; make a page of the changed strip for exact numbers.`;
+  }
+
   function changed() {
+    ladderNote();
     document.documentElement.dataset.state = "asked";
     solver.ask();
   }

@@ -41,7 +41,7 @@ CLOSE = 1e-5
 _BAND, _A_DECADE = (1e-3, 1e3), 10
 #: Times at which native results stand in the page.
 _NATIVE = 120
-_SCRIPTS = ("deck.js", "measured.js", "plots.js", "solver.js", "main.js")
+_SCRIPTS = ("deck.js", "measured.js", "plots.js", "results.js", "solver.js", "main.js")
 
 
 @dataclass(frozen=True)
@@ -148,6 +148,7 @@ def _in_script(text: str) -> str:
 def _content(actuator: Actuator, made: PageDrive, drive: Drive, beam: str, origin: Provenance) -> dict[str, Any]:
     """What the page's scripts are told, SI units."""
     ladder = lumped_elements(actuator).port.ladder
+    moved = sorted(set(actuator.material.model.ions.library_parameters) - {"dynamic_resistivity", "permittivity"})
     hanging = actuator.coupling is not None and actuator.mounting.orientation == "hanging"
     return {
         "name": visible(actuator.name),
@@ -166,7 +167,7 @@ def _content(actuator: Actuator, made: PageDrive, drive: Drive, beam: str, origi
         "band": [*_BAND, _A_DECADE],
         "close": CLOSE,
         "gravity": {"ratio": gravity_ratio(actuator), "heavier": HEAVIER} if hanging else None,
-        "ladder": {"band": ladder.band, "error": ladder.error} if ladder is not None else None,
+        "ladder": {"band": ladder.band, "moved": moved} if ladder is not None else None,
         "native": _native(actuator, drive, made.duration, beam),
     }
 

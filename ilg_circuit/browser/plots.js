@@ -84,7 +84,7 @@ const Plots = (() => {
       return {
         ...this.size(),
         legend: { show: false },
-        padding: [10, 14, 0, 0],
+        padding: [10, 22, 0, 0],
         cursor: { y: false, drag: { x: false, y: false }, points: { size: 7 }, sync: { key: this.panel.over, setSeries: false } },
         scales: { x: { time: false, distr: time ? 1 : 3, range: (_, low, high) => [time ? Math.min(0, low) : low, high] }, y: this.panel.log ? { distr: 3 } : { range: flat } },
         series: [{}, ...series],

@@ -92,8 +92,8 @@ class Opened:
 
     def slide(self, name: str, place: int) -> None:
         """Move a slider as a mouse does, to a place from -100 to 100."""
-        script = "const s = document.getElementById(arguments[0]); s.value = arguments[1]; s.dispatchEvent(new Event('input'))"
-        self.ask(script, f"slider-{name}", place)
+        find = "const slider = document.getElementById(arguments[0]); slider.value = arguments[1];"
+        self.ask(f"{find} slider.dispatchEvent(new Event('input'))", f"slider-{name}", place)
 
     def drop(self, text: str, name: str = "measured.csv") -> None:
         """Drop a file of this text on the page."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from every_model import MODELS, strip_of
 
 import ilg_circuit as ilg
-from ilg_circuit.strip.actuator import Actuator
+from ilg_circuit.strip.actuator import PAPER, Actuator, Mounting
 from ilg_circuit.strip.elements import lumped_elements
 
 DURATION = 20.0
@@ -61,3 +62,31 @@ def test_numbers_of_every_model_with_its_sliders_moved(model: str, open_page: Ca
     assert len(moved) >= 4
     off = differences(strip.with_(**{name: values[name] for name in moved}), drive, opened.result)
     assert max(off.values()) < CLOSE, off
+
+
+@pytest.mark.parametrize("how", ["hanging", "static"])
+def test_numbers_of_other_mountings(how: str, open_page: Callable[..., Any]) -> None:
+    strip = replace(PAPER, mounting=Mounting("hanging")) if how == "hanging" else PAPER
+    strip = strip.with_(youngs_modulus=9e5)
+    beam = "static" if how == "static" else None
+    opened = open_page(strip, "square:3V,15s", DURATION, beam=beam)
+    opened.slide("thickness", 20)
+    opened.settled()
+    values = opened.ask("return strip.state.values")
+    off = differences(strip.with_(thickness=values["thickness"]), "square:3V,15s", opened.result, beam)
+    assert max(off.values()) < CLOSE, off
+    if how == "hanging":
+        opened.slide("density", 100)
+        assert "more than 4 times as heavy" in opened.message
+        assert opened.ask("return strip.state.values.density") == 1250.0
+
+
+def test_a_moved_ladder_is_told_beside_what_it_changes(open_page: Callable[..., Any]) -> None:
+    opened = open_page(strip_of("warburg"), "step:3V", DURATION)
+    shown = "return !document.getElementById('ladder').hidden"
+    assert not opened.ask(shown)
+    opened.slide("diffusion_time", 100)
+    assert opened.ask(shown)
+    assert "Another diffusion time moves" in opened.ask("return document.getElementById('ladder').textContent")
+    opened.slide("diffusion_time", 0)
+    assert not opened.ask(shown)
