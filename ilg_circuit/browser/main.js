@@ -297,17 +297,21 @@
     const names = Object.keys(read.columns);
     let said = `${file.name}: ${read.time.length} rows of ${names.join(", ")}`;
     if (read.ignored.length) said += `; not understood and left out: ${read.ignored.join(", ")}`;
-    if (read.columns.voltage) {
+    const known = read.time.filter((t, k) => t >= 0 && (read.columns.voltage?.[k] ?? null) !== null);
+    if (known.length > 1) {
       let close = 1e-3;
       while ((state.rows = Measured.lines(read.time, read.columns.voltage, close)).times.length > 300) close *= 2;
       said += `; the model is driven by its voltage, ${state.rows.times.length} lines within ${format(1e3 * close)} mV`;
-      $("kind-measured").parentElement.hidden = false;
       state.drive.duration = read.time[read.time.length - 1];
       choose("measured");
+    } else if (state.drive.kind === "measured") {
+      Object.assign(state.drive, data.drive); // an earlier file's voltage is not this one's
+      choose(state.drive.kind);
     } else {
       draw();
     }
     refresh();
+    $("kind-measured").parentElement.hidden = known.length < 2;
     $("measured-said").textContent = `${said}.`;
   }
 

@@ -127,7 +127,7 @@ def strip_page(
 
     template = Environment(autoescape=True, keep_trailing_newline=True).from_string(source("page.html.j2"))
     return template.render(
-        name=actuator.name,
+        name=visible(actuator.name),
         version=__version__,
         data=_in_script(json.dumps(content, allow_nan=False)),
         program=carried.program,

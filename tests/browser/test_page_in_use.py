@@ -111,6 +111,20 @@ def test_a_measured_file_is_drawn_over_the_model_and_drives_it(open_page: Callab
     for name in ("voltage", "current", "charge", "displacement"):
         wave = getattr(native, name)
         assert np.abs(found[name][at] - wave).max() < CLOSE * np.abs(wave).max(), name
+    # the next file has no voltage: the drive is the one of the beginning
+    opened.drop("Time (s);Force (uN)\n0;0,5\n10;1,5\n", "force.csv")
+    opened.until("strip.state.measured.columns.force")
+    assert opened.ask("return strip.state.measured.columns.force[1]") == pytest.approx(1.5e-6)
+    assert opened.ask("return [strip.state.drive.kind, strip.state.drive.duration]") == ["step", 60]
+
+
+def test_a_strips_name_is_text(open_page: Callable[..., Any]) -> None:
+    name = "</script><img src=x onerror=\"document.title='PWN'\"> {{ 7*7 }} $\\foo$"
+    opened = open_page(replace(PAPER, name=name), "step:4V", "20 s")
+    opened.settled()
+    assert opened.ask("return document.querySelector('h1').textContent") == name
+    assert opened.ask("return document.images.length") == 0
+    assert opened.driver.title == f"{name}: ionic-liquid-gel strip"
 
 
 def test_what_ngspice_cannot_do_is_said_in_one_line(open_page: Callable[..., Any]) -> None:

@@ -11,6 +11,7 @@ import pytest
 from every_model import MODELS, strip_of
 
 import ilg_circuit as ilg
+from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.strip.actuator import PAPER, Actuator, Mounting
 from ilg_circuit.strip.elements import lumped_elements
 
@@ -30,7 +31,7 @@ def differences(strip: Actuator, drive: str, found: dict[str, np.ndarray], beam:
     port = lumped_elements(strip).port
     engine = "exact" if port.linear and port.ladder is None else "ngspice"
     time = found["time"]
-    edges = ilg.simulate(strip, drive, DURATION, samples=2, engine=engine).drive.breakpoints(DURATION)
+    edges = parse_drive(drive, DURATION).breakpoints(DURATION)
     at = np.unique(np.linspace(0, len(time) - 1, 60).astype(int))
     at = at[[np.abs(edges - time[k]).min(initial=1.0) > 1e-3 * DURATION for k in at]]
     at = at[time[at] < DURATION * (1 - 1e-3)]
