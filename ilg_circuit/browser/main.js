@@ -226,6 +226,8 @@
     const last = (name) => result[name][result[name].length - 1];
     const facts = [["Peak current", quantity(largest(result.current), "A", 3)], ["Final charge", quantity(last("charge"), "C", 3)],
       ...(data.coupled ? [["Final displacement", quantity(last("displacement"), "m", 3)], ["Peak blocked force", quantity(largest(result.force), "N", 3)]] : [])];
+    if (page.facts === facts.join()) return; // screen readers hear of changes only
+    page.facts = facts.join();
     $("facts").replaceChildren(...facts.map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value))));
   }
 
@@ -251,6 +253,7 @@
     page.runs++;
     draw();
     if (level === "fine" && !solver.wish && !state.agreement && untouched()) stateAgreement(state.result);
+    else if (!state.agreement) $("agreement").textContent = "The agreement with the native run is measured with the strip and the drive as they were made.";
     if (level === "draft" && !page.shown) page.shown = performance.now();
     page.drawn = performance.now();
   }

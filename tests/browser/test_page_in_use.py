@@ -60,6 +60,7 @@ def test_the_keyboard_does_what_the_mouse_does(open_page: Callable[..., Any]) ->
     from selenium.webdriver.common.keys import Keys
 
     opened = open_page("paper", "step:4V", "20 s")
+    agreement = "return document.getElementById('agreement').textContent"
     slider = opened.driver.find_element(By.ID, "slider-width")
     slider.send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
     assert opened.ask("return strip.state.values.width") > 0.005
@@ -71,6 +72,7 @@ def test_the_keyboard_does_what_the_mouse_does(open_page: Callable[..., Any]) ->
     opened.driver.find_element(By.ID, "kind-step").send_keys(Keys.ARROW_RIGHT)
     assert opened.ask("return strip.state.drive.kind") == "square"
     opened.settled()
+    assert "is measured with the strip and the drive as they were made" in opened.ask(agreement)
     picture = opened.driver.find_element(By.CSS_SELECTOR, "#plot-current .canvas")
     read = "return document.querySelector('#plot-current output').textContent"
     picture.send_keys(Keys.END)
@@ -81,6 +83,8 @@ def test_the_keyboard_does_what_the_mouse_does(open_page: Callable[..., Any]) ->
     # the strip as it was, and a strip that cannot be
     opened.driver.find_element(By.ID, "reset").send_keys(Keys.ENTER)
     assert opened.ask("return strip.state.values.width") == 0.005
+    opened.settled()
+    assert opened.ask(agreement).startswith("Agrees with the native run")
     opened.slide("free_length", 100)
     assert "cannot exceed the total length" in opened.message
     assert opened.ask("return strip.state.values.free_length") == 0.03

@@ -51,7 +51,10 @@ def differences(strip: Actuator, drive: str, found: dict[str, np.ndarray], beam:
 @pytest.mark.parametrize("model", MODELS)
 def test_numbers_of_every_model_with_its_sliders_moved(model: str, open_page: Callable[..., Any]) -> None:
     strip = strip_of(model, 3.0)
-    drive = DRIVES[MODELS.index(model) % (1 if lumped_elements(strip).port.ladder else len(DRIVES))]
+    ladder = lumped_elements(strip).port.ladder is not None
+    if ladder and "+" in model:  # the plain ones have moved
+        strip = replace(strip, coupling=None)
+    drive = DRIVES[MODELS.index(model) % (1 if ladder else len(DRIVES))]
     opened = open_page(strip, drive, DURATION)
     names = {slider["name"] for slider in opened.ask("Solver.REST = 0; return strip.data.sliders")}
     moved = {name: place for name, place in MOVED.items() if name in names}
