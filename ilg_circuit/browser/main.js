@@ -161,6 +161,7 @@
 
   // -- pictures ------------------------------------------------------------------------------------------------------
 
+  /** @type {any[]} with `short`, the name on a tab */
   const PANELS = [
     ...(data.coupled ? [{ id: "displacement", title: "Displacement, tip free", short: "displacement", unit: "m", over: "time" },
       { id: "force", title: "Force, tip blocked", short: "force", unit: "N", over: "time" }] : []),
@@ -190,7 +191,7 @@
 
   function tabTo(id) {
     for (const panel of PANELS) $(`plot-${panel.id}`).classList.toggle("chosen", panel.id === id);
-    for (const tab of $("tabs").children) tab.setAttribute("aria-pressed", tab.dataset.of === id);
+    for (const tab of $("tabs").children) tab.setAttribute("aria-pressed", String(tab.dataset.of === id));
     plots.get(id).resize();
   }
 
