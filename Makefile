@@ -27,7 +27,8 @@ endif
 .PHONY: help setup demo test lint fuzz mutants peers bench clean FORCE
 
 help:
-	@echo 'make setup   installs the package and ngspice into .venv (ngspice only where the system has none)'
+	@echo 'make setup   installs the package and ngspice into .venv (ngspice only where the system has none), fetches what'
+	@echo '             ilg-circuit page carries where npm is there'
 	@echo 'make demo    runs the whole flow once, results in demo/'
 	@echo 'make test    runs the tests'
 	@echo 'make lint    checks style and types'
@@ -38,7 +39,7 @@ help:
 	@echo 'make clean   removes .venv and everything generated'
 	@echo 'PYTHON=python3.12 after any of them chooses the Python.'
 
-setup: .venv/.stamp-package .venv/.stamp-ngspice
+setup: .venv/.stamp-package .venv/.stamp-ngspice .venv/.stamp-page
 
 demo: setup
 	$(bin)/ilg-circuit demo --out demo
@@ -67,7 +68,7 @@ bench: setup .venv/.stamp-bench
 	$(bin)/python benchmarks/all.py
 
 clean:
-	rm -rf .venv build dist demo .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv build dist demo ilg_circuit/browser/assets .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/.stamp-venv: $(anew)
@@ -98,3 +99,7 @@ clean:
 .venv/.stamp-ngspice: scripts/get_ngspice.py .venv/.stamp-package
 	@$(bin)/python scripts/get_ngspice.py
 	@touch $@
+
+# Without npm it says so, and all but `ilg-circuit page` works; the next make looks again.
+.venv/.stamp-page: scripts/get_page_assets.py .venv/.stamp-package
+	@$(bin)/python scripts/get_page_assets.py && touch $@ || true

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .front.fits import identify, ogden
     from .front.given import load
     from .front.models import register_model
+    from .front.pages import page
     from .front.runs import impedance, sense, simulate
     from .front.strips import new_strip
     from .front.studies import pareto
@@ -46,6 +47,7 @@ __all__ = [
     "netlist",
     "new_strip",
     "ogden",
+    "page",
     "pareto",
     "read",
     "register_model",
@@ -65,6 +67,7 @@ _PLACES = {
     "front.fits": ("identify", "ogden"),
     "front.given": ("load",),
     "front.models": ("register_model",),
+    "front.pages": ("page",),
     "front.runs": ("impedance", "sense", "simulate"),
     "front.strips": ("new_strip",),
     "front.studies": ("pareto",),

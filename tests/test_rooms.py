@@ -23,7 +23,7 @@ FLOORS = (
     ("identification",),
     ("hyperelastic", "oscillators", "study"),
     ("arms",),
-    ("report",),
+    ("report", "browser"),
     ("front",),
     ("reproduce",),
     ("commands",),

@@ -32,7 +32,7 @@ _BIAS = 4
 #: A beam without mass follows within this part of the time that d(s) takes.
 _LAG = 1e-8
 #: The series of gravity holds up to so many times the strip's r, and a load of so many times its weight.
-_HEAVIER = 4
+HEAVIER = 4
 #: What `plain` would turn into underscores in units and symbols.
 _UNSAFE = str.maketrans("", "", "'^")
 
@@ -172,7 +172,7 @@ def _gravity(actuator: Actuator, at: str, cube: str) -> dict[str, str]:
         "held": "(own*(1-part)+hung)*part*part",
         "grown": "own*part*part*part",
     }
-    most = _HEAVIER * 8 * gravity_ratio(actuator)
+    most = HEAVIER * 8 * gravity_ratio(actuator)
     for name, first, square, cubed in (("whole", 0, "hung", "own"), ("bent", 2, "held", "grown")):
         terms = ["1", "0"]
         for n in range(first + 2, first + len(growth_terms(first, most, most, 1e-8))):
@@ -312,8 +312,8 @@ def _notes(actuator: Actuator, lumped: Elements, beam: str) -> list[str]:
         ]
     if coupled and actuator.mounting.orientation == "hanging":
         lines.append(
-            f"gravity: for strips up to {_HEAVIER} times as heavy for their EI/L0^3 (r up to "
-            f"{_HEAVIER * gravity_ratio(actuator):.3g}), and loads up to {_HEAVIER} times this strip's weight"
+            f"gravity: for strips up to {HEAVIER} times as heavy for their EI/L0^3 (r up to "
+            f"{HEAVIER * gravity_ratio(actuator):.3g}), and loads up to {HEAVIER} times this strip's weight"
         )
     if coupled and beam == "dynamic" and not material.beam_damping_ratio:
         lines.append("the beam rings for ever without damping: displacement within 1e-5 of the maximum only")

@@ -15,6 +15,7 @@ COMMANDS = {
     "netlist": "Write the strip as a SPICE netlist.",
     "new": "Write the file of a strip from its sizes; identify fits the rest.",
     "ogden": "Fit a hyperelastic material to load tests, all of them together.",
+    "page": "Write the strip as a page for any browser: sliders, and ngspice in the page.",
     "reproduce": "Remake every table and figure of both papers, and compare.",
     "sense": "Move a strip's tip and write what its terminals show.",
     "show": "Geometry, lumped elements, and where the model holds.",

@@ -87,14 +87,14 @@ def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -
         case "square":
             duty = parse(parts[2], "", "square, duty") if len(parts) == 3 else 0.5
             return PiecewiseLinear.square(
-                *_two(parts[0], unit, name), parse(parts[1], "s", "square, period"), duration, duty, unit
+                *two(parts[0], unit, name), parse(parts[1], "s", "square, period"), duration, duty, unit
             )
         case "triangle":
             return lines(
-                shapes.triangle(*_two(parts[0], unit, name), parse(parts[1], "s", "triangle, period"), duration)
+                shapes.triangle(*two(parts[0], unit, name), parse(parts[1], "s", "triangle, period"), duration)
             )
         case "cv":
-            low, high = _two(parts[0], unit, name)
+            low, high = two(parts[0], unit, name)
             rate, cycles = parse(parts[1], f"{unit}/s", name), _count(parts, 2, "cv, cycles")
             require_positive("cv, rate", rate, f"{unit}/s")
             return lines(shapes.triangle(low, high, 2 * (high - low) / rate, duration, cycles))
@@ -105,10 +105,10 @@ def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -
         case "sine":
             return Sine(parse(parts[0], unit, name), parse(parts[1], "Hz", "sine, frequency"), unit)
         case "chirp":
-            return lines(shapes.chirp(parse(parts[0], unit, name), *_two(parts[1], "Hz", name), duration))
+            return lines(shapes.chirp(parse(parts[0], unit, name), *two(parts[1], "Hz", name), duration))
         case "multisine":
             tones = int(_count(parts, 2, "multisine, tones", 10))
-            return lines(shapes.multisine(parse(parts[0], unit, name), *_two(parts[1], "Hz", name), duration, tones))
+            return lines(shapes.multisine(parse(parts[0], unit, name), *two(parts[1], "Hz", name), duration, tones))
         case "ramp":
             return PiecewiseLinear.ramp(parse(parts[0], f"{unit}/s", name), duration, unit)
         case _:
@@ -124,8 +124,8 @@ def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -
             return drawn(times, values, duration, text, [note.about(text) for note in notes])
 
 
-def _two(text: str, unit: str, name: str) -> tuple[float, float]:
-    """The two values of ``low..high``; one alone is the higher one, above zero."""
+def two(text: str, unit: str, name: str) -> tuple[float, float]:
+    """Return the two values of ``low..high``; one alone is the higher one, above zero."""
     low, separator, high = text.partition("..")
     return parse(low, unit, name) if separator else 0.0, parse(high if separator else low, unit, name)
 

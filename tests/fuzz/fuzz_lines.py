@@ -17,7 +17,7 @@ from ilg_circuit.commands import COMMANDS
 #: Demo and reproduce take minutes; doctor has no options.
 WEIGHTS = {
     "show": 2, "simulate": 5, "impedance": 3, "netlist": 2, "identify": 2, "sense": 2, "sweep": 1, "design": 1,
-    "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "doctor": 0, "demo": 0, "reproduce": 0, "watch": 0,
+    "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "page": 1, "doctor": 0, "demo": 0, "reproduce": 0, "watch": 0,
 }  # fmt: skip
 STRIPS = (*("paper",) * 4, "strip.toml", "rc2.toml", "sinh.toml", "growing.toml", "warburg.toml", "plain.toml")
 _LENGTHS = ("0.3mm", "0.5mm", "1mm", "5mm", "30mm")
@@ -108,6 +108,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--out": ("out.csv",),
     "identify --out": ("out.toml",), "ogden --out": ("out.toml",), "design --out": ("out.toml",),
     "netlist --out": ("out.cir", "out.lib"), "sweep --out": ("out.nc",), "arm --out": ("out.nc",),
+    "page --out": ("out.html",),
     "--json": ("out.json",),
     "--plot": ("out.png", "out.svg"),
     "--sobol-plot": ("sobol.png",),
