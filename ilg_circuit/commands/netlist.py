@@ -10,20 +10,36 @@ import click
 from ..errors import InputError
 from ..units import parse
 from .emit import origin, say
-from .options import beam_option, mounted, tip_option
+from .help import group
+from .options import DRIVE_TABLE, actuator_argument, beam_option, load_option, mounted, tip_option
 from .paths import ANY, Command
 
 
-@click.command(cls=Command)
-@click.argument("actuator")
-@click.option("--drive", default="step:4V", help="Drive of a .cir deck, as for simulate.")
-@click.option("--duration", default="300s", help="Duration of a .cir deck.")
+@click.command(
+    cls=Command,
+    examples=(
+        "netlist paper --drive square:4V,30s --duration 300s --out strip.cir",
+        "netlist fitted.toml --beam static --out strip.lib",
+    ),
+    tables=DRIVE_TABLE,
+)
+@actuator_argument
+@group(
+    "Drive",
+    click.option(
+        "--drive", default="step:4V", metavar="DRIVE", help="Voltage over time of a .cir deck; forms are listed below."
+    ),
+    click.option("--duration", default="300s", metavar="TIME", help="Duration of a .cir deck."),
+)
 @tip_option
 @beam_option
-@click.option("--load", help="As for simulate.")
-@click.option("--out", type=ANY, required=True, help=".cir: a deck that runs as it is; .lib: a subcircuit.")
+@load_option
+@group(
+    "Output",
+    click.option("--out", type=ANY, required=True, help=".cir: a deck that runs as it is; .lib: a subcircuit."),
+)
 def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any) -> None:
-    """Write the strip as a SPICE netlist."""
+    """Write a strip as a SPICE deck or subcircuit."""
     from ..circuit.deck import deck
     from ..circuit.library import library
     from ..circuit.strip import strip_netlist

@@ -17,10 +17,19 @@ import click
 
 from ..errors import InputError, visible
 from ..files import require_writable
+from .help import HelpedCommand, group
 from .stopping import start_limit
 
-#: A file that is read.
-FILE = click.Path(path_type=Path)
+
+class InputFile(click.Path):
+    """A file that is read, or a ``folder``."""
+
+    def __init__(self, name: str = "file") -> None:
+        super().__init__(path_type=Path)
+        self.name = name  # which help shows
+
+
+FILE, FOLDER = InputFile(), InputFile("folder")
 
 
 class OutputFile(click.Path):
@@ -28,6 +37,7 @@ class OutputFile(click.Path):
 
     def __init__(self, what: str = "", *suffixes: str, bare: bool = True) -> None:
         super().__init__(path_type=Path)
+        self.name = "file"  # which help shows
         self.what, self.suffixes, self.bare = what, suffixes, bare
 
     def require(self, path: Path, option: str) -> None:
@@ -54,16 +64,19 @@ ANY = OutputFile()
 _FORCE = "ilg_circuit.force"
 
 #: For commands whose answer may be meant to replace the strip that they began with.
-force_option = click.option(
-    "--force",
-    is_flag=True,
-    expose_value=False,
-    callback=lambda context, _option, given: context.meta.update({_FORCE: given}),
-    help="Let --out replace the file of the actuator.",
+force_option = group(
+    "Output",
+    click.option(
+        "--force",
+        is_flag=True,
+        expose_value=False,
+        callback=lambda context, _option, given: context.meta.update({_FORCE: given}),
+        help="Let --out replace the file of the actuator.",
+    ),
 )
 
 
-class Command(click.Command):
+class Command(HelpedCommand):
     """A command whose paths are checked before it begins."""
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -82,8 +95,9 @@ class LongCommand(Command):
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
         super().__init__(*arguments, **settings)
-        text = "End after so long, such as 30s, with exit code 1."
-        self.params.append(click.Option(["--time-limit"], expose_value=False, callback=start_limit, help=text))
+        text = "Stop after this time, such as 30s, with exit code 1."
+        limit = click.Option(["--time-limit"], metavar="TIME", expose_value=False, callback=start_limit, help=text)
+        self.params.append(limit)
 
 
 def require_apart(context: click.Context, written: list[tuple[click.Parameter, Path]]) -> None:

@@ -10,8 +10,11 @@ import click
 
 from ..errors import InputError
 from .emit import emit, say, show_check
+from .help import group
 from .options import (
+    DRIVE_TABLE,
     NUMBER,
+    actuator_argument,
     engine_option,
     mounted,
     output_options,
@@ -31,26 +34,40 @@ if TYPE_CHECKING:
     from ..strip.actuator import Actuator
 
 
-@click.command(cls=LongCommand)
-@click.argument("actuator")
-@run_options
-@engine_option
-@click.option(
-    "--accuracy",
-    type=NUMBER,
-    help="Error allowed, relative to each maximum.  [default: 1e-09; with nonlinear elements 1e-06]",
+@click.command(
+    cls=LongCommand,
+    examples=(
+        "simulate paper --drive step:4V --duration 300s --out run.csv --plot run.png",
+        "simulate strip.toml --drive square:-2V..2V,30s --duration 2min --tip clamped --check",
+        "simulate fitted.toml --drive file:record.csv --duration 60s --band --report run.html",
+    ),
+    tables=DRIVE_TABLE,
 )
+@actuator_argument
+@run_options
 @sample_options
-@click.option("--check", is_flag=True, help="Compare with the exact solver and the closed forms.")
-@click.option("--band", is_flag=True, help="Standard errors from the fit that the actuator comes from.")
-@click.option(
-    "--compare", type=FILE, help="Measured record to compare with.  [default: the drive's file, if it is one]"
+@engine_option
+@group(
+    "Solver",
+    click.option(
+        "--accuracy",
+        type=NUMBER,
+        help="Error allowed, relative to each maximum.  [default: 1e-09; with nonlinear elements 1e-06]",
+    ),
+    click.option("--check", is_flag=True, help="Compare with the other engine and the closed forms."),
+    click.option("--band", is_flag=True, help="Add standard errors, from the fit that the strip comes from."),
+)
+@group(
+    "Data files",
+    click.option(
+        "--compare", type=FILE, help="Measured record to compare with.  [default: the drive's file, if it holds one]"
+    ),
 )
 @reading_options
-@click.option("--with-energy", is_flag=True, help="Add a column energy_J to the CSV.")
+@group("Output", click.option("--with-energy", is_flag=True, help="Add a column energy_J to the CSV file."))
 @output_options("CSV file to write.", "Picture to write (.png, .pdf, .svg).")
 def simulate(actuator: str, drive: str, duration: str, **options: Any) -> None:
-    """Drive a strip and write its current, displacement, force and charge over time.
+    """Simulate a strip's current, displacement, force and charge.
 
     Where the drive is a file that holds a measured current (and displacement) too, the prediction is compared with it.
     """
