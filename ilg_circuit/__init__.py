@@ -10,9 +10,9 @@ from importlib import import_module
 TYPE_CHECKING = False  # as that of `typing`, whose import would take most of the time
 
 if TYPE_CHECKING:
-    from .arms.run import arm
     from .errors import IlgError, InputError, SolveError
     from .fit.curve import fit_curve
+    from .front.arms import arm
     from .front.circuits import library, netlist, subcircuit
     from .front.data import read
     from .front.fits import identify, ogden
@@ -52,9 +52,9 @@ __all__ = [
 ]
 
 _PLACES = {
-    "arms.run": ("arm",),
     "errors": ("IlgError", "InputError", "SolveError"),
     "fit.curve": ("fit_curve",),
+    "front.arms": ("arm",),
     "front.circuits": ("library", "netlist", "subcircuit"),
     "front.data": ("read",),
     "front.fits": ("identify", "ogden"),

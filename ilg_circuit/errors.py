@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from difflib import get_close_matches
 
 #: No message is longer, whatever was given.
@@ -33,6 +35,44 @@ class MissingLibraryError(SolveError):
     """The ngspice shared library was not found; the input of the user cannot be used without it."""
 
     exit_code = 2
+
+
+#: Argument -> how users write it, while a command runs.
+_WRITTEN: ContextVar[Mapping[str, str] | None] = ContextVar("written", default=None)
+
+
+class Argument(str):
+    """The name of an argument as messages show it; ``name`` is what Python calls it."""
+
+    name: str
+
+
+def argument(name: str, value: object = None) -> Argument:
+    """Return how users write an argument, with a ``value`` if any: as in Python, or as an option of a running command.
+
+    >>> print(argument("model"), argument("model", "rc"))
+    model model='rc'
+    >>> with written({"model": "--model"}):
+    ...     print(argument("model"), argument("model", "rc"))
+    --model --model rc
+    """
+    option = (_WRITTEN.get() or {}).get(name)
+    if value is None:
+        found = Argument(option or name)
+    else:
+        found = Argument(f"{option} {value}" if option else f"{name}={value!r}")
+    found.name = name
+    return found
+
+
+@contextmanager
+def written(options: Mapping[str, str]) -> Iterator[None]:
+    """Have `argument` show names as ``options`` does, while this context lasts."""
+    token = _WRITTEN.set(options)
+    try:
+        yield
+    finally:
+        _WRITTEN.reset(token)
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:

@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from .errors import InputError
+from .errors import Argument, InputError
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
@@ -38,13 +38,13 @@ _IN_USE = re.compile(
     "|weber"
 )
 
-#: SI unit, or name of an option -> least and largest size of such a quantity, with room around all that was ever
+#: SI unit, or name of an argument -> least and largest size of such a quantity, with room around all that was ever
 #: measured on a gel. Zero is no matter of size.
 PLAUSIBLE = {
-    "--duration": (1e-9, 1e9),
-    "--rise-time": (1e-6, 1e6),
-    "--adaptation-time": (1e-6, 1e6),
-    "--slower": (1e-3, 1e3),
+    "duration": (1e-9, 1e9),
+    "rise_time": (1e-6, 1e6),
+    "adaptation_time": (1e-6, 1e6),
+    "slower": (1e-3, 1e3),
     "": (1e-15, 1e12),
     "m": (1e-12, 1e4),
     "s": (1e-12, 1e12),
@@ -161,7 +161,8 @@ def si(value: str | float, si_unit: str, what: str) -> float:
 
 def require_plausible(what: str, value: float, unit: str = "") -> None:
     """Raise InputError naming ``what`` for a ``value`` [``unit``], other than zero, of a size that nothing has."""
-    low, high = PLAUSIBLE.get(what, PLAUSIBLE.get(unit, ANY_SIZE))
+    name = what.name if isinstance(what, Argument) else unit
+    low, high = PLAUSIBLE.get(name, PLAUSIBLE.get(unit, ANY_SIZE))
     if value and not low <= abs(value) <= high:
         raise InputError(f"{what} {value:g} {unit}".strip() + f": give a size from {low:g} to {high:g} {unit}".rstrip())
 

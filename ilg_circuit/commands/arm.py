@@ -131,14 +131,14 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
     stiffness (yekutieli). --reach searches for the rhythm, and --plot then shows the places that the tip can reach.
     """
     require_arm()
-    from ..arms.run import PERIOD, ArmResult
-    from ..arms.run import arm as move
+    from ..arms.run import ArmResult
+    from ..front.arms import arm as move
     from ..report.motion import animate, require_animation
 
     outputs = {"--out": out, "--animate": animation, "--plot": plot}
     if animation:
         require_animation(animation)
-    reach, options["period"] = options["reach"], options["period"] or PERIOD
+    reach = options["reach"]
     if sys.stderr.isatty() and not any(Path(__file__).parents[1].glob("arms/__pycache__/*plicit-*.nbi")):
         say("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
     strip = options.pop("actuator")

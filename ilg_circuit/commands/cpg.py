@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -13,9 +12,6 @@ from .help import group
 from .options import NUMBER
 from .paths import DECK, FILE, PICTURE, TABLE, LongCommand
 from .progress import ProgressBar
-
-if TYPE_CHECKING:
-    from ..oscillators.run import RhythmRun
 
 
 @click.command(
@@ -68,7 +64,6 @@ if TYPE_CHECKING:
     ),
     click.option(
         "--sweep",
-        "swept",
         metavar="NAME=RANGE",
         help="Vary one parameter: inhibition=1:5:41 is 41 values from 1 to 5; or tonic, rise-time=0.01s:1s:100...",
     ),
@@ -80,47 +75,17 @@ if TYPE_CHECKING:
     click.option("--netlist", type=DECK, help="SPICE deck to write; it runs in plain ngspice -b."),
     click.option("--json", "as_json", is_flag=True, help="Print JSON."),
 )
-def cpg(duration: str | None, swept: str | None, as_json: bool, **options: Any) -> None:
+def cpg(sweep: str | None, as_json: bool, **options: Any) -> None:
     """Run a central pattern generator: period, amplitude, phases."""
-    outputs = {f"--{name}": options.pop(name) for name in ("out", "plot", "netlist")}
-    options["start"] = _start(options["start"])
-    files: dict[str, Any] = {"inputs": (options["weights"],), "as_json": as_json}
-    if swept:
-        from ..oscillators.sweep import cpg_sweep
-
-        sampling = {name: options.pop(name) for name in ("engine", "samples", "step")}
-        _require_sweepable(outputs, {"duration": duration, **sampling})
-        emit(cpg_sweep(swept, progress=ProgressBar("networks"), **options), outputs, **files)
-        return
+    from ..oscillators.run import RhythmRun
     from ..oscillators.run import cpg as run
 
-    if duration is None:
-        raise InputError("--duration is missing; say how long, such as --duration 10s")
-    result = run(duration, progress=ProgressBar("s"), **options)
-    emit(result, outputs, writers={"--netlist": _write_deck}, **files)
-
-
-def _require_sweepable(outputs: dict[str, Any], sampling: dict[str, Any]) -> None:
-    """Refuse options that a sweep has no use for."""
-    if sampling.pop("engine") != "ode" or outputs["--netlist"]:
-        raise InputError("a sweep is solved by --engine ode and writes no netlist; leave out --engine and --netlist")
-    unused = [name for name, value in sampling.items() if value is not None]
-    if unused:
-        raise InputError(f"a sweep follows each network to its end; leave out --{unused[0]}")
-
-
-def _write_deck(result: RhythmRun, path: Path) -> None:
-    from ..files import write_text
-    from ..oscillators.netlist import deck
-
-    time, start = float(result.time[-1]), result.rhythm.start
-    write_text(path, deck(result.network, time, start, provenance=result.provenance))
-
-
-def _start(text: str | None) -> list[float] | None:
-    if text is None:
-        return None
-    try:
-        return [float(cell) for cell in text.split(",")]
-    except ValueError:
-        raise InputError(f"--start '{text[:40]}' is no list of numbers; write it like 0.12,0,0,0") from None
+    outputs = {f"--{name}": options.pop(name) for name in ("out", "plot", "netlist")}
+    files: dict[str, Any] = {"inputs": (options["weights"],), "as_json": as_json}
+    if sweep:
+        if outputs["--netlist"]:
+            raise InputError("a sweep writes no netlist; leave out --netlist")
+        emit(run(sweep=sweep, progress=ProgressBar("networks"), **options), outputs, **files)
+    else:
+        result = run(progress=ProgressBar("s"), **options)
+        emit(result, outputs, writers={"--netlist": RhythmRun.write_deck}, **files)

@@ -17,7 +17,7 @@ from .progress import ProgressBar
 @click.command(
     cls=LongCommand,
     examples=(
-        "design paper --require displacement_final>=4mm --vary thickness=0.2mm:1mm --drive step:4V "
+        "design paper --require 'displacement_final>=4mm' --vary thickness=0.2mm:1mm --drive step:4V "
         "--duration 300s --out best.toml",
         "design paper --pareto displacement_final,force_blocked --vary thickness=0.2mm:1mm "
         "--drive step:4V --duration 300s --front front.csv --plot front.png",

@@ -6,15 +6,13 @@ from typing import Any
 
 import click
 
-from ..units import parse
-from .emit import emit, show_check
+from .emit import emit
 from .help import group
 from .options import (
     actuator_argument,
     beam_option,
     engine_option,
     load_option,
-    mounted,
     output_options,
     outputs,
     tip_option,
@@ -53,20 +51,11 @@ from .paths import LongCommand
 @output_options(
     "CSV file to write: frequency_Hz, re_ohm, im_ohm.", "Bode and Nyquist plot to write (.png, .pdf, .svg)."
 )
-def impedance(actuator: str, low: str, high: str, **options: Any) -> None:
+def impedance(actuator: str, **options: Any) -> None:
     """Compute the impedance spectrum at a strip's terminals."""
+    from ..front.runs import impedance as solve
     from ..report.impedance import text
-    from ..simulation.impedance import frequencies
-    from ..simulation.impedance import impedance as solve
-    from ..strip.file import load_actuator
 
-    strip = load_actuator(actuator)
-    f = frequencies(parse(low, "Hz", "--from"), parse(high, "Hz", "--to"), options["points"])
     written = outputs(options)
-    how = mounted(options) | {"bias": parse(options["bias"], "V", "--bias")}
-    result = solve(strip, f, engine=options["engine"], **how)
+    result = solve(actuator, **options)
     emit(result, written, inputs=[actuator], text=text(result))
-    if options["check"]:
-        from ..simulation.check import check_impedance
-
-        show_check(check_impedance(result, **how))

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..measurements.load_test import BRANCHES
 from .emit import emit
 from .help import group
-from .options import NUMBER, reading_options, said
+from .options import NUMBER, reading_options
 from .paths import FILE, PAGE, PICTURE, STRIP, LongCommand, force_option
 
 
@@ -33,7 +33,7 @@ from .paths import FILE, PAGE, PICTURE, STRIP, LongCommand, force_option
         "--branch",
         type=click.Choice(BRANCHES),
         default="loading",
-        help="Rows that are fitted where a file goes back and forth.  [default: loading, the first]",
+        help="Rows that are fitted where a file goes back and forth.",
     ),
 )
 @group(
@@ -91,29 +91,23 @@ def ogden(
     Each file has the columns stretch and stress_<unit> (nominal), such as stress_MPa, with that header; or strain, or
     force and displacement.
     """
-    given = {mode: options.pop(mode) for mode in ("uniaxial", "equibiaxial", "planar")}
-    files = {mode: path for mode, path in given.items() if path is not None}
-    if not files:
-        raise InputError("no test was given; give at least one of --uniaxial, --equibiaxial, --planar with its file")
     if (out is None) != (actuator is None):
         missing, there = ("--actuator", "--out") if actuator is None else ("--out", "--actuator")
         raise InputError(f"{there} without {missing}: give the strip to start from and the file to write, or neither")
 
-    from ..hyperelastic import characterise, read_load_test
+    from ..front.fits import ogden as fit
+    from ..front.given import load
     from ..report.ogden import write_actuator
-    from ..strip.file import load_actuator
 
     outputs = {"--out": out, "--plot": options.pop("plot"), "--report": options.pop("report")}
-    base = load_actuator(actuator or "paper")
-    meant = said(options)
-    tests = [read_load_test(path, mode, meant) for mode, path in files.items()]
-    result = characterise(tests, constrained=not free_signs, **options)
+    base = load(actuator or "paper")
+    result = fit(constrained=not free_signs, **options)
     if not result.success:
         outputs["--out"] = None
     emit(
         result,
         outputs,
-        inputs=(*files.values(), actuator),
+        inputs=(options["uniaxial"], options["equibiaxial"], options["planar"], actuator),
         seed=result.seed,
         writers={"--out": lambda found, path: write_actuator(found, base, path)},
         as_json=as_json,

@@ -15,7 +15,7 @@ from typing import Any
 
 import click
 
-from ..errors import InputError, visible
+from ..errors import InputError, visible, written
 from ..files import require_writable
 from .help import HelpedCommand, group
 from .stopping import start_limit
@@ -77,13 +77,18 @@ force_option = group(
 
 
 class Command(HelpedCommand):
-    """A command whose paths are checked before it begins."""
+    """A command whose paths are checked before it begins; what it refuses is named as its options are."""
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command. Raises InputError for paths as `require_apart` and `OutputFile.require` do."""
-        written = list(_written(ctx))
-        require_apart(ctx, written)
-        for option, path in written:
+        options = {option.name or "": _named(option) for option in self.params}
+        with written({"strip": options.get("actuator", "ACTUATOR"), **options}):
+            return self._invoke(ctx)
+
+    def _invoke(self, ctx: click.Context) -> Any:
+        outputs = list(_outputs(ctx))
+        require_apart(ctx, outputs)
+        for option, path in outputs:
             kind = option.type
             assert isinstance(kind, OutputFile)
             kind.require(path, option.opts[0])
@@ -119,7 +124,7 @@ def require_apart(context: click.Context, written: list[tuple[click.Parameter, P
         raise InputError(f"{_named(first)} and {_named(second)} name the same file, '{visible(str(path))}'; {forced}")
 
 
-def _written(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
+def _outputs(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
     for option in context.command.params:
         path = context.params.get(option.name or "")
         if isinstance(option.type, OutputFile) and path is not None:

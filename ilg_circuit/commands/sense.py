@@ -15,9 +15,7 @@ from .options import (
     output_options,
     outputs,
     reading_options,
-    said,
     sample_options,
-    sampled,
 )
 from .paths import LongCommand
 
@@ -51,16 +49,11 @@ from .paths import LongCommand
 @engine_option
 @reading_options
 @output_options("CSV file to write.", "Picture to write (.png, .pdf, .svg).")
-def sense(actuator: str, motion: str, duration: str, **options: Any) -> None:
+def sense(actuator: str, **options: Any) -> None:
     """Move a strip's tip; compute the voltage or current it makes."""
+    from ..front.runs import sense as solve
     from ..report.sensing import text
-    from ..simulation.drives import parse_drive
-    from ..simulation.sensing import sense as solve
-    from ..strip.file import load_actuator
 
-    strip = load_actuator(actuator)
-    seconds, times = sampled(duration, options)
-    source = parse_drive(motion, seconds, "m", said(options))
     written = outputs(options)
-    result = solve(strip, source, times, terminals=options["terminals"], engine=options["engine"])
-    emit(result, written, inputs=(actuator, motion.removeprefix("file:")), text=text(result))
+    result = solve(actuator, **options)
+    emit(result, written, inputs=(actuator, options["motion"].removeprefix("file:")), text=text(result))

@@ -6,8 +6,6 @@ import json
 
 import click
 
-from ..errors import InputError
-from ..units import parse
 from .emit import say
 from .help import group
 from .options import actuator_argument
@@ -29,13 +27,8 @@ from .paths import Command
 @group("Output", click.option("--json", "as_json", is_flag=True, help="Print JSON."))
 def show(actuator: str, low: str, high: str, voltage: str | None, as_json: bool) -> None:
     """Print a strip's geometry, elements and limits of the model."""
+    from ..front.given import load
     from ..report.strip import summary
-    from ..strip.describe import describe
-    from ..strip.file import load_actuator
 
-    band = (parse(low, "Hz", "--from"), parse(high, "Hz", "--to"))
-    if not 0 < band[0] < band[1]:
-        raise InputError(f"band from {low} to {high}: give two frequencies above zero, the lower one first")
-    volts = abs(parse(voltage, "V", "--voltage")) if voltage else None
-    description = describe(load_actuator(actuator), band=band, voltage=volts)
+    description = load(actuator).describe(low, high, voltage)
     say(json.dumps(description, indent=2) if as_json else summary(description))

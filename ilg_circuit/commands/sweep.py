@@ -81,16 +81,12 @@ def sweep(actuator: str, **options: Any) -> None:
     fails is a row with its reason. What can be varied: the keys of an actuator's file; voltage, period, duty, frequency
     or rate of the drive; load_mass, load_stiffness, load_damping; orientation.
     """
-    from ..extras import require_study
     from ..report.sweep import figure
-    from ..study.outputs import DEFAULT_OUTPUTS
+    from ..study.outputs import DEFAULT_OUTPUTS, names_of
     from ..study.sweep import sweep as solve
 
-    require_study(cluster=bool(options["cluster"]))
-    for name in ("outputs", "waveforms", "plot_outputs"):
-        options[name] = _names(options[name])
-    plot, drawn = options.pop("plot"), options.pop("plot_outputs")
-    missing = [name for name in drawn if name not in (options["outputs"] or DEFAULT_OUTPUTS)]
+    plot, drawn = options.pop("plot"), names_of(options.pop("plot_outputs"))
+    missing = [name for name in drawn if name not in (names_of(options["outputs"]) or DEFAULT_OUTPUTS)]
     if drawn and not plot:
         raise InputError("--plot-outputs goes with --plot; give a picture to write")
     if missing:
@@ -99,14 +95,5 @@ def sweep(actuator: str, **options: Any) -> None:
     inputs = [x for x in (actuator, options["drive"].removeprefix("file:"), options["designs"]) if x]
     made_by = origin(inputs, seed)
     result = solve(actuator, progress=ProgressBar("design", begun=True), provenance=made_by, **options)
-    emit(
-        result,
-        {"--plot": plot},
-        inputs=inputs,
-        seed=seed,
-        shown={"--plot": lambda made: figure(made, drawn)},
-    )
-
-
-def _names(text: str | None) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(n.strip() for n in text.split(",") if n.strip())) if text else ()
+    shown = {"--plot": lambda made: figure(made, drawn)}
+    emit(result, {"--plot": plot}, inputs=inputs, seed=seed, shown=shown)

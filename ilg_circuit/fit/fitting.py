@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Array
-from ..errors import SolveError
+from ..errors import SolveError, argument
 from .minimise import gauss_newton, levenberg_marquardt
 from .multistart import StartSummary
 from .observation import Predict, observation
@@ -280,7 +280,8 @@ def _require_converged(problem: Problem, slope: Array, residuals: Array, toleran
     limit = max(_OFFSET, 10 * float(np.sqrt(tolerance * len(residuals) / len(size))))
     if offset > limit and np.abs(step[: len(problem.labels)]).max(initial=0.0) > _CLOSE:
         raise SolveError(
-            f"the fit did not converge in {count} evaluations: the data do not determine this model; try --model rc"
+            f"the fit did not converge in {count} evaluations: the data do not determine this model; "
+            f"try {argument('model', 'rc')}"
         )
     return offset
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..measurements.columns import read_data
 from ..measurements.load_test import LoadTest
 from ..measurements.onset import Stated
 from ..measurements.read import read as read_file
+from ..measurements.read import read_load_test
 from ..measurements.record import Record
 from ..measurements.said import Said, said_of
 from ..measurements.spectrum import Spectrum
@@ -24,7 +25,6 @@ Measured: TypeAlias = Record | Spectrum | LoadTest
 #: One set of data: a path, what was read of one, or columns by header: a data frame or a mapping of arrays.
 Source: TypeAlias = "str | Path | Measured | Mapping[str, ArrayLike] | Any"
 
-_NONE: Mapping[str, str] = {}
 #: Arrays by keyword -> the headers of their columns, SI units.
 _HEADERS = {
     "time": "time_s",
@@ -43,8 +43,8 @@ def read(
     *data: Source,
     mode: str | None = None,
     onset: Stated | str = None,
-    columns: Mapping[str, str] = _NONE,
-    units: Mapping[str, str] = _NONE,
+    columns: Mapping[str, str] | Iterable[str] = (),
+    units: Mapping[str, str] | Iterable[str] = (),
     part: int | None = None,
     cycle: int | None = None,
     length: str | float | None = None,
@@ -107,8 +107,8 @@ def read(
         units,
         part,
         cycle,
-        None if length is None else si(length, "m", "length"),
-        None if section is None else si(section, "m^2", "section"),
+        None if length is None else si(length, "m", argument("length")),
+        None if section is None else si(section, "m^2", argument("section")),
     )
     found = [
         _read(source, mode, at, said, f"data {k + 1}" if len(sources) > 1 else "data")
@@ -133,7 +133,7 @@ def _onset(given: Stated | str) -> Stated:
             if given == "last-rest"
             else "first-level"
             if given == "first-level"
-            else si(given, "s", "onset")
+            else si(given, "s", argument("onset"))
         )
     return given
 
@@ -156,7 +156,7 @@ def _read(source: Source, mode: str | None, onset: Stated, said: Said, name: str
     if isinstance(source, Record | Spectrum | LoadTest):
         return source
     if isinstance(source, str | Path):
-        return read_file(source, onset=onset, said=said) if mode is None else read_file(source, mode, said=said)
+        return read_file(source, onset=onset, said=said) if mode is None else read_load_test(source, mode, said)
     titles = getattr(source, "columns", source)
     try:
         columns = {str(title): source[title] for title in titles}

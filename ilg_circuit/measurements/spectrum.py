@@ -11,7 +11,7 @@ from ..arrays import Array, ComplexArray, Mask
 from ..errors import InputError
 from ..findings import Finding
 from .kind import SPECTRUM
-from .said import option
+from .said import options
 from .smoothing import noise_level
 from .table import Headers, Table
 
@@ -56,7 +56,7 @@ def spectrum_of(table: Table) -> Spectrum:
     title, unit = table.headers.get("im", ("", ""))
     turned = any(angle in unit.lower() for angle in ("deg", "rad", "\u00b0"))
     quantity = "minus_phase" if turned else "minus_im_y" if "S" in unit else "minus_im"
-    said = f", or say so: {option('columns', quantity, title)}" if title else ""
+    said = f", or say so: {options(('columns', quantity, title))}" if title else ""
     found = prepare_spectrum(table.columns["frequency"], z, table.source, said)
     return replace(found, notes=(*table.notes, *found.notes), headers=table.headers)
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from ..circuit.strip import Hung, Load, load_of
 from ..drive import Drive, PiecewiseLinear, Sine
-from ..errors import InputError, unknown_name, visible
+from ..errors import InputError, argument, unknown_name, visible
 from ..simulation.drives import parse_drive
 from ..strip.actuator import Actuator
 from ..strip.changes import ORIENTATION, STRIP_PARAMETERS, Value, VariedParameter, changed
@@ -102,7 +102,7 @@ def scenario_template(
     """
     strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
     hung = load_of(load) or NO_LOAD
-    seconds = parse(duration, "s", "--duration") if isinstance(duration, str) else duration
+    seconds = parse(duration, "s", argument("duration")) if isinstance(duration, str) else duration
     return ScenarioTemplate(strip, drive, seconds, tip, beam, hung)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..errors import InputError, visible
+from ..errors import InputError, argument, visible
 from ..files import read_bytes
 from ..measurements.header import split_header
 from ..strip.changes import Value, VariedParameter
@@ -168,7 +168,7 @@ def grid_plan(texts: Sequence[str]) -> Plan:
             columns[name] = np.asarray(interval.values)
             continue
         if interval.count is None:
-            raise InputError(f"'{text}' does not say how many values; write {text}:20, or give --random")
+            raise InputError(f"'{text}' does not say how many values; write {text}:20, or give {argument('random')}")
         if interval.count == 1:
             raise InputError(f"'{text}': one value is no range; write {text.partition(':')[0].strip()}")
         columns[name] = interval.at(np.linspace(0.0, 1.0, interval.count))

@@ -38,7 +38,10 @@ def test_examples_parse_as_they_are_written(name: str, monkeypatch: pytest.Monke
     command = command_of(name)
     assert len(command.examples) >= 2
     for example in command.examples:
-        first, *rest = shlex.split(example.partition(" > ")[0])
+        line = example.partition(" > ")[0]
+        words = list(shlex.shlex(line, posix=True, punctuation_chars="<>|&;()"))
+        assert not any(set(word) <= set("<>|&;()") for word in words), "a shell would take it as its own"
+        first, *rest = shlex.split(line)
         assert first == name
         # raises for an unknown option, a missing one, a wrong choice
         command.make_context(name, rest, parent=context_of(name).parent).close()

@@ -26,7 +26,7 @@ from synthetic import record, step
 
 import ilg_circuit
 from ilg_circuit.arms.motion import Motion
-from ilg_circuit.arms.run import ArmResult, arm
+from ilg_circuit.arms.run import ArmResult
 from ilg_circuit.errors import InputError
 from ilg_circuit.fit.curve import fit_curve
 from ilg_circuit.fit.result import FitResult
@@ -89,7 +89,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     DesignReport: _design,
     Front: _front,
     SweepResult: lambda: sweep("paper", "step:4V", "300s", vary=["thickness=0.3mm:1mm:4"], engine="exact", jobs=1),
-    ArmResult: lambda: arm("0.2s", segments=3, samples=21),
+    ArmResult: lambda: ilg_circuit.arm("0.2s", segments=3, samples=21),
     Motion: lambda: example(ArmResult).motion,
 }
 #: Those that make a strip.
