@@ -156,7 +156,13 @@ def parse(text: str, si_unit: str, what: str = "quantity") -> float:
 
 def si(value: str | float, si_unit: str, what: str) -> float:
     """SI value of a text as `parse` reads it, or of a number that is in SI units already."""
-    return parse(value, si_unit, what) if isinstance(value, str) else float(value)
+    if isinstance(value, str):
+        return parse(value, si_unit, what)
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        wanted = f"a number in {si_unit} or a text such as '30 {si_unit}'" if si_unit else "a number"
+        raise InputError(f"{what} is {type(value).__name__} {value!r}"[:80] + f"; give {wanted}") from None
 
 
 def require_plausible(what: str, value: float, unit: str = "") -> None:

@@ -135,6 +135,7 @@ def move(
     chosen = method not in (None, "auto") or tolerance not in (None, TOLERANCE)
     other, by_rhythm = argument("activation", activation), argument("activation", "cpg")
     contradictions = {
+        f"formulation is '{formulation}'; choose beam or yekutieli": formulation not in ("beam", "yekutieli"),
         f"activation is '{activation}'; choose one of {', '.join(ACTIVATIONS)}": activation not in ACTIVATIONS,
         f"{argument('within')} goes with {argument('reach')}": within is not None and not searching,
         f"{argument('reach')} searches for a rhythm; it does not go with {other}": searching and not driven,

@@ -77,6 +77,8 @@ def load_of(given: Hung) -> Load | None:
     units = {"mass": "kg", "stiffness": "N/m", "damping": "N*s/m"}
     values: dict[str, float] = {}
     for name, value in parts:
+        if not isinstance(name, str) or not isinstance(value, str | float | int):
+            raise wrong
         key = name.strip()
         if key not in units or value == "" or key in values:
             raise wrong

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from ..errors import InputError, argument
+from ..errors import InputError, argument, checked
 from ..extras import require_arm
 from ..simulation.response import sample_times
 from ..units import si
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from ..arms.run import ArmResult
 
 
+@checked
 def arm(
     duration: Given,
     strip: Strip = "paper",
@@ -161,7 +162,7 @@ def arm(
 
 
 def _place(given: str | Sequence[Given]) -> list[float]:
-    cells = given.split(",") if isinstance(given, str) else list(given)
+    cells = given.split(",") if isinstance(given, str) else list(given) if isinstance(given, Sequence) else []
     if len(cells) != 2:
         shown = given[:40] if isinstance(given, str) else given
         raise InputError(f"{argument('reach')} '{shown}' is no place; write x,y with units, such as 29mm,4mm")

@@ -12,7 +12,7 @@ from ..circuit.netlist import add_elements
 from ..circuit.strip import Hung, strip_netlist
 from ..circuit.text import DECK, SUBCIRCUIT, SpiceText
 from ..drive import drive_findings
-from ..errors import SolveError
+from ..errors import SolveError, checked
 from ..findings import sentences
 from ..solve.library import prepare_library
 from .given import Driven, Given, Strip, mounted, run_of
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from PySpice.Spice.Netlist import SubCircuit
 
 
+@checked
 def netlist(
     strip: Strip,
     drive: Driven,
@@ -74,6 +75,7 @@ def netlist(
     return SpiceText(text, DECK, sentences(drive_findings(source)))
 
 
+@checked
 def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -> SpiceText:
     """Return a strip as the text of a SPICE subcircuit with parameters: pins plus, minus and, with a coupling, tip.
 
@@ -105,6 +107,7 @@ def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -
     return SpiceText(write_library(strip_of(strip), name, beam), SUBCIRCUIT)
 
 
+@checked
 def subcircuit(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -> SubCircuit:
     """Return a strip as a PySpice subcircuit, for a circuit of one's own.
 

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import InputError, argument
+from ..errors import InputError, argument, checked
 from ..measurements.columns import read_data
 from ..measurements.load_test import LoadTest
 from ..measurements.onset import Stated
@@ -39,6 +39,7 @@ _HEADERS = {
 }
 
 
+@checked
 def read(
     *data: Source,
     mode: str | None = None,
@@ -127,15 +128,9 @@ def sets_of(data: Source | Sequence[Source], onset: Stated | str = None) -> list
 
 
 def _onset(given: Stated | str) -> Stated:
-    if isinstance(given, str):
-        return (
-            "last-rest"
-            if given == "last-rest"
-            else "first-level"
-            if given == "first-level"
-            else si(given, "s", argument("onset"))
-        )
-    return given
+    if given is None or given == "last-rest" or given == "first-level":
+        return given  # type: ignore[return-value]
+    return si(given, "s", argument("onset"))
 
 
 def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
@@ -143,7 +138,10 @@ def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
     found: dict[str, ArrayLike] = {}
     for name, values in arrays.items():
         if name == "impedance":
-            z = np.asarray(values, dtype=complex)
+            try:
+                z = np.asarray(values, dtype=complex)
+            except (TypeError, ValueError):
+                raise InputError("impedance holds something else than complex numbers") from None
             found |= {"re_ohm": z.real, "im_ohm": z.imag}
         elif name in _HEADERS:
             found[_HEADERS[name]] = values

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import InputError, argument
+from ..arrays import row
+from ..errors import InputError, argument, checked
 from ..hyperelastic import Characterisation, characterise
 from ..identification.identification import Identification
 from ..identification.identify import identify as fit
@@ -113,6 +115,7 @@ def identify(
     )
 
 
+@checked
 def ogden(
     uniaxial: Source | None = None,
     equibiaxial: Source | None = None,
@@ -198,13 +201,16 @@ def ogden(
     how: dict[str, Any] = {"columns": columns, "units": units, "part": part, "cycle": cycle}
     how |= {"length": length, "section": section}
     tests = [read(source, mode=mode, **how) for mode, source in given.items() if source is not None]
+    for test in tests:
+        if not isinstance(test, LoadTest):
+            raise InputError(f"a test is a {type(test).__name__}; give a load test: columns stretch and stress")
     return characterise(
         tests,
         model=model,
         terms=terms,
         weighting=weighting,
         constrained=constrained,
-        at=at,
+        at=row(np.atleast_1d(np.asarray(at, dtype=object)), "at"),
         branch=branch,
         seed=seed,
     )

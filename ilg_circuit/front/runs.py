@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from ..arrays import row
 from ..circuit.strip import Hung
+from ..errors import checked
 from ..measurements.said import said_of
-from ..simulation.check import check as checked
+from ..simulation.check import check as check_response
 from ..simulation.check import check_impedance
 from ..simulation.impedance import Impedance, frequencies
 from ..simulation.impedance import impedance as solve_impedance
@@ -27,6 +28,7 @@ from .given import Driven, Given, Strip, mounted, quantity, run_of
 from .given import load as strip_of
 
 
+@checked
 def simulate(
     strip: Strip,
     drive: Driven,
@@ -124,9 +126,10 @@ def simulate(
         until = float(response.time[-1])
         beside, findings = compared(actuator, drive, compare, until, said, engine=engine, band=band, **how)
         response = replace(response, compared=beside, findings=findings)
-    return replace(response, checks=tuple(checked(response, **how))) if check else response
+    return replace(response, checks=tuple(check_response(response, **how))) if check else response
 
 
+@checked
 def impedance(
     strip: Strip,
     low: Given = 1e-3,
@@ -195,6 +198,7 @@ def impedance(
     return replace(result, checks=tuple(check_impedance(result, **how))) if check else result
 
 
+@checked
 def sense(
     strip: Strip,
     motion: Driven,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, plain
-from ..errors import InputError, argument
+from ..errors import InputError, argument, checked
 from ..files import write_text
 from ..findings import Finding, Warned
 from ..result import Column, Result
@@ -225,6 +225,7 @@ def cpg(
 ) -> RhythmSweep: ...
 
 
+@checked
 def cpg(
     duration: str | float | None = None,
     *,

@@ -53,8 +53,7 @@ def prediction_band(
     uncertainty = actuator.uncertainty
     if uncertainty is None:
         raise InputError(
-            f"actuator '{actuator.name}' has no [uncertainty]: fit one with `ilg-circuit identify ... --out`, or leave "
-            f"{argument('band')} out"
+            f"actuator '{actuator.name}' has no [uncertainty]: fit one with identify, or leave {argument('band')} out"
         )
     ladders = transient_band(times)
     moved = [

@@ -33,6 +33,9 @@ def load_actuator(source: str | Path) -> Actuator:
     Raises InputError when it is neither, or when the file has unknown keys, missing or wrong units, or values out
     of range; the message names the file and the key.
     """
+    if not isinstance(source, str | Path):
+        shown = f"{type(source).__name__} {source!r}"[:60]
+        raise InputError(f"a strip is an object, the path of a TOML file or a preset's name, not {shown}")
     if str(source) in PRESETS:
         return PRESETS[str(source)]
     if not os.path.lexists(source):

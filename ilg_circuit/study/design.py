@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 from ..arrays import one_thread
 from ..circuit.strip import Hung
 from ..drive import Drive, drive_findings
-from ..errors import InputError, argument
+from ..errors import InputError, argument, checked
 from ..findings import Finding, Warned
 from ..result import Column, Result
 from ..strip.actuator import Actuator
@@ -114,6 +114,7 @@ class DesignReport(Result, Warned):
         save_actuator(replace(actuator, name=f"{actuator.name}, designed"), Path(path), "\n".join(lines + more))
 
 
+@checked
 def design(
     strip: str | Path | Actuator,
     drive: str | Drive,

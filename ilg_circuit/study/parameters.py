@@ -100,6 +100,10 @@ def scenario_template(
     ``duration`` as a number is in seconds; ``beam`` is by default the one that the coupling was fitted with. Raises
     InputError for a text that is not understood.
     """
+    if not isinstance(drive, str | PiecewiseLinear | Sine):
+        raise InputError(f"a drive is a text such as step:4V or a drive, not {type(drive).__name__} {drive!r}"[:120])
+    if tip not in ("free", "clamped"):
+        raise InputError(f"{argument('tip')} is {tip!r}; choose free or clamped")
     strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
     hung = load_of(load) or NO_LOAD
     seconds = parse(duration, "s", argument("duration")) if isinstance(duration, str) else duration

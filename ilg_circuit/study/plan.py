@@ -149,11 +149,19 @@ def range_texts(vary: Vary) -> list[str]:
     if isinstance(vary, str):
         return [vary]
     if not isinstance(vary, Mapping):
-        return list(vary)
+        texts = list(vary) if isinstance(vary, Iterable) else [vary]
+        for text in texts:
+            if not isinstance(text, str):
+                raise InputError(f"{argument('vary')} holds {text!r}; write {VARY_FORMS}")
+        return texts
     found = []
     for name, value in vary.items():
         parts = list(value) if isinstance(value, tuple | list) else [value]
-        unit = varied_parameter(name).unit
+        unit = varied_parameter(str(name)).unit
+        if not parts or not all(isinstance(part, str | int | float | np.number) for part in parts):
+            raise InputError(
+                f"{argument('vary')}: {name} is {value!r}; give a text, a number, or low, high and a count"
+            )
         words = [part if isinstance(part, str) else format_quantity(part, unit) for part in parts[:2]]
         found.append(f"{name}={':'.join([*words, *map(str, parts[2:])])}")
     return found

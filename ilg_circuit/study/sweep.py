@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..circuit.strip import Hung
 from ..drive import Drive, drive_findings
-from ..errors import InputError, SolveError
+from ..errors import InputError, SolveError, checked
 from ..extras import require_study
 from ..files import require_writable, write_csv
 from ..findings import Finding, Warned
@@ -93,6 +93,7 @@ class SweepResult(Result, Warned):
         }
 
 
+@checked
 def sweep(
     strip: str | Path | Actuator,
     drive: str | Drive,
