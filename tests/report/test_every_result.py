@@ -33,6 +33,8 @@ from ilg_circuit.fit.result import FitResult
 from ilg_circuit.hyperelastic import characterise
 from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
+from ilg_circuit.measurements.record import Record
+from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.oscillators.run import RhythmRun, cpg
 from ilg_circuit.oscillators.sweep import RhythmSweep, cpg_sweep
 from ilg_circuit.report import doors, page
@@ -91,6 +93,8 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     SweepResult: lambda: sweep("paper", "step:4V", "300s", vary=["thickness=0.3mm:1mm:4"], engine="exact", jobs=1),
     ArmResult: lambda: ilg_circuit.arm("0.2s", segments=3, samples=21),
     Motion: lambda: example(ArmResult).motion,
+    Record: lambda: record(step(), 300.0, 61, rest=5, noise=1e-3).measurement(),
+    Spectrum: lambda: Spectrum("z.csv", np.geomspace(1e-3, 10, 9), 20 + 5 / (1 + 1j * np.geomspace(1e-2, 100, 9))),
 }
 #: Those that make a strip.
 STRIPS = (Identification, DesignReport)
