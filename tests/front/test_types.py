@@ -43,7 +43,7 @@ RETURNED = {
     "sweep": SweepResult,
 }
 #: Names that modules import for types alone.
-NAMES = {"ArmResult": ArmResult, "SubCircuit": SubCircuit}
+NAMES = {"ArmResult": ArmResult, "FitResult": FitResult, "SubCircuit": SubCircuit}
 
 
 def returned(function: Callable[..., Any]) -> Any:
