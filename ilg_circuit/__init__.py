@@ -10,9 +10,9 @@ from importlib import import_module
 TYPE_CHECKING = False  # as that of `typing`, whose import would take most of the time
 
 if TYPE_CHECKING:
-    from .arms.run import arm
     from .errors import IlgError, InputError, SolveError
     from .fit.curve import fit_curve
+    from .front.arms import arm
     from .front.circuits import library, netlist, subcircuit
     from .front.data import read
     from .front.each import identify_each
@@ -58,9 +58,9 @@ __all__ = [
 ]
 
 _PLACES = {
-    "arms.run": ("arm",),
     "errors": ("IlgError", "InputError", "SolveError"),
     "fit.curve": ("fit_curve",),
+    "front.arms": ("arm",),
     "front.circuits": ("library", "netlist", "subcircuit"),
     "front.data": ("read",),
     "front.each": ("identify_each",),

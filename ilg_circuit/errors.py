@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from difflib import get_close_matches
+from functools import lru_cache, wraps
+from inspect import Parameter, signature
+from numbers import Integral, Real
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 #: No message is longer, whatever was given.
 _LONGEST = 2000
@@ -41,6 +51,44 @@ class UnknownName(InputError):
     def __init__(self, message: str, hint: str) -> None:
         super().__init__(f"{message}; {hint}")
         self.hint = hint
+
+
+#: Argument -> how users write it, while a command runs.
+_WRITTEN: ContextVar[Mapping[str, str] | None] = ContextVar("written", default=None)
+
+
+class Argument(str):
+    """The name of an argument as messages show it; ``name`` is what Python calls it."""
+
+    name: str
+
+
+def argument(name: str, value: object = None) -> Argument:
+    """Return how users write an argument, with a ``value`` if any: as in Python, or as an option of a running command.
+
+    >>> print(argument("model"), argument("model", "rc"))
+    model model='rc'
+    >>> with written({"model": "--model"}):
+    ...     print(argument("model"), argument("model", "rc"))
+    --model --model rc
+    """
+    option = (_WRITTEN.get() or {}).get(name)
+    if value is None:
+        found = Argument(option or name)
+    else:
+        found = Argument(f"{option} {value}" if option else f"{name}={value!r}")
+    found.name = name
+    return found
+
+
+@contextmanager
+def written(options: Mapping[str, str]) -> Iterator[None]:
+    """Have `argument` show names as ``options`` does, while this context lasts."""
+    token = _WRITTEN.set(options)
+    try:
+        yield
+    finally:
+        _WRITTEN.reset(token)
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str], where: str = "") -> UnknownName:
@@ -100,3 +148,82 @@ def one_line(message: str) -> str:
     line = visible(" ".join(message.split()))
     half = _LONGEST // 2
     return line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}"
+
+
+def _is_texts(value: object) -> bool:
+    parts = value if isinstance(value, list | tuple) else ()
+    return isinstance(value, Iterable) and all(isinstance(part, str) for part in parts)
+
+
+#: Part of an annotation -> whether a value is of it, and what it is called.
+_KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
+    "int": (lambda value: isinstance(value, Integral) and not isinstance(value, bool), "a whole number"),
+    "float": (lambda value: isinstance(value, Real) and not isinstance(value, bool), "a number"),
+    "bool": (lambda value: value is True or value is False or type(value).__name__ == "bool", "True or False"),
+    "str": (lambda value: isinstance(value, str), "a text"),
+    "Path": (lambda value: isinstance(value, os.PathLike), "a path"),
+    "None": (lambda value: value is None, "None"),
+    "Iterable[str]": (_is_texts, "texts"),
+    "Sequence[str]": (_is_texts, "texts"),
+    "Mapping[str, str]": (lambda value: isinstance(value, Mapping), "a mapping"),
+    "Mapping[str, float]": (lambda value: isinstance(value, Mapping), "a mapping"),
+    "Mapping[str, str | float]": (lambda value: isinstance(value, Mapping), "a mapping"),
+    "Callable[..., Any]": (callable, "a function"),
+}
+
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Return a function that raises InputError, in one line, for arguments of a wrong type or an unknown name.
+
+    Checked are arguments whose annotation is made of the parts in `_KINDS`; others are what the function itself reads.
+    """
+
+    @wraps(function)
+    def call(*given: P.args, **named: P.kwargs) -> R:
+        known = _parameters(function)
+        if not any(parameter.kind is Parameter.VAR_KEYWORD for parameter in known.values()):
+            for name in named:
+                if name not in known:
+                    raise unknown_name(f"argument of {function.__name__}", name, known)
+        places = [name for name, p in known.items() if p.kind is Parameter.POSITIONAL_OR_KEYWORD]
+        values = dict(zip(places, given, strict=False)) if Parameter.VAR_POSITIONAL not in _sorts(known) else {}
+        missing = [
+            name
+            for name, p in known.items()
+            if p.default is Parameter.empty and name in places and name not in values and name not in named
+        ]
+        if missing:
+            raise InputError(f"{argument(missing[0])} is missing; {function.__name__} needs it")
+        for name, value in (values | named).items():
+            parts = _parts(str(known[name].annotation)) if name in known else ()
+            if parts and not any(_KINDS[part][0](value) for part in parts):
+                kinds = [_KINDS[part][1] for part in parts if part != "None"]
+                wanted = " or ".join(dict.fromkeys(kinds))
+                shown = " ".join(repr(value).split())[:40]
+                raise InputError(f"{argument(name)} is {type(value).__name__} {shown}; give {wanted}")
+        return function(*given, **named)
+
+    return call
+
+
+@lru_cache(maxsize=64)
+def _parameters(function: Callable[..., object]) -> Mapping[str, Parameter]:
+    return signature(function).parameters
+
+
+def _sorts(known: Mapping[str, Parameter]) -> set[object]:
+    return {parameter.kind for parameter in known.values()}
+
+
+@lru_cache(maxsize=256)
+def _parts(annotation: str) -> tuple[str, ...]:
+    """Return the parts of an annotation such as ``float | None``, none where one of them is not known."""
+    found, depth, part = [], 0, ""
+    for letter in f"{annotation}|":
+        depth += (letter == "[") - (letter == "]")
+        if letter == "|" and not depth:
+            found.append(part.strip())
+            part = ""
+        else:
+            part += letter
+    return tuple(found) if all(part in _KINDS for part in found) else ()

@@ -6,12 +6,13 @@ Decisions ask for codes and numbers, never for words. The sentences stand in fin
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from string import Formatter
 from typing import Any
 
+from .errors import Argument, argument
 from .units import format_quantity
 
 
@@ -109,10 +110,20 @@ def by_importance(findings: Iterable[Finding]) -> list[Finding]:
 class _Formatter(Formatter):
     """Formats as `str.format`; ``{x:@V3}`` is a quantity in volt with three digits, ``{n:#point}`` a count of points.
 
-    Lists are written with commas.
+    ``{--model}`` and ``{--model:rc2}`` are an argument as users write it, ``{name:--}`` one that a value names. Lists
+    are written with commas.
     """
 
+    def get_value(self, key: int | str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+        if isinstance(key, str) and key.startswith("--"):
+            return argument(key[2:])
+        return super().get_value(key, args, kwargs)
+
     def format_field(self, value: Any, format_spec: str) -> Any:
+        if isinstance(value, Argument):
+            return argument(value.name, format_spec or None)
+        if format_spec == "--":
+            return argument(str(value))
         if format_spec.startswith("@"):
             return format_quantity(float(value), format_spec[1:-1], int(format_spec[-1]))
         if format_spec.startswith("#"):

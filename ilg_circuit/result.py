@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from .extras import require_dataframe, require_netcdf
 from .files import write_csv, writing_netcdf
@@ -87,6 +87,10 @@ class Result:
     def curves(self) -> Iterable[Curve]:
         """Return what was measured and fitted, for `to_xarray`; nothing where nothing was measured."""
         return ()
+
+    def with_provenance(self, provenance: Provenance) -> Self:
+        """Return the result with another provenance."""
+        return replace(self, provenance=provenance)
 
     def columns(self) -> dict[str, Any]:
         """Return the columns' values by their headers, as in a CSV file."""

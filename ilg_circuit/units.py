@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from .errors import InputError
+from .errors import Argument, InputError
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
@@ -42,13 +42,13 @@ _IN_USE = re.compile(
     "|weber"
 )
 
-#: SI unit, or name of an option -> least and largest size of such a quantity, with room around all that was ever
+#: SI unit, or name of an argument -> least and largest size of such a quantity, with room around all that was ever
 #: measured on a gel. Zero is no matter of size.
 PLAUSIBLE = {
-    "--duration": (1e-9, 1e9),
-    "--rise-time": (1e-6, 1e6),
-    "--adaptation-time": (1e-6, 1e6),
-    "--slower": (1e-3, 1e3),
+    "duration": (1e-9, 1e9),
+    "rise_time": (1e-6, 1e6),
+    "adaptation_time": (1e-6, 1e6),
+    "slower": (1e-3, 1e3),
     "": (1e-15, 1e12),
     "m": (1e-12, 1e4),
     "s": (1e-12, 1e12),
@@ -205,12 +205,19 @@ def parse(text: str, si_unit: str, what: str = "quantity") -> float:
 
 def si(value: str | float, si_unit: str, what: str) -> float:
     """SI value of a text as `parse` reads it, or of a number that is in SI units already."""
-    return parse(value, si_unit, what) if isinstance(value, str) else float(value)
+    if isinstance(value, str):
+        return parse(value, si_unit, what)
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        wanted = f"a number in {si_unit} or a text such as '30 {si_unit}'" if si_unit else "a number"
+        raise InputError(f"{what} is {type(value).__name__} {value!r}"[:80] + f"; give {wanted}") from None
 
 
 def require_plausible(what: str, value: float, unit: str = "") -> None:
     """Raise InputError naming ``what`` for a ``value`` [``unit``], other than zero, of a size that nothing has."""
-    low, high = PLAUSIBLE.get(what, PLAUSIBLE.get(unit, ANY_SIZE))
+    name = what.name if isinstance(what, Argument) else unit
+    low, high = PLAUSIBLE.get(name, PLAUSIBLE.get(unit, ANY_SIZE))
     if value and not low <= abs(value) <= high:
         raise InputError(f"{what} {value:g} {unit}".strip() + f": give a size from {low:g} to {high:g} {unit}".rstrip())
 

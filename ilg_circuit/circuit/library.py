@@ -15,7 +15,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..strip.actuator import CANTILEVER_EIGENVALUE, Actuator, Material, Quantity, quantities
 from ..strip.elements import GRAVITY, Elements, gravity_ratio, growth_terms, lumped_elements
 from ..strip.models.model import LibraryText
@@ -281,7 +281,7 @@ def _use(actuator: Actuator, name: str, pins: str, beam: str) -> list[str]:
     if beam == "static":
         lines += [
             "static beam: d(s) is the tip's whole motion, and nothing acts back on plus and minus; under a load the",
-            "     beam has no mass of its own: for that write the file with --beam dynamic",
+            f"     beam has no mass of its own: for that write the file with {argument('beam', 'dynamic')}",
         ]
     return lines
 

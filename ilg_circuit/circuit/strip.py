@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import Elements, lumped_elements
 from ..strip.ladder import LADDER_BAND
@@ -77,6 +77,8 @@ def load_of(given: Hung) -> Load | None:
     units = {"mass": "kg", "stiffness": "N/m", "damping": "N*s/m"}
     values: dict[str, float] = {}
     for name, value in parts:
+        if not isinstance(name, str) or not isinstance(value, str | float | int):
+            raise wrong
         key = name.strip()
         if key not in units or value == "" or key in values:
             raise wrong
@@ -131,7 +133,9 @@ def strip_netlist(
     if beam not in ("dynamic", "static"):
         raise InputError(f"beam is '{beam}'; choose dynamic or static")
     if load and (tip == "clamped" or beam == "static"):
-        raise InputError("a load moves with the tip: it needs --tip free and --beam dynamic")
+        raise InputError(
+            f"a load moves with the tip: it needs {argument('tip', 'free')} and {argument('beam', 'dynamic')}"
+        )
     lumped = lumped_elements(actuator, band, load.mass)
     title = f"ILG strip {actuator.name}, {beam} beam, {tip} tip"
     coupling, port = lumped.coupling, lumped.port

@@ -10,59 +10,135 @@ import click
 
 from ..extras import require_arm
 from .emit import emit, say
+from .help import group
 from .options import NUMBER, SEED
 from .paths import ANY, MOTION, PICTURE, LongCommand
 from .progress import ProgressBar
 
 
-@click.command(cls=LongCommand)
-@click.option("--actuator", default="paper", help="Strip that a beam is cut from: TOML or preset.")
-@click.option("--segments", type=int, default=15)
-@click.option("--formulation", type=click.Choice(["beam", "yekutieli"]), default="beam")
-@click.option("--coupling", type=click.Choice(["ideal", "circuit", "charge"]), default="ideal")
-@click.option("--activation", type=click.Choice(["cpg", "sine", "wave"]), default="cpg")
-@click.option("--rhythm", type=click.Choice(["unit", "ring", "one-way-ring", "chain"]), default="unit")
-@click.option("--inhibition", type=NUMBER, help="a of the rhythm.  [default: 2.5]")
-@click.option("--tonic", type=NUMBER, help="e of the rhythm.  [default: 1]")
-@click.option("--adaptation", type=NUMBER, help="d of the rhythm.  [default: 3]")
-@click.option("--rise-time", help="Tr of the rhythm.  [default: 0.12s]")
-@click.option("--reference", type=NUMBER, help="Output that gives --voltage.  [default: the rhythm's amplitude]")
-@click.option("--slower", type=NUMBER, default=1.0, help="Stretches the rhythm's time constants.")
-@click.option("--neurons-in-circuit", is_flag=True, help="The neurons, too, in the netlist of the strips.")
-@click.option("--voltage", default="4V", help="Largest voltage on a segment's strip.")
-@click.option("--reach", help="Find a rhythm that brings the tip to x,y, such as 29mm,4mm; the base is 0,0.")
-@click.option("--within", help="How near counts as reached.  [default: a hundredth of the arm's length]")
-@click.option("--seed", type=SEED, default=0, help="Of the search for --reach.")
-@click.option("--amplitude", type=NUMBER, help="Of a sine: strain or activation.  [default: 0.00221; yekutieli: 0.02]")
-@click.option("--period", help="Period of a sine.  [default: 1.035463s]")
-@click.option("--mounting", type=click.Choice(["weightless", "hanging", "horizontal"]), help="[default: the strip's]")
-@click.option("--settled", is_flag=True, help="Begin in equilibrium under the weight, not in the rest shape.")
-@click.option("--rest-ratio", type=NUMBER, help="Pre-tension of yekutieli: rest over initial length.  [default: 0.5]")
-@click.option("--method", type=click.Choice(["auto", "explicit", "implicit"]), default="auto")
-@click.option("--tolerance", type=NUMBER, help="Error of a step, of the thickness.  [default: 1e-06]")
-@click.option("--duration", required=True, help="How long, such as 3s.")
-@click.option("--samples", type=int, help="Number of samples.  [default: 601]")
-@click.option("--step", help="Time between samples, such as 10ms; instead of --samples.")
-@click.option("--out", type=MOTION, required=True, help="netCDF file to write.")
-@click.option("--animate", "animation", type=ANY, help="Animation to write (.gif, or .mp4 where ffmpeg is).")
-@click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg).")
+@click.command(
+    cls=LongCommand,
+    examples=(
+        "arm --duration 3s --out motion.nc --animate motion.gif",
+        "arm --coupling circuit --rhythm chain --voltage 2V --duration 5s --out motion.nc --plot motion.png",
+        "arm --reach 29mm,4mm --duration 3s --out motion.nc",
+    ),
+)
+@group(
+    "Arm",
+    click.option(
+        "--actuator",
+        default="paper",
+        metavar="ACTUATOR",
+        help="Strip that a beam is cut from: TOML file or preset.",
+    ),
+    click.option("--segments", type=int, default=15, metavar="N", help="Number of segments."),
+    click.option(
+        "--formulation",
+        type=click.Choice(["beam", "yekutieli"]),
+        default="beam",
+        help="beam: a strip whose faces change length; yekutieli: an octopus arm of muscles in water.",
+    ),
+    click.option(
+        "--mounting",
+        type=click.Choice(["weightless", "hanging", "horizontal"]),
+        help="How gravity acts.  [default: the strip's]",
+    ),
+    click.option("--settled", is_flag=True, help="Begin in equilibrium under the weight, not in the rest shape."),
+    click.option(
+        "--rest-ratio", type=NUMBER, help="Pre-tension of yekutieli: rest over initial length.  [default: 0.5]"
+    ),
+)
+@group(
+    "Activation",
+    click.option(
+        "--activation",
+        type=click.Choice(["cpg", "sine", "wave"]),
+        default="cpg",
+        help="What drives the segments: a rhythm of neurons, a sine, or the octopus' wave of stiffness.",
+    ),
+    click.option(
+        "--coupling",
+        type=click.Choice(["ideal", "circuit", "charge"]),
+        default="ideal",
+        help="How a rhythm becomes strain: in proportion (ideal), through the whole circuit of each strip, or "
+        "through its charge alone.",
+    ),
+    click.option("--voltage", default="4V", metavar="VOLTAGE", help="Largest voltage on a segment's strip."),
+    click.option(
+        "--amplitude",
+        type=NUMBER,
+        help="Amplitude of a sine: strain or activation.  [default: 0.00221; yekutieli: 0.02]",
+    ),
+    click.option("--period", metavar="TIME", help="Period of a sine.  [default: 1.035463s]"),
+)
+@group(
+    "Rhythm",
+    click.option(
+        "--rhythm",
+        type=click.Choice(["unit", "ring", "one-way-ring", "chain"]),
+        default="unit",
+        help="Network of the neurons: one unit of two, a ring of three, or a chain of units along the arm.",
+    ),
+    click.option("--inhibition", type=NUMBER, help="a of the rhythm.  [default: 2.5]"),
+    click.option("--tonic", type=NUMBER, help="e of the rhythm.  [default: 1]"),
+    click.option("--adaptation", type=NUMBER, help="d of the rhythm.  [default: 3]"),
+    click.option("--rise-time", metavar="TIME", help="Tr of the rhythm.  [default: 0.12s]"),
+    click.option("--slower", type=NUMBER, default=1.0, help="Factor on the rhythm's time constants."),
+    click.option(
+        "--reference",
+        type=NUMBER,
+        help="Output of the rhythm that is --voltage on the strips.  [default: the rhythm's amplitude]",
+    ),
+    click.option("--neurons-in-circuit", is_flag=True, help="Put the neurons, too, into the netlist of the strips."),
+)
+@group(
+    "Reaching",
+    click.option(
+        "--reach", metavar="X,Y", help="Find a rhythm that brings the tip here, such as 29mm,4mm; the base is 0,0."
+    ),
+    click.option(
+        "--within", metavar="LENGTH", help="Distance that counts as reached.  [default: 1 % of the arm's length]"
+    ),
+    click.option("--seed", type=SEED, default=0, help="Seed of the search for --reach."),
+)
+@group(
+    "Run",
+    click.option("--duration", required=True, metavar="TIME", help="How long the run is, such as 3s."),
+    click.option("--samples", type=int, metavar="N", help="Number of samples.  [default: 601]"),
+    click.option("--step", metavar="TIME", help="Time between samples, such as 10ms; instead of --samples."),
+    click.option(
+        "--method",
+        type=click.Choice(["auto", "explicit", "implicit"]),
+        default="auto",
+        help="Time integration; auto: whichever needs less work.",
+    ),
+    click.option(
+        "--tolerance", type=NUMBER, help="Error allowed in a step, as a fraction of the thickness.  [default: 1e-06]"
+    ),
+)
+@group(
+    "Output",
+    click.option("--out", type=MOTION, required=True, help="netCDF file to write."),
+    click.option("--animate", "animation", type=ANY, help="Animation to write (.gif, or .mp4 where ffmpeg is)."),
+    click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg)."),
+)
 def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **options: Any) -> None:
     """Move a soft arm and write its motion.
 
-    beam: the free part of a strip whose faces change length (eigenstrain). yekutieli: an octopus-sized arm of
-    pre-tensioned muscles in sea water. A rhythm of neurons drives the segments, directly (ideal) or through the
-    circuits of their strips; or a sine, or the octopus' wave of stiffness (yekutieli). With --reach the rhythm is
-    looked for, and --plot shows the places that the tip can come to.
+    The arm is the free part of a strip whose faces change length (beam), or an octopus-sized arm of pre-tensioned
+    muscles in sea water (yekutieli). A rhythm of neurons drives its segments, or a sine, or the octopus' wave of
+    stiffness (yekutieli). --reach searches for the rhythm, and --plot then shows the places that the tip can reach.
     """
     require_arm()
-    from ..arms.run import PERIOD, ArmResult
-    from ..arms.run import arm as move
+    from ..arms.run import ArmResult
+    from ..front.arms import arm as move
     from ..report.motion import animate, require_animation
 
     outputs = {"--out": out, "--animate": animation, "--plot": plot}
     if animation:
         require_animation(animation)
-    reach, options["period"] = options["reach"], options["period"] or PERIOD
+    reach = options["reach"]
     if sys.stderr.isatty() and not any(Path(__file__).parents[1].glob("arms/__pycache__/*plicit-*.nbi")):
         say("compiling the arm's kernels, half a minute or so, once after an installation", err=True)
     strip = options.pop("actuator")

@@ -2,87 +2,90 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from ..errors import InputError
 from .emit import emit
+from .help import group
 from .options import NUMBER
 from .paths import DECK, FILE, PICTURE, TABLE, LongCommand
 from .progress import ProgressBar
 
-if TYPE_CHECKING:
-    from ..oscillators.run import RhythmRun
 
-
-@click.command(cls=LongCommand)
-@click.option("--neurons", type=int, help="How many.  [default: 2; 3 in a ring; 30 in a chain]")
-@click.option(
-    "--topology",
-    type=click.Choice(["mutual", "ring", "one-way-ring", "chain"]),
-    help="How they inhibit one another.  [default: mutual]",
+@click.command(
+    cls=LongCommand,
+    examples=(
+        "cpg --duration 10s --out rhythm.csv --plot rhythm.png",
+        "cpg --topology ring --inhibition 2 --duration 10s --json",
+        "cpg --sweep inhibition=1:5:41 --out table.csv",
+    ),
 )
-@click.option("--weights", type=FILE, help="CSV file of W instead: row i, what inhibits neuron i.")
-@click.option("--inhibition", type=NUMBER, help="a, every weight of the topology.  [default: 2.5]")
-@click.option("--same", type=NUMBER, help="ks of a chain: + ks y_k from the unit before.  [default: 0.1]")
-@click.option("--cross", type=NUMBER, help="kc of a chain: - kc y_(other k) from the unit before.  [default: 0.1]")
-@click.option("--adaptation", type=NUMBER, default=3.0, help="d.")
-@click.option("--tonic", type=NUMBER, default=1.0, help="e.")
-@click.option("--rise-time", default="0.12s", help="Tr.")
-@click.option("--adaptation-time", default="0.3s", help="Ta.")
-@click.option("--start", help="x of each neuron, then v of each: 0.12,0,0,0.  [default: the paper's]")
-@click.option("--duration", help="How long, such as 10s.")
-@click.option("--samples", type=int, help="Number of samples.  [default: 100 in the shorter time constant]")
-@click.option("--step", help="Time between samples, such as 1ms; instead of --samples.")
-@click.option("--engine", type=click.Choice(["ode", "ngspice"]), default="ode")
-@click.option("--sweep", "swept", help="inhibition=1:5:41: 41 values from 1 to 5; or tonic, rise-time=0.01s:1s:100...")
-@click.option("--out", type=TABLE, help="CSV file to write.")
-@click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg).")
-@click.option("--netlist", type=DECK, help="Deck to write that plain ngspice -b runs.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def cpg(duration: str | None, swept: str | None, as_json: bool, **options: Any) -> None:
-    """A central pattern generator: whether it oscillates, period, amplitude, phases, outputs over time."""
-    outputs = {f"--{name}": options.pop(name) for name in ("out", "plot", "netlist")}
-    options["start"] = _start(options["start"])
-    files: dict[str, Any] = {"inputs": (options["weights"],), "as_json": as_json}
-    if swept:
-        from ..oscillators.sweep import cpg_sweep
-
-        sampling = {name: options.pop(name) for name in ("engine", "samples", "step")}
-        _require_sweepable(outputs, {"duration": duration, **sampling})
-        emit(cpg_sweep(swept, progress=ProgressBar("networks"), **options), outputs, **files)
-        return
+@group(
+    "Network",
+    click.option(
+        "--neurons", type=int, metavar="N", help="Number of neurons.  [default: 2; 3 in a ring; 30 in a chain]"
+    ),
+    click.option(
+        "--topology",
+        type=click.Choice(["mutual", "ring", "one-way-ring", "chain"]),
+        help="How the neurons inhibit one another.  [default: mutual]",
+    ),
+    click.option("--weights", type=FILE, help="CSV file of the weights W instead: row i inhibits neuron i."),
+    click.option("--inhibition", type=NUMBER, help="a, every weight of the topology.  [default: 2.5]"),
+    click.option("--same", type=NUMBER, help="ks of a chain: + ks y_k from the unit before.  [default: 0.1]"),
+    click.option("--cross", type=NUMBER, help="kc of a chain: - kc y_(other k) from the unit before.  [default: 0.1]"),
+)
+@group(
+    "Neuron",
+    click.option("--adaptation", type=NUMBER, default=3.0, help="d, strength of the adaptation (fatigue)."),
+    click.option("--tonic", type=NUMBER, default=1.0, help="e, constant (tonic) input of each neuron."),
+    click.option("--rise-time", default="0.12s", metavar="TIME", help="Tr, time constant of the state x."),
+    click.option("--adaptation-time", default="0.3s", metavar="TIME", help="Ta, time constant of the adaptation v."),
+    click.option(
+        "--start",
+        metavar="NUMBERS",
+        help="Initial state: x of each neuron, then v of each: 0.12,0,0,0.  [default: the paper's]",
+    ),
+)
+@group(
+    "Run",
+    click.option("--duration", metavar="TIME", help="How long the run is, such as 10s."),
+    click.option(
+        "--samples", type=int, metavar="N", help="Number of samples.  [default: 100 in the shorter time constant]"
+    ),
+    click.option("--step", metavar="TIME", help="Time between samples, such as 1ms; instead of --samples."),
+    click.option(
+        "--engine",
+        type=click.Choice(["ode", "ngspice"]),
+        default="ode",
+        help="ode: SciPy's integrator; ngspice: the neurons as a circuit.",
+    ),
+    click.option(
+        "--sweep",
+        metavar="NAME=RANGE",
+        help="Vary one parameter: inhibition=1:5:41 is 41 values from 1 to 5; or tonic, rise-time=0.01s:1s:100...",
+    ),
+)
+@group(
+    "Output",
+    click.option("--out", type=TABLE, help="CSV file to write."),
+    click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg)."),
+    click.option("--netlist", type=DECK, help="SPICE deck to write; it runs in plain ngspice -b."),
+    click.option("--json", "as_json", is_flag=True, help="Print JSON."),
+)
+def cpg(sweep: str | None, as_json: bool, **options: Any) -> None:
+    """Run a central pattern generator: period, amplitude, phases."""
+    from ..oscillators.run import RhythmRun
     from ..oscillators.run import cpg as run
 
-    if duration is None:
-        raise InputError("--duration is missing; say how long, such as --duration 10s")
-    result = run(duration, progress=ProgressBar("s"), **options)
-    emit(result, outputs, writers={"--netlist": _write_deck}, **files)
-
-
-def _require_sweepable(outputs: dict[str, Any], sampling: dict[str, Any]) -> None:
-    """Refuse options that a sweep has no use for."""
-    if sampling.pop("engine") != "ode" or outputs["--netlist"]:
-        raise InputError("a sweep is solved by --engine ode and writes no netlist; leave out --engine and --netlist")
-    unused = [name for name, value in sampling.items() if value is not None]
-    if unused:
-        raise InputError(f"a sweep follows each network to its end; leave out --{unused[0]}")
-
-
-def _write_deck(result: RhythmRun, path: Path) -> None:
-    from ..files import write_text
-    from ..oscillators.netlist import deck
-
-    time, start = float(result.time[-1]), result.rhythm.start
-    write_text(path, deck(result.network, time, start, provenance=result.provenance))
-
-
-def _start(text: str | None) -> list[float] | None:
-    if text is None:
-        return None
-    try:
-        return [float(cell) for cell in text.split(",")]
-    except ValueError:
-        raise InputError(f"--start '{text[:40]}' is no list of numbers; write it like 0.12,0,0,0") from None
+    outputs = {f"--{name}": options.pop(name) for name in ("out", "plot", "netlist")}
+    files: dict[str, Any] = {"inputs": (options["weights"],), "as_json": as_json}
+    if sweep:
+        if outputs["--netlist"]:
+            raise InputError("a sweep writes no netlist; leave out --netlist")
+        emit(run(sweep=sweep, progress=ProgressBar("networks"), **options), outputs, **files)
+    else:
+        result = run(progress=ProgressBar("s"), **options)
+        emit(result, outputs, writers={"--netlist": RhythmRun.write_deck}, **files)

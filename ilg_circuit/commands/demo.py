@@ -7,13 +7,14 @@ from pathlib import Path
 import click
 
 from .emit import say
-from .paths import FILE, LongCommand
+from .help import group
+from .paths import ANY_FOLDER, LongCommand
 
 
-@click.command(cls=LongCommand)
-@click.option("--out", type=FILE, default=Path("demo"), help="Folder for the results.")
+@click.command(cls=LongCommand, examples=("demo", "demo --out results"))
+@group("Output", click.option("--out", type=ANY_FOLDER, default=Path("demo"), help="Folder for the results."))
 def demo(out: Path) -> None:
-    """The whole flow once, with pictures: simulate, check, measure with noise, identify, hand out."""
+    """Run the whole flow once: simulate, measure, identify, hand out."""
     from ..report.axes import load_plainly
     from ..reproduce.demo import run
 

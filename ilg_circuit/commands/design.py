@@ -8,49 +8,82 @@ import click
 
 from ..errors import InputError, SolveError
 from .emit import emit
-from .options import SEED, run_options
+from .help import group
+from .options import DRIVE_TABLE, SEED, actuator_argument, run_options
 from .paths import JSON, PICTURE, STRIP, TABLE, LongCommand, force_option
 from .progress import ProgressBar
 
 
-@click.command(cls=LongCommand)
-@click.argument("actuator")
-@click.option(
-    "--require",
-    multiple=True,
-    metavar="NAME>=VALUE",
-    help="displacement_final>=4mm, settling_time<=60s, energy=2J; or the word valid: where the model holds. Several.",
+@click.command(
+    cls=LongCommand,
+    examples=(
+        "design paper --require 'displacement_final>=4mm' --vary thickness=0.2mm:1mm --drive step:4V "
+        "--duration 300s --out best.toml",
+        "design paper --pareto displacement_final,force_blocked --vary thickness=0.2mm:1mm "
+        "--drive step:4V --duration 300s --front front.csv --plot front.png",
+    ),
+    tables=DRIVE_TABLE,
 )
-@click.option("--vary", multiple=True, metavar="NAME=FROM:TO", help="thickness=0.2mm:1mm; width=5mm fixes it.")
-@click.option("--minimise", help="What is to be small, such as energy.  [default: the largest margin to all]")
-@click.option("--maximise", help="What is to be large, such as displacement_final.")
-@click.option("--pareto", help="Front of two or three: displacement_final,force_blocked,min:time_of_90.")
-@click.option("--points", type=int, help="Points of the front.  [default: 25 of two, 60 of three]")
+@actuator_argument
+@group(
+    "Design",
+    click.option("--vary", multiple=True, metavar="NAME=FROM:TO", help="thickness=0.2mm:1mm; width=5mm fixes it."),
+    click.option(
+        "--require",
+        multiple=True,
+        metavar="NAME>=VALUE",
+        help="displacement_final>=4mm, settling_time<=60s, energy=2J; or the word valid: within the model's limits. "
+        "May be repeated.",
+    ),
+    click.option(
+        "--minimise", metavar="NAME", help="Output to make small, such as energy.  [default: the largest margin to all]"
+    ),
+    click.option("--maximise", metavar="NAME", help="Output to make large, such as displacement_final."),
+    click.option(
+        "--pareto",
+        metavar="NAMES",
+        help="Trade-off between two or three outputs: displacement_final,force_blocked,min:time_of_90.",
+    ),
+    click.option(
+        "--points", type=int, metavar="N", help="Points of the front.  [default: 25 for two outputs, 60 for three]"
+    ),
+)
 @run_options
-@click.option(
-    "--engine",
-    type=click.Choice(["ngspice", "exact", "auto"]),
-    default="auto",
-    help="Of the search; auto: exact for linear circuits, else ngspice. ngspice always simulates the answer.",
+@group(
+    "Uncertainty",
+    click.option("--sensitivity", is_flag=True, help="Spread of the design's outputs from the errors of the fit."),
+    click.option(
+        "--confidence",
+        metavar="PERCENT",
+        help="Meet each requirement with this probability, such as 95%, given the errors of the fit.",
+    ),
+    click.option("--sobol", is_flag=True, help="Sobol indices of all outputs asked for, over the ranges."),
 )
-@click.option("--seed", type=SEED, default=0, help="Of the scattered designs.")
-@click.option("--sensitivity", is_flag=True, help="What the uncertainty of the fit makes of the design.")
-@click.option(
-    "--confidence", help="Meet each requirement with this probability, such as 95%, whatever the fit left open."
+@group(
+    "Solver",
+    click.option(
+        "--engine",
+        type=click.Choice(["ngspice", "exact", "auto"]),
+        default="auto",
+        help="Of the search; auto: exact for linear circuits, else ngspice. ngspice always simulates the answer.",
+    ),
+    click.option("--seed", type=SEED, default=0, help="Seed of the search's first designs."),
 )
-@click.option("--sobol", is_flag=True, help="Sobol indices of all that is asked for, over the ranges.")
-@click.option("--json", type=JSON, help="JSON file to write.")
-@click.option("--out", type=STRIP, help="TOML file of the best strip.")
-@click.option("--front", type=TABLE, help="CSV file of the front.")
-@click.option("--plot", type=PICTURE, help="Picture of the front, or of the design without one (.png, .pdf, .svg).")
-@click.option("--sobol-plot", type=PICTURE, help="Picture of the indices.")
+@group(
+    "Output",
+    click.option("--json", type=JSON, help="JSON file to write."),
+    click.option("--out", type=STRIP, help="TOML file of the best strip."),
+    click.option("--front", type=TABLE, help="CSV file of the front."),
+    click.option("--plot", type=PICTURE, help="Picture of the front, or of the design without one (.png, .pdf, .svg)."),
+    click.option("--sobol-plot", type=PICTURE, help="Picture of the indices."),
+)
 @force_option
 def design(actuator: str, **options: Any) -> None:
-    """Look for the strip, within ranges, that does what is required: best, or on a Pareto front.
+    """Find the strip, within ranges, that meets requirements best.
 
     Requirements are on outputs of a sweep (displacement_final, force_blocked, settling_time, energy, current_peak,
-    ...), on what is varied, and on slenderness, window, gravity. Where nothing meets all of them, the
-    nearest strip is shown with what stands in its way, and the exit code is 1.
+    ...), on what is varied, and on slenderness, window, gravity. If no strip meets all of them, the nearest one is
+    shown with the requirements that it fails, and the exit code is 1.
     """
     written = ("json", "out", "front", "plot", "sobol_plot")
     outputs = {f"--{name.replace('_', '-')}": options.pop(name) for name in written}

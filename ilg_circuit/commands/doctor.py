@@ -17,9 +17,9 @@ PACKAGES = ("PySpice", "numpy", "scipy", "lmfit", "matplotlib", "click", "pint",
 TOLERANCE = 1e-7
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, examples=("doctor", "doctor > versions.txt"))
 def doctor() -> None:
-    """Versions, the ngspice library, and a self-check against the closed form."""
+    """Check the installation: versions, ngspice, one solved step."""
     for line in examine():
         say(line)
 

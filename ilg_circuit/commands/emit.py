@@ -8,10 +8,9 @@ emit(result, outputs, inputs=data, writers={"--out": write_actuator})
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 import click
 
@@ -26,7 +25,17 @@ if TYPE_CHECKING:
 
 #: Options -> files to write; None where an option was not given.
 Outputs = Mapping[str, Path | None]
-R = TypeVar("R", bound=Result)
+
+
+class Emitted(Protocol):
+    """What `emit` takes: a `Result`, or a text that is handed out."""
+
+    def with_provenance(self, provenance: Provenance) -> Self: ...
+
+    def summary(self) -> str: ...
+
+
+R = TypeVar("R", bound=Emitted)
 
 
 def say(text: str, *, err: bool = False) -> None:
@@ -54,9 +63,10 @@ def emit(
     result; ``--out`` by the result's own ``write_csv``. Any other option needs a function in ``writers``, which may
     also replace one of these four: it is called with the result and the path. ``text`` is printed in place of
     `Result.summary`; with ``as_json`` the plain data are. Where ``--json`` is ``-`` the plain data alone are on stdout,
-    and the text on stderr. ``warnings`` are those shown, by default ``result.warnings``, if it has any.
+    and the text on stderr. ``warnings`` are those shown, by default ``result.warnings``, if it has any; ``checks`` are
+    printed last. Raises SolveError for a check that fails.
     """
-    made = replace(result, provenance=origin(inputs, seed))
+    made = result.with_provenance(origin(inputs, seed))
     if any(path for option, path in outputs.items() if option not in ("--out", "--json", "--table")):
         from ..report.axes import load_plainly
 
@@ -66,7 +76,9 @@ def emit(
             continue
         if writers and option in writers:
             writers[option](made, path)
-        elif option == "--out":
+            continue
+        assert isinstance(made, Result), f"{option} needs a writer"
+        if option == "--out":
             made.write_csv(path)
         elif option == "--json" and path == STDOUT:
             say(json.dumps(plain_data(made), indent=2))
@@ -80,12 +92,14 @@ def emit(
             from ..report.page import write_page
 
             write_page((shown or {}).get(option, Result.page)(made), path, made.provenance)
-    if as_json:
+    if as_json and isinstance(made, Result):
         say(json.dumps(plain_data(made), indent=2))
     else:
         say(made.summary() if text is None else text, err=outputs.get("--json") == STDOUT)
     for line in getattr(made, "warnings", ()) if warnings is None else warnings:
         say(f"warning: {line}", err=True)
+    if checks := getattr(made, "checks", ()):
+        show_check(checks)
     return made
 
 
@@ -100,7 +114,7 @@ def plain_data(result: Result) -> dict[str, Any]:
     return result.to_dict() | {"provenance": result.provenance.to_dict()}
 
 
-def show_check(differences: list[Difference]) -> None:
+def show_check(differences: Sequence[Difference]) -> None:
     """Print the ``differences`` from other solutions. Raises SolveError where one is too large."""
     from ..report.check import summary
     from ..simulation.check import require_agreement

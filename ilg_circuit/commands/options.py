@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
-from ..simulation.drives import DRIVE_FORMS
+from ..simulation.drives import DRIVES
 from ..units import parse, si
+from .help import argument, group
 from .paths import JSON, PAGE, PICTURE, TABLE, OutputFile
 
 if TYPE_CHECKING:
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 class _Number(click.types.FloatParamType):
     """A pure number of a plausible size."""
 
+    name = "number"
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         name = param.opts[-1] if param else "number"
         try:
@@ -31,7 +34,9 @@ class _Number(click.types.FloatParamType):
 
 
 class _Seed(click.types.IntParamType):
-    """What begins random numbers: any count of 63 bits."""
+    """A seed of random numbers: any whole number of 63 bits."""
+
+    name = "seed"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
         number: int = super().convert(value, param, ctx)
@@ -40,12 +45,35 @@ class _Seed(click.types.IntParamType):
 
 NUMBER, SEED = _Number(), _Seed()
 
-engine_option = click.option("--engine", type=click.Choice(["ngspice", "exact"]), default="ngspice")
-tip_option = click.option("--tip", type=click.Choice(["free", "clamped"]), default="free")
-beam_option = click.option(
-    "--beam",
-    type=click.Choice(["dynamic", "static"]),
-    help="static: without the beam's mass.  [default: the one that the coupling was fitted with, else dynamic]",
+engine_option = group(
+    "Solver",
+    click.option(
+        "--engine",
+        type=click.Choice(["ngspice", "exact"]),
+        default="ngspice",
+        help="exact: matrix exponentials, for linear circuits only.",
+    ),
+)
+tip_option = group(
+    "Mounting",
+    click.option(
+        "--tip", type=click.Choice(["free", "clamped"]), default="free", help="clamped: held still, for blocked force."
+    ),
+)
+beam_option = group(
+    "Mounting",
+    click.option(
+        "--beam",
+        type=click.Choice(["dynamic", "static"]),
+        help="How the strip moves as an elastic beam: dynamic with its mass and damping (it swings), static without "
+        "them (it follows the charge at once).  [default: as the coupling was fitted, else dynamic]",
+    ),
+)
+load_option = group(
+    "Mounting",
+    click.option(
+        "--load", metavar="LOAD", help="What hangs on the tip: mass=1g,stiffness=1mN/m,damping=1uN*s/m, or some of it."
+    ),
 )
 
 
@@ -54,13 +82,22 @@ def _together(*options: Callable[..., Any]) -> Callable[[Callable[..., Any]], Ca
     return lambda command: reduce(lambda decorated, option: option(decorated), reversed(options), command)
 
 
+#: Below the options of a command that takes a drive.
+DRIVE_TABLE = {"Forms of DRIVE": DRIVES}
+
+#: What is simulated.
+actuator_argument = group("Input", argument("actuator", "TOML file of a strip, or the preset paper."))
+
 #: What a strip is made to do.
 run_options = _together(
-    click.option("--drive", required=True, help=DRIVE_FORMS),
-    click.option("--duration", required=True, help="How long, such as 300s."),
+    group(
+        "Drive",
+        click.option("--drive", required=True, metavar="DRIVE", help="Voltage over time; its forms are listed below."),
+        click.option("--duration", required=True, metavar="TIME", help="How long the run is, such as 300s."),
+    ),
     tip_option,
     beam_option,
-    click.option("--load", help="mass=1g,stiffness=1mN/m,damping=1uN*s/m: what hangs on the tip."),
+    load_option,
 )
 
 _SIZES = {
@@ -96,13 +133,19 @@ def sizes(options: dict[str, Any]) -> dict[str, str | None]:
 
 
 #: What a data file does not say of itself; `said` reads them.
-reading_options = _together(
+reading_options = group(
+    "Data files",
     click.option(
-        "--columns", multiple=True, help="The column that holds a quantity: voltage='Potential (V)'; may be repeated."
+        "--columns",
+        multiple=True,
+        metavar="NAME=TITLE",
+        help="The column that holds a quantity: voltage='Potential (V)'; may be repeated.",
     ),
-    click.option("--units", multiple=True, help="The unit of a quantity, such as time=s; may be repeated."),
-    click.option("--part", type=int, help="Which of several measurements in a file, from 1."),
-    click.option("--cycle", type=int, help="Which cycle of a record."),
+    click.option(
+        "--units", multiple=True, metavar="NAME=UNIT", help="The unit of a quantity, such as time=s; may be repeated."
+    ),
+    click.option("--part", type=int, metavar="N", help="Which of several measurements in a file, from 1."),
+    click.option("--cycle", type=int, metavar="N", help="Which cycle of a record."),
 )
 
 
@@ -119,9 +162,10 @@ def said(options: dict[str, Any]) -> Said:
 
 
 #: When a run is sampled; `sampled` reads them.
-sample_options = _together(
-    click.option("--samples", type=int, help="Number of samples.  [default: 601]"),
-    click.option("--step", help="Time between samples, such as 0.1s; instead of --samples."),
+sample_options = group(
+    "Sampling",
+    click.option("--samples", type=int, metavar="N", help="Number of samples.  [default: 601]"),
+    click.option("--step", metavar="TIME", help="Time between samples, such as 0.1s; instead of --samples."),
 )
 
 
@@ -129,15 +173,16 @@ def output_options(
     table: str, plot: str, kind: OutputFile = TABLE
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """The options --out (a ``kind`` of file, with the help ``table``), --json, --plot, --report; see `outputs`."""
-    return _together(click.option("--out", type=kind, help=table), result_options(plot))
+    return _together(group("Output", click.option("--out", type=kind, help=table)), result_options(plot))
 
 
 def result_options(plot: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """The options --json, --plot, --report; see `outputs`."""
-    return _together(
-        click.option("--json", type=JSON, help="JSON file of the result; - for stdout, and nothing else there."),
+    return group(
+        "Output",
+        click.option("--json", type=JSON, help="JSON file to write; - for stdout, and nothing else there."),
         click.option("--plot", type=PICTURE, help=plot),
-        click.option("--report", type=PAGE, help="One HTML file with all of it."),
+        click.option("--report", type=PAGE, help="HTML page to write, with all results."),
     )
 
 

@@ -15,14 +15,24 @@ from typing import Any
 
 import click
 
-from ..errors import InputError, nearest, visible
+from ..errors import InputError, nearest, visible, written
 from ..files import require_writable
+from .help import HelpedCommand, group
 from .stopping import start_limit
 
 #: What stands for stdout where a file is named.
 STDOUT = Path("-")
-#: A file that is read.
-FILE = click.Path(path_type=Path)
+
+
+class InputFile(click.Path):
+    """A file that is read, or a ``folder``."""
+
+    def __init__(self, name: str = "file") -> None:
+        super().__init__(path_type=Path)
+        self.name = name  # which help shows
+
+
+FILE, ANY_FOLDER = InputFile(), InputFile("folder")
 
 
 class OutputFile(click.Path):
@@ -33,6 +43,7 @@ class OutputFile(click.Path):
 
     def __init__(self, what: str = "", *suffixes: str, bare: bool = True, stdout: bool = False) -> None:
         super().__init__(path_type=Path)
+        self.name = "file"  # which help shows
         self.what, self.suffixes, self.bare, self.stdout = what, suffixes, bare, stdout
 
     def require(self, path: Path, option: str) -> None:
@@ -70,6 +81,7 @@ SWEEP = OutputFile("netCDF or CSV", ".nc", ".nc4", ".h5", ".csv")
 PARAMETERS = OutputFile("a table of parameters", ".tex", ".csv", ".md", bare=False)
 LOG = OutputFile("a log", ".log", ".txt")
 FOLDER = OutputFolder("a folder")
+FOLDER.name = "folder"
 ANY = OutputFile()
 
 _FORCE = "ilg_circuit.force"
@@ -82,12 +94,15 @@ def forced(context: click.Context) -> bool:
 
 def forcing(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """The option --force, whose help is ``text``; `forced` tells if it was given."""
-    return click.option(
-        "--force",
-        is_flag=True,
-        expose_value=False,
-        callback=lambda context, _option, given: context.meta.update({_FORCE: given}),
-        help=text,
+    return group(
+        "Output",
+        click.option(
+            "--force",
+            is_flag=True,
+            expose_value=False,
+            callback=lambda context, _option, given: context.meta.update({_FORCE: given}),
+            help=text,
+        ),
     )
 
 
@@ -104,8 +119,11 @@ class _Choice(click.Choice[str]):
         return f"{message}; perhaps {', '.join(near)}." if near else f"{message}."
 
 
-class Command(click.Command):
-    """A command whose paths are checked before it begins, and that tells slips in choices of words."""
+class Command(HelpedCommand):
+    """A command whose paths are checked before it begins; what it refuses is named as its options are.
+
+    Slips in choices of words are told with the word that was meant.
+    """
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
         super().__init__(*arguments, **settings)
@@ -115,9 +133,14 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command. Raises InputError for paths as `require_apart` and `OutputFile.require` do."""
-        written = list(_written(ctx))
-        require_apart(ctx, written)
-        for option, path in written:
+        options = {option.name or "": _named(option) for option in self.params}
+        with written({"strip": options.get("actuator", "ACTUATOR"), **options}):
+            return self._invoke(ctx)
+
+    def _invoke(self, ctx: click.Context) -> Any:
+        outputs = list(_outputs(ctx))
+        require_apart(ctx, outputs)
+        for option, path in outputs:
             kind = option.type
             assert isinstance(kind, OutputFile)
             kind.require(path, option.opts[0])
@@ -129,8 +152,9 @@ class LongCommand(Command):
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
         super().__init__(*arguments, **settings)
-        text = "End after so long, such as 30s, with exit code 1."
-        self.params.append(click.Option(["--time-limit"], expose_value=False, callback=start_limit, help=text))
+        text = "Stop after this time, such as 30s, with exit code 1."
+        limit = click.Option(["--time-limit"], metavar="TIME", expose_value=False, callback=start_limit, help=text)
+        self.params.append(limit)
 
 
 def require_apart(context: click.Context, written: list[tuple[click.Parameter, Path]]) -> None:
@@ -152,7 +176,7 @@ def require_apart(context: click.Context, written: list[tuple[click.Parameter, P
         raise InputError(f"{_named(first)} and {_named(second)} name the same file, '{visible(str(path))}'; {way}")
 
 
-def _written(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
+def _outputs(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
     for option in context.command.params:
         path = context.params.get(option.name or "")
         if isinstance(option.type, OutputFile) and path is not None:

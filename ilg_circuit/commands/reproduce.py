@@ -8,14 +8,20 @@ import click
 
 from ..errors import InputError
 from .emit import origin, say
-from .paths import FILE, LongCommand
+from .help import argument, group
+from .paths import ANY_FOLDER, LongCommand
 from .progress import ProgressBar
 
 
-@click.command(cls=LongCommand)
-@click.argument("outdir", type=FILE, required=False)
-@click.option("--only", help="Items to make, such as EC-T1,EC-F9.  [default: all]")
-@click.option("--list", "listed", is_flag=True, help="List the items and make nothing.")
+@click.command(
+    cls=LongCommand, examples=("reproduce results", "reproduce results --only EC-T1,EC-F9", "reproduce --list")
+)
+@group(
+    "Items",
+    click.option("--only", metavar="IDS", help="Items to make, such as EC-T1,EC-F9.  [default: all]"),
+    click.option("--list", "listed", is_flag=True, help="List the items and make nothing."),
+)
+@group("Output", argument("outdir", "Folder for the results; it is made if absent.", type=ANY_FOLDER, required=False))
 def reproduce(outdir: Path | None, only: str | None, listed: bool) -> int:
     """Remake every table and figure of both papers, and compare.
 

@@ -6,27 +6,29 @@ import json
 
 import click
 
-from ..errors import InputError
-from ..units import parse
 from .emit import say
+from .help import group
+from .options import actuator_argument
 from .paths import Command
 
 
-@click.command(cls=Command)
-@click.argument("actuator")
-@click.option("--from", "low", default="0.1mHz", help="Low end of the band of use.")
-@click.option("--to", "high", default="10Hz", help="High end of the band of use.")
-@click.option("--voltage", help="Largest voltage, for the electrochemical window and the deflection.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@click.command(
+    cls=Command, examples=("show paper", "show strip.toml --from 1mHz --to 1Hz --voltage 2V", "show paper --json")
+)
+@actuator_argument
+@group(
+    "Use of the strip",
+    click.option(
+        "--from", "low", default="0.1mHz", metavar="FREQUENCY", help="Lowest frequency at which the strip is used."
+    ),
+    click.option("--to", "high", default="10Hz", metavar="FREQUENCY", help="Highest frequency of use."),
+    click.option("--voltage", metavar="VOLTAGE", help="Largest voltage: checks electrochemical window and deflection."),
+)
+@group("Output", click.option("--json", "as_json", is_flag=True, help="Print JSON."))
 def show(actuator: str, low: str, high: str, voltage: str | None, as_json: bool) -> None:
-    """Geometry, lumped elements, and where the model holds."""
+    """Print a strip's geometry, elements and limits of the model."""
+    from ..front.given import load
     from ..report.strip import summary
-    from ..strip.describe import describe
-    from ..strip.file import load_actuator
 
-    band = (parse(low, "Hz", "--from"), parse(high, "Hz", "--to"))
-    if not 0 < band[0] < band[1]:
-        raise InputError(f"band from {low} to {high}: give two frequencies above zero, the lower one first")
-    volts = abs(parse(voltage, "V", "--voltage")) if voltage else None
-    description = describe(load_actuator(actuator), band=band, voltage=volts)
+    description = load(actuator).describe(low, high, voltage)
     say(json.dumps(description, indent=2) if as_json else summary(description))

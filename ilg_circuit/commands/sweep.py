@@ -8,60 +8,86 @@ import click
 
 from ..errors import InputError
 from .emit import emit, origin
-from .options import NUMBER, SEED, run_options
+from .help import group
+from .options import DRIVE_TABLE, NUMBER, SEED, actuator_argument, run_options
 from .paths import FILE, LOG, PICTURE, SWEEP, LongCommand
 from .progress import ProgressBar
 
 
-@click.command(cls=LongCommand)
-@click.argument("actuator")
-@click.option(
-    "--vary",
-    multiple=True,
-    metavar="NAME=...",
-    help="thickness=0.2mm:1mm:20[:log], thickness=0.2mm,0.5mm,1mm; with --random thickness=0.2mm:1mm[:log]. Several "
-    "make a full grid.",
+@click.command(
+    cls=LongCommand,
+    examples=(
+        "sweep paper --vary thickness=0.2mm:1mm:20 --drive step:4V --duration 300s --out grid.nc",
+        "sweep paper --vary thickness=0.2mm:1mm --vary width=2mm:9mm --random 200 --drive step:2V "
+        "--duration 60s --outputs displacement_final,energy --out designs.csv",
+    ),
+    tables=DRIVE_TABLE,
 )
-@click.option("--random", type=int, help="So many random designs over the ranges of --vary.")
-@click.option("--method", type=click.Choice(["lhs", "sobol", "uniform"]), help="Of random designs.  [default: lhs]")
-@click.option("--seed", type=SEED, help="Of random designs.  [default: 0]")
-@click.option("--designs", type=FILE, help="CSV file of designs instead: headers such as thickness_mm, a design a row.")
+@actuator_argument
+@group(
+    "Designs",
+    click.option(
+        "--vary",
+        multiple=True,
+        metavar="NAME=RANGE",
+        help="What is varied: thickness=0.2mm:1mm:20 (20 values), thickness=0.2mm:1mm:20:log, or "
+        "thickness=0.2mm,0.5mm,1mm; with --random thickness=0.2mm:1mm[:log]. May be repeated: all combinations.",
+    ),
+    click.option("--random", type=int, metavar="N", help="Number of random designs within the ranges of --vary."),
+    click.option(
+        "--method",
+        type=click.Choice(["lhs", "sobol", "uniform"]),
+        help="How random designs are drawn: Latin hypercube, Sobol sequence, independently.  [default: lhs]",
+    ),
+    click.option("--seed", type=SEED, help="Seed of the random designs.  [default: 0]"),
+    click.option(
+        "--designs", type=FILE, help="CSV file of designs instead: headers such as thickness_mm, one design a row."
+    ),
+)
 @run_options
-@click.option(
-    "--outputs", help="Names, such as displacement_final,settling_time,force_blocked.  [default: all of one run]"
+@group(
+    "Solver",
+    click.option(
+        "--engine",
+        type=click.Choice(["ngspice", "exact", "auto"]),
+        default="ngspice",
+        help="auto: exact for linear circuits, ngspice for others.",
+    ),
+    click.option("--accuracy", type=NUMBER, default=1e-6, help="Error allowed of ngspice, relative to each maximum."),
+    click.option("--jobs", type=int, metavar="N", help="Number of processes.  [default: one a core]"),
+    click.option(
+        "--cluster", metavar="ADDRESS", help="Workers of a dask cluster: tcp://HOST:PORT, or local:4 for four here."
+    ),
 )
-@click.option("--waveforms", help="Keep whole waveforms: current,charge,displacement,force.")
-@click.option("--samples", type=int, help="Samples of each waveform.  [default: 601]")
-@click.option(
-    "--engine",
-    type=click.Choice(["ngspice", "exact", "auto"]),
-    default="ngspice",
-    help="auto: exact for linear circuits, ngspice for others.",
+@group(
+    "Output",
+    click.option(
+        "--outputs",
+        metavar="NAMES",
+        help="Numbers kept of each run: displacement_final,settling_time,force_blocked.  [default: all of one run]",
+    ),
+    click.option(
+        "--waveforms", metavar="NAMES", help="Whole waveforms kept of each run: current,charge,displacement,force."
+    ),
+    click.option("--samples", type=int, metavar="N", help="Samples of each waveform.  [default: 601]"),
+    click.option("--out", type=SWEEP, required=True, help="netCDF file to write; or CSV (.csv)."),
+    click.option("--log", type=LOG, help="File to which a line a design is appended: time, number, outcome."),
+    click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg)."),
+    click.option("--plot-outputs", metavar="NAMES", help="Outputs in the picture.  [default: up to four that differ]"),
 )
-@click.option("--accuracy", type=NUMBER, default=1e-6, help="Of ngspice, relative to each maximum.")
-@click.option("--jobs", type=int, help="Processes.  [default: one a core]")
-@click.option("--cluster", help="Workers of a dask cluster: tcp://HOST:PORT, or local:4.")
-@click.option("--out", type=SWEEP, required=True, help="netCDF file to write; or CSV (.csv).")
-@click.option("--log", type=LOG, help="File to which a line a design is appended: time, number, outcome.")
-@click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg).")
-@click.option("--plot-outputs", help="What the picture shows.  [default: up to four that differ]")
 def sweep(actuator: str, **options: Any) -> None:
-    """Vary a strip, its drive or its load, and write what each design does: one netCDF file with units.
+    """Simulate many strips: on a grid, at random, or from a list.
 
-    A sweep that was interrupted goes on where it was when it is started again. A design that fails is a row with its
-    reason. What can be varied: the keys of an actuator's file, voltage, period, duty, frequency or rate of the drive,
-    load_mass, load_stiffness, load_damping, orientation.
+    The results are one netCDF file with units. An interrupted sweep continues when it is started again. A design that
+    fails is a row with its reason. What can be varied: the keys of an actuator's file; voltage, period, duty, frequency
+    or rate of the drive; load_mass, load_stiffness, load_damping; orientation.
     """
-    from ..extras import require_study
     from ..report.sweep import figure
-    from ..study.outputs import DEFAULT_OUTPUTS
+    from ..study.outputs import DEFAULT_OUTPUTS, names_of
     from ..study.sweep import sweep as solve
 
-    require_study(cluster=bool(options["cluster"]))
-    for name in ("outputs", "waveforms", "plot_outputs"):
-        options[name] = _names(options[name])
-    plot, drawn = options.pop("plot"), options.pop("plot_outputs")
-    missing = [name for name in drawn if name not in (options["outputs"] or DEFAULT_OUTPUTS)]
+    plot, drawn = options.pop("plot"), names_of(options.pop("plot_outputs"))
+    missing = [name for name in drawn if name not in (names_of(options["outputs"]) or DEFAULT_OUTPUTS)]
     if drawn and not plot:
         raise InputError("--plot-outputs goes with --plot; give a picture to write")
     if missing:
@@ -70,14 +96,5 @@ def sweep(actuator: str, **options: Any) -> None:
     inputs = [x for x in (actuator, options["drive"].removeprefix("file:"), options["designs"]) if x]
     made_by = origin(inputs, seed)
     result = solve(actuator, progress=ProgressBar("design", begun=True), provenance=made_by, **options)
-    emit(
-        result,
-        {"--plot": plot},
-        inputs=inputs,
-        seed=seed,
-        shown={"--plot": lambda made: figure(made, drawn)},
-    )
-
-
-def _names(text: str | None) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(n.strip() for n in text.split(",") if n.strip())) if text else ()
+    shown = {"--plot": lambda made: figure(made, drawn)}
+    emit(result, {"--plot": plot}, inputs=inputs, seed=seed, shown=shown)

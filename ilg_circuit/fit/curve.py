@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Array, one_thread
-from ..errors import InputError, SolveError
+from ..errors import InputError, SolveError, checked
 from .criteria import structured
 from .fitting import finished, with_starts
 from .minimise import HUGE, Run
@@ -35,6 +35,7 @@ _DECADES = (0.1, 0.5, 1.0, 2.0, 4.0)
 
 
 @one_thread()
+@checked
 def fit_curve(
     model: Callable[..., Any],
     x: Any,

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Array
-from ..errors import SolveError
+from ..errors import SolveError, argument
 from .minimise import gauss_newton, levenberg_marquardt
 from .multistart import StartSummary
 from .observation import Predict, observation
@@ -284,7 +284,7 @@ def _require_converged(problem: Problem, slope: Array, residuals: Array, toleran
             raise SolveError(f"the fit did not converge; {missed}")
         raise SolveError(
             f"the fit did not converge in {done.count} evaluations: the data do not determine this model; "
-            "try --model rc"
+            f"try {argument('model', 'rc')}"
         )
     return offset
 

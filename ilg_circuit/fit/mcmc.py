@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from ..errors import IlgError, InputError
+from ..errors import IlgError, InputError, argument
 from .problem import Progress
 from .result import FitResult
 
@@ -67,7 +67,9 @@ def sample(
     try:
         import emcee
     except ImportError:
-        raise InputError("--intervals mcmc needs emcee: pip install 'ilg-circuit[mcmc]', or choose profile") from None
+        raise InputError(
+            f"{argument('intervals', 'mcmc')} needs emcee: pip install 'ilg-circuit[mcmc]', or choose profile"
+        ) from None
 
     n = len(fit.values)
     origin, problem = fit.coordinates, fit.problem

@@ -10,7 +10,10 @@ from ..circuit.library import library as write_library
 from ..circuit.library import library_netlist, pinned
 from ..circuit.netlist import add_elements
 from ..circuit.strip import Hung, strip_netlist
-from ..errors import SolveError
+from ..circuit.text import DECK, SUBCIRCUIT, SpiceText
+from ..drive import drive_findings
+from ..errors import SolveError, checked
+from ..findings import sentences
 from ..solve.library import prepare_library
 from .given import Driven, Given, Strip, mounted, run_of
 from .given import load as strip_of
@@ -19,6 +22,7 @@ if TYPE_CHECKING:
     from PySpice.Spice.Netlist import SubCircuit
 
 
+@checked
 def netlist(
     strip: Strip,
     drive: Driven,
@@ -27,7 +31,7 @@ def netlist(
     tip: str = "free",
     beam: str | None = None,
     load: Hung = None,
-) -> str:
+) -> SpiceText:
     """Return a SPICE deck of a strip under a drive, which ``ngspice -b`` runs as it is.
 
     Parameters
@@ -47,8 +51,8 @@ def netlist(
 
     Returns
     -------
-    str
-        The deck.
+    SpiceText
+        The deck, which is a str with ``save("strip.cir")`` and ``warnings`` on the drive.
 
     Raises
     ------
@@ -58,17 +62,21 @@ def netlist(
     Examples
     --------
     >>> import ilg_circuit as ilg
-    >>> text = ilg.netlist("paper", "step:4V", "300 s")
-    >>> text.splitlines()[-1]
+    >>> deck = ilg.netlist("paper", "step:4V", "300 s")
+    >>> deck
+    <SPICE deck of 52 lines: ILG strip paper, dynamic beam, free tip; print it, or save it as .cir>
+    >>> deck.splitlines()[-1]
     '.end'
     """
     actuator = strip_of(strip)
     source, times = run_of(drive, duration)
     circuit = strip_netlist(actuator, **mounted(tip, beam, load))
-    return deck(circuit, source, float(times[-1]), actuator)
+    text = deck(circuit, source, float(times[-1]), actuator)
+    return SpiceText(text, DECK, sentences(drive_findings(source)))
 
 
-def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -> str:
+@checked
+def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -> SpiceText:
     """Return a strip as the text of a SPICE subcircuit with parameters: pins plus, minus and, with a coupling, tip.
 
     Parameters
@@ -82,8 +90,8 @@ def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -
 
     Returns
     -------
-    str
-        The subcircuit.
+    SpiceText
+        The subcircuit, which is a str with ``save("strip.lib")``.
 
     Raises
     ------
@@ -96,9 +104,10 @@ def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -
     >>> ".subckt gripper plus minus tip" in ilg.library("paper", "gripper")
     True
     """
-    return write_library(strip_of(strip), name, beam)
+    return SpiceText(write_library(strip_of(strip), name, beam), SUBCIRCUIT)
 
 
+@checked
 def subcircuit(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -> SubCircuit:
     """Return a strip as a PySpice subcircuit, for a circuit of one's own.
 

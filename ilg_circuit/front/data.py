@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import InputError
+from ..errors import InputError, argument, checked
 from ..measurements.columns import read_data
 from ..measurements.load_test import LoadTest
 from ..measurements.onset import Stated
 from ..measurements.read import read as read_file
+from ..measurements.read import read_load_test
 from ..measurements.record import Record
 from ..measurements.said import NOTHING, Said, said_of
 from ..measurements.spectrum import Spectrum
@@ -25,7 +26,6 @@ Measured: TypeAlias = Record | Spectrum | LoadTest
 #: One set of data: a path, what was read of one, or columns by header: a data frame or a mapping of arrays.
 Source: TypeAlias = "str | Path | Measured | Mapping[str, ArrayLike] | Any"
 
-NONE: Mapping[str, str] = {}
 #: Arrays by keyword -> the headers of their columns, SI units.
 _HEADERS = {
     "time": "time_s",
@@ -40,12 +40,13 @@ _HEADERS = {
 }
 
 
+@checked
 def read(
     *data: Source,
     mode: str | None = None,
     onset: Stated | str = None,
-    columns: Mapping[str, str] = NONE,
-    units: Mapping[str, str] = NONE,
+    columns: Mapping[str, str] | Iterable[str] = (),
+    units: Mapping[str, str] | Iterable[str] = (),
     part: int | None = None,
     cycle: int | None = None,
     length: str | float | None = None,
@@ -108,8 +109,8 @@ def read(
         units,
         part,
         cycle,
-        None if length is None else si(length, "m", "length"),
-        None if section is None else si(section, "m^2", "section"),
+        None if length is None else si(length, "m", argument("length")),
+        None if section is None else si(section, "m^2", argument("section")),
     )
     found = [
         _read(source, mode, at, said, f"data {k + 1}" if len(sources) > 1 else "data")
@@ -139,8 +140,8 @@ def onset_of(given: Stated | str) -> Stated:
         if given == reading:
             return cast(Stated, reading)
     if given.replace("-", "").isalpha():
-        raise InputError(f"--onset {given}: write a time such as 4s, or last-rest or first-level")
-    return si(given, "s", "onset")
+        raise InputError(f"{argument('onset', given)}: write a time such as 4s, or last-rest or first-level")
+    return si(given, "s", argument("onset"))
 
 
 def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
@@ -148,7 +149,10 @@ def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
     found: dict[str, ArrayLike] = {}
     for name, values in arrays.items():
         if name == "impedance":
-            z = np.asarray(values, dtype=complex)
+            try:
+                z = np.asarray(values, dtype=complex)
+            except (TypeError, ValueError):
+                raise InputError("impedance holds something else than complex numbers") from None
             found |= {"re_ohm": z.real, "im_ohm": z.imag}
         elif name in _HEADERS:
             found[_HEADERS[name]] = values
@@ -161,7 +165,7 @@ def _read(source: Source, mode: str | None, onset: Stated, said: Said, name: str
     if isinstance(source, Record | Spectrum | LoadTest):
         return source
     if isinstance(source, str | Path):
-        return read_file(source, onset=onset, said=said) if mode is None else read_file(source, mode, said=said)
+        return read_file(source, onset=onset, said=said) if mode is None else read_load_test(source, mode, said)
     titles = getattr(source, "columns", source)
     try:
         columns = {str(title): source[title] for title in titles}

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import InputError
+from ..arrays import row
+from ..errors import InputError, argument, checked
 from ..hyperelastic import Characterisation, characterise
 from ..identification.identification import Identification
 from ..identification.identify import identify as fit
@@ -16,7 +18,7 @@ from ..measurements.onset import Stated
 from ..measurements.said import said_of
 from ..measurements.spectrum import Spectrum
 from ..strip.specimen import Specimen
-from .data import NONE, Source, by_header, read, sets_of
+from .data import Source, by_header, read, sets_of
 from .each_file import values_of
 from .given import Given, Strip, quantity
 from .strips import measured_strip
@@ -36,8 +38,8 @@ def identify(
     engine: str = "ngspice",
     intervals: str = "covariance",
     weighting: Literal["modulus", "unit"] = "modulus",
-    columns: Mapping[str, str] | Sequence[str] = NONE,
-    units: Mapping[str, str] | Sequence[str] = NONE,
+    columns: Mapping[str, str] | Iterable[str] = (),
+    units: Mapping[str, str] | Iterable[str] = (),
     part: int | None = None,
     cycle: int | None = None,
     length: Given | None = None,
@@ -155,25 +157,63 @@ def identify(
     )
 
 
+@checked
 def ogden(
     uniaxial: Source | None = None,
     equibiaxial: Source | None = None,
     planar: Source | None = None,
-    **options: Any,
+    *,
+    model: str = "auto",
+    terms: int | None = None,
+    weighting: str = "absolute",
+    constrained: bool = True,
+    at: ArrayLike = (),
+    branch: str = "loading",
+    seed: int = 0,
+    columns: Mapping[str, str] | Iterable[str] = (),
+    units: Mapping[str, str] | Iterable[str] = (),
+    part: int | None = None,
+    cycle: int | None = None,
+    length: Given | None = None,
+    section: Given | None = None,
 ) -> Characterisation:
     """Return the hyperelastic material fitted to load tests, all of them together, with predictions and findings.
 
     Parameters
     ----------
     uniaxial : str, Path, DataFrame, mapping or LoadTest, optional
-        A path, a data frame or mapping with columns stretch and stress_MPa (nominal), or what `read` returned.
+        Test of a strip pulled along its length: a path, a data frame or mapping with columns stretch and stress_MPa
+        (nominal), or the result of `read`.
     equibiaxial : str, Path, DataFrame, mapping or LoadTest, optional
-        Likewise.
+        Test of a sheet pulled equally in both directions.
     planar : str, Path, DataFrame, mapping or LoadTest, optional
-        Likewise.
-    **options : Any
-        ``model``, ``terms``, ``constrained``, ``weighting``, ``at``, ``branch``, ``seed`` of
-        `hyperelastic.characterise`.
+        Test of a wide, short sheet: pure shear.
+    model : {"auto", "ogden", "neo-hookean", "mooney-rivlin"}
+        Material; auto: chosen by BIC.
+    terms : int, optional
+        Number of Ogden terms, 1 to 4 (default: chosen by BIC).
+    weighting : {"absolute", "relative"}
+        Relative: residuals are parts of each stress, which follows small strains better.
+    constrained : bool
+        Keeps mu_i alpha_i > 0, so that the material is stable.
+    at : array_like
+        Stretches at which stresses are predicted.
+    branch : {"loading", "unloading", "reloading", "all"}
+        Rows that are fitted where a test goes back and forth.
+    seed : int
+        Seed of the random starts.
+    columns : mapping of str to str, optional
+        Titles of columns by quantity, as in `read`.
+    units : mapping of str to str, optional
+        Units by quantity, as in `read`.
+    part : int, optional
+        Which of several measurements in a file, from 1.
+    cycle : int, optional
+        Which cycle of a file.
+    length : float or str, optional
+        Free length of the specimens [m], where a displacement was measured.
+    section : float or str, optional
+        Their undeformed section [m^2], where a force was measured.
 
     Returns
     -------
@@ -197,10 +237,25 @@ def ogden(
     (True, '3.00 kPa')
     """
     given = {"uniaxial": uniaxial, "equibiaxial": equibiaxial, "planar": planar}
-    tests = [read(source, mode=mode) for mode, source in given.items() if source is not None]
-    if not tests:
-        raise InputError("no test was given; give at least one of uniaxial, equibiaxial, planar")
-    return characterise(tests, **options)
+    if all(source is None for source in given.values()):
+        names = ", ".join(map(argument, given))
+        raise InputError(f"no test was given; give at least one of {names}")
+    how: dict[str, Any] = {"columns": columns, "units": units, "part": part, "cycle": cycle}
+    how |= {"length": length, "section": section}
+    tests = [read(source, mode=mode, **how) for mode, source in given.items() if source is not None]
+    for test in tests:
+        if not isinstance(test, LoadTest):
+            raise InputError(f"a test is a {type(test).__name__}; give a load test: columns stretch and stress")
+    return characterise(
+        tests,
+        model=model,
+        terms=terms,
+        weighting=weighting,
+        constrained=constrained,
+        at=row(np.atleast_1d(np.asarray(at, dtype=object)), "at"),
+        branch=branch,
+        seed=seed,
+    )
 
 
 def _biases(

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from ..arrays import Array, row
 from ..circuit.strip import Hung, load_of
 from ..drive import Drive, PiecewiseLinear, Sine
-from ..errors import InputError
+from ..errors import InputError, argument
+from ..measurements.said import NOTHING, Said
 from ..simulation.drives import DRIVE_FORMS, MOTION_FORMS, parse_drive
 from ..simulation.response import sample_times
 from ..strip.actuator import PAPER, Actuator
@@ -57,8 +58,6 @@ def load(strip: Strip = "paper") -> Actuator:
         raise InputError(
             f"strip '{strip.name}' has no circuit yet: take that of a fit, ilg.identify(data, strip).actuator"
         )
-    if not isinstance(strip, str | Path):
-        raise InputError(f"a strip is an object, the path of a TOML file or a preset's name, not {_kind(strip)}")
     return PAPER if strip == "paper" else load_actuator(strip)
 
 
@@ -70,33 +69,34 @@ def run_of(
     samples: int | None = None,
     step: Given | None = None,
     times: ArrayLike | None = None,
+    said: Said = NOTHING,
 ) -> tuple[Drive, Array]:
     """Return a drive, its values in ``unit``, and the times [s] (n,) of a run.
 
-    They are ``times`` themselves; or ``samples``, or one every ``step``, over ``duration``, which is that of the rows
-    where the drive has some. Raises InputError for what is not understood.
+    They are ``times`` themselves; or ``samples``, or one every ``step``, over ``duration``, by default the last time of
+    a drive that is rows. ``said`` is about the file of a drive. Raises InputError for what is not understood.
     """
     if times is not None:
         if duration is not None or samples is not None or step is not None:
             raise InputError("give either times, or a duration with samples or step")
         given = row(times, "times")
-        return drive_of(drive, float(given[-1]) if len(given) else 0.0, unit), given
+        return drive_of(drive, float(given[-1]) if len(given) else 0.0, unit, said), given
     if duration is None:
         if isinstance(drive, PiecewiseLinear):
             duration = float(drive.times[-1])
         elif isinstance(drive, tuple) and len(drive) == 2:
             duration = float(row(drive[0], "times of the drive")[-1])
         else:
-            raise InputError("duration is missing: say how long, such as '300 s'")
+            raise InputError(f"{argument('duration')} is missing: say how long, such as '300 s'")
     seconds = quantity(duration, "s", "duration")
-    at = sample_times(seconds, samples=samples, step=None if step is None else quantity(step, "s", "step"))
-    return drive_of(drive, seconds, unit), at
+    at = sample_times(seconds, samples=samples, step=optional(step, "s", "step"))
+    return drive_of(drive, seconds, unit, said), at
 
 
-def drive_of(drive: Driven, duration: float, unit: str = "V") -> Drive:
+def drive_of(drive: Driven, duration: float, unit: str = "V", said: Said = NOTHING) -> Drive:
     """Return the drive of a run of ``duration`` [s]. Raises InputError for what is none."""
     if isinstance(drive, str):
-        return parse_drive(drive, duration, unit)
+        return parse_drive(drive, duration, unit, said)
     if isinstance(drive, tuple) and len(drive) == 2:
         return PiecewiseLinear(row(drive[0], "times of the drive"), row(drive[1], "values of the drive"), "given rows")
     if not isinstance(drive, PiecewiseLinear | Sine):
@@ -112,13 +112,12 @@ def mounted(tip: str, beam: str | None, hung: Hung) -> dict[str, Any]:
 
 def quantity(value: Given, unit: str, name: str) -> float:
     """Return a number in SI units from one, or from a text with a unit. Raises InputError naming it."""
-    if isinstance(value, str):
-        return si(value, unit, name)
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        example = f"'30 {unit}'".replace(" '", "'")
-        raise InputError(f"{name} is a number{f' in {unit}' if unit else ''} or a text such as {example}") from None
+    return si(value, unit, argument(name))
+
+
+def optional(value: Given | None, unit: str, name: str) -> float | None:
+    """Return `quantity`, or None where nothing was given."""
+    return None if value is None else quantity(value, unit, name)
 
 
 def _kind(thing: object) -> str:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, checked
 from ..fit.parameter import Parameter
 from ..strip.models import IonPath, register
 from ..strip.models.given import UNITS, GivenPath
@@ -16,6 +16,7 @@ from ..units import parse
 _NUMBER = re.compile(r"[-+0-9.eE]+\s*")
 
 
+@checked
 def register_model(
     name: str,
     impedance: Callable[..., Any],
@@ -64,6 +65,8 @@ def register_model(
     unknown = [key for key in limits if key not in constants]
     if unknown:
         raise InputError(f"model '{name}': upper names '{unknown[0]}', which is no constant of it")
+    if not constants or not all(isinstance(value, str | int | float) for value in constants.values()):
+        raise InputError(f"model '{name}': constants are {dict(constants)}; give a typical value of each, as a text")
     units = {key: _unit(name, key, value) for key, value in constants.items()}
     typical = tuple(
         float(value) if isinstance(value, int | float) else parse(value, units[key], f"model '{name}': {key}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -9,6 +10,10 @@ from numpy.typing import ArrayLike
 
 from ..arrays import row
 from ..circuit.strip import Hung
+from ..errors import checked
+from ..measurements.said import said_of
+from ..simulation.check import check as check_response
+from ..simulation.check import check_impedance
 from ..simulation.impedance import Impedance, frequencies
 from ..simulation.impedance import impedance as solve_impedance
 from ..simulation.prediction_band import prediction_band
@@ -17,10 +22,13 @@ from ..simulation.response import simulate as solve
 from ..simulation.sensing import Sensed
 from ..simulation.sensing import sense as solve_sensed
 from ..solve.transient import Progress
+from .compared import compared
+from .data import Source
 from .given import Driven, Given, Strip, mounted, quantity, run_of
 from .given import load as strip_of
 
 
+@checked
 def simulate(
     strip: Strip,
     drive: Driven,
@@ -35,6 +43,12 @@ def simulate(
     engine: str = "ngspice",
     accuracy: float | None = None,
     band: bool = False,
+    compare: Source | bool = False,
+    check: bool = False,
+    columns: Mapping[str, str] | Iterable[str] = (),
+    units: Mapping[str, str] | Iterable[str] = (),
+    part: int | None = None,
+    cycle: int | None = None,
     progress: Progress | None = None,
 ) -> Response:
     """Return the current, displacement, force, charge and energy of a strip under a drive, over time.
@@ -66,6 +80,18 @@ def simulate(
         Error to stay below, relative to the largest value (default 1e-9, nonlinear 1e-6).
     band : bool
         Adds standard errors from the uncertainty of a fitted strip.
+    compare : str, Path, DataFrame, Record or bool
+        Measured record to compare with; True for the drive's own file, if it holds a current.
+    check : bool
+        Adds ``checks``, the differences from the other engine and the closed forms.
+    columns : mapping of str to str, optional
+        Titles of columns in the drive's file by quantity, where headers do not tell, as in `read`.
+    units : mapping of str to str, optional
+        Units in the drive's file by quantity, likewise.
+    part : int, optional
+        Which of several measurements in the drive's file, from 1.
+    cycle : int, optional
+        Which cycle in the drive's file.
     progress : callable, optional
         Called with (done, total) [s].
 
@@ -89,14 +115,21 @@ def simulate(
     '3.98 mm'
     """
     actuator = strip_of(strip)
-    source, at = run_of(drive, duration, samples=samples, step=step, times=times)
+    said = said_of(columns, units, part, cycle)
+    source, at = run_of(drive, duration, samples=samples, step=step, times=times, said=said)
     how = mounted(tip, beam, load)
     response = solve(actuator, source, at, engine=engine, accuracy=accuracy, progress=progress, **how)
-    if not band:
-        return response
-    return replace(response, stderr=prediction_band(actuator, source, response.time, engine=engine, **how).stderr)
+    if band:
+        stderr = prediction_band(actuator, source, response.time, engine=engine, **how).stderr
+        response = replace(response, stderr=stderr)
+    if compare is not False:
+        until = float(response.time[-1])
+        beside, findings = compared(actuator, drive, compare, until, said, engine=engine, band=band, **how)
+        response = replace(response, compared=beside, findings=findings)
+    return replace(response, checks=tuple(check_response(response, **how))) if check else response
 
 
+@checked
 def impedance(
     strip: Strip,
     low: Given = 1e-3,
@@ -109,6 +142,7 @@ def impedance(
     beam: str | None = None,
     load: Hung = None,
     engine: str = "ngspice",
+    check: bool = False,
 ) -> Impedance:
     """Return the impedance [ohm] that a strip shows at its terminals for a small signal.
 
@@ -134,6 +168,8 @@ def impedance(
         What hangs on the tip, such as "mass=1g".
     engine : {"ngspice", "exact"}
         ngspice, or the circuit's equations solved directly.
+    check : bool
+        Adds ``checks``, the differences from the other engine and the closed form.
 
     Returns
     -------
@@ -157,10 +193,12 @@ def impedance(
     actuator = strip_of(strip)
     band = quantity(low, "Hz", "low"), quantity(high, "Hz", "high")
     chosen = frequencies(*band, points) if frequency is None else row(frequency, "frequency")
-    how = mounted(tip, beam, load)
-    return solve_impedance(actuator, chosen, bias=quantity(bias, "V", "bias"), engine=engine, **how)
+    how = mounted(tip, beam, load) | {"bias": quantity(bias, "V", "bias")}
+    result = solve_impedance(actuator, chosen, engine=engine, **how)
+    return replace(result, checks=tuple(check_impedance(result, **how))) if check else result
 
 
+@checked
 def sense(
     strip: Strip,
     motion: Driven,
@@ -172,6 +210,10 @@ def sense(
     terminals: str = "open",
     engine: str = "ngspice",
     accuracy: float | None = None,
+    columns: Mapping[str, str] | Iterable[str] = (),
+    units: Mapping[str, str] | Iterable[str] = (),
+    part: int | None = None,
+    cycle: int | None = None,
     progress: Progress | None = None,
 ) -> Sensed:
     """Return what a strip's terminals show while its tip is moved.
@@ -196,6 +238,14 @@ def sense(
         ngspice, or matrix exponentials for linear circuits.
     accuracy : float, optional
         Error to stay below, relative to the largest value (default 1e-9).
+    columns : mapping of str to str, optional
+        Titles of columns in the motion's file by quantity, where headers do not tell, as in `read`.
+    units : mapping of str to str, optional
+        Units in the motion's file by quantity, likewise.
+    part : int, optional
+        Which of several measurements in the motion's file, from 1.
+    cycle : int, optional
+        Which cycle in the motion's file.
     progress : callable, optional
         Called with (done, total) [s].
 
@@ -218,6 +268,7 @@ def sense(
     >>> len(sensed.time)
     601
     """
-    source, at = run_of(motion, duration, "m", samples=samples, step=step, times=times)
+    said = said_of(columns, units, part, cycle)
+    source, at = run_of(motion, duration, "m", samples=samples, step=step, times=times, said=said)
     how: dict[str, Any] = {"terminals": terminals, "engine": engine, "accuracy": accuracy}
     return solve_sensed(strip_of(strip), source, at, progress=progress, **how)

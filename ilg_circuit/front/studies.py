@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from ..errors import checked
 from ..study.design import DesignReport, design
 from ..study.plan import Vary
 from .given import Driven, Given, Strip, drive_of, quantity
 from .given import load as strip_of
 
 
+@checked
 def pareto(
     strip: Strip,
     drive: Driven,

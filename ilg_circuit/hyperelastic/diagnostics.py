@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import argument
 from ..findings import Finding
 from ..fit.criteria import autocorrelation
 from ..measurements.branches import RELOADING, UNLOADING, area_shares
@@ -114,7 +115,7 @@ def on_modulus(fit: HyperelasticFit, small: tuple[float, float] | None) -> Itera
         # beyond what noise may do to either, and by enough to matter; that the model misses the curve is no excuse
         doubt = _E_ERRORS * float(np.hypot(small[1], 3 * np.nan_to_num(fit.plain_modulus_error)))
         if abs(modulus - small[0]) > max(doubt, _E_DIFFERS * small[0]):
-            advice = "" if fit.weighting == "relative" else "; --weights relative follows them"
+            advice = "" if fit.weighting == "relative" else f"; {argument('weighting', 'relative')} follows them"
             values = {"fitted": modulus, "small": small[0], "error": small[1], "strain": SMALL, "advice": advice}
             yield Finding("modulus-differs", values=values)
 

@@ -2,55 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array
 from ..circuit.strip import Load
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..measurements.record import Channel, Record
 from ..measurements.smoothing import noise_level
+from ..simulation.compared import Compared
 from ..simulation.prediction_band import prediction_band
 from ..simulation.response import simulate
 from ..strip.actuator import Actuator
-
-_NORMAL_95 = 1.96
-
-
-@dataclass(frozen=True)
-class Compared:
-    """One quantity at ``time`` [s] in the file's time: ``measured`` and ``predicted`` (n,), positive to the anode.
-
-    A displacement is counted from its rest; ``offset`` tells that there was none and the mean difference was taken off.
-    ``stderr`` (n,) is the prediction's, by the fit's covariance; ``noise`` the measurement's white noise.
-    """
-
-    source: str
-    quantity: str
-    time: Array
-    measured: Array
-    predicted: Array
-    stderr: Array | None
-    noise: float
-    reversed_axis: bool = False
-    offset: bool = False
-
-    @property
-    def rms(self) -> float:
-        return float(np.sqrt(np.mean((self.measured - self.predicted) ** 2)))
-
-    @property
-    def largest(self) -> float:
-        return float(np.abs(self.measured).max())
-
-    @property
-    def covered(self) -> float | None:
-        """Part of the samples within the 95 % band of prediction and noise together; None without a band."""
-        if self.stderr is None:
-            return None
-        limit = _NORMAL_95 * np.hypot(self.stderr, self.noise)
-        return float(np.mean(np.abs(self.measured - self.predicted) <= limit))
 
 
 def compare(
@@ -77,7 +39,7 @@ def compare(
     if not parts:
         raise InputError(
             f"{measurement.source}: its excitation begins at {measurement.onset:g} s, the run ends at {until:g} s; "
-            "choose a longer --duration"
+            f"choose a longer {argument('duration')}"
         )
     # the onset is the run's beginning, where the strip is at rest
     times = np.unique(np.concatenate([[0.0], *(part.time for part in parts.values())]))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..circuit.strip import port_netlist
 from ..drive import PiecewiseLinear
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..findings import Finding
 from ..fit.bounded import likeliest
 from ..fit.fitting import fit, fit_near, with_starts
@@ -241,7 +241,7 @@ class CurrentData:
         except InputError as error:
             raise InputError(
                 f"{self.source}: {error}, from {self.channel.zero:.6g} s on: look at the clamp, and at the columns of "
-                "voltage and current (which is which, their signs and units), or state --onset"
+                f"voltage and current (which is which, their signs and units), or state {argument('onset')}"
             ) from error
 
     def _individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:

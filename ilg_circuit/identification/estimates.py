@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
+from ..errors import argument
 from ..fit.estimate import Estimate
 from ..fit.intervals import Uncertainties
 from ..fit.reported import reported_covariance, reported_freedom
@@ -73,7 +74,7 @@ def _held_because(port: PortFit) -> str:
         "held at the value given" if port.model.held else "held at zero, since nothing else is known of the electrodes"
     )
     if not port.kind.linear:
-        return f"not fitted: {how} (--electrode-resistance fit frees it)"
+        return f"not fitted: {how} ({argument('electrode_resistance', 'fit')} frees it)"
     limit = port.port.high_frequency_resistance
     return f"no current or spectrum of a linear port fixes it (any Re below {limit:.4g} ohm fits as well): {how}"
 

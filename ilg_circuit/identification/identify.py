@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from ..arrays import one_thread
-from ..errors import InputError, SolveError
+from ..errors import InputError, SolveError, argument
 from ..findings import Finding
 from ..fit.bootstrap import SEED
 from ..fit.identifiability import DETERMINED
@@ -242,7 +242,9 @@ def _fit_port(
     notes = [note.about(d.source) for d in data for note in d.notes]
     if model == "auto":
         if held is None:
-            raise InputError("Re is fitted with a model that is named, such as --model rc+sinh, not with auto")
+            raise InputError(
+                f"Re is fitted with a model that is named, such as {argument('model', 'rc+sinh')}, not with auto"
+            )
         return *fit_best(data, held, per_record, progress), notes
     if held is not None:
         return *fit_named(data, model, held, per_record, progress), notes

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..arrays import Array
-from ..errors import IlgError, InputError, SolveError
+from ..errors import IlgError, InputError, SolveError, argument
 from ..fit.fitting import fit, fit_near, with_starts
 from ..fit.identifiability import Identifiability, diagnose
 from ..fit.multistart import StartSummary
@@ -179,7 +179,8 @@ def require_suitable(kind: ElectricalModel, data: Sequence[PortData]) -> None:
         hidden = ", ".join(kind.spectra_only)
         raise InputError(f"model {kind.name}: only a spectrum shows {hidden}; leave it out, or add a spectrum")
     if not kind.linear and any(d.engine == "exact" for d in data):
-        raise InputError(f"model {kind.name} is nonlinear, and --engine exact solves linear circuits; leave it out")
+        exact = argument("engine", "exact")
+        raise InputError(f"model {kind.name} is nonlinear, and {exact} solves linear circuits; leave it out")
     if kind.linear or levels_differ(data):
         return
     unknown = " and ".join(name for name in kind.names if name in kind.needs_several_voltages)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..units import scale
 from .kind import Kind
 from .table import Table
@@ -72,7 +72,7 @@ def stretch_of(table: Table, kind: Kind, above: Sequence[str] = ()) -> Table:
             if not length:
                 raise InputError(
                     f"{table.source}: its column '{table.headers[deformed][0]}' is a displacement; give the specimen's "
-                    "free length with --length 20mm"
+                    f"free length with {argument('length', '20mm')}"
                 )
             x = 1 + (-np.abs(x) if pressed else x) / length
     if loaded == "force":
@@ -80,7 +80,7 @@ def stretch_of(table: Table, kind: Kind, above: Sequence[str] = ()) -> Table:
         if not section:
             raise InputError(
                 f"{table.source}: its column '{table.headers[loaded][0]}' is a force; give the specimen's undeformed "
-                "section with --section 10mm^2"
+                f"section with {argument('section', '10mm^2')}"
             )
         y = y / section
     if loaded == "pressure" or (pressed and loaded == "force"):

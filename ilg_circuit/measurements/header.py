@@ -10,7 +10,7 @@ from functools import lru_cache
 from ..errors import InputError
 from ..findings import Finding
 from .kind import Kind, Quantities
-from .said import option
+from .said import options
 from .unit_words import REFERENCE, UNIT_LIKE, clean_unit, tried
 
 #: A longer title names no quantity.
@@ -147,14 +147,14 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
         if others and others[0].rank == first.rank and quantity != "time":  # one time in two units is one time
             if quantity not in needed:
                 continue
-            how = option("columns", quantity, first.title)
+            said = [("columns", quantity, first.title)]
             missing = [q for q in kind.required if all(c.quantity != q for c in columns)]
             if len(missing) == 1:  # as of an oscilloscope, where a shunt's voltage is the current
                 si = kind.quantities[missing[0]][0]
-                how += f" {option('columns', missing[0], others[0].title)} {option('units', missing[0], si)}"
+                said += [("columns", missing[0], others[0].title), ("units", missing[0], si)]
             raise InputError(
                 f"{name}: columns '{first.title}' and '{others[0].title}' both give the {quantity}; leave one out or "
-                f"say which: {how}"
+                f"say which: {options(*said)}"
             )
         taken[quantity] = first
         if others:

@@ -11,7 +11,7 @@ from ..findings import Finding
 from .cells import LONGEST_LINE, clock, is_mark, is_number, split
 from .header import Column, chosen, columns_of, is_unit_row
 from .kind import PREAMBLE, Kind
-from .said import option
+from .said import options
 from .suggest import suggestion
 
 #: So many rows of units and remarks may stand between the names and the numbers.
@@ -128,7 +128,7 @@ def choose(
             if not {one, other} & kind.said.quantities:
                 raise InputError(
                     f"{name}: columns for both {_SPOKEN[one]} and {_SPOKEN[other]}; leave one out or say "
-                    f"which: {option('columns', one, taken[one].title)}"
+                    f"which: {options(('columns', one, taken[one].title))}"
                 )
             if other in kind.said.quantities:
                 way = tuple(other if q == one else q for q in way)

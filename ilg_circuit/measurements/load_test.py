@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError, wrong_choice
+from ..errors import InputError, argument, wrong_choice
 from ..units import format_quantity
 from .branches import KINDS, LOADING, Leg, find_legs
 from .kind import LOAD_TEST
@@ -164,7 +164,7 @@ class LoadTest:
             legs = self.legs
         if not legs:
             counts = ", ".join(f"{count} of {kind}" for kind, count in self.counts.items())
-            raise InputError(f"{self.source}: no row is {branch}: there are {counts}; choose with --branch")
+            raise InputError(f"{self.source}: no row is {branch}: there are {counts}; choose with {argument('branch')}")
         stretch, stress = _joined(legs)
         return LoadTest(self.mode, stretch, stress, self.source, self.legs, branch, self.ordered)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..drive import PiecewiseLinear
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..findings import Finding
 from ..units import format_quantity
 from .lost import mended
@@ -130,8 +130,8 @@ def _current(table: Table, onset: Onset, drive: PiecewiseLinear) -> tuple[Channe
     if onset.stated is not None and not any(a <= onset.stated <= b for a, b in (between, onset.between)):
         between_rows = f"{format_quantity(between[0], 's', 6)} and {format_quantity(between[1], 's', 6)}"
         raise InputError(
-            f"{table.source}: --onset {format_quantity(onset.stated, 's', 6)} is excluded by the readings: the current "
-            f"begins to answer between {between_rows}"
+            f"{table.source}: {argument('onset')} {format_quantity(onset.stated, 's', 6)} is excluded by the readings: "
+            f"the current begins to answer between {between_rows}"
         )
     if not rows:
         return _channel(t, v, onset, between), []

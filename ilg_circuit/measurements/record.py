@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
-from ..arrays import Array, Mask
+from ..arrays import Array, Mask, plain
 from ..drive import PiecewiseLinear
-from ..findings import Finding
+from ..findings import Finding, sentences
+from ..result import Column, Result
 from .onset import Beginning, Bracket
 from .table import Headers
 from .voltage import MeasuredDrive
@@ -56,14 +58,16 @@ class Channel:
         return self.without(self.time > end)
 
 
-@dataclass(frozen=True)
-class Record:
+@dataclass(frozen=True, repr=False, eq=False)
+class Record(Result):
     """A record made ready: ``onset`` [s] in the file's time, the voltage from the onset on, and the channels.
 
     ``step`` [V] is the level of a step that begins the record, None for another waveform. ``notes`` say what was
     left out of the file and what is doubtful about it; ``beginning`` what is known of the time before; ``headers`` the
     column and unit that each quantity has there.
     """
+
+    presenter: ClassVar[str] = "measured"
 
     source: str
     onset: float
@@ -84,3 +88,27 @@ class Record:
     def duration(self) -> float:
         """Time from the onset to the last sample of the current [s]."""
         return float(self.current.time[-1])
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The notes as sentences."""
+        return sentences(self.notes)
+
+    def table(self) -> tuple[Column, ...]:
+        """Return time since the onset [s] (n,), voltage, current and displacement; NaN where there is no reading."""
+        channels = {"current": (self.current, "A"), "displacement": (self.displacement, "m")}
+        known = {name: (channel, unit) for name, (channel, unit) in channels.items() if channel is not None}
+        times = np.unique(np.concatenate([channel.time for channel, _ in known.values()]))
+        voltage = np.where(times < 0, self.drive.rest, self.drive.value(times))
+        columns = [Column("time", times, "s", over=True), Column("voltage", voltage, "V")]
+        for name, (channel, unit) in known.items():
+            values = np.full(len(times), np.nan)
+            values[np.searchsorted(times, channel.time)] = channel.values
+            columns.append(Column(name, values, unit))
+        return tuple(columns)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the record as plain data, lists by header."""
+        readings = {header: plain(values) for header, values in self.columns().items()}
+        about = {"source": self.source, "onset_s": self.onset, "step_V": self.step}
+        return about | {"readings": readings, "warnings": list(self.warnings)}

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from ..errors import InputError
+from ..errors import InputError, argument
 
 T = TypeVar("T")
 
@@ -49,7 +49,7 @@ def said_of(
     """Return what mappings, or texts such as ``voltage=Potential applied (V)``, say. Raises InputError for others."""
     for name, number in (("part", part), ("cycle", cycle)):
         if number is not None and number < (name == "part"):
-            raise InputError(f"{name} is {number}; count from 1")
+            raise InputError(f"{argument(name)} is {number}; count from 1")
     return Said(_by_quantity(columns, "columns"), _by_quantity(units, "units"), part, cycle, length, section)
 
 
@@ -67,15 +67,25 @@ def pick(parts: Sequence[tuple[str, T]], said: Said, name: str) -> T:
     listed += f" ... {len(parts)}" if len(parts) > _LISTED else ""
     count = f"{len(parts)} measurement{'s' * (len(parts) != 1)}"
     if said.part is None:
-        raise InputError(f"{name}: holds {count}: {listed}; choose one with --part 1")
+        raise InputError(f"{name}: holds {count}: {listed}; choose one with {argument('part', 1)}")
     if said.part > len(parts):
         raise InputError(f"{name}: no part {said.part}; it holds {count}: {listed}")
     return parts[said.part - 1][1]
 
 
-def option(kind: str, quantity: str, value: str) -> str:
-    """Return what a shell is given to say a column or a unit: ``--columns voltage='Potential (V)'``."""
-    return f"--{kind} {quantity.replace(' ', '_')}={shlex.quote(value.strip())}"
+def options(*said: tuple[str, str, str]) -> str:
+    """Return how users say (columns or units, quantity, value): as a shell takes it, or as arguments in Python.
+
+    >>> print(options(("columns", "voltage", "Bias"), ("units", "voltage", "mV")))
+    columns={'voltage': 'Bias'}, units={'voltage': 'mV'}
+    """
+    pairs = [(argument(kind), quantity.replace(" ", "_"), value.strip()) for kind, quantity, value in said]
+    if any(kind != kind.name for kind, _, _ in pairs):
+        return " ".join(f"{kind} {quantity}={shlex.quote(value)}" for kind, quantity, value in pairs)
+    found: dict[str, dict[str, str]] = {}
+    for kind, quantity, value in pairs:
+        found.setdefault(kind, {})[quantity] = value
+    return ", ".join(f"{kind}={values}" for kind, values in found.items())
 
 
 def _by_quantity(given: Mapping[str, str] | Iterable[str], what: str) -> dict[str, str]:
@@ -90,10 +100,10 @@ def _by_quantity(given: Mapping[str, str] | Iterable[str], what: str) -> dict[st
         if quantity is None or not str(value).strip():
             example = "voltage='Potential (V)'" if what == "columns" else "voltage=mV"
             raise InputError(
-                f"--{what} {str(word)[:40]}={str(value)[:40]}: write it like {example}; quantities are "
+                f"{argument(what)} {str(word)[:40]}={str(value)[:40]}: write it like {example}; quantities are "
                 f"{', '.join(known)}"
             )
         if quantity in found:
-            raise InputError(f"--{what}: {quantity} is given twice; give it once")
+            raise InputError(f"{argument(what)}: {quantity} is given twice; give it once")
         found[quantity] = str(value).strip()
     return found

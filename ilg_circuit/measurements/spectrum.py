@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array, ComplexArray, Mask
+from ..arrays import Array, ComplexArray, Mask, plain
 from ..errors import InputError
-from ..findings import Finding
+from ..findings import Finding, sentences
+from ..result import Column, Result
 from .kind import SPECTRUM
-from .said import option
+from .said import options
 from .smoothing import noise_level
 from .table import Headers, Table
 
@@ -23,9 +25,11 @@ _SAME = 1e-6
 _LARGEST, _SMALLEST = 1e15, 1e-15
 
 
-@dataclass(frozen=True)
-class Spectrum:
+@dataclass(frozen=True, repr=False, eq=False)
+class Spectrum(Result):
     """``impedance`` [ohm] (f,) at ``frequency`` [Hz] (f,), ascending; ``notes`` say what was left out."""
+
+    presenter: ClassVar[str] = "measured"
 
     source: str
     frequency: Array
@@ -37,6 +41,21 @@ class Spectrum:
     def modulus(self) -> Array:
         """abs(Z) [ohm]."""
         return np.abs(self.impedance)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The notes as sentences."""
+        return sentences(self.notes)
+
+    def table(self) -> tuple[Column, ...]:
+        """Return frequency [Hz], real and imaginary part [ohm] (f,)."""
+        parts = (Column("re", self.impedance.real, "ohm"), Column("im", self.impedance.imag, "ohm"))
+        return (Column("frequency", self.frequency, "Hz", over=True), *parts)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the spectrum as plain data, lists by header."""
+        readings = {header: plain(values) for header, values in self.columns().items()}
+        return {"source": self.source, "readings": readings, "warnings": list(self.warnings)}
 
     def without(self, points: Mask) -> Spectrum:
         """Return the spectrum without some ``points`` (f,)."""
@@ -56,7 +75,7 @@ def spectrum_of(table: Table) -> Spectrum:
     title, unit = table.headers.get("im", ("", ""))
     turned = any(angle in unit.lower() for angle in ("deg", "rad", "\u00b0"))
     quantity = "minus_phase" if turned else "minus_im_y" if "S" in unit else "minus_im"
-    said = f", or say so: {option('columns', quantity, title)}" if title else ""
+    said = f", or say so: {options(('columns', quantity, title))}" if title else ""
     found = prepare_spectrum(table.columns["frequency"], z, table.source, said)
     return replace(found, notes=(*table.notes, *found.notes), headers=table.headers)
 

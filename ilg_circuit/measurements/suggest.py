@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from .cells import is_number
 from .header import named_unit
 from .kind import Kind
-from .said import option
+from .said import options
 
 if TYPE_CHECKING:
     from .layout import Layout
@@ -36,7 +36,7 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
 
     Empty where nothing can be said that would help.
     """
-    options: list[str] = []
+    said: list[tuple[str, str, str]] = []
     numbers = all(is_number(title.strip()) for title in layout.titles)
     spoken = {c.title.strip() for c in layout.columns}
     titles = (
@@ -55,16 +55,16 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
             garbled = any(not letter.isprintable() or letter in "?\ufffd\u00e6" for c in columns for letter in c.unit)
             if not si or not (garbled or any(c.unit == "" for c in columns)):
                 return ""  # its unit is one of something else
-            options.append(option("units", quantity, f"u{si}" if garbled else _unit(columns[0].title, si)))
+            said.append(("units", quantity, f"u{si}" if garbled else _unit(columns[0].title, si)))
             continue
         title = _likely(quantity, si, titles)
         if title is None:
             return ""
         titles.remove(title)
-        options.append(option("columns", quantity, title))
+        said.append(("columns", quantity, title))
         if si and not named_unit(title, si):
-            options.append(option("units", quantity, _unit(title, si)))
-    return f"; or say what it is, if so: {' '.join(options)}" if options else ""
+            said.append(("units", quantity, _unit(title, si)))
+    return f"; or say what it is, if so: {options(*said)}" if said else ""
 
 
 def _unit(title: str, si: str) -> str:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..arrays import Array, Mask
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..findings import Finding
 from ..units import ANY_SIZE, PLAUSIBLE
 from .cells import Rows as CellRows
@@ -143,7 +143,7 @@ def _cycle(rows: CellRows, columns: dict[str, Array], kind: Kind) -> Mask:
     words = [title.strip().strip('"').lower() for title in rows.titles]
     place = next((words.index(word) for word in _CYCLES if word in words), None)
     if place is None:
-        raise InputError(f"{rows.source}: no column of cycles, such as 'cycle number'; leave --cycle out")
+        raise InputError(f"{rows.source}: no column of cycles, such as 'cycle number'; leave {argument('cycle')} out")
     cycles = rows.numbers_at([place])[:, 0]
     if not (cycles == wanted).any():
         there = np.unique(cycles[np.isfinite(cycles)])

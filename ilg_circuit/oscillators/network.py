@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..errors import InputError, visible
+from ..errors import InputError, argument, visible
 from ..files import read_bytes
 from ..units import si
 
@@ -214,15 +214,15 @@ def wired(
     Times are texts such as ``0.12s``, or seconds; ``constants`` are those of `Network`. Raises InputError for arguments
     that contradict one another.
     """
-    constants["rise_time"] = si(rise_time, "s", "--rise-time")
-    constants["adaptation_time"] = si(adaptation_time, "s", "--adaptation-time")
+    constants["rise_time"] = si(rise_time, "s", argument("rise_time"))
+    constants["adaptation_time"] = si(adaptation_time, "s", argument("adaptation_time"))
     couplings = {name: value for name, value in (("same", same), ("cross", cross)) if value is not None}
     if topology != "chain" and couplings:
-        raise InputError(f"--{next(iter(couplings))} belongs to --topology chain")
+        raise InputError(f"{argument(next(iter(couplings)))} belongs to {argument('topology', 'chain')}")
     if weights is not None:
         for name, value in (("neurons", neurons), ("topology", topology), ("inhibition", inhibition)):
             if value is not None:
-                raise InputError(f"--weights says it all; leave out --{name}")
+                raise InputError(f"{argument('weights')} gives the whole network; leave out {argument(name)}")
         matrix = read_weights(Path(weights)) if isinstance(weights, str | Path) else weights
         return Network(matrix, **constants)
     a = INHIBITION if inhibition is None else inhibition

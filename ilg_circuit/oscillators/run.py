@@ -6,13 +6,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypedDict, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, plain
-from ..errors import InputError
+from ..errors import InputError, argument, checked
+from ..files import write_text
 from ..findings import Finding, Warned
 from ..result import Column, Result
 from ..simulation.response import sample_times
@@ -21,6 +22,7 @@ from .flow import Flow, sampled
 from .network import ADAPTATION, ADAPTATION_TIME, RISE_TIME, TONIC, Network, checked_start, wired
 from .outcome import Rhythm
 from .rhythm import rhythm
+from .sweep import RhythmSweep, cpg_sweep
 from .symmetry import quotient
 
 ENGINES = ("ode", "ngspice")
@@ -63,6 +65,13 @@ class RhythmRun(Result, Warned):
     def findings(self) -> tuple[Finding, ...]:
         """Findings about the rhythm, and about a duration too short to show it."""
         return (*self.rhythm.findings, *_about_duration(self.rhythm, float(self.time[-1])))
+
+    def write_deck(self, path: str | Path) -> None:
+        """Write the network as a SPICE deck of the same duration, which ``ngspice -b`` runs."""
+        from .netlist import deck
+
+        end = float(self.time[-1])
+        write_text(Path(path), deck(self.network, end, self.rhythm.start, provenance=self.provenance))
 
     def table(self) -> tuple[Column, ...]:
         """Return time, neuron_1.., output (y_1 - y_2), and for a chain unit_1.. ."""
@@ -177,8 +186,48 @@ def _about_duration(end: Rhythm, duration: float) -> tuple[Finding, ...]:
     return ()
 
 
+class Wiring(TypedDict, total=False):
+    """The options of `cpg` that make its network."""
+
+    topology: str | None
+    neurons: int | None
+    weights: str | Path | ArrayLike | None
+    inhibition: float | None
+    same: float | None
+    cross: float | None
+    adaptation: float
+    tonic: float
+    rise_time: str | float
+    adaptation_time: str | float
+    start: str | ArrayLike | None
+
+
+@overload
 def cpg(
     duration: str | float,
+    *,
+    samples: int | None = None,
+    step: str | float | None = None,
+    engine: str = "ode",
+    sweep: None = None,
+    progress: Callable[[float, float], None] | None = None,
+    **wiring: Unpack[Wiring],
+) -> RhythmRun: ...
+
+
+@overload
+def cpg(
+    duration: None = None,
+    *,
+    sweep: str,
+    progress: Callable[[int, int], None] | None = None,
+    **wiring: Unpack[Wiring],
+) -> RhythmSweep: ...
+
+
+@checked
+def cpg(
+    duration: str | float | None = None,
     *,
     topology: str | None = None,
     neurons: int | None = None,
@@ -190,18 +239,21 @@ def cpg(
     tonic: float = TONIC,
     rise_time: str | float = RISE_TIME,
     adaptation_time: str | float = ADAPTATION_TIME,
-    start: ArrayLike | None = None,
+    start: str | ArrayLike | None = None,
     samples: int | None = None,
     step: str | float | None = None,
     engine: str = "ode",
-    progress: Callable[[float, float], None] | None = None,
-) -> RhythmRun:
+    sweep: str | None = None,
+    progress: Callable[[Any, Any], None] | None = None,
+) -> RhythmRun | RhythmSweep:
     """Return the outputs over time of a central pattern generator, and its rhythm: period, amplitude, phases.
+
+    With ``sweep`` it returns the rhythm over a parameter instead.
 
     Parameters
     ----------
-    duration : float or str
-        How long: seconds, or a text such as "10 s".
+    duration : float or str, optional
+        How long: seconds, or a text such as "10 s"; not with ``sweep``.
     topology : {"mutual", "ring", "one-way-ring", "chain"}, optional
         How neurons inhibit each other (default mutual).
     neurons : int, optional
@@ -222,21 +274,23 @@ def cpg(
         Time constant of the state [s].
     adaptation_time : float or str
         Time constant of the fatigue [s].
-    start : array_like, optional
-        States x of each neuron, then v of each (default: the paper's).
+    start : array_like or str, optional
+        States x of each neuron, then v of each (default: the paper's), or a text such as "0.12,0,0,0".
     samples : int, optional
         Number of samples (default: a hundred in the shorter time constant).
     step : float or str, optional
         Time between samples [s], in place of their number.
     engine : {"ode", "ngspice"}
         The exact flow between thresholds, or the netlist.
+    sweep : str, optional
+        A parameter to vary, such as "inhibition=1:5:41": 41 values from 1 to 5.
     progress : callable, optional
-        Called with (time, end) [s].
+        Called with (time, end) [s], of a sweep with (done, total).
 
     Returns
     -------
-    RhythmRun
-        Outputs over time; ``rhythm`` is the long-term behaviour.
+    RhythmRun or RhythmSweep
+        Outputs over time, whose ``rhythm`` is the long-term behaviour; of a sweep period and amplitude over the values.
 
     Raises
     ------
@@ -250,22 +304,42 @@ def cpg(
     >>> import ilg_circuit as ilg
     >>> ilg.cpg("10 s").rhythm.oscillates
     True
+    >>> ilg.cpg(sweep="inhibition=1:3:3").oscillates.tolist()
+    [False, True, True]
     """
-    network = wired(
-        topology=topology,
-        neurons=neurons,
-        weights=weights,
-        inhibition=inhibition,
-        same=same,
-        cross=cross,
-        rise_time=rise_time,
-        adaptation_time=adaptation_time,
-        adaptation=adaptation,
-        tonic=tonic,
-    )
-    seconds = si(duration, "s", "--duration")
+    wiring: dict[str, Any] = {
+        "topology": topology,
+        "neurons": neurons,
+        "weights": weights,
+        "inhibition": inhibition,
+        "same": same,
+        "cross": cross,
+        "rise_time": rise_time,
+        "adaptation_time": adaptation_time,
+        "adaptation": adaptation,
+        "tonic": tonic,
+    }
+    begun = _start(start) if isinstance(start, str) else start
+    if sweep is not None:
+        if engine != "ode":
+            raise InputError(f"a sweep is solved by {argument('engine', 'ode')}; leave out {argument('engine')}")
+        unused = {"duration": duration, "samples": samples, "step": step}
+        for name in (name for name, value in unused.items() if value is not None):
+            raise InputError(f"a sweep follows each network to its end; leave out {argument(name)}")
+        return cpg_sweep(sweep, start=begun, progress=progress, **wiring)
+    if duration is None:
+        raise InputError(f"{argument('duration')} is missing; say how long, such as {argument('duration', '10s')}")
+    network = wired(**wiring)
+    seconds = si(duration, "s", argument("duration"))
     if samples is None and step is None:
         times = default_times(network, seconds)
     else:
-        times = sample_times(seconds, samples=samples, step=None if step is None else si(step, "s", "--step"))
-    return run(network, times, start, engine=engine, progress=progress)
+        times = sample_times(seconds, samples=samples, step=None if step is None else si(step, "s", argument("step")))
+    return run(network, times, begun, engine=engine, progress=progress)
+
+
+def _start(text: str) -> list[float]:
+    try:
+        return [float(cell) for cell in text.split(",")]
+    except ValueError:
+        raise InputError(f"{argument('start')} '{text[:40]}' is no list of numbers; write it like 0.12,0,0,0") from None

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, Mask, plain
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..result import Column, Result
 from ..units import parse
 from .network import Network, wired
@@ -100,12 +100,14 @@ def cpg_sweep(
         first, last, count = (part.strip() for part in rest.split(":"))
     except ValueError:
         raise InputError(
-            f"--sweep '{text}' is not understood; write it like inhibition=1:5:41, from, to and how many"
+            f"{argument('sweep')} '{text}' is not understood; write it like inhibition=1:5:41, from, to and how many"
         ) from None
-    low, high = (parse(end, PARAMETERS[name], f"--sweep {name}") for end in (first, last))
+    low, high = (parse(end, PARAMETERS[name], f"{argument('sweep')} {name}") for end in (first, last))
     if not count.isdecimal() or not 1 <= int(count) <= MOST_VALUES:
-        raise InputError(f"--sweep: '{count}' is no number of values; give 1 to {MOST_VALUES}")
+        raise InputError(f"{argument('sweep')}: '{count}' is no number of values; give 1 to {MOST_VALUES}")
     if name == "inhibition" and wiring.get("weights") is not None:
-        raise InputError("inhibition belongs to a topology; with --weights sweep adaptation, tonic or a time")
+        raise InputError(
+            f"inhibition belongs to a topology; with {argument('weights')} sweep adaptation, tonic or a time"
+        )
     key, values = name.replace("-", "_"), np.linspace(low, high, int(count))
     return sweep(lambda value: wired(**{**wiring, key: value}), name, values, start, progress)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..errors import argument
 from ..simulation.check import Difference
 from .tables import aligned
 
@@ -15,5 +16,7 @@ def summary(differences: Sequence[Difference]) -> str:
     lines = aligned(rows, "<<>")
     references = {d.reference for d in differences if d.quantity == "displacement"}
     if references and "closed form" not in references:
-        lines.append("(no closed form of the displacement for this case: it exists for --beam static, Re = 0)")
+        lines.append(
+            f"(no closed form of the displacement for this case: it exists for {argument('beam', 'static')}, Re = 0)"
+        )
     return "\n".join(lines)

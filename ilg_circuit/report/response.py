@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from .page import Grid, Page, Section, picture
 from .tables import aligned
 
 if TYPE_CHECKING:
-    from ..identification.comparison import Compared
+    from ..simulation.compared import Compared
     from ..simulation.response import Response
     from ..simulation.waveforms import Simulated, Waveform
 
@@ -34,10 +34,10 @@ def headline(response: Response) -> str:
     return f"{response.netlist.title}: {response.drive.text}, {response.time[-1]:g} s, {len(response.time)} samples"
 
 
-def text(response: Response, measured: Sequence[Compared] = ()) -> str:
+def text(response: Response) -> str:
     """Return all that a user sees: what was simulated, the waveforms, the energies, the error, the comparison."""
     lines = [headline(response), response.summary(), response.account.summary(), *solved_by(response)]
-    return "\n".join([*lines, *(compared_line(part) for part in measured)])
+    return "\n".join([*lines, *(compared_line(part) for part in response.compared)])
 
 
 def solved_by(result: Simulated) -> list[str]:
@@ -53,18 +53,17 @@ def largest(result: Simulated, waveform: Waveform) -> tuple[str, str]:
     return format_quantity(float(values[peak]), waveform.unit, 5), format_quantity(float(result.time[peak]), "s", 4)
 
 
-def figure(response: Response, measured: Sequence[Compared] = ()) -> Figure:
+def figure(response: Response) -> Figure:
     """Return the waveforms that are not zero over time, the drive beneath.
 
-    The 95 % band is drawn where the response has standard errors; what was ``measured`` is drawn as points beside the
+    The 95 % band is drawn where the response has standard errors. A measurement is drawn as points beside the
     prediction that was compared with it.
     """
     shown = _shown(response)
     figure, axes = new_figure(len(shown) + 1, [1.5] * len(shown) + [1.0])
-    beside = {part.quantity: part for part in measured}
     for panel, waveform in zip(axes, shown, strict=False):
-        _waveform(response, waveform, beside.get(waveform.name), panel)
-    if response.stderr or measured:
+        _waveform(response, waveform, panel)
+    if response.stderr or response.compared:
         axes[0].legend(frameon=False, fontsize=8)
     _drive(response, axes[-1])
     axes[-1].set_xlabel("time [s]")
@@ -76,7 +75,7 @@ def figure(response: Response, measured: Sequence[Compared] = ()) -> Figure:
 def panels(response: Response) -> Panels:
     """Return what draws each waveform on axes, the displacement first where it is known."""
     shown = sorted(_shown(response), key=lambda waveform: waveform.name != "displacement")
-    drawn = {w.name: partial(_waveform, response, w, None) for w in shown} | {"voltage": partial(_drive, response)}
+    drawn = {w.name: partial(_waveform, response, w) for w in shown} | {"voltage": partial(_drive, response)}
     return {name: partial(over_time, draw) for name, draw in drawn.items()}
 
 
@@ -91,8 +90,9 @@ def _shown(response: Response) -> list[Waveform]:
     return [w for w in ANSWERS if np.nanmax(np.abs(response.waveforms[w.name]), initial=0.0) > 0]
 
 
-def _waveform(response: Response, waveform: Waveform, part: Compared | None, panel: Axes, **style: Any) -> None:
+def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any) -> None:
     """Draw a waveform with its band; beside what was measured the prediction that was compared with it."""
+    part = next((part for part in response.compared if part.quantity == waveform.name), None)
     time, values, error = response.time, response.waveforms[waveform.name], response.stderr.get(waveform.name)
     if part is not None:  # its drive jumps where the record does
         time, values, error, style = part.time, part.predicted, part.stderr, {"label": "predicted"} | style
@@ -116,16 +116,17 @@ def _drive(response: Response, panel: Axes, **style: Any) -> None:
 
 def facts(response: Response) -> list[tuple[str, str]]:
     """Return of each waveform its value at the end, its largest value, and when that is."""
-    return [
+    rows = [
         (name, f"{end} at the end, largest {last[0]} at {last[1]}" if len(last) == 2 else f"{end}: {last[0]}")
         for name, end, *last in _rows(response)
     ]
+    return [*rows, *(("compared with", compared_line(part)) for part in response.compared)]
 
 
-def page(response: Response, measured: Sequence[Compared] = ()) -> Page:
+def page(response: Response) -> Page:
     """Return a page: the picture, the table of waveforms, where the energy goes."""
     facts = [("engine", response.engine), ("estimated error", f"{response.error:.1e} of each maximum")]
-    shown = [picture(figure(response, measured), "waveforms over time, the drive beneath")]
+    shown = [picture(figure(response), "waveforms over time, the drive beneath")]
     rows = [(*row, "") if len(row) < 4 else row for row in _rows(response)]
     sections = [Section("Waveforms", [*shown, Grid(_HEADER, rows)]), energy_section(response.account)]
     return Page(f"Response of {response.actuator.name}", headline(response), facts, response.warnings, sections)

@@ -116,7 +116,7 @@ def _largest(values: ComplexArray, reference: ComplexArray) -> float:
     return float((np.abs(values - reference) / np.abs(reference)).max())
 
 
-def require_agreement(differences: list[Difference]) -> None:
+def require_agreement(differences: Sequence[Difference]) -> None:
     """Raise SolveError naming the worst disagreement, if there is one."""
     worst = max(differences, key=lambda d: d.value)
     if not worst.agrees:

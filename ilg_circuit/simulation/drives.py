@@ -24,31 +24,67 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Form:
-    """One form of drive: its ``name`` before the colon, and ``examples`` of a voltage and of a motion.
+    """One form of drive: its ``name`` before the colon, ``examples`` of a voltage and of a motion, its ``meaning``.
 
-    What is after the colon is split at commas into as many parts as ``parts`` allows (None: not split).
+    What is after the colon is split at commas into as many parts as ``parts`` allows (None: not split). Help shows the
+    meaning beside the first example.
     """
 
     name: str
     examples: tuple[str, str]
     parts: range | None
+    meaning: str
 
 
 FORMS: tuple[Form, ...] = (
-    Form("step", ("step:4V", "step:1mm"), range(1, 2)),
-    Form("square", ("square:4V,30s[,duty], square:-4V..4V,30s", "square:1mm,30s[,duty]"), range(2, 4)),
-    Form("triangle", ("triangle:4V,30s, triangle:-2V..2V,30s", "triangle:1mm,30s"), range(2, 3)),
-    Form("cv", ("cv:-1V..1V,50mV/s[,cycles]", "cv:-1mm..1mm,0.1mm/s[,cycles]"), range(2, 4)),
-    Form("pulse", ("pulse:4V,1s,10s[,count]", "pulse:1mm,1s,10s[,count]"), range(3, 5)),
-    Form("sine", ("sine:2V,0.1Hz", "sine:1mm,0.1Hz"), range(2, 3)),
-    Form("chirp", ("chirp:1V,0.01Hz..1Hz", "chirp:1mm,0.01Hz..1Hz"), range(2, 3)),
-    Form("multisine", ("multisine:1V,0.01Hz..1Hz[,tones]", "multisine:1mm,0.01Hz..1Hz[,tones]"), range(2, 4)),
-    Form("ramp", ("ramp:1V/s", "ramp:0.1mm/s"), range(1, 2)),
-    Form("file", ("file:drive.csv", "file:motion.csv"), None),
-    Form("repeat", ("repeat:5,drive.csv", "repeat:5,motion.csv"), None),
+    Form("step", ("step:4V", "step:1mm"), range(1, 2), "A constant value from t = 0 on."),
+    Form(
+        "square",
+        ("square:4V,30s[,duty], square:-4V..4V,30s", "square:1mm,30s[,duty]"),
+        range(2, 4),
+        "The value and zero in turn: 30 s is the period, of which the first half (or the fraction duty) has the "
+        "value; LOW..HIGH gives both levels.",
+    ),
+    Form(
+        "triangle",
+        ("triangle:4V,30s, triangle:-2V..2V,30s", "triangle:1mm,30s"),
+        range(2, 3),
+        "Up and down in straight lines: 30 s is the period; LOW..HIGH gives both ends.",
+    ),
+    Form(
+        "cv",
+        ("cv:-1V..1V,50mV/s[,cycles]", "cv:-1mm..1mm,0.1mm/s[,cycles]"),
+        range(2, 4),
+        "Cyclic voltammetry: a triangle between two values at this rate, without end or for cycles.",
+    ),
+    Form(
+        "pulse",
+        ("pulse:4V,1s,10s[,count]", "pulse:1mm,1s,10s[,count]"),
+        range(3, 5),
+        "The value for 1 s in each period of 10 s, without end or count times.",
+    ),
+    Form("sine", ("sine:2V,0.1Hz", "sine:1mm,0.1Hz"), range(2, 3), "A sine of this amplitude and frequency."),
+    Form(
+        "chirp",
+        ("chirp:1V,0.01Hz..1Hz", "chirp:1mm,0.01Hz..1Hz"),
+        range(2, 3),
+        "A sine whose frequency goes from one to the other during the run.",
+    ),
+    Form(
+        "multisine",
+        ("multisine:1V,0.01Hz..1Hz[,tones]", "multisine:1mm,0.01Hz..1Hz[,tones]"),
+        range(2, 4),
+        "A sum of 10 (or tones) sines between two frequencies, with this peak.",
+    ),
+    Form("ramp", ("ramp:1V/s", "ramp:0.1mm/s"), range(1, 2), "A straight line from zero."),
+    Form("file", ("file:drive.csv", "file:motion.csv"), None, "The rows of a CSV file: time_s and the value."),
+    Form("repeat", ("repeat:5,drive.csv", "repeat:5,motion.csv"), None, "The rows of a file, repeated 5 times."),
 )
 
+#: What errors list.
 DRIVE_FORMS, MOTION_FORMS = (", ".join(form.examples[k] for form in FORMS) for k in (0, 1))
+#: What help lists: an example and its meaning.
+DRIVES, MOTIONS = (tuple((form.examples[k].split(", ")[0], form.meaning) for form in FORMS) for k in (0, 1))
 
 
 def parse_drive(text: str, duration: float, unit: str = "V", said: Said = NOTHING) -> Drive:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,13 +19,17 @@ from ..strip.ladder import Ladder
 from ..strip.models import LadderPath
 from ..units import format_quantity
 
+if TYPE_CHECKING:
+    from .check import Difference
+
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Impedance(Result):
     """``impedance`` [ohm] (f,) at ``frequency`` [Hz] (f,), small signal about ``bias`` [V].
 
     ``port`` [ohm] (f,) is the closed form of the electrical side alone, EC (1); the difference is what the motion
-    reflects. ``ladder`` realises a Warburg element or CPE, if there is one.
+    reflects. ``ladder`` realises a Warburg element or CPE, if there is one. ``checks`` are the differences from other
+    solutions, where they were asked for.
     """
 
     presenter: ClassVar[str] = "impedance"
@@ -36,6 +40,7 @@ class Impedance(Result):
     bias: float
     engine: str
     ladder: Ladder | None
+    checks: tuple[Difference, ...] = ()
 
     @property
     def reflected(self) -> float:
@@ -70,6 +75,7 @@ class Impedance(Result):
             "spectrum": {header: plain(values) for header, values in self.columns().items()},
             "reflected": self.reflected,
             "least_resistance_ohm": self.least_resistance,
+            "checks": [vars(difference) for difference in self.checks],
             "warnings": self.warnings,
         }
 

@@ -13,7 +13,7 @@ import numpy as np
 from ..arrays import Array
 from ..circuit.strip import Load, strip_netlist
 from ..drive import Drive
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..solve.transient import transient
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_port
@@ -53,8 +53,7 @@ def prediction_band(
     uncertainty = actuator.uncertainty
     if uncertainty is None:
         raise InputError(
-            f"actuator '{actuator.name}' has no [uncertainty]: fit one with `ilg-circuit identify ... --out`, or leave "
-            "--band out"
+            f"actuator '{actuator.name}' has no [uncertainty]: fit one with identify, or leave {argument('band')} out"
         )
     ladders = transient_band(times)
     moved = [

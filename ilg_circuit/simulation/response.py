@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,7 @@ from ..arrays import Array, plain
 from ..circuit.netlist import Netlist
 from ..circuit.strip import Load, strip_netlist
 from ..drive import Drive, drive_findings
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..files import write_csv
 from ..findings import Finding, sentences
 from ..result import Column
@@ -23,9 +23,13 @@ from ..strip.actuator import Actuator
 from ..strip.ladder import LADDER_BAND
 from ..strip.validity import run_warnings
 from ..units import require_plausible
+from .compared import Compared
 from .energy import EnergyAccount, account, probes, works
 from .ladder_error import ladder_error
 from .waveforms import WAVEFORMS, Simulated, Solution
+
+if TYPE_CHECKING:
+    from .check import Difference
 
 #: Accuracy of a simulation, relative to each waveform's maximum; tight, so that small samples are good as well.
 SIMULATION_ACCURACY = 1e-9
@@ -48,7 +52,8 @@ class Response(Simulated):
 
     ``voltage`` at the terminals, ``current`` into them, ``charge`` on the ionic capacitors, ``displacement`` and
     ``force`` at L_F, positive towards the anode (NaN without a coupling), ``energy`` delivered by the source since
-    t = 0, ``account`` where it went. ``stderr`` (n,) are standard errors by waveform, where a band was asked for.
+    t = 0, ``account`` where it went. Where they were asked for: ``stderr`` (n,), standard errors by waveform;
+    ``compared``, the prediction beside what was measured; ``checks``, the differences from other solutions.
     """
 
     presenter: ClassVar[str] = "response"
@@ -56,6 +61,9 @@ class Response(Simulated):
     netlist: Netlist
     account: EnergyAccount
     stderr: Mapping[str, Array] = field(default_factory=dict)
+    compared: tuple[Compared, ...] = ()
+    checks: tuple[Difference, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
     def with_waveforms(self, **changed: Array) -> Response:
         """Return the response with some waveforms in place of its own."""
@@ -63,11 +71,11 @@ class Response(Simulated):
 
     @property
     def warnings(self) -> list[str]:
-        """What the drive's file leaves open, and assumptions that fail in this run, with number and consequence."""
+        """Gaps in the drive's file, and assumptions that fail in this run, with number and consequence."""
         displacement = float(np.nanmax(np.abs(self.displacement), initial=0.0))
         voltage = float(np.abs(self.voltage).max())
-        told = sentences([*drive_findings(self.drive), *beyond_fit(self.actuator, voltage)])
-        return [*told, *run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)]
+        found = sentences([*self.findings, *drive_findings(self.drive), *beyond_fit(self.actuator, voltage)])
+        return [*found, *run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)]
 
     def table(self) -> tuple[Column, ...]:
         """Return time and waveforms (n,), then the standard errors."""
@@ -89,6 +97,8 @@ class Response(Simulated):
             "estimated_error": self.error,
             "waveforms": {header: plain(values) for header, values in self.columns().items()},
             "account": self.account.to_dict(),
+            "compared": [part.to_dict() for part in self.compared],
+            "checks": [vars(difference) for difference in self.checks],
             "warnings": self.warnings,
         }
 
@@ -100,7 +110,7 @@ def sample_times(duration: float, *, samples: int | None = None, step: float | N
     """
     if not (np.isfinite(duration) and duration > 0):
         raise InputError(f"duration {duration:g} s must be more than zero")
-    require_plausible("--duration", duration, "s")
+    require_plausible(argument("duration"), duration, "s")
     if step is not None:
         if samples is not None:
             raise InputError("give either a number of samples or a step, not both")

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array, ComplexArray, Mask
 from ..drive import Drive
-from ..errors import SolveError
+from ..errors import SolveError, argument
 
 #: ngspice's first step is backward Euler; so short (in units of the fastest mode) its error is below 1e-9.
 _FIRST_STEP = 1e-5
@@ -179,7 +179,7 @@ def _rise(breakpoints: Array, jumping: Mask, end: float, rise: float, least: flo
     if rise < least:
         raise SolveError(
             f"two edges of the drive are too near each other for ngspice in a run of {end:g} s; shorten the run or use "
-            "--engine exact"
+            f"{argument('engine', 'exact')}"
         )
     return rise
 

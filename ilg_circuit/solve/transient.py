@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..arrays import Array, ComplexArray
 from ..circuit.netlist import Netlist, Output, copies
 from ..drive import Drive, PiecewiseLinear, drive_times
-from ..errors import InputError, SolveError
+from ..errors import InputError, SolveError, argument
 from .grid import Grid, design_grid, lagrange
 from .modes import modes_of
 from .sampling import at_samples, relative
@@ -131,7 +131,10 @@ def transient(
     names = (*system.output_names, *(work.name for work in works))
     if engine == "exact":
         if not nets[0].linear:
-            raise InputError("the exact engine solves linear circuits only, and this one is not; use --engine ngspice")
+            raise InputError(
+                "the exact engine solves linear circuits only, and this one is not; "
+                f"use {argument('engine', 'ngspice')}"
+            )
         values = exact_with_work(system, drive, samples, works)
         return Waveforms(samples, values, _rounding(nets[0], drive, samples, works, values), names, "exact")
     if engine != "ngspice":

@@ -310,6 +310,23 @@ class Actuator:
 
         return with_values(self, values)
 
+    def describe(
+        self, low: str | float = "0.1 mHz", high: str | float = "10 Hz", voltage: str | float | None = None
+    ) -> dict[str, Any]:
+        """Return sizes, material, lumped elements and limits of the model as plain data in SI units.
+
+        The model is judged for frequencies from ``low`` to ``high`` [Hz] and up to a ``voltage`` [V], all numbers or
+        texts with units. Raises InputError for values that are not understood.
+
+        Examples
+        --------
+        >>> round(PAPER.describe(voltage="2 V")["elements"]["capacitance"]["value"], 2)
+        0.35
+        """
+        from .describe import described
+
+        return described(self, low, high, voltage)
+
     def __repr__(self) -> str:
         """Return the strip as a table of at most twenty lines."""
         from .describe import lines

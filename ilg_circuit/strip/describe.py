@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from html import escape
 from typing import Any
 
-from ..units import format_quantity
+from ..errors import InputError, argument
+from ..units import format_quantity, si
 from .actuator import Actuator, quantities
 from .elements import lumped_elements
 from .models.model import ElectricalModel, Shown
@@ -52,6 +54,17 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
             for a in rows
         ],
     }
+
+
+def described(
+    actuator: Actuator, low: str | float, high: str | float, voltage: str | float | None = None
+) -> dict[str, Any]:
+    """Return `describe` for numbers or texts with units. Raises InputError for others, and for what is no band."""
+    band = si(low, "Hz", argument("low")), si(high, "Hz", argument("high"))
+    if not 0 < band[0] < band[1] < math.inf:
+        raise InputError(f"band from {low} to {high}: give two frequencies above zero, the lower one first")
+    largest = None if voltage is None else abs(si(voltage, "V", argument("voltage")))
+    return describe(actuator, band=band, voltage=largest)
 
 
 def lines(actuator: Actuator) -> list[str]:

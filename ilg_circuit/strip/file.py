@@ -41,6 +41,9 @@ def load_actuator(source: str | Path) -> Actuator:
 
 def load_strip(source: str | Path) -> Actuator | Specimen:
     """The same; a file without the circuit's constants is a `Specimen`."""
+    if not isinstance(source, str | Path):
+        shown = f"{type(source).__name__} {source!r}"[:60]
+        raise InputError(f"a strip is an object, the path of a TOML file or a preset's name, not {shown}")
     if str(source) in PRESETS:
         return PRESETS[str(source)]
     if not os.path.lexists(source):

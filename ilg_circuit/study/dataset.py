@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, MissingLibraryError, SolveError
+from ..errors import InputError, MissingLibraryError, SolveError, argument
 from ..files import locked, replacing, writing_netcdf
 from ..provenance import Provenance
 from ..strip.file import dumps
@@ -52,7 +52,8 @@ class Store:
     @contextmanager
     def held(self) -> Iterator[None]:
         """Make the folder and hold it. Raises InputError where that is impossible, or another process holds it."""
-        taken = f"another sweep is being written to '{self._out}'; wait until it is done, or choose another --out"
+        other = argument("out")
+        taken = f"another sweep is being written to '{self._out}'; wait until it is done, or choose another {other}"
         try:
             with locked(self.parent / "lock", taken):
                 try:

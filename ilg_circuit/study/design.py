@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 from ..arrays import one_thread
 from ..circuit.strip import Hung
 from ..drive import Drive, drive_findings
-from ..errors import InputError
+from ..errors import InputError, argument, checked
 from ..findings import Finding, Warned
 from ..result import Column, Result
 from ..strip.actuator import Actuator
@@ -24,7 +24,7 @@ from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, rewritten, scenario_templa
 from .pareto import Front, pareto_front, parse_objectives
 from .plan import Vary, range_texts
 from .problem import Design, DesignProblem, Objective, best_design, distinct
-from .requirements import parse_requirements, quantity
+from .requirements import nothing_asked, parse_requirements, quantity
 from .search import INITIAL_POINTS
 from .sensitivity import Sensitivity, SobolIndices, confident_design, sobol_indices
 from .sensitivity import sensitivity as sensitivity_of
@@ -114,6 +114,7 @@ class DesignReport(Result, Warned):
         save_actuator(replace(actuator, name=f"{actuator.name}, designed"), Path(path), "\n".join(lines + more))
 
 
+@checked
 def design(
     strip: str | Path | Actuator,
     drive: str | Drive,
@@ -201,16 +202,21 @@ def design(
     True
     """
     wishes = (require,) if isinstance(require, str) else tuple(require)
-    probability = parse(confidence, "", "--confidence") if isinstance(confidence, str) else confidence
+    probability = parse(confidence, "", argument("confidence")) if isinstance(confidence, str) else confidence
     for wrong, advice in (
-        (minimise and maximise, "--minimise and --maximise: give one of them, or --pareto for several"),
+        (
+            minimise and maximise,
+            f"{argument('minimise')} and {argument('maximise')}: give one of them, or {argument('pareto')} for several",
+        ),
         (
             not (wishes or minimise or maximise or pareto),
-            "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise, or "
-            "--pareto",
+            f"{nothing_asked()}, or {argument('pareto')}",
         ),
-        (probability and not wishes, "--confidence is that of requirements; give --require"),
-        (points and not pareto, "--points goes with --pareto"),
+        (
+            probability and not wishes,
+            f"{argument('confidence')} is the probability of meeting requirements; give {argument('require')}",
+        ),
+        (points and not pareto, f"{argument('points')} goes with {argument('pareto')}"),
     ):
         if wrong:
             raise InputError(advice)

@@ -115,6 +115,12 @@ OUTPUTS = {output.name: output for output in _ALL}
 DEFAULT_OUTPUTS = tuple(output.name for output in _ALL if not output.blocked)
 
 
+def names_of(given: str | Iterable[str] | None) -> tuple[str, ...]:
+    """Return names, each once, from a sequence, or from a text with commas."""
+    listed = given.split(",") if isinstance(given, str) else given or ()
+    return tuple(dict.fromkeys(name.strip() for name in listed if name.strip()))
+
+
 def choose_outputs(names: Iterable[str] | None = None) -> tuple[Output, ...]:
     """Return the outputs of those names, each once; by default all of `DEFAULT_OUTPUTS`.
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from ..circuit.strip import Hung, Load, load_of
 from ..drive import Drive, PiecewiseLinear, Sine
-from ..errors import InputError, unknown_name, visible
+from ..errors import InputError, argument, unknown_name, visible
 from ..simulation.drives import parse_drive
 from ..strip.actuator import Actuator
 from ..strip.changes import ORIENTATION, STRIP_PARAMETERS, Value, VariedParameter, changed
@@ -100,9 +100,13 @@ def scenario_template(
     ``duration`` as a number is in seconds; ``beam`` is by default the one that the coupling was fitted with. Raises
     InputError for a text that is not understood.
     """
+    if not isinstance(drive, str | PiecewiseLinear | Sine):
+        raise InputError(f"a drive is a text such as step:4V or a drive, not {type(drive).__name__} {drive!r}"[:120])
+    if tip not in ("free", "clamped"):
+        raise InputError(f"{argument('tip')} is {tip!r}; choose free or clamped")
     strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
     hung = load_of(load) or NO_LOAD
-    seconds = parse(duration, "s", "--duration") if isinstance(duration, str) else duration
+    seconds = parse(duration, "s", argument("duration")) if isinstance(duration, str) else duration
     return ScenarioTemplate(strip, drive, seconds, tip, beam, hung)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..errors import InputError, visible, wrong_choice
+from ..errors import InputError, argument, visible, wrong_choice
 from ..files import read_bytes
 from ..measurements.header import split_header
 from ..strip.changes import Value, VariedParameter
@@ -149,11 +149,19 @@ def range_texts(vary: Vary) -> list[str]:
     if isinstance(vary, str):
         return [vary]
     if not isinstance(vary, Mapping):
-        return list(vary)
+        texts = list(vary) if isinstance(vary, Iterable) else [vary]
+        for text in texts:
+            if not isinstance(text, str):
+                raise InputError(f"{argument('vary')} holds {text!r}; write {VARY_FORMS}")
+        return texts
     found = []
     for name, value in vary.items():
         parts = list(value) if isinstance(value, tuple | list) else [value]
-        unit = varied_parameter(name).unit
+        unit = varied_parameter(str(name)).unit
+        if not parts or not all(isinstance(part, str | int | float | np.number) for part in parts):
+            raise InputError(
+                f"{argument('vary')}: {name} is {value!r}; give a text, a number, or low, high and a count"
+            )
         words = [part if isinstance(part, str) else format_quantity(part, unit) for part in parts[:2]]
         found.append(f"{name}={':'.join([*words, *map(str, parts[2:])])}")
     return found
@@ -168,7 +176,7 @@ def grid_plan(texts: Sequence[str]) -> Plan:
             columns[name] = np.asarray(interval.values)
             continue
         if interval.count is None:
-            raise InputError(f"'{text}' does not say how many values; write {text}:20, or give --random")
+            raise InputError(f"'{text}' does not say how many values; write {text}:20, or give {argument('random')}")
         if interval.count == 1:
             raise InputError(f"'{text}': one value is no range; write {text.partition(':')[0].strip()}")
         columns[name] = interval.at(np.linspace(0.0, 1.0, interval.count))

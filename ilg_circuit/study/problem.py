@@ -16,7 +16,7 @@ from ..arrays import Array
 from ..errors import InputError, SolveError
 from .parameters import Scenario
 from .plan import sobol_points
-from .requirements import Quantity, Requirement
+from .requirements import Quantity, Requirement, nothing_asked
 from .search import FEASIBLE, INITIAL_POINTS, Goal, Search, Terms, Values, local_search, search
 from .space import Space
 
@@ -75,9 +75,7 @@ class DesignProblem:
 
     def __post_init__(self) -> None:
         if not self.requirements and self.objective is None:
-            raise InputError(
-                "nothing is asked of the design; give --require displacement_final>=4mm, --minimise or --maximise"
-            )
+            raise InputError(nothing_asked())
 
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError, unknown_name
+from ..errors import InputError, argument, unknown_name
 from ..strip.actuator import Actuator
 from ..strip.elements import gravity_ratio
 from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS
@@ -109,8 +109,16 @@ def quantity(name: str, varied: Sequence[str]) -> Quantity:
         item = PARAMETERS[name]
         return Quantity(name, item.unit, item.meaning, partial(_column, name))
     if name in PARAMETERS:
-        raise InputError(f"{name} is not varied, so it stays what it is; add --vary {name}=from:to, or ask another")
+        raise InputError(
+            f"{name} is not varied, so it stays what it is; add {argument('vary', f'{name}=from:to')}, or ask another"
+        )
     raise unknown_name("quantity", name, (*OUTPUTS, *ASSUMPTIONS, *varied))
+
+
+def nothing_asked() -> str:
+    """Return the message for a design of which nothing is asked."""
+    example = argument("require", "displacement_final>=4mm")
+    return f"nothing is asked of the design; give {example}, {argument('minimise')} or {argument('maximise')}"
 
 
 #: Relative tolerance of an ``=``.

@@ -58,8 +58,8 @@ def require_uncertainty(scenario: Scenario, name: str) -> Uncertainty:
     """Return the fit's uncertainty. Raises InputError where there is none that holds for the design."""
     if scenario.actuator.uncertainty is None:
         raise InputError(
-            f"actuator '{name}' has no [uncertainty] that holds for the design: fit one with `ilg-circuit identify ... "
-            "--out`, and vary neither material nor coupling, which the fit determined"
+            f"actuator '{name}' has no [uncertainty] that holds for the design: fit one with identify, and "
+            "vary neither material nor coupling, which the fit determined"
         )
     return scenario.actuator.uncertainty
 

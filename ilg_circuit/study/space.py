@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..strip.changes import Value
 from .evaluate import Evaluation, evaluate, scenario_of, scenarios_of
 from .parameters import Scenario, ScenarioTemplate
@@ -47,7 +47,8 @@ def parse_ranges(texts: Sequence[str]) -> tuple[tuple[Range, ...], dict[str, Val
         else:
             ranges.append(replace(interval, log=interval.low > 0))
     if not ranges:
-        raise InputError("nothing is left to choose; give a range, such as --vary thickness=0.2mm:1mm")
+        example = argument("vary", "thickness=0.2mm:1mm")
+        raise InputError(f"nothing is left to choose; give a range, such as {example}")
     return tuple(ranges), fixed
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from ..arrays import Array, one_thread
 from ..drive import PiecewiseLinear
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..simulation.response import sample_times
 from ..strip.file import FORMAT, dumps
 from .evaluate import STUDY_ACCURACY, Evaluation, Progress, evaluate, require_known, scenarios_of
@@ -159,12 +159,17 @@ def sweep_spec(
     for arguments that contradict one another.
     """
     if samples is not None and not waveforms:
-        raise InputError("--samples are those of --waveforms; say which to keep, such as --waveforms displacement")
+        raise InputError(
+            f"{argument('samples')} counts the samples of waveforms; say which to keep, such as "
+            f"{argument('waveforms', 'displacement')}"
+        )
     for name, value in (("method", method), ("seed", seed)):
         if random is None and value is not None:
-            raise InputError(f"--{name} belongs to --random; say how many random designs")
+            raise InputError(f"{argument(name)} belongs to {argument('random')}; say how many random designs")
     if designs and (vary or random is not None):
-        raise InputError("--designs lists every design; leave out --vary and --random")
+        raise InputError(
+            f"{argument('designs')} lists every design; leave out {argument('vary')} and {argument('random')}"
+        )
     if designs:
         plan = read_plan(Path(designs))
     elif random is None:

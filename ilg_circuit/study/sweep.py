@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..circuit.strip import Hung
 from ..drive import Drive, drive_findings
-from ..errors import InputError, SolveError
+from ..errors import InputError, SolveError, checked
+from ..extras import require_study
 from ..files import Log, require_writable, write_csv
 from ..findings import Finding, Warned
 from ..provenance import Provenance
@@ -21,6 +22,7 @@ from ..strip.actuator import Actuator
 from ..strip.validity import deflection_warnings
 from .dataset import Store, SweepTotals, read_sweep, table, write_dataset
 from .evaluate import STUDY_ACCURACY, Evaluation, Progress
+from .outputs import names_of
 from .parameters import scenario_template
 from .plan import Vary, range_texts
 from .spec import SweepSpec, solve_task, sweep_spec
@@ -91,6 +93,7 @@ class SweepResult(Result, Warned):
         }
 
 
+@checked
 def sweep(
     strip: str | Path | Actuator,
     drive: str | Drive,
@@ -104,8 +107,8 @@ def sweep(
     method: str | None = None,
     seed: int | None = None,
     designs: str | Path | None = None,
-    outputs: Sequence[str] | None = None,
-    waveforms: Sequence[str] = (),
+    outputs: str | Sequence[str] | None = None,
+    waveforms: str | Sequence[str] | None = None,
     samples: int | None = None,
     engine: str = "ngspice",
     accuracy: float = STUDY_ACCURACY,
@@ -145,16 +148,16 @@ def sweep(
         Of random designs (default 0).
     designs : str or Path, optional
         CSV file with one design a row, in place of ``vary``.
-    outputs : sequence of str, optional
-        Names of the outputs (default: all that one run gives).
-    waveforms : sequence of str
+    outputs : str or sequence of str, optional
+        Names of the outputs, such as ["displacement_final", "energy"] (default: all that one run gives).
+    waveforms : str or sequence of str, optional
         Waveforms that are kept, such as "displacement".
     samples : int, optional
         Samples of each waveform (default 601).
     engine : {"ngspice", "exact", "auto"}
         Auto: exact for linear circuits.
     accuracy : float
-        Of ngspice, relative to each maximum.
+        Error allowed of ngspice, relative to each maximum.
     out : str or Path, optional
         The netCDF file; an interrupted sweep into it goes on where it was. Without it the result stays in memory.
     jobs : int, optional
@@ -190,6 +193,7 @@ def sweep(
     >>> found.to_xarray().displacement_final.shape
     (3,)
     """
+    require_study(cluster=cluster is not None)
     template = scenario_template(strip, drive, duration, tip=tip, beam=beam, load=load)
     spec = sweep_spec(
         template,
@@ -198,8 +202,8 @@ def sweep(
         method=method,
         seed=seed,
         designs=designs,
-        outputs=outputs,
-        waveforms=waveforms,
+        outputs=names_of(outputs),
+        waveforms=names_of(waveforms),
         samples=samples,
         engine=engine,
         accuracy=accuracy,

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..errors import InputError, SolveError
+from ..errors import InputError, SolveError, argument
 from ..strip.models import registry
 from .evaluate import Evaluation, evaluate
 from .spec import Task, solve_task
@@ -58,7 +58,7 @@ def require_processes() -> None:
     if not processes_possible():
         raise SolveError(
             "this machine lets processes share no locks (is /dev/shm missing, or closed to you?), so there can be no "
-            "workers; use --jobs 1"
+            f"workers; use {argument('jobs', 1)}"
         )
 
 

@@ -133,7 +133,10 @@ WRONG = {
     "couplings": (["--same", "0.1"], "--same belongs to --topology chain"),
     "no file": (["--weights", "none.csv"], "cannot read 'none.csv'"),
     "not square": (["--weights", "flat.csv"], "1 rows of 2 numbers; the weights must be square"),
-    "both": (["--weights", "square.csv", "--inhibition", "2"], "--weights says it all; leave out --inhibition"),
+    "both": (
+        ["--weights", "square.csv", "--inhibition", "2"],
+        "gives the whole network; leave out --inhibition",
+    ),
     "same file": (["--out", "a.csv", "--netlist", "a.csv"], "name the same file"),
     "over the weights": (["--weights", "square.csv", "--out", "square.csv"], "name the same file"),
     "excitation": (["--inhibition", "-9", "--duration", "100s"], "grow without bound"),

@@ -177,7 +177,7 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     ("simulate", STEP | {"drive": (["a", "b"], [0, 1])}, "drive"),
     ("simulate", STEP | {"duration": "10 V"}, "duration: unit 'V' does not measure this quantity; use 's'"),
     ("simulate", STEP | {"duration": None}, "duration is missing"),
-    ("simulate", STEP | {"duration": [1, 2]}, "duration is a number in s or a text such as '30 s'"),
+    ("simulate", STEP | {"duration": [1, 2]}, "duration is list [1, 2]; give a number in s or a text such as '30 s'"),
     ("simulate", STEP | {"times": [0, 1]}, "give either times, or a duration"),
     ("simulate", STEP | {"tip": "loose"}, "tip is 'loose'; choose free or clamped"),
     ("simulate", STEP | {"load": {"weight": 1}}, "load '{'weight': 1}' is not understood; write mass=1g"),

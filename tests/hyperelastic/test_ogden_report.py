@@ -145,7 +145,7 @@ def test_files(tmp_path: Path, text: str) -> None:
             "deformazione_%,stress_Pa\n10,2\n",
             "no column for stretch; not understood: 'deformazione_%'; .* like stretch, stress_MPa",
         ),
-        ("stretch,force_N\n1.1,2\n", "its column 'force_N' is a force; give .* --section 10mm"),
+        ("stretch,force_N\n1.1,2\n", "its column 'force_N' is a force; give .* section='10mm"),
         ("stretch,stress_Pa,true_stress_Pa\n1.1,2,2.2\n", "a nominal and a true stress; leave one out"),
         ("stretch,stress_Pa\n,2\n1.1,\n", "no row has both"),
         ("stretch,true_stress_Pa\n0,2\n1.1,2\n", "stretch 0"),

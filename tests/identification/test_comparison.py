@@ -74,7 +74,7 @@ def test_a_record_as_a_drive_is_compared(run: Run) -> None:
     assert Path("r.png").read_bytes().startswith(b"\x89PNG")
     short = run(*how, "--duration", "10s")
     assert short.code == 0
-    assert "warning: not compared with what was measured" in short.err
+    assert "warning: not compared with the measurement" in short.err
     Path("u.csv").write_text("time_s,voltage_V\n0,1\n5,2\n")
     assert "differs" not in run("simulate", "paper", "--drive", "file:u.csv", "--duration", "5s").out
     assert_one_line(run("simulate", "paper", "--drive", "file:none.csv", "--duration", "5s"), "cannot read")

@@ -244,7 +244,7 @@ def test_auto_is_rarely_misled_by_noise() -> None:
 def test_one_branch_for_two_is_warned_of() -> None:
     found = identified(record(step(), 300.0, 601, strip=two_branches(), noise=1e-3, seed=43), "rc")
     assert {"one-pole-not-enough", "residuals-autocorrelated"} <= codes(found.findings)
-    assert any("one pole is not enough" in w and "--model rc2" in w for w in found.warnings)
+    assert any("one pole is not enough" in w and "model='rc2'" in w for w in found.warnings)
     assert any("standard errors allow for it, by an autoregression" in w for w in found.warnings)
 
 

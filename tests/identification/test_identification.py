@@ -264,7 +264,7 @@ def test_without_a_displacement_the_given_coupling_stays_and_is_said() -> None:
 def test_assumed_geometry_is_said(step_record: Synthetic) -> None:
     found = identify(step_record.measurement(), model="rc", engine="exact")
     assert "no-actuator-coupling" in codes(found.findings)
-    assert any("no --actuator given" in w and "b^2/L_F^2" in w for w in found.warnings)
+    assert any("no strip given" in w and "b^2/L_F^2" in w for w in found.warnings)
     without = identify(spectrum(PAPER, 1e-3, 1e2), model="rc")
     assert "no-actuator" in codes(without.findings)
 

@@ -26,7 +26,7 @@ from synthetic import record, step
 
 import ilg_circuit
 from ilg_circuit.arms.motion import Motion
-from ilg_circuit.arms.run import ArmResult, arm
+from ilg_circuit.arms.run import ArmResult
 from ilg_circuit.errors import InputError
 from ilg_circuit.fit.curve import fit_curve
 from ilg_circuit.fit.result import FitResult
@@ -34,6 +34,8 @@ from ilg_circuit.hyperelastic import characterise
 from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.batch import Batch, FileFit
+from ilg_circuit.measurements.record import Record
+from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.oscillators.run import RhythmRun, cpg
 from ilg_circuit.oscillators.sweep import RhythmSweep, cpg_sweep
 from ilg_circuit.report import doors, page
@@ -93,8 +95,10 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     DesignReport: _design,
     Front: _front,
     SweepResult: lambda: sweep("paper", "step:4V", "300s", vary=["thickness=0.3mm:1mm:4"], engine="exact", jobs=1),
-    ArmResult: lambda: arm("0.2s", segments=3, samples=21),
+    ArmResult: lambda: ilg_circuit.arm("0.2s", segments=3, samples=21),
     Motion: lambda: example(ArmResult).motion,
+    Record: lambda: record(step(), 300.0, 61, rest=5, noise=1e-3).measurement(),
+    Spectrum: lambda: Spectrum("z.csv", np.geomspace(1e-3, 10, 9), 20 + 5 / (1 + 1j * np.geomspace(1e-2, 100, 9))),
 }
 #: Those that make a strip.
 STRIPS = (Identification, DesignReport)

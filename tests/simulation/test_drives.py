@@ -38,11 +38,12 @@ def test_errors_name_every_form(unit: str, forms: str) -> None:
         parse_drive("sawtooth:1V", DURATION, unit)
 
 
-@pytest.mark.parametrize(
-    ("command", "forms"), [("simulate", DRIVE_FORMS), ("sweep", DRIVE_FORMS), ("sense", MOTION_FORMS)]
-)
-def test_help_names_every_form(command: str, forms: str, run: Run) -> None:
-    assert "".join(forms.split()) in "".join(run(command, "--help").out.split())
+@pytest.mark.parametrize(("command", "k"), [("simulate", 0), ("sweep", 0), ("design", 0), ("netlist", 0), ("sense", 1)])
+def test_help_lists_every_form_and_what_it_means(command: str, k: int, run: Run) -> None:
+    shown = " ".join(run(command, "--help").out.split())
+    for form in FORMS:
+        assert f"{form.examples[k].split(', ')[0]} {form.meaning}" in shown
+    assert "30 s is the period" in shown
 
 
 def test_a_file_s_name_may_hold_commas(run: Run) -> None:

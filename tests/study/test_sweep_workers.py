@@ -147,7 +147,7 @@ def test_a_machine_without_shared_locks(tmp_path: Path, monkeypatch: pytest.Monk
     done = solve_sweep(spec_of(), tmp_path / "s.nc")
     assert done.totals.failed == 0
     for how in ({"jobs": 2}, {"cluster": "local:2"}):
-        with pytest.raises(SolveError, match=r"share no locks.*--jobs 1"):
+        with pytest.raises(SolveError, match=r"share no locks.*jobs=1"):
             solve_sweep(spec_of(), tmp_path / "t.nc", **how)
 
 

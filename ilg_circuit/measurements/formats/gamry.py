@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ...errors import InputError
+from ...errors import InputError, argument
 from ...findings import Finding
 from ..derived import impedance_of
 from ..kind import RECORD, SPECTRUM, Kind
@@ -90,7 +90,7 @@ def _record(lines: Sequence[str], name: str, kind: Kind) -> Table:
     for start in starts:
         if lines[start + 1].split("\t") != titles:
             raise InputError(
-                f"{name}: line {start + 2}: other columns than in line {starts[0] + 2}; choose with --part"
+                f"{name}: line {start + 2}: other columns than in line {starts[0] + 2}; choose with {argument('part')}"
             )
         for number, cells in _rows(lines, start):
             over = words.index("over") if "over" in words else len(cells)

@@ -1,0 +1,50 @@
+"""The prediction of a run beside what was measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..findings import Finding
+from ..identification.comparison import compare
+from ..measurements.kind import RECORD
+from ..measurements.prepare import prepare
+from ..measurements.read import read_columns
+from ..measurements.record import Record
+from ..measurements.said import Said
+from ..simulation.compared import Compared
+from ..strip.actuator import Actuator
+from .data import Source, read
+from .given import Driven
+
+
+def compared(
+    strip: Actuator, drive: Driven, measured: Source | bool, until: float, said: Said, **how: Any
+) -> tuple[tuple[Compared, ...], tuple[Finding, ...]]:
+    """Return the prediction up to ``until`` [s] beside a record that was ``measured``, and findings.
+
+    With ``measured`` True it is the drive's own file, if it holds a current; a file that cannot be compared is then a
+    finding. ``how`` are the options of `identification.comparison.compare`. Raises InputError for other data that are
+    no record.
+    """
+    if measured is not True:
+        return compare(strip, _record(measured, said), until=until, **how), ()
+    path = Path(drive.removeprefix("file:")) if isinstance(drive, str) and drive.startswith("file:") else None
+    if path is None or not path.is_file():  # a pipe has been read already
+        return (), ()
+    if read_columns(path, RECORD.drawn("time").told(said)).get("current") is None:
+        return (), ()
+    try:
+        return compare(strip, _record(path, said), until=until, **how), ()
+    except InputError as error:
+        return (), (Finding("not-compared", values={"reason": str(error)}),)
+
+
+def _record(measured: Source | bool, said: Said) -> Record:
+    if isinstance(measured, str | Path):
+        return prepare(read_columns(measured, RECORD.requiring("time").told(said)))
+    found = read(measured)
+    if not isinstance(found, Record):
+        raise InputError(f"compare is a {type(found).__name__}; give a record: time, voltage, current")
+    return found

@@ -1,0 +1,54 @@
+"""A prediction beside a measurement, as a response carries it; `identification.comparison` makes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+
+_NORMAL_95 = 1.96
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One quantity at ``time`` [s] in the file's time: ``measured`` and ``predicted`` (n,), positive to the anode.
+
+    A displacement is counted from its rest; ``offset`` tells that there was none and the mean difference was taken off.
+    ``stderr`` (n,) is the prediction's, by the fit's covariance; ``noise`` the measurement's white noise.
+    """
+
+    source: str
+    quantity: str
+    time: Array
+    measured: Array
+    predicted: Array
+    stderr: Array | None
+    noise: float
+    reversed_axis: bool = False
+    offset: bool = False
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the differences."""
+        return float(np.sqrt(np.mean((self.measured - self.predicted) ** 2)))
+
+    @property
+    def largest(self) -> float:
+        """Largest magnitude that was measured."""
+        return float(np.abs(self.measured).max())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what was compared and the size of the differences as plain data."""
+        names = ("source", "quantity", "rms", "largest", "covered", "reversed_axis", "offset")
+        return {name: getattr(self, name) for name in names} | {"samples": len(self.time)}
+
+    @property
+    def covered(self) -> float | None:
+        """Part of the samples within the 95 % band of prediction and noise together; None without a band."""
+        if self.stderr is None:
+            return None
+        limit = _NORMAL_95 * np.hypot(self.stderr, self.noise)
+        return float(np.mean(np.abs(self.measured - self.predicted) <= limit))

@@ -1,0 +1,67 @@
+"""What an editor and mypy are told: the front door's functions return the classes of results, not Any."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, get_overloads
+
+import pytest
+from PySpice.Spice.Netlist import SubCircuit
+
+import ilg_circuit as ilg
+from ilg_circuit.arms.run import ArmResult
+from ilg_circuit.circuit.text import SpiceText
+from ilg_circuit.fit.result import FitResult
+from ilg_circuit.hyperelastic import Characterisation
+from ilg_circuit.identification.identification import Identification
+from ilg_circuit.oscillators.run import RhythmRun, RhythmSweep
+from ilg_circuit.simulation.impedance import Impedance
+from ilg_circuit.simulation.response import Response
+from ilg_circuit.simulation.sensing import Sensed
+from ilg_circuit.strip.actuator import Actuator
+from ilg_circuit.strip.models import IonPath
+from ilg_circuit.study.design import DesignReport
+from ilg_circuit.study.sweep import SweepResult
+
+RETURNED = {
+    "arm": ArmResult,
+    "cpg": RhythmRun | RhythmSweep,
+    "design": DesignReport,
+    "fit_curve": FitResult,
+    "identify": Identification,
+    "impedance": Impedance,
+    "library": SpiceText,
+    "load": Actuator,
+    "netlist": SpiceText,
+    "ogden": Characterisation,
+    "pareto": DesignReport,
+    "read": Any,  # one set of data, or a list
+    "register_model": IonPath,
+    "sense": Sensed,
+    "simulate": Response,
+    "subcircuit": SubCircuit,
+    "sweep": SweepResult,
+}
+#: Names that modules import for types alone.
+NAMES = {"ArmResult": ArmResult, "FitResult": FitResult, "SubCircuit": SubCircuit}
+
+
+def returned(function: Callable[..., Any]) -> Any:
+    """The class that a function's annotation says it returns."""
+    plain: Any = getattr(function, "__wrapped__", function)
+    return eval(plain.__annotations__["return"], {**plain.__globals__, **NAMES})
+
+
+def test_every_function_is_listed() -> None:
+    functions = {name for name in ilg.__all__ if not isinstance(getattr(ilg, name), type)} - {"PAPER"}
+    assert functions == set(RETURNED)
+
+
+@pytest.mark.parametrize(("name", "expected"), RETURNED.items(), ids=list(RETURNED))
+def test_it_returns_the_class_of_its_result(name: str, expected: Any) -> None:
+    assert returned(getattr(ilg, name)) == expected
+
+
+def test_a_rhythm_and_a_sweep_of_rhythms_are_told_apart() -> None:
+    function = getattr(ilg.cpg, "__wrapped__", ilg.cpg)
+    assert [returned(f) for f in get_overloads(function)] == [RhythmRun, RhythmSweep]
