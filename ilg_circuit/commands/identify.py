@@ -11,7 +11,16 @@ import click
 from ..errors import InputError
 from ..units import parse
 from .emit import emit, say
-from .options import ModelOption, engine_option, output_options, outputs, reading_options, said
+from .options import (
+    ModelOption,
+    displacement_options,
+    engine_option,
+    filmed,
+    output_options,
+    outputs,
+    reading_options,
+    said,
+)
 from .paths import FILE, STRIP, LongCommand, force_option
 from .progress import ProgressBar
 
@@ -24,7 +33,7 @@ from .progress import ProgressBar
 @click.option("--own", multiple=True, help="A parameter that each of several files has for itself; may be repeated.")
 @click.option("--bias", multiple=True, help="Of spectra: 1V, or FILE=1V for one of them.")
 @click.option("--onset", multiple=True, help="When the voltage began: 4s, last-rest or first-level; or FILE=4s.")
-@click.option("--displacement-delay", default="0s", help="How much later the camera's clock reads: 0.1s, or fit.")
+@displacement_options
 @reading_options
 @click.option("--until", help="Fit records up to this time after the onset, such as 16s.  [default: all]")
 @engine_option
@@ -55,7 +64,9 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     base = load_actuator(actuator) if actuator else None
     begun = onsets(data, options.pop("onset"))
     meant = said(options)
-    files = [read(path, onset=begun[k], said=meant) for k, path in enumerate(data)]
+    films = options["displacement"]
+    files = [read(path, onset=begun[k], said=meant.of_data if films else meant) for k, path in enumerate(data)]
+    files = filmed(files, options, meant)
     spectra = [isinstance(file, Spectrum) for file in files]
     options["bias"] = biases(data, spectra, options["bias"])
     if all(spectra) and context.get_parameter_source("engine") is click.core.ParameterSource.COMMANDLINE:
@@ -63,10 +74,10 @@ def identify(context: click.Context, /, data: tuple[Path, ...], actuator: str | 
     options["electrode_resistance"] = resistance(options["electrode_resistance"])
     options["until"] = parse(options["until"], "s", "--until") if options["until"] else None
     late = options["displacement_delay"]
-    options["displacement_delay"] = late if late == "fit" else parse(late, "s", "--displacement-delay")
+    options["displacement_delay"] = late if late in (None, "fit") else parse(late, "s", "--displacement-delay")
     with ProgressBar("evaluation", doing="fitting") as bar:
         result = fit(files, base=base, progress=bar.count, **options)
-    emit(result, written, inputs=(*data, actuator), seed=result.seed, writers={"--out": write_actuator})
+    emit(result, written, inputs=(*data, *films, actuator), seed=result.seed, writers={"--out": write_actuator})
     if not result.success:
         context.exit(1)
 

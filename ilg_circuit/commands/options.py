@@ -12,7 +12,7 @@ import click
 from ..errors import InputError
 from ..simulation.drives import DRIVE_FORMS
 from ..units import parse, si
-from .paths import JSON, PAGE, PICTURE, TABLE, OutputFile
+from .paths import FILE, JSON, PAGE, PICTURE, TABLE, OutputFile
 
 if TYPE_CHECKING:
     from ..arrays import Array
@@ -69,13 +69,13 @@ reading_options = _together(
         "--columns", multiple=True, help="The column that holds a quantity: voltage='Potential (V)'; may be repeated."
     ),
     click.option("--units", multiple=True, help="The unit of a quantity, such as time=s; may be repeated."),
-    click.option("--part", type=int, help="Which of several measurements in a file, from 1."),
+    click.option("--part", help="Which of several measurements in a file, from 1; or the point that a camera tracked."),
     click.option("--cycle", type=int, help="Which cycle of a record."),
 )
 
 
 def said(options: dict[str, Any]) -> Said:
-    """Return what `reading_options` say (and --length, --section); ``options`` lose them."""
+    """Return what `reading_options` say (and --length, --section, `displacement_options`); ``options`` lose them."""
     from ..measurements.said import said_of
 
     def size(name: str, unit: str) -> float | None:
@@ -83,7 +83,35 @@ def said(options: dict[str, Any]) -> Said:
         return parse(text, unit, f"--{name}") if text else None
 
     columns, units, part, cycle = (options.pop(name) for name in ("columns", "units", "part", "cycle"))
-    return said_of(columns, units, part, cycle, size("length", "m"), size("section", "m^2"))
+    film = {name: options.pop(option, None) for name, option in (("scale", "scale"), ("rate", "fps"), ("axis", "axis"))}
+    return said_of(columns, units, part, cycle, size("length", "m"), size("section", "m^2"), **film)
+
+
+#: The displacement in files of its own; `said` reads how, `filmed` reads them.
+displacement_options = _together(
+    click.option(
+        "--displacement", multiple=True, type=FILE, help="The displacement in a file of its own, for each DATA."
+    ),
+    click.option(
+        "--displacement-delay",
+        help="How much later its clock reads: 0.1s, or fit.  [default: fit with --displacement, else 0s]",
+    ),
+    click.option("--scale", help="Size of a camera's pixel: 0.042mm/px, or 23.8px/mm."),
+    click.option("--fps", type=NUMBER, help="Frames a second, where a camera's file has no times."),
+    click.option(
+        "--axis",
+        help="Direction of the displacement of a point: x, y, -x, -y or an angle from x to y.  "
+        "[default: in which it moves most]",
+    ),
+)
+
+
+def filmed(files: list[Any], options: dict[str, Any], meant: Said) -> list[Any]:
+    """Return ``files`` with the displacements of `displacement_options`; ``options`` lose --displacement."""
+    from ..measurements.track import beside, read_track
+
+    paths = options.pop("displacement")
+    return beside(files, [read_track(path, meant.of_track) for path in paths]) if paths else files
 
 
 #: When a run is sampled; `sampled` reads them.

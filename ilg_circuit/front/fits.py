@@ -13,7 +13,7 @@ from ..identification.identification import Identification
 from ..identification.identify import identify as fit
 from ..measurements.load_test import LoadTest
 from ..measurements.onset import Stated
-from .data import Source, by_header, read, sets_of
+from .data import Source, by_header, one_of, read, sets_of
 from .given import Given, Strip, load, quantity
 
 
@@ -26,12 +26,16 @@ def identify(
     electrode_resistance: Given | Literal["fit"] | None = None,
     bias: Given | Sequence[Given] | None = None,
     until: Given | None = None,
-    displacement_delay: Given | Literal["fit"] = 0.0,
+    displacement_delay: Given | Literal["fit"] | None = None,
     own: Sequence[str] = (),
     engine: str = "ngspice",
     intervals: str = "covariance",
     weighting: Literal["modulus", "unit"] = "modulus",
     progress: Any = None,
+    displacement: Any = None,
+    scale: Given | None = None,
+    fps: float | None = None,
+    axis: str | None = None,
     **arrays: ArrayLike,
 ) -> Identification:
     """Return the circuit and the coupling of a strip, fitted to measurements, with errors, intervals and findings.
@@ -54,8 +58,9 @@ def identify(
         Bias [V] of a spectrum, or of each set of data.
     until : float or str, optional
         Time [s] since the onset up to which records are fitted.
-    displacement_delay : float or str
-        How much later [s] the displacement's clock reads, or "fit".
+    displacement_delay : float or str, optional
+        How much later [s] the displacement's clock reads, or "fit" (default: fitted where the displacement is of a
+        file of its own, else 0).
     own : sequence of str
         Parameters that each set of data has for itself.
     engine : {"ngspice", "exact"}
@@ -66,6 +71,14 @@ def identify(
         Of spectra: "modulus" or "unit".
     progress : callable, optional
         Called after each evaluation.
+    displacement : str, Path, DataFrame, mapping, tuple of two arrays, or list of these; optional
+        The displacement of each record on a clock of its own, see `read`.
+    scale : str or float, optional
+        Size of a camera's pixel, see `read`.
+    fps : float, optional
+        Frames a second, see `read`.
+    axis : str, optional
+        Direction of the displacement, see `read`.
     **arrays : array_like
         Arrays in SI units in place of ``data``, see `read`.
 
@@ -93,7 +106,9 @@ def identify(
     """
     if (data is None) == (not arrays):
         raise InputError("give data, or arrays by keyword such as time=, voltage=, current=")
-    sets = sets_of(by_header(arrays) if data is None else data, onset)
+    arrays, displacement = one_of(arrays, displacement)
+    film = {"displacement": displacement, "scale": scale, "fps": fps, "axis": axis}
+    sets = sets_of(by_header(arrays) if data is None else data, onset, **film)
     if any(isinstance(each, LoadTest) for each in sets):
         raise InputError("a load test says nothing of a circuit; fit it by ilg.ogden, or the command ogden")
     delay, resistance = displacement_delay, electrode_resistance
@@ -107,7 +122,7 @@ def identify(
         engine=engine,
         intervals=intervals,
         weighting=weighting,
-        displacement_delay="fit" if delay == "fit" else quantity(delay, "s", "displacement_delay"),
+        displacement_delay=delay if delay in (None, "fit") else quantity(delay, "s", "displacement_delay"),
         until=None if until is None else quantity(until, "s", "until"),
         progress=progress,
     )

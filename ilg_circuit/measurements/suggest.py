@@ -55,21 +55,27 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
             garbled = any(not letter.isprintable() or letter in "?\ufffd\u00e6" for c in columns for letter in c.unit)
             if not si or not (garbled or any(c.unit == "" for c in columns)):
                 return ""  # its unit is one of something else
-            options.append(option("units", quantity, f"u{si}" if garbled else _unit(columns[0].title, si)))
+            options.append(_in_unit(kind, quantity, f"u{si}" if garbled else _unit(columns[0].title, si)))
             continue
         title = _likely(quantity, si, titles)
         if title is None:
             return ""
         titles.remove(title)
-        options.append(option("columns", quantity, title))
+        options.append(option("columns", quantity, title, kind.prefix))
         if si and not named_unit(title, si):
-            options.append(option("units", quantity, _unit(title, si)))
-    return f"; or say what it is, if so: {' '.join(options)}" if options else ""
+            options.append(_in_unit(kind, quantity, _unit(title, si)))
+    return f"; or say what it is, if so: {' '.join(dict.fromkeys(options))}" if options else ""
+
+
+def _in_unit(kind: Kind, quantity: str, unit: str) -> str:
+    """Return the option for a unit; coordinates of a track have that of the displacement."""
+    return option("units", "displacement" if quantity in ("x", "y") else quantity, unit, kind.prefix)
 
 
 def _unit(title: str, si: str) -> str:
     """Return the unit that a title without one may have: a word such as millis tells its prefix."""
-    prefix = next((p for word, p in (("milli", "m"), ("micro", "u"), ("kilo", "k")) if word in title.lower()), "")
+    usual = "m" if si == "m" else ""
+    prefix = next((p for word, p in (("milli", "m"), ("micro", "u"), ("kilo", "k")) if word in title.lower()), usual)
     return prefix + si
 
 

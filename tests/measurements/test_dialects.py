@@ -199,9 +199,7 @@ def test_headers_that_lack_something_are_one_line(
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "unit", ["px", "pixel", "pixels", "pt", "pica", "didot", "counts", "a.u.", "au", "parsec", "frames"]
-)
+@pytest.mark.parametrize("unit", ["pt", "pica", "didot", "counts", "a.u.", "au", "parsec", "frames"])
 def test_a_displacement_in_no_length_is_refused_and_other_columns_are_not(unit: str, tmp_path: Path) -> None:
     body = rows(written=lambda t, u, i, k: [t, u, i, "1"])
     path = write(tmp_path / "record.csv", f"time_s,voltage_V,current_A,displacement_{unit}\n{body}")
