@@ -257,6 +257,7 @@ def _by_unit(place: int, title: str, unit: str, quantities: Quantities, rank: in
 def _plain(title: str) -> str:
     """Return a title with plain minus signs and primes, without quotation marks."""
     title = title.strip().strip('"').strip() if title.count('"') > 1 else title.strip()
+    title = title.replace("{", "[").replace("}", "]")
     for written, sign in (("\u2212", "-"), ("\u2013", "-"), ("\u2019", "'"), ("\u2032", "'"), ("\u2033", "''")):
         title = title.replace(written, sign)
     return title

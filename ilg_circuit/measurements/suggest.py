@@ -29,6 +29,8 @@ _HINTS = {
     "stress": re.compile(r"stre|span|sig|mpa|kpa", re.IGNORECASE),
     "force": re.compile(r"for|kraft|load|last", re.IGNORECASE),
 }
+#: A current by area is none.
+_DENSITY = re.compile(r"dens|dichte|/ ?[cm]?m(?:2|\^2|\u00b2)", re.IGNORECASE)
 
 
 def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequence[str]) -> str:
@@ -61,7 +63,8 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
         if title is None:
             return ""
         titles.remove(title)
-        options.append(option("columns", quantity, title, kind.prefix))
+        shown = title if title.isprintable() else str([t.strip() for t in layout.titles].index(title) + 1)
+        options.append(option("columns", quantity, shown, kind.prefix))
         if si and not named_unit(title, si):
             options.append(_in_unit(kind, quantity, _unit(title, si)))
     return f"; or say what it is, if so: {' '.join(dict.fromkeys(options))}" if options else ""
@@ -91,6 +94,8 @@ def _likely(quantity: str, si: str, titles: Sequence[str]) -> str | None:
     hint = _HINTS.get(quantity)
 
     def worth(title: str) -> int:
+        if quantity == "current" and _DENSITY.search(title[:100]):
+            return -1
         readable, other = named_unit(title, si) is not None and bool(si), named_unit(title, None) is not None
         return (4 if readable else -8 if other else 0) + (3 if hint and hint.search(title[:100]) else 0)
 
