@@ -21,6 +21,7 @@ import numpy as np
 from figure import Figure
 from sets import (
     CORRELATED,
+    FILMED,
     LEVELS,
     SPECTRA,
     STEPS,
@@ -29,6 +30,8 @@ from sets import (
     correlated_trial,
     displacement_trial,
     displacement_truth,
+    filmed_trial,
+    filmed_truth,
     level_trial,
     spectrum_trial,
     step_trial,
@@ -75,6 +78,7 @@ GROUPS = {
     "levels, onset stated": Group(tuple(LEVELS), level_trial, _truths(LEVELS)),
     "displacement": Group(("d(s)",), displacement_trial, _displacement),
     "displacement, onset stated": Group(("d(s)",), partial(displacement_trial, given=True), _displacement),
+    "camera": Group(tuple(FILMED), filmed_trial, filmed_truth, (0.93, 1.0)),
     "autocorrelated, onset stated": Group(tuple(CORRELATED), correlated_trial, _truths(CORRELATED), (0.90, 0.97)),
 }
 

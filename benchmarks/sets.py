@@ -20,6 +20,7 @@ from ilg_circuit.identification.motion import Motion
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.table import Table
+from ilg_circuit.measurements.track import Track, with_track
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_port
 from ilg_circuit.strip.models import electrical_model
@@ -268,5 +269,43 @@ def displacement_trial(_: str, *, given: bool = False) -> Trial:
         columns["displacement"] = moved + drift + random.uniform(-1.0, 1.0) * span + noise
         record = prepare(Table(columns, "synthetic.csv"), clock.onset if given else None)
         return Drawn(intervals_of(identify(record, model="rc", base=PAPER, engine="exact")), clock.fraction)
+
+    return trial
+
+
+#: A camera beside a potentiostat: rest and record [s], readings a second of both, how late its clock reads [s], its
+#: rate, and what the drive is.
+FILMED_REST, FILMED_TIME, FILMED_RATES, FILMED_LATE, FILMED_RATE = 10.0, 90.0, (10.0, 25.0), 0.37, 1.002
+#: As `FRACTIONS`; no jump lies at a reading, where it would be read before or behind it.
+FILMED_FRACTIONS = (0.05, 0.5, 0.95)
+FILMED = {"step": PiecewiseLinear.step(MOVED_STEP), "square": PiecewiseLinear.square(0.0, MOVED_STEP, 30.0, 90.0)}
+
+
+def filmed_truth(model: str) -> dict[str, float]:
+    rate = {} if model == "step" else {"displacement_clock_rate": FILMED_RATE}
+    return {**displacement_truth(), "displacement_delay": FILMED_LATE, **rate}
+
+
+def filmed_trial(model: str) -> Trial:
+    """The paper's strip filmed at 25 Hz by a camera whose clock reads 0.37 s more, its voltage and current at 10 Hz.
+
+    Under a square wave that clock also goes faster by 0.2 %. The film begins 5 to 8 s before the voltage.
+    """
+    coupling = np.array(list(displacement_truth().values()))
+    port, motion, volts = lumped_port(PAPER), Motion(PAPER, "static", "exact"), FILMED[model]
+    count, resting = (int(FILMED_RATES[0] * length) for length in (FILMED_TIME, FILMED_REST))
+    rate = filmed_truth(model).get("displacement_clock_rate", 1.0)
+
+    def trial(k: int) -> Drawn:
+        random = random_of(f"filmed {model}", k)
+        clock = Clock.of(count, resting, 1 / FILMED_RATES[0], FILMED_FRACTIONS[k % len(FILMED_FRACTIONS)])
+        record = prepare(Table(_columns(port, clock, volts, 0.002, random), "current.csv"))
+        t = np.arange(-random.uniform(5.0, 8.0), FILMED_TIME - 1.0, 1 / FILMED_RATES[1])
+        moved = np.zeros(len(t))
+        moved[t >= 0] = motion.displacements(volts, t[t >= 0], coupling[None])[0]
+        moved += MOVED_NOISE * float(np.ptp(moved)) * noise_of(random, len(t)) + 1e-3 * random.uniform(-1.0, 1.0)
+        film = Track("camera.csv", clock.onset + FILMED_LATE + rate * t, moved)
+        found = identify(with_track(record, film), model="rc", base=PAPER, engine="exact")
+        return Drawn(intervals_of(found), clock.fraction)
 
     return trial

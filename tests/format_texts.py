@@ -7,9 +7,10 @@ from collections.abc import Callable
 import instrument_texts
 import record_texts
 import spectrum_texts
+from track_texts import TRACKS
 
 from ilg_circuit.measurements.formats import BINARIES, FORMATS, Format
-from ilg_circuit.measurements.kind import LOAD_TEST, RECORD, SPECTRUM, Kind
+from ilg_circuit.measurements.kind import LOAD_TEST, RECORD, SPECTRUM, TRACK, Kind
 
 Texts = dict[str, Callable[[], str]]
 
@@ -29,10 +30,13 @@ TEXTS: dict[str, Texts] = {
     RECORD.name: {**record_texts.FORMATS, **texts(instrument_texts.STEPS)},
     SPECTRUM.name: {**spectrum_texts.FORMATS, **texts(instrument_texts.SPECTRA)},
     LOAD_TEST.name: {"CSV": load_test},
+    TRACK.name: {name: text for name, (text, _) in TRACKS.items() if not name.startswith("CSV")},
 }
 
 #: Every format with every kind of data that its files may hold.
-PAIRS: tuple[tuple[Format, Kind], ...] = tuple((f, kind) for f in FORMATS for kind in f.KINDS)
+PAIRS: tuple[tuple[Format, Kind], ...] = tuple(
+    (f, kind) for f in FORMATS for kind in f.KINDS if kind != TRACK or f is not FORMATS[-1]
+)
 
 
 def examples(format_: Format, kind: Kind) -> Texts:

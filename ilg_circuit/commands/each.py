@@ -21,6 +21,8 @@ def fit_each(context: click.Context, data: tuple[Path, ...], options: dict[str, 
 
     if options.pop("own"):
         raise InputError("--own is for files that are fitted together; with --each all parameters are a file's own")
+    if options.pop("displacement"):
+        raise InputError("--displacement is for files that are fitted together, not for --each")
     verbose = options.pop("verbose")
     written = outputs(options) | {"--table": options.pop("table")}
     if written.pop("--out"):

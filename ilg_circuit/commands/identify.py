@@ -11,46 +11,69 @@ from ..errors import InputError
 from ..front.each_file import by_file
 from .each import fit_each
 from .emit import emit, say
-from .options import (
-    ModelOption,
-    engine_option,
-    output_options,
-    outputs,
-    reading_options,
-    sizes,
-    strip_options,
-)
+from .help import argument, group
+from .options import displacement_options, fit_options, output_options, outputs, reading_options, sizes, strip_options
 from .paths import FILE, FOLDER, LOG, PARAMETERS, STRIP, LongCommand, forced, forcing
 from .progress import ProgressBar
 
 
-@click.command(cls=LongCommand)
-@click.argument("data", type=FILE, nargs=-1, required=True)
-@click.option("--actuator", help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.")
-@strip_options(required=False)
-@click.option("--model", cls=ModelOption, default="auto")
-@click.option("--electrode-resistance", help="Held, such as 2ohm; fit: nonlinear models.  [default: the actuator's]")
-@click.option("--own", multiple=True, help="A parameter that each of several files has for itself; may be repeated.")
-@click.option("--bias", multiple=True, help="Of spectra: 1V, or FILE=1V for one of them.")
-@click.option("--onset", multiple=True, help="When the voltage began: 4s, last-rest or first-level; or FILE=4s.")
-@click.option("--displacement-delay", default="0s", help="How much later the camera's clock reads: 0.1s, or fit.")
-@reading_options
-@click.option("--until", help="Fit records up to this time after the onset, such as 16s.  [default: all]")
-@engine_option
-@click.option(
-    "--intervals",
-    type=click.Choice(["covariance", "bootstrap", "profile", "mcmc", "autoregression"]),
-    default="covariance",
-    help="How 95 % intervals are made; covariance: by an autoregression where residuals are autocorrelated.",
+@click.command(
+    cls=LongCommand,
+    examples=(
+        "identify step.csv --length 35mm --free-length 30mm --width 5mm --thickness 0.5mm",
+        "identify current.csv --displacement camera.csv --scale 0.042mm/px --actuator strip.toml --out fitted.toml",
+        "identify monday.csv tuesday.csv --each --actuator strip.toml --table all.csv",
+    ),
 )
+@group("Input", argument("data", "Files of measurements.", type=FILE, nargs=-1, required=True))
+@group(
+    "Strip",
+    click.option(
+        "--actuator",
+        metavar="STRIP",
+        help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.",
+    ),
+)
+@strip_options(required=False)
+@fit_options
+@group(
+    "Model",
+    click.option(
+        "--own",
+        multiple=True,
+        metavar="NAME",
+        help="A parameter that each file is given its own value of (others are shared by all files); may be repeated.",
+    ),
+    click.option("--bias", multiple=True, metavar="VOLTAGE", help="Of spectra: 1V, or FILE=1V for one of them."),
+    click.option(
+        "--onset",
+        multiple=True,
+        metavar="TIME",
+        help="When the voltage began: 4s, last-rest or first-level; or FILE=4s.",
+    ),
+    click.option(
+        "--intervals",
+        type=click.Choice(["covariance", "bootstrap", "profile", "mcmc", "autoregression"]),
+        default="covariance",
+        help="How 95 % intervals are made; covariance: by an autoregression where residuals are autocorrelated.",
+    ),
+)
+@displacement_options
+@reading_options
 @output_options("TOML file for the fitted actuator.", "Picture of data, fit and residuals (.png, .pdf, .svg).", STRIP)
-@click.option("--table", type=PARAMETERS, help="Table of the parameters (.tex, .csv, .md).")
-@click.option("--folder", type=FOLDER, help="Folder with all of it.  [default: step.fit/, without the above]")
+@group(
+    "Output",
+    click.option("--table", type=PARAMETERS, help="Table of the parameters (.tex, .csv, .md)."),
+    click.option("--folder", type=FOLDER, help="Folder with all of it.  [default: step.fit/, without the above]"),
+    click.option("-v", "--verbose", is_flag=True, help="Print everything."),
+)
 @forcing("Let --out replace the file of the actuator, and --folder any folder.")
-@click.option("-v", "--verbose", is_flag=True, help="Print everything.")
-@click.option("--each", is_flag=True, help="Fit every file by itself: one table, a folder each.")
-@click.option("--jobs", type=int, help="With --each: processes.  [default: one a core]")
-@click.option("--log", type=LOG, help="With --each: file to which a line a file is appended.")
+@group(
+    "Many files",
+    click.option("--each", is_flag=True, help="Fit every file by itself: one table, a folder each."),
+    click.option("--jobs", type=int, metavar="N", help="With --each: processes.  [default: one a core]"),
+    click.option("--log", type=LOG, help="With --each: file to which a line a file is appended."),
+)
 @click.pass_context
 def identify(context: click.Context, /, data: tuple[Path, ...], each: bool, **options: Any) -> None:
     """Fit a strip to measured steps, waveforms and impedance spectra.
@@ -88,6 +111,7 @@ def fit_together(context: click.Context, data: tuple[Path, ...], options: dict[s
     folder = written["--folder"]
     if folder is not None:
         require_own(folder, data, force=force)
+    films = options["displacement"] = list(options["displacement"]) or None
     with ProgressBar("evaluation", doing="fitting") as bar:
         result = fit(list(data), actuator, progress=bar.count, **options)
     if all(d.quantity == "impedance" for d in result.port.data) and given(context, "engine"):
@@ -96,7 +120,7 @@ def fit_together(context: click.Context, data: tuple[Path, ...], options: dict[s
     emit(
         result,
         written,
-        inputs=(*data, actuator),
+        inputs=(*data, *(films or ()), actuator),
         seed=result.seed,
         writers={
             "--out": write_actuator,

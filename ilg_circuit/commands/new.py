@@ -8,15 +8,25 @@ from typing import Any
 import click
 
 from .emit import say
+from .help import argument, group
 from .options import strip_options
 from .paths import STRIP, Command
 
 
-@click.command(cls=Command)
-@click.argument("file", type=STRIP)
+@click.command(
+    cls=Command,
+    examples=(
+        "new strip.toml --length 35mm --free-length 30mm --width 5mm --thickness 0.5mm",
+        "new long.toml --length 50mm --free-length 45mm --width 5mm --thickness 0.4mm --youngs-modulus 7.6kPa",
+    ),
+)
+@group("Output", argument("file", "TOML file to write.", type=STRIP))
 @strip_options(required=True)
-@click.option("--name", help="The strip's name.  [default: that of the file]")
-@click.option("--force", is_flag=True, help="Replace a file that is there.")
+@group(
+    "Output",
+    click.option("--name", metavar="NAME", help="The strip's name.  [default: that of the file]"),
+    click.option("--force", is_flag=True, help="Replace a file that is there."),
+)
 def new(file: Path, force: bool, **options: Any) -> None:
     """Write the file of a strip from its sizes; identify fits the rest.
 

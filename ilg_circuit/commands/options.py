@@ -13,11 +13,10 @@ from ..errors import InputError
 from ..simulation.drives import DRIVES
 from ..units import parse, si
 from .help import argument, group
-from .paths import JSON, PAGE, PICTURE, TABLE, OutputFile
+from .paths import FILE, JSON, PAGE, PICTURE, TABLE, OutputFile
 
 if TYPE_CHECKING:
     from ..arrays import Array
-    from ..measurements.said import Said
 
 
 class _Number(click.types.FloatParamType):
@@ -100,6 +99,19 @@ run_options = _together(
     load_option,
 )
 
+
+class ModelOption(click.Option):
+    """An option for an electrical model; its help names those of the registry, which is read when help is shown."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        from ..strip.models import MODELS, model_names
+
+        plain = ", ".join(MODELS)
+        added = ", ".join(dict.fromkeys(f"+{name.split('+')[1]}" for name in model_names() if "+" in name))
+        self.help = f"{plain}; {added}; auto."
+        return super().get_help_record(ctx)
+
+
 _SIZES = {
     "length": "Total length of the strip, such as 35mm.",
     "free-length": "From the clamp to the tip, such as 30mm.",
@@ -116,15 +128,36 @@ _KNOWN = {
 
 def strip_options(*, required: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """The options for a strip's sizes, which may be ``required``, and what else no fit gives; see `sizes`."""
-    return _together(
-        *(click.option(f"--{name}", required=required, help=text) for name, text in _SIZES.items()),
-        *(click.option(f"--{name}", help=text) for name, text in _KNOWN.items()),
+    return group(
+        "Strip",
+        *(click.option(f"--{name}", required=required, metavar="LENGTH", help=text) for name, text in _SIZES.items()),
+        *(click.option(f"--{name}", metavar="QUANTITY", help=text) for name, text in _KNOWN.items()),
         click.option(
             "--orientation",
             type=click.Choice(["weightless", "hanging", "horizontal"]),
             help="How it is held against gravity.",
         ),
     )
+
+
+#: The circuit that is fitted, and by what.
+fit_options = _together(
+    group(
+        "Model",
+        click.option("--model", cls=ModelOption, default="auto", metavar="MODEL"),
+        click.option(
+            "--electrode-resistance",
+            metavar="RESISTANCE",
+            help="Held, such as 2ohm; fit: nonlinear models.  [default: the strip's]",
+        ),
+        click.option(
+            "--until",
+            metavar="TIME",
+            help="Fit records up to this time after the onset, such as 16s.  [default: all]",
+        ),
+    ),
+    engine_option,
+)
 
 
 def sizes(options: dict[str, Any]) -> dict[str, str | None]:
@@ -144,21 +177,38 @@ reading_options = group(
     click.option(
         "--units", multiple=True, metavar="NAME=UNIT", help="The unit of a quantity, such as time=s; may be repeated."
     ),
-    click.option("--part", type=int, metavar="N", help="Which of several measurements in a file, from 1."),
+    click.option(
+        "--part",
+        metavar="PART",
+        help="Which of several measurements in a file, from 1; or the point that a camera tracked.",
+    ),
     click.option("--cycle", type=int, metavar="N", help="Which cycle of a record."),
 )
 
 
-def said(options: dict[str, Any]) -> Said:
-    """Return what `reading_options` say (and --length, --section); ``options`` lose them."""
-    from ..measurements.said import said_of
-
-    def size(name: str, unit: str) -> float | None:
-        text = options.pop(name, None)
-        return parse(text, unit, f"--{name}") if text else None
-
-    columns, units, part, cycle = (options.pop(name) for name in ("columns", "units", "part", "cycle"))
-    return said_of(columns, units, part, cycle, size("length", "m"), size("section", "m^2"))
+#: The displacement in files of its own.
+displacement_options = group(
+    "Displacement",
+    click.option(
+        "--displacement",
+        multiple=True,
+        type=FILE,
+        help="The displacement in a file of its own, for each DATA; may be repeated.",
+    ),
+    click.option(
+        "--displacement-delay",
+        metavar="TIME",
+        help="How much later its clock reads: 0.1s, or fit.  [default: fit with --displacement, else 0s]",
+    ),
+    click.option("--scale", metavar="SCALE", help="Size of a camera's pixel: 0.042mm/px, or 23.8px/mm."),
+    click.option("--fps", type=NUMBER, metavar="RATE", help="Frames a second, where a camera's file has no times."),
+    click.option(
+        "--axis",
+        metavar="AXIS",
+        help="Direction of the displacement of a point: x, y, -x, -y or an angle from x to y.  "
+        "[default: in which it moves most]",
+    ),
+)
 
 
 #: When a run is sampled; `sampled` reads them.
@@ -184,18 +234,6 @@ def result_options(plot: str) -> Callable[[Callable[..., Any]], Callable[..., An
         click.option("--plot", type=PICTURE, help=plot),
         click.option("--report", type=PAGE, help="HTML page to write, with all results."),
     )
-
-
-class ModelOption(click.Option):
-    """An option for an electrical model; its help names those of the registry, which is read when help is shown."""
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        from ..strip.models import MODELS, model_names
-
-        plain = ", ".join(MODELS)
-        added = ", ".join(dict.fromkeys(f"+{name.split('+')[1]}" for name in model_names() if "+" in name))
-        self.help = f"{plain}; {added}; auto."
-        return super().get_help_record(ctx)
 
 
 def outputs(options: dict[str, Any]) -> dict[str, Path | None]:

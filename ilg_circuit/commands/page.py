@@ -7,18 +7,28 @@ from pathlib import Path
 import click
 
 from .emit import origin, say
-from .options import beam_option
+from .help import group
+from .options import actuator_argument, beam_option
 from .paths import PAGE, Command
 
 
-@click.command(cls=Command)
-@click.argument("actuator")
-@click.option(
-    "--drive", default="step:4V", help="At first: step:4V, square:4V,30s[,duty], sine:2V,0.1Hz or triangle:4V,30s."
+@click.command(
+    cls=Command,
+    examples=("page paper --out strip.html", "page strip.toml --drive square:4V,30s --duration 120s --out strip.html"),
 )
-@click.option("--duration", default="300s", help="How long, such as 300s.")
+@actuator_argument
+@group(
+    "Drive",
+    click.option(
+        "--drive",
+        default="step:4V",
+        metavar="DRIVE",
+        help="At first: step:4V, square:4V,30s[,duty] (30 s is the period), sine:2V,0.1Hz or triangle:4V,30s.",
+    ),
+    click.option("--duration", default="300s", metavar="TIME", help="How long, such as 300s."),
+)
 @beam_option
-@click.option("--out", type=PAGE, required=True, help="One HTML file, which needs no network.")
+@group("Output", click.option("--out", type=PAGE, required=True, help="One HTML file, which needs no network."))
 def page(actuator: str, drive: str, duration: str, beam: str | None, out: Path) -> None:
     """Write the strip as a page for any browser: sliders, and ngspice in the page."""
     from ..front.pages import page as write

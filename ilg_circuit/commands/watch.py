@@ -8,29 +8,54 @@ from typing import Any
 import click
 
 from .emit import emit, origin, say
-from .options import ModelOption, engine_option, outputs, reading_options, result_options, sizes, strip_options
-from .paths import FILE, FOLDER, LOG, PARAMETERS, LongCommand, forced, forcing
+from .help import argument, group
+from .options import fit_options, outputs, reading_options, result_options, sizes, strip_options
+from .paths import ANY_FOLDER, FOLDER, LOG, PARAMETERS, LongCommand, forced, forcing
 
 
-@click.command(cls=LongCommand)
-@click.argument("folder", type=FILE)
-@click.option("--pattern", default="*", help="Names of the files that are measurements, such as '*.csv'.")
-@click.option("--settle", default="2s", help="A file is taken when it has not changed for so long.")
-@click.option("--idle", help="End when no file has changed for so long.  [default: go on until Ctrl-C]")
-@click.option("--actuator", help="The strip that is measured. TOML file or preset.")
+@click.command(
+    cls=LongCommand,
+    examples=(
+        "watch measurements --actuator strip.toml --model rc2",
+        "watch measurements --pattern '*.mpt' --settle 5s --idle 10min --table all.csv",
+    ),
+)
+@group(
+    "Input",
+    argument("folder", "Folder into which an instrument writes.", type=ANY_FOLDER),
+    click.option(
+        "--pattern",
+        default="*",
+        metavar="PATTERN",
+        help="Names of the files that are measurements, such as '*.csv'.",
+    ),
+    click.option("--settle", default="2s", metavar="TIME", help="A file is taken when it has not changed for so long."),
+    click.option(
+        "--idle",
+        metavar="TIME",
+        help="End when no file has changed for so long.  [default: go on until Ctrl-C]",
+    ),
+)
+@group("Strip", click.option("--actuator", metavar="STRIP", help="The strip that is measured. TOML file or preset."))
 @strip_options(required=False)
-@click.option("--model", cls=ModelOption, default="auto")
-@click.option("--electrode-resistance", help="Held, such as 2ohm; fit: nonlinear models.  [default: the actuator's]")
-@click.option("--bias", help="Of spectra, such as 1V.")
-@click.option("--onset", help="When the voltage began: 4s, last-rest or first-level.")
+@fit_options
+@group(
+    "Model",
+    click.option("--bias", metavar="VOLTAGE", help="Of spectra, such as 1V."),
+    click.option("--onset", metavar="TIME", help="When the voltage began: 4s, last-rest or first-level."),
+)
 @reading_options
-@click.option("--until", help="Fit records up to this time after the onset, such as 16s.  [default: all]")
-@engine_option
-@click.option("--into", type=FOLDER, help="Folder for the fits and their table.  [default: each.fit in FOLDER]")
-@click.option("--table", type=PARAMETERS, help="Table at the end, too (.csv, .tex, .md).")
+@group(
+    "Output",
+    click.option("--into", type=FOLDER, help="Folder for the fits and their table.  [default: each.fit in FOLDER]"),
+    click.option("--table", type=PARAMETERS, help="Table at the end, too (.csv, .tex, .md)."),
+)
 @result_options("Picture at the end: parameters over the files.")
-@click.option("--jobs", type=int, help="Processes.  [default: one a core]")
-@click.option("--log", type=LOG, help="File to which a line a file is appended.")
+@group(
+    "Many files",
+    click.option("--jobs", type=int, metavar="N", help="Processes.  [default: one a core]"),
+    click.option("--log", type=LOG, help="File to which a line a file is appended."),
+)
 @forcing("Let --into be any folder.")
 @click.pass_context
 def watch(context: click.Context, /, folder: Path, **options: Any) -> None:

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ..arrays import Array, Mask
-from ..errors import IlgError
+from ..errors import IlgError, SolveError
 from .fitting import fit
 from .problem import Problem
 from .result import FitResult
@@ -236,6 +236,8 @@ class _Trial:
     @property
     def table(self) -> tuple[Array, Array, Array]:
         places = sorted(self._places)
+        if not places:
+            raise SolveError("the model cannot be fitted wherever an onset or a clock is taken to lie")
         deviance = np.array([self._places[x][0] for x in places])
         least = float(deviance.min())
         # in units of the variance at the best place

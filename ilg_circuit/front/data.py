@@ -18,6 +18,7 @@ from ..measurements.read import read_load_test
 from ..measurements.record import Record
 from ..measurements.said import NOTHING, Said, said_of
 from ..measurements.spectrum import Spectrum
+from ..measurements.track import Track, beside, read_track, track_data
 from ..units import si
 from .each_file import values_of
 
@@ -47,10 +48,14 @@ def read(
     onset: Stated | str = None,
     columns: Mapping[str, str] | Iterable[str] = (),
     units: Mapping[str, str] | Iterable[str] = (),
-    part: int | None = None,
+    part: int | str | None = None,
     cycle: int | None = None,
     length: str | float | None = None,
     section: str | float | None = None,
+    displacement: Any = None,
+    scale: str | float | None = None,
+    fps: float | None = None,
+    axis: str | None = None,
     **arrays: ArrayLike,
 ) -> Any:
     """Return measured data, ready for a fit: one set, or a list where several are given.
@@ -68,14 +73,25 @@ def read(
         Titles of columns by quantity, where headers do not tell: ``{"voltage": "Potential (V)"}``.
     units : mapping of str to str, optional
         Units by quantity, likewise: ``{"time": "s"}``.
-    part : int, optional
-        Which of several measurements in a file, from 1.
+    part : int or str, optional
+        Which of several measurements in a file, from 1; or the name of the point that a camera's file tracks.
     cycle : int, optional
         Which cycle of a record.
     length : float or str, optional
         Free length of a load test's specimen [m], where a displacement was measured.
     section : float or str, optional
         Its undeformed section [m^2], where a force was measured.
+    displacement : str, Path, DataFrame, mapping, tuple of two arrays, or list of these; optional
+        The displacement of each record, on a clock of its own: a file, columns by header, or times [s] and
+        values [m]. What ``columns`` and ``units`` say of ``displacement.time`` is said of it. With arrays by keyword
+        it may also be one of them.
+    scale : str or float, optional
+        Size of a camera's pixel: "0.042mm/px", "23.8px/mm", or metres.
+    fps : float, optional
+        Frames a second, where a camera's file has frames and no times.
+    axis : str, optional
+        Direction of the displacement of a point with x and y: "x", "y", "-x", "-y" or an angle from x to y such as
+        "30deg" (default: that in which it moves most, which is said in a finding).
     **arrays : array_like
         Arrays (n,) in SI units in place of ``data``: ``time``, ``voltage``, ``current``, ``displacement``, ``force``,
         ``charge``; or ``frequency`` and complex ``impedance``; or ``stretch`` and ``stress``.
@@ -100,6 +116,7 @@ def read(
     >>> record.step
     4.0
     """
+    arrays, displacement = one_of(arrays, displacement)
     if bool(data) == bool(arrays):
         raise InputError("give paths, a data frame or columns; or arrays by keyword, such as time=, voltage=, current=")
     at = onset_of(onset)
@@ -111,25 +128,35 @@ def read(
         cycle,
         None if length is None else si(length, "m", argument("length")),
         None if section is None else si(section, "m^2", argument("section")),
+        scale=scale,
+        rate=fps,
+        axis=axis,
     )
-    found = [
-        _read(source, mode, at, said, f"data {k + 1}" if len(sources) > 1 else "data")
-        for k, source in enumerate(sources)
-    ]
+    own = said if displacement is None else said.of_data
+    found = [_read(s, mode, at, own, f"data {k + 1}" if len(sources) > 1 else "data") for k, s in enumerate(sources)]
+    if displacement is not None:
+        found = beside(found, _tracks(displacement, said.of_track))
     return found if len(found) > 1 else found[0]
 
 
 def sets_of(
-    data: Source | Sequence[Source], onset: Stated | str | Mapping[str, Stated | str] = None, said: Said = NOTHING
+    data: Source | Sequence[Source],
+    onset: Stated | str | Mapping[str, Stated | str] = None,
+    said: Said = NOTHING,
+    displacement: Any = None,
 ) -> list[Measured]:
-    """Return the sets of data of one source or of several, read where they are not; ``onset`` may be by file."""
+    """Return the sets of data of one source or of several, read where they are not; ``onset`` may be by file.
+
+    A ``displacement`` of its own, or a list of them, is set beside the records.
+    """
     several = list(data) if isinstance(data, list | tuple) else [data]
     if not several:
         raise InputError("no data were given; give paths, data frames, or what ilg.read returned")
     onsets = values_of(onset, several, "onset") if isinstance(onset, Mapping) else [onset] * len(several)
-    begun = [onset_of(each) for each in onsets]
     names = [f"data {k + 1}" if len(several) > 1 else "data" for k in range(len(several))]
-    return [_read(source, None, at, said, name) for source, at, name in zip(several, begun, names, strict=True)]
+    own = said if displacement is None else said.of_data
+    found = [_read(s, None, onset_of(at), own, name) for s, at, name in zip(several, onsets, names, strict=True)]
+    return found if displacement is None else beside(found, _tracks(displacement, said.of_track))
 
 
 def onset_of(given: Stated | str) -> Stated:
@@ -142,6 +169,38 @@ def onset_of(given: Stated | str) -> Stated:
     if given.replace("-", "").isalpha():
         raise InputError(f"{argument('onset', given)}: write a time such as 4s, or last-rest or first-level")
     return si(given, "s", argument("onset"))
+
+
+def one_of(arrays: Mapping[str, ArrayLike], displacement: Any) -> tuple[dict[str, ArrayLike], Any]:
+    """Return arrays by keyword with a ``displacement`` that is one of them, or apart from one of its own times."""
+    if not arrays or displacement is None or _of_its_own(displacement):
+        return dict(arrays), displacement
+    return {**arrays, "displacement": displacement}, None
+
+
+def _of_its_own(displacement: Any) -> bool:
+    """Tell whether a displacement has times of its own: a path, columns, or two rows; not one row of numbers."""
+    if isinstance(displacement, str | Path | Mapping) or hasattr(displacement, "columns"):
+        return True
+    several = isinstance(displacement, list | tuple) and len(displacement) > 0
+    return several and not np.isscalar(displacement[0])
+
+
+def _tracks(displacement: Any, said: Said) -> list[Track]:
+    """Return the tracks of one displacement or of a list of them."""
+    several = displacement if isinstance(displacement, list) else [displacement]
+    return [
+        _track(each, f"displacement {k + 1}" if len(several) > 1 else "displacement", said)
+        for k, each in enumerate(several)
+    ]
+
+
+def _track(given: Any, name: str, said: Said) -> Track:
+    if isinstance(given, str | Path):
+        return read_track(given, said)
+    if isinstance(given, tuple) and len(given) == 2:
+        given = {"time_s": given[0], "displacement_m": given[1]}
+    return track_data(_columns(given), name, said)
 
 
 def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
@@ -166,11 +225,15 @@ def _read(source: Source, mode: str | None, onset: Stated, said: Said, name: str
         return source
     if isinstance(source, str | Path):
         return read_file(source, onset=onset, said=said) if mode is None else read_load_test(source, mode, said)
+    return read_data(_columns(source), name, mode=mode, onset=onset, said=said)
+
+
+def _columns(source: Any) -> dict[str, ArrayLike]:
+    """Return the columns of a data frame or a mapping. Raises InputError for what is none."""
     titles = getattr(source, "columns", source)
     try:
-        columns = {str(title): source[title] for title in titles}
+        return {str(title): source[title] for title in titles}
     except (TypeError, KeyError, IndexError):
         raise InputError(
             f"data are a path, a data frame or columns by header, such as time_s; not {type(source).__name__}"
         ) from None
-    return read_data(columns, name, mode=mode, onset=onset, said=said)

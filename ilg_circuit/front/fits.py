@@ -18,7 +18,7 @@ from ..measurements.onset import Stated
 from ..measurements.said import said_of
 from ..measurements.spectrum import Spectrum
 from ..strip.specimen import Specimen
-from .data import Source, by_header, read, sets_of
+from .data import Source, by_header, one_of, read, sets_of
 from .each_file import values_of
 from .given import Given, Strip, quantity
 from .strips import measured_strip
@@ -33,14 +33,14 @@ def identify(
     electrode_resistance: Given | Literal["fit"] | None = None,
     bias: Given | Sequence[Given] | Mapping[str, Given] | None = None,
     until: Given | None = None,
-    displacement_delay: Given | Literal["fit"] = 0.0,
+    displacement_delay: Given | Literal["fit"] | None = None,
     own: Sequence[str] = (),
     engine: str = "ngspice",
     intervals: str = "covariance",
     weighting: Literal["modulus", "unit"] = "modulus",
     columns: Mapping[str, str] | Iterable[str] = (),
     units: Mapping[str, str] | Iterable[str] = (),
-    part: int | None = None,
+    part: int | str | None = None,
     cycle: int | None = None,
     length: Given | None = None,
     free_length: Given | None = None,
@@ -52,6 +52,10 @@ def identify(
     bending_stiffness: Given | None = None,
     orientation: str | None = None,
     progress: Any = None,
+    displacement: Any = None,
+    scale: Given | None = None,
+    fps: float | None = None,
+    axis: str | None = None,
     **arrays: ArrayLike,
 ) -> Identification:
     """Return the circuit and the coupling of a strip, fitted to measurements, with errors, intervals and findings.
@@ -75,8 +79,9 @@ def identify(
         Bias [V] of a spectrum, or of each set of data, or by the name of a file as with ``onset``.
     until : float or str, optional
         Time [s] since the onset up to which records are fitted.
-    displacement_delay : float or str
-        How much later [s] the displacement's clock reads, or "fit".
+    displacement_delay : float or str, optional
+        How much later [s] the displacement's clock reads, or "fit" (default: fitted where the displacement is of a
+        file of its own, else 0).
     own : sequence of str
         Parameters that each set of data has for itself.
     engine : {"ngspice", "exact"}
@@ -97,6 +102,14 @@ def identify(
         Likewise.
     progress : callable, optional
         Called after each evaluation.
+    displacement : str, Path, DataFrame, mapping, tuple of two arrays, or list of these; optional
+        The displacement of each record on a clock of its own, see `read`.
+    scale : str or float, optional
+        Size of a camera's pixel, see `read`.
+    fps : float, optional
+        Frames a second, see `read`.
+    axis : str, optional
+        Direction of the displacement, see `read`.
     **arrays : array_like
         Arrays in SI units in place of ``data``, see `read`.
 
@@ -136,7 +149,9 @@ def identify(
         bending_stiffness=bending_stiffness,
         orientation=orientation,
     )
-    given = sets_of(by_header(arrays) if data is None else data, onset, said_of(columns, units, part, cycle))
+    arrays, displacement = one_of(arrays, displacement)
+    said = said_of(columns, units, part, cycle, scale=scale, rate=fps, axis=axis)
+    given = sets_of(by_header(arrays) if data is None else data, onset, said, displacement)
     sets = [each for each in given if not isinstance(each, LoadTest)]
     if len(sets) < len(given):
         raise InputError("a load test says nothing of a circuit; fit it by ilg.ogden, or the command ogden")
@@ -151,7 +166,7 @@ def identify(
         engine=engine,
         intervals=intervals,
         weighting=weighting,
-        displacement_delay="fit" if delay == "fit" else quantity(delay, "s", "displacement_delay"),
+        displacement_delay=delay if delay in (None, "fit") else quantity(delay, "s", "displacement_delay"),
         until=None if until is None else quantity(until, "s", "until"),
         progress=progress,
     )

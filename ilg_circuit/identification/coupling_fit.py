@@ -54,11 +54,12 @@ def fit_coupling(
     actuator: Actuator,
     per_record: frozenset[str],
     progress: Progress = None,
-    delay: float | Literal["fit"] = 0.0,
+    delay: float | Literal["fit"] | None = None,
 ) -> tuple[CouplingFit | None, list[Finding]]:
     """Return the fit of d(s) to all records that have a displacement, and findings on it.
 
-    ``delay`` [s] is the camera's. None where no displacement can be fitted, or all together cannot.
+    ``delay`` [s] is the camera's; by default fitted where it has a clock of its own. None where no displacement can be
+    fitted, or all together cannot.
     """
     fits: list[DisplacementFit] = []
     findings: list[Finding] = []
@@ -66,7 +67,8 @@ def fit_coupling(
         if record.record.displacement is None:
             continue
         try:
-            fits.append(fit_displacement(record, actuator, progress, delay))
+            late = delay if delay is not None else "fit" if record.record.own_clock else 0.0
+            fits.append(fit_displacement(record, actuator, progress, late))
         except IlgError as error:
             findings.append(Finding("displacement-not-fitted", record.source, {"reason": str(error)}))
     fits, against = _of_one_sign(fits)

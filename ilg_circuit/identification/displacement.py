@@ -6,6 +6,7 @@ The window is the longest stretch from the onset that d(s) describes; what lies 
 from __future__ import annotations
 
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -25,9 +26,10 @@ from ..measurements.smoothing import noise_level
 from ..solve.transient import DEFAULT_ACCURACY
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_elements
+from .clock import in_step, likeliest_clock
 from .current import CurrentData
 from .displacement_findings import displacement_findings
-from .motion import COUPLING, DisplacementData, Motion
+from .motion import COUPLING, DisplacementData, Motion, RateOf
 from .outliers import left_out, spikes
 from .port_model import BRACKET
 from .rest import Rest
@@ -122,8 +124,12 @@ def fit_displacement(
     whole record after all where it describes none. The camera's clock is behind by ``delay`` [s], or that is fitted.
     Raises InputError or SolveError where no stretch can be fitted.
     """
+    rate = None
+    if record.record.own_clock:
+        record, rate = in_step(record, delay)
+        delay = "fit" if delay == "fit" else 0.0
     if delay == "fit":
-        search = _likeliest_delay(record, actuator, progress, delay_bounds(record))
+        search = _likeliest_delay(record, actuator, progress, delay_bounds(record), rate)
     else:
         search = _WindowSearch(record, actuator, progress, delay)
     best, bic_gain = search.by_evidence(search.longest())
@@ -131,18 +137,22 @@ def fit_displacement(
 
 
 def _likeliest_delay(
-    record: CurrentData, actuator: Actuator, progress: Progress, delays: tuple[float, float]
+    record: CurrentData, actuator: Actuator, progress: Progress, delays: tuple[float, float], rate: RateOf | None
 ) -> _WindowSearch:
     """Return the search with the one of a few delays that leaves least of the longest stretch."""
-    tried: list[tuple[float, float, _WindowSearch]] = []
-    for delay in np.linspace(*delays, _DELAYS).tolist():
-        search = _WindowSearch(record, actuator, progress, delay, delays)
+    tried: list[tuple[float, float, _Attempt, _WindowSearch]] = []
+    places = np.linspace(*delays, _DELAYS).tolist()
+    for delay in [0.0, *places] if record.record.own_clock else places:
+        search = _WindowSearch(record, actuator, progress, delay, delays, rate)
         with suppress(InputError):
             found = search.longest()
-            tried.append((-found.data.window, found.fit.rmse, search))
+            tried.append((-found.data.window, found.fit.rmse, found, search))
+            if found.described and record.record.own_clock:
+                break  # it was looked for already
     if not tried:
         raise InputError("the displacement does not follow the voltage as the coupling d(s) does, at any delay")
-    return min(tried, key=lambda each: each[:2])[2]
+    *_, found, search = min(tried, key=lambda each: each[:2])
+    return search.at_clock(*likeliest_clock(found.data, found.motion, found.fit)) if found.motion.linear else search
 
 
 def delay_bounds(record: CurrentData) -> tuple[float, float]:
@@ -161,6 +171,7 @@ class _WindowSearch:
         progress: Progress,
         delay: float,
         delays: tuple[float, float] | None = None,
+        rate: RateOf | None = None,
     ) -> None:
         whole = record.record.displacement
         assert whole is not None
@@ -180,15 +191,29 @@ class _WindowSearch:
         measured, source = record.record.voltage, record.source
         self.base = DisplacementData(
             channel, measured, source, record.voltage, end, reference, record.engine,
-            share=record.share, delay=delay, delays=delays,
+            share=record.share, delay=delay, delays=delays, ahead=whole.zero - record.record.onset,
+            clock=rate or RateOf(), tells_rate=rate is not None, own_clock=record.record.own_clock,
         )  # fmt: skip
         self.motions = {beam: Motion(actuator, beam, record.engine) for beam in ("static", "dynamic")}
         self.progress = progress
         self.ratio = lumped_elements(actuator).bending_ratio
         self.after = channel.time[~channel.rest]
-        self.search = CouplingSearch(self.base.since(channel), self.base.drive.from_rest(), self.ratio)
+        self.search = self._coupling_search(self.base)
         self.linear = np.column_stack([np.ones(len(channel.time)), channel.time])
         self.failed: set[tuple[str, float]] = set()
+
+    def at_clock(self, delay: float, clock: RateOf) -> _WindowSearch:
+        """Return the search with another delay and rate of the displacement's clock."""
+        again, delays = copy(self), self.base.delays
+        if delays is not None and self.base.own_clock:  # it is looked for about where it is
+            most = (delays[1] - delays[0]) / 2
+            delays = (delay - most, delay + most)
+        again.base, again.failed = replace(self.base, delay=delay, delays=delays, clock=clock), set()
+        again.search = self._coupling_search(again.base)
+        return again
+
+    def _coupling_search(self, data: DisplacementData) -> CouplingSearch:
+        return CouplingSearch(data.since(data.channel), data.drive.from_rest(), self.ratio)
 
     def longest(self) -> _Attempt:
         """Return a quick fit of the longest stretch that d(s) describes, or of the whole record where there is none.

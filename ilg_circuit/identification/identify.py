@@ -51,6 +51,7 @@ from .observation_fit import (
     misfit_findings,
     observation_fits,
 )
+from .onset import clock_findings
 from .outliers import without_outliers
 from .port_findings import base_findings, port_findings
 from .port_fit import PortFit, on_all_rows
@@ -73,7 +74,7 @@ def identify(
     engine: str = "ngspice",
     intervals: str = "covariance",
     weighting: Weighting = "modulus",
-    displacement_delay: float | Literal["fit"] = 0.0,
+    displacement_delay: float | Literal["fit"] | None = None,
     until: float | None = None,
     progress: Progress = None,
 ) -> Identification:
@@ -103,7 +104,8 @@ def identify(
     weighting
         Of spectra, see `impedance.ImpedanceData`.
     displacement_delay
-        How much later [s] the clock of the displacement reads than the voltage's; "fit" for one more unknown.
+        How much later [s] the clock of the displacement reads than the voltage's; "fit" for one more unknown (default:
+        fitted where the displacement is of a file of its own, else 0).
     until
         Time [s] since the onset up to which records are fitted; later readings are left out of everything.
 
@@ -163,6 +165,7 @@ def identify(
     if len(ports) > 1:
         findings += consistency_findings([r for r in rows if r.quantity != "displacement"], without)
     findings += [*about_coupling, *base_findings(base, coupling)]
+    findings += clock_findings(records, onsets) if coupling is not None else []
     findings += estimated.findings
     area, made = strip.geometry.length * strip.geometry.width, port.port
     resistance = made.high_frequency_resistance

@@ -7,7 +7,7 @@ parameters too; elsewhere the port has no say (physics: the displacement is d(s)
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
@@ -104,13 +104,38 @@ class Motion:
 
 
 @dataclass(frozen=True)
+class RateOf:
+    """How fast a clock goes: ``rate``, its seconds to one of the voltage's clock, about ``pivot`` [s] since the onset.
+
+    There the rate moves no time.
+    """
+
+    rate: float = 1.0
+    pivot: float = 0.0
+
+    def at_onset(self, delay: float) -> tuple[float, RateOf]:
+        """Return the delay [s] and the rate about the onset that are the same as ``delay`` and this one."""
+        return delay - self.pivot * (1 - 1 / self.rate), RateOf(self.rate)
+
+    def times(self, t: Array) -> Array:
+        """Return the times [s] of the voltage's clock at ``t`` [s] of this one."""
+        return self.pivot + (t - self.pivot) / self.rate
+
+    def reading(self, time: float) -> float:
+        """Return what this clock reads at a ``time`` [s] of the voltage's."""
+        return self.pivot + (time - self.pivot) * self.rate
+
+
+@dataclass(frozen=True)
 class DisplacementData:
     """The displacement of a record up to ``window`` [s] since the onset, relative to ``reference`` [m].
 
     ``sign`` is -1 where the camera's axis points away from the anode; with ``drift`` a slow linear one is a term of the
     fit beside the rest position. ``held`` [m/s] is a drift that is taken off before the fit. The onset is taken by
     ``share`` (-0.5 to 0.5) of its bracket from the middle. The camera's clock is behind by ``delay`` [s], which lies
-    within ``delays`` where it is fitted.
+    within ``delays`` where it is fitted; one that is its ``own_clock`` reads ``ahead`` [s] more than the voltage's to
+    begin with, and goes at the rate of ``clock``, which is fitted where the drive may tell it (``tells_rate``).
+    ``loose`` (samples,) is what a small change of the clock's moves, a linear term of the fit.
     """
 
     channel: Channel
@@ -126,6 +151,11 @@ class DisplacementData:
     share: float = 0.0
     delay: float = 0.0
     delays: tuple[float, float] | None = None
+    ahead: float = 0.0
+    clock: RateOf = RateOf()
+    tells_rate: bool = False
+    own_clock: bool = False
+    loose: Array | None = field(default=None, compare=False)
 
     quantity = "displacement"
     unit = "m"
@@ -133,7 +163,12 @@ class DisplacementData:
     @property
     def drive(self) -> PiecewiseLinear:
         """The voltage since the onset."""
-        return self.measured.moved(self.share, self.channel.width)
+        return self.measured.moved(self.share, self._width)
+
+    @property
+    def _width(self) -> float:
+        """Width [s] of what the readings leave open of the voltage's onset."""
+        return float(self.measured.widths[0]) if self.own_clock else self.channel.width
 
     @property
     def bracketed(self) -> bool:
@@ -147,9 +182,18 @@ class DisplacementData:
         """Return the data of a camera whose clock is behind by ``delay`` [s]."""
         return replace(self, delay=delay)
 
+    def at_rate(self, rate: float) -> DisplacementData:
+        """Return the data of a camera whose clock goes at another ``rate``."""
+        return replace(self, clock=replace(self.clock, rate=rate))
+
     def since(self, channel: Channel) -> Array:
         """Return the times [s] of ``channel`` since the onset, on the voltage's clock."""
-        return channel.since(self.share) - self.delay
+        return self.clock.times(channel.since(self.share)) - self.delay
+
+    @property
+    def late(self) -> float:
+        """How much later [s] the displacement's clock reads at the onset."""
+        return self.ahead + self.clock.reading(self.delay) - (self.share * self._width if self.own_clock else 0.0)
 
     @property
     def part(self) -> Channel:
@@ -174,9 +218,10 @@ class DisplacementData:
 
     @property
     def nuisance(self) -> Array:
-        """Linear terms (samples, 1 or 2): rest position, drift."""
+        """Linear terms (samples, 1 to 3): rest position, drift, what is ``loose``."""
         t = self.abscissa
-        return np.column_stack([np.ones(len(t)), t])[:, : 1 + self.drift]
+        known = np.column_stack([np.ones(len(t)), t])[:, : 1 + self.drift]
+        return known if self.loose is None else np.column_stack([known, self.loose])
 
     def observation(
         self,

@@ -23,14 +23,20 @@ from ..fit.observation import Observation
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..measurements.record import Channel
+from .clock import MOST_RATE
+from .current import CurrentData
 from .motion import DisplacementData
 from .observation_fit import ObservationFit
 from .port_model import BRACKET, Measured
 
 #: Data and the unit of their residuals -> the observation that a model predicts.
 Observe = Callable[[Measured, float | Array], Observation]
+#: A place -> the data there.
+At = Callable[[float], Measured]
 #: A delay is profiled within this part of its bounds about where the first fits found it.
 _NEAR = 0.15
+#: Delay and rate are found in turn so often at most; steps of a delay, in intervals between readings, and of a rate.
+_ROUNDS, _DELAY_STEP, _RATE_STEP = 6, 0.1, 1e-4
 #: An onset nearer to the middle than this part of what is admitted is in the middle.
 _MIDDLE = 1e-3
 
@@ -42,6 +48,12 @@ class OnsetProfile:
     source: str
     channel: Channel
     profile: BoundedProfile
+
+    @property
+    def half(self) -> float:
+        """Half of what is admitted of the onset [s]."""
+        low, high = self.profile.admitted
+        return self.channel.width * (high - low) / 2
 
     @property
     def estimate(self) -> Estimate:
@@ -65,29 +77,46 @@ class OnsetProfile:
 
 
 @dataclass(frozen=True, eq=False)
-class DelayProfile:
-    """The profile of the delay [s] of one file's displacement."""
+class ClockProfile:
+    """The profiles of the delay [s] of one file's displacement and, where the data tell it, of its clock's rate.
 
-    source: str
-    profile: BoundedProfile
+    ``onset`` is the half-width [s] of what the readings leave open of the voltage's onset.
+    """
+
+    data: DisplacementData
+    delay: BoundedProfile
+    rate: BoundedProfile | None
+    onset: float
 
     @property
-    def estimate(self) -> Estimate:
-        """The delay [s]; its interval is what the fit leaves open."""
-        low, high = self.profile.admitted
-        return Estimate(self.profile.middle, "s", (high - low) / 3.92, (low, high))
+    def every(self) -> tuple[BoundedProfile, ...]:
+        """The profiles of what the coupling depends on beside the fit: with a rate the delay is a term of the fit."""
+        return (self.delay if self.rate is None else self.rate,)
+
+    @property
+    def estimates(self) -> dict[str, Estimate]:
+        """Delay [s] at the onset and rate; intervals are what the fit, and the readings of the onset, leave open."""
+        low, high = self.delay.admitted
+        middle, errors = self.data.late, np.array([low, high]) - self.delay.middle
+        found = {}
+        if self.rate is not None:
+            ends = self.rate.admitted
+            found["displacement_clock_rate"] = Estimate(self.rate.middle, "", (ends[1] - ends[0]) / 3.92, ends)
+        below, above = (errors + np.array([-self.onset, self.onset])).tolist()
+        delay = Estimate(middle, "s", (above - below) / 3.92, (middle + below, middle + above))
+        return {"displacement_delay": delay, **found}
 
 
 @dataclass(frozen=True)
 class Onsets:
-    """The profiles of all files whose readings leave the onset open, and of delays that were fitted."""
+    """The profiles of all files whose readings leave the onset open, and of clocks that were fitted."""
 
     profiles: tuple[OnsetProfile, ...] = ()
-    delays: tuple[DelayProfile, ...] = ()
+    clocks: tuple[ClockProfile, ...] = ()
 
     @property
     def every(self) -> tuple[BoundedProfile, ...]:
-        return (*(p.profile for p in self.profiles), *(p.profile for p in self.delays))
+        return (*(p.profile for p in self.profiles), *(p for clock in self.clocks for p in clock.every))
 
     def widened(self, fit: FitResult, found: Uncertainties) -> Uncertainties:
         """Return the estimates with what the onsets leave open in every standard error and interval."""
@@ -133,12 +162,13 @@ class Onsets:
         return more
 
     def told(self, row: ObservationFit) -> ObservationFit:
-        """Return a row with the intervals of its onset and delay among its derived quantities."""
-        name, profiles = ("onset", self.profiles) if row.quantity == "current" else ("displacement_delay", self.delays)
-        estimates = {p.source: p.estimate for p in profiles}
-        if row.quantity == "impedance" or row.source not in estimates:
-            return row
-        return replace(row, derived={**row.derived, name: estimates[row.source]})
+        """Return a row with the intervals of its onset, delay and rate among its derived quantities."""
+        told: dict[str, Estimate] = {}
+        if row.quantity == "current":
+            told = next(({"onset": p.estimate} for p in self.profiles if p.source == row.source), told)
+        elif row.quantity == "displacement":
+            told = next((clock.estimates for clock in self.clocks if clock.data.source == row.source), told)
+        return replace(row, derived={**row.derived, **told})
 
     def covariance(self, fit: FitResult) -> Array:
         """Return the covariance (n, n) of the values by onsets anywhere in what is admitted."""
@@ -155,12 +185,10 @@ def _with_share(
     return replace(problem, observations=tuple(observe(d, o.sigma) for d, o in pairs))
 
 
-def _with_delay(problem: Problem, data: Sequence[Measured], k: int, observe: Observe, delay: float) -> Problem:
-    """Return the problem with another delay of the displacement ``k`` of its data."""
-    d = data[k]
-    assert isinstance(d, DisplacementData)
+def _with(problem: Problem, k: int, observe: Observe, at: At, place: float) -> Problem:
+    """Return the problem with observation ``k`` of the data that ``at`` makes of a place."""
     observations = list(problem.observations)
-    observations[k] = observe(d.at_delay(delay), observations[k].sigma)
+    observations[k] = observe(at(place), observations[k].sigma)
     return replace(problem, observations=tuple(observations))
 
 
@@ -186,7 +214,7 @@ def settled(
             continue
 
         at = partial(_with_share, found.problem, tuple(moved), members, observe)
-        telling = [k for k in members if k == members[0] or not structured(found.residuals_of(k))]
+        telling = [k for k in members if k == members[0] or _tells_onset(moved[k], found.residuals_of(k))]
         profile = profile_bounded(found, at, BRACKET, telling, start=current.share, costly=costly)
         low, high = profile.admitted
         if abs(profile.middle - current.share) > _MIDDLE * (high - low):
@@ -194,15 +222,95 @@ def settled(
             found = with_starts(fit_near(at(profile.middle), found.values, progress), found.starts)
             profile = profile.knowing(profile.middle, found.coordinates)
         profiles.append(OnsetProfile(source, current.channel, profile))
-    delays: list[DelayProfile] = []
+    clocks: list[ClockProfile] = []
     for k, d in enumerate(moved):
         if not isinstance(d, DisplacementData) or d.delays is None:
             continue
-        behind = partial(_with_delay, found.problem, tuple(moved), k, observe)
-        low, high = d.delays
-        near = (max(low, d.delay - _NEAR * (high - low)), min(high, d.delay + _NEAR * (high - low)))
-        tried = profile_bounded(found, behind, near, (k,), start=d.delay, costly=costly)
-        moved[k] = d.at_delay(tried.middle)
-        found = with_starts(fit_near(behind(tried.middle), found.values, progress), found.starts)
-        delays.append(DelayProfile(d.source, tried.knowing(tried.middle, found.coordinates)))
-    return found, tuple(moved), Onsets(tuple(profiles), tuple(delays))
+        onset = next((p.half for p in profiles if p.source == d.source), 0.0)
+        found, clock = _clock(found, k, observe, d, onset, costly, progress)
+        moved[k] = clock.data
+        clocks.append(clock)
+    return found, tuple(moved), Onsets(tuple(profiles), tuple(clocks))
+
+
+def _tells_onset(data: Measured, residuals: Array) -> bool:
+    """Tell whether a displacement says when the voltage began: its clock is known, and its residuals are noise."""
+    return isinstance(data, DisplacementData) and data.delays is None and not structured(residuals)
+
+
+def _clock(
+    found: FitResult, k: int, observe: Observe, d: DisplacementData, onset: float, costly: bool, progress: Progress
+) -> tuple[FitResult, ClockProfile]:
+    """Return the fit with the delay and, where the data tell it, the rate of displacement ``k`` in their middle."""
+    if d.tells_rate:
+        told = _rate(found, k, observe, d, costly, progress)
+        if told is not None:
+            found, d, rate = told
+            # the delay by itself: what the rate moves is loose
+            free = replace(d, loose=_slope(found, k, observe, d.at_rate, d.clock.rate, _RATE_STEP))
+            delay = _delay(_refitted(found, k, observe, free, progress), k, observe, free, costly)
+            return found, ClockProfile(d, delay, rate, onset)
+        d = replace(d.at_rate(1.0), tells_rate=False)
+        found = _refitted(found, k, observe, d, progress)
+    tried = _delay(found, k, observe, d, costly)
+    d = d.at_delay(tried.middle)
+    found = _refitted(found, k, observe, d, progress)
+    return found, ClockProfile(d, tried.knowing(tried.middle, found.coordinates), None, onset)
+
+
+def _rate(
+    found: FitResult, k: int, observe: Observe, d: DisplacementData, costly: bool, progress: Progress
+) -> tuple[FitResult, DisplacementData, BoundedProfile] | None:
+    """Return the fit, data and profile of the rate of a displacement's clock, its delay loose; None for no rate."""
+    delay, clock = d.clock.at_onset(d.delay)
+    d = replace(d, delay=delay, clock=clock)
+    step = _DELAY_STEP * float(np.median(np.diff(d.abscissa)))
+    for _ in range(_ROUNDS):
+        d = replace(d, loose=_slope(found, k, observe, d.at_delay, d.delay, step))
+        found = _refitted(found, k, observe, d, progress)
+        bounds = (d.clock.rate - MOST_RATE, d.clock.rate + MOST_RATE)
+        at = partial(_with, found.problem, k, observe, d.at_rate)
+        profile = profile_bounded(found, at, bounds, (k,), start=d.clock.rate, costly=costly)
+        if profile.admitted[0] <= bounds[0] or profile.admitted[1] >= bounds[1]:
+            return None
+        d = d.at_rate(profile.middle)
+        found = _refitted(found, k, observe, d, progress)
+        profile = profile.knowing(profile.middle, found.coordinates)
+        more = float(found.nuisance_of(k)[-1])
+        d = d.at_delay(d.delay + more)
+        if abs(more) < step:
+            break
+    return found, d, profile
+
+
+def _slope(found: FitResult, k: int, observe: Observe, at: At, place: float, step: float) -> Array:
+    """Return by what (samples,) of observation ``k`` a place moves, at the values of a fit."""
+    part, sigma = found.problem.slices[k], found.problem.observations[k].sigma
+    ends = [_with(found.problem, k, observe, at, x) for x in (place - step, place + step)]
+    low, high = (problem.predictions(found.coordinates[None])[0][part] for problem in ends)
+    return np.asarray((high - low) / (2 * step) * sigma)
+
+
+def _delay(found: FitResult, k: int, observe: Observe, d: DisplacementData, costly: bool) -> BoundedProfile:
+    """Return the profile of the delay of a displacement: near where it was found, or as far as that leaves it open."""
+    assert d.delays is not None
+    low, high = d.delays
+    at = partial(_with, found.problem, k, observe, d.at_delay)
+    near = (max(low, d.delay - _NEAR * (high - low)), min(high, d.delay + _NEAR * (high - low)))
+    tried = profile_bounded(found, at, near, (k,), start=d.delay, costly=costly)
+    ends = zip(tried.admitted, near, (low, high), strict=True)
+    if all(end != reached or reached == last for end, reached, last in ends):
+        return tried
+    return profile_bounded(found, at, (low, high), (k,), start=d.delay, costly=costly)
+
+
+def _refitted(found: FitResult, k: int, observe: Observe, data: DisplacementData, progress: Progress) -> FitResult:
+    """Return the fit with other data of observation ``k``."""
+    problem = _with(found.problem, k, observe, lambda _: data, 0.0)
+    return with_starts(fit_near(problem, found.values, progress), found.starts)
+
+
+def clock_findings(records: Sequence[CurrentData], onsets: Onsets) -> list[Finding]:
+    """Return findings on displacements of files of their own whose clock's rate is taken to be the voltage's."""
+    told = {clock.data.source for clock in onsets.clocks if clock.rate is not None}
+    return [Finding("clock-rate-assumed", d.source) for d in records if d.record.own_clock and d.source not in told]

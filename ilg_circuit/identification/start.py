@@ -7,6 +7,7 @@ second order filters of the drive, superposed from the closed forms for a whole 
 from __future__ import annotations
 
 from contextlib import suppress
+from copy import copy
 from itertools import combinations
 
 import numpy as np
@@ -142,14 +143,25 @@ class CouplingSearch:
         """
         return self.starts(end, displacement, nuisance, 1)[0]
 
+    def at(self, t: Array) -> CouplingSearch:
+        """Return the search for other times [s] within these, its building blocks interpolated."""
+        found = copy(self)
+        found._keep, found._t, found._after = np.arange(len(t)), t, t >= 0
+        grid, later = self._t[self._after], t[t >= 0]
+        right = np.clip(np.searchsorted(grid, later), 1, len(grid) - 1)
+        share = np.clip((later - grid[right - 1]) / (grid[right] - grid[right - 1]), 0.0, 1.0)
+        found._waves = (1 - share) * self._waves[:, :, right - 1] + share * self._waves[:, :, right]
+        return found
+
+    def gain(self, displacement: Array, nuisance: Array) -> float:
+        """Return the squares of the displacement (samples,) that the best start explains beside linear terms."""
+        amounts, gained = self._terms(np.inf, displacement, nuisance)
+        allowed = amounts[:, 0] * amounts[:, 1] > 0
+        return float(gained.max(initial=0.0, where=allowed))
+
     def starts(self, end: float, displacement: Array, nuisance: Array, count: int) -> list[tuple[Array, float]]:
         """The best ``count`` starts, as `start`, of places that lie apart; the best one first."""
-        part = self._t <= end
-        data, extra, after = displacement[self._keep][part], nuisance[self._keep][part], self._after[part]
-        basis = np.zeros((len(self._grid), 2, len(data)))
-        basis[:, :, after] = self._waves[:, :, : after.sum()]
-        terms = np.linalg.qr(extra)[0]
-        amounts, gained = _two_terms(basis - (basis @ terms) @ terms.T, data - terms @ (terms.T @ data))
+        amounts, gained = self._terms(end, displacement, nuisance)
         # y = k d0 [x1 + (wn/Zd) x2]: both amounts of one sign
         allowed = np.flatnonzero((amounts[:, 0] * amounts[:, 1] > 0) & (gained > 0))
         if not len(allowed):
@@ -165,6 +177,15 @@ class CouplingSearch:
                 zero = wn * low / high
                 starts.append((np.array([abs(low) / self._ratio * wn**2 / zero, zero, zeta, wn]), float(np.sign(low))))
         return starts
+
+    def _terms(self, end: float, displacement: Array, nuisance: Array) -> tuple[Array, Array]:
+        """Return the amounts (grid, 2) of the samples up to ``end`` [s], and the squares that they explain (grid,)."""
+        part = self._t <= end
+        data, extra, after = displacement[self._keep][part], nuisance[self._keep][part], self._after[part]
+        basis = np.zeros((len(self._grid), 2, len(data)))
+        basis[:, :, after] = self._waves[:, :, : after.sum()]
+        terms = np.linalg.qr(extra)[0]
+        return _two_terms(basis - (basis @ terms) @ terms.T, data - terms @ (terms.T @ data))
 
 
 def _two_terms(basis: Array, data: Array) -> tuple[Array, Array]:

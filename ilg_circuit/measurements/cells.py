@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from itertools import repeat
 
 import numpy as np
@@ -27,6 +28,11 @@ _MARKS = re.compile(
     r"|#(?:num!|value!|div/0!|ref!|null!)|1\.#\w{1,8}|\?"
 )
 _CLOCK = re.compile(r"(?:(\d{1,5}):)?(\d{1,3}):(\d{1,2}(?:\.\d{1,9})?)")
+#: A date, by year, month, day or day.month.year, and a time of day.
+_DATED = re.compile(
+    r"(?:(\d{4})[-/.](\d{1,2})[-/.](\d{1,2})|(\d{1,2})\.(\d{1,2})\.(\d{4}))"
+    r"[T ] ?(\d{1,2}:\d{2}:\d{2}(?:[.,]\d{1,9})?)Z?"
+)
 _STROKES = re.compile(r"[-\u2013\u2014*?]+(?:\.[-\u2013\u2014*?]*)?")
 
 
@@ -174,7 +180,16 @@ def number(cell: str, delimiter: str = ",") -> float | None:
 
 
 def clock(cell: str) -> float | None:
-    """Return the seconds of a time such as 1:02:03.5, None for other text."""
+    """Return the seconds of a time such as 1:02:03.5, or of a date and time since 1970; None for other text."""
+    dated = _DATED.fullmatch(cell.strip()) if len(cell) < 60 else None
+    if dated:
+        year, month, day = (dated[1], dated[2], dated[3]) if dated[1] else (dated[6], dated[5], dated[4])
+        try:
+            midnight = datetime(int(year), int(month), int(day), tzinfo=UTC).timestamp()
+        except ValueError:
+            return None
+        seconds = clock(dated[7])
+        return None if seconds is None else midnight + seconds
     match = _CLOCK.fullmatch(cell.replace(",", "."))
     return 3600.0 * int(match[1] or 0) + 60.0 * int(match[2]) + float(match[3]) if match else None
 

@@ -18,7 +18,7 @@ from .read import record_of
 from .record import Record
 from .said import NOTHING, Said
 from .spectrum import Spectrum, spectrum_of
-from .table import table_of
+from .table import Table, table_of
 
 
 def read_data(
@@ -42,6 +42,21 @@ def read_data(
     if said.part is not None or said.cycle is not None:
         raise InputError(f"{name}: columns in memory are one measurement; part and cycle choose in files")
     kind, layout = _recognised(columns, said)
+    table = _table(columns, name, kind, layout)
+    if kind == LOAD_TEST:
+        if mode is None:
+            raise InputError(f"{name}: a load test needs its mode: {', '.join(LOAD_MODES)}")
+        return load_test_of(stretch_of(table, kind), mode)
+    return spectrum_of(impedance_of(table, kind)) if kind == SPECTRUM else record_of(table, onset)
+
+
+def columns_table(columns: Mapping[str, ArrayLike], name: str, kind: Kind) -> Table:
+    """Return ``columns`` that hold a ``kind`` in SI units. Raises InputError as `read_data` does."""
+    return _table(columns, name, kind, _layout(columns, kind))
+
+
+def _table(columns: Mapping[str, ArrayLike], name: str, kind: Kind, layout: Layout) -> Table:
+    """Return columns in SI units, as a layout names them."""
     taken, left, notes = choose(layout, kind, name, 1)
     titles = {quantity: layout.titles[c.place] for quantity, c in taken.items()}
     arrays = {
@@ -51,23 +66,21 @@ def read_data(
     if len({len(values) for values in arrays.values()}) > 1:
         sizes = ", ".join(f"{title}: {len(arrays[quantity])}" for quantity, title in titles.items())
         raise InputError(f"{name}: columns have different lengths ({sizes})")
-    table = table_of(arrays, taken, left, notes, range(len(next(iter(arrays.values())))), name, kind)
-    if kind == LOAD_TEST:
-        if mode is None:
-            raise InputError(f"{name}: a load test needs its mode: {', '.join(LOAD_MODES)}")
-        return load_test_of(stretch_of(table, kind), mode)
-    return spectrum_of(impedance_of(table, kind)) if kind == SPECTRUM else record_of(table, onset)
+    return table_of(arrays, taken, left, notes, range(len(next(iter(arrays.values())))), name, kind)
 
 
 def _recognised(columns: Mapping[str, ArrayLike], said: Said) -> tuple[Kind, Layout]:
     """Return the kind of data whose columns are all there; a record where none is."""
     layouts = {}
-    titles = tuple(columns)
     for kind in (SPECTRUM, RECORD, LOAD_TEST):
         kind = kind.told(said)
-        found = tuple(columns_of(titles, [""] * len(titles), kind))
-        complete = kind.complete(readable(found))
-        layouts[kind.name] = Layout(0, titles, found, 1, ",", complete)
-        if complete:
+        layouts[kind.name] = _layout(columns, kind)
+        if layouts[kind.name].complete:
             return kind, layouts[kind.name]
     return RECORD.told(said), layouts[RECORD.name]
+
+
+def _layout(columns: Mapping[str, ArrayLike], kind: Kind) -> Layout:
+    titles = tuple(columns)
+    found = tuple(columns_of(titles, [""] * len(titles), kind))
+    return Layout(0, titles, found, 1, ",", kind.complete(readable(found)))

@@ -10,8 +10,8 @@ from functools import lru_cache
 from ..errors import InputError
 from ..findings import Finding
 from .kind import Kind, Quantities
-from .said import options
-from .unit_words import REFERENCE, UNIT_LIKE, clean_unit, tried
+from .said import in_words, options
+from .unit_words import PIXELS, REFERENCE, UNIT_LIKE, clean_unit, tried
 
 #: A longer title names no quantity.
 _LONGEST_TITLE = 200
@@ -92,8 +92,21 @@ def columns_of(titles: Sequence[str], units: Sequence[str], kind: Kind) -> list[
             continue
         if column.quantity in said.units:
             column = _in_unit(column, said.units[column.quantity], quantities)
-        found.append(column)
+        found.append(_in_pixels(column, said.scale) if quantities[column.quantity][0] == "m" else column)
     return found
+
+
+def _in_pixels(column: Column, scale: float | None) -> Column:
+    """Return a length in pixels of the ``scale`` [m], or with the complaint that it needs one; others as they are.
+
+    Where a scale was said, a length without a unit is one in pixels.
+    """
+    bare = column.unit == "" and bool(column.complaint) and scale is not None
+    if not bare and not PIXELS.fullmatch(clean_unit(column.unit)):
+        return column
+    if scale is None:
+        return replace(column, complaint=" is in pixels; say the size of one: --scale 0.042mm/px")
+    return replace(column, unit="px", factor=scale, complaint="")
 
 
 def _in_unit(column: Column, unit: str, quantities: Quantities) -> Column:
@@ -147,11 +160,14 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
         if others and others[0].rank == first.rank and quantity != "time":  # one time in two units is one time
             if quantity not in needed:
                 continue
-            said = [("columns", quantity, first.title)]
+            said = [in_words("columns", quantity, first.title, kind.prefix)]
             missing = [q for q in kind.required if all(c.quantity != q for c in columns)]
             if len(missing) == 1:  # as of an oscilloscope, where a shunt's voltage is the current
                 si = kind.quantities[missing[0]][0]
-                said += [("columns", missing[0], others[0].title), ("units", missing[0], si)]
+                said += [
+                    in_words("columns", missing[0], others[0].title, kind.prefix),
+                    in_words("units", missing[0], si, kind.prefix),
+                ]
             raise InputError(
                 f"{name}: columns '{first.title}' and '{others[0].title}' both give the {quantity}; leave one out or "
                 f"say which: {options(*said)}"
@@ -209,7 +225,7 @@ def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> 
         match = _match(word, words)
         if match is not None:
             column = _read(place, title, *match, unit, quantities)
-            if not column.complaint:
+            if not column.complaint or PIXELS.fullmatch(clean_unit(unit)):
                 return column
             if not plain.endswith(f" {unit}"):  # else a word of the name, as in "current range"
                 wrong = wrong or column
@@ -244,6 +260,7 @@ def _by_unit(place: int, title: str, unit: str, quantities: Quantities, rank: in
 def _plain(title: str) -> str:
     """Return a title with plain minus signs and primes, without quotation marks."""
     title = title.strip().strip('"').strip() if title.count('"') > 1 else title.strip()
+    title = title.replace("{", "[").replace("}", "]")
     for written, sign in (("\u2212", "-"), ("\u2013", "-"), ("\u2019", "'"), ("\u2032", "'"), ("\u2033", "''")):
         title = title.replace(written, sign)
     return title

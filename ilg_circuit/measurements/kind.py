@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from .said import NOTHING, Said
+from .said import NOTHING, TRACK_PREFIX, Said
 
 #: quantity -> (SI unit, "" for a pure number; words that a column's name may be or end in, the first one preferred)
 Quantities = dict[str, tuple[str, tuple[str, ...]]]
@@ -23,7 +23,7 @@ class Kind:
     Columns of ``used`` are not required, but where one is there it must be readable. ``repeats`` says what rows at one
     time are. Kinds are equal by ``name``. Files are refused above ``most_bytes``, and above ``most_rows`` where that is
     given. ``said`` is what a user says of a file; ``known`` what an instrument's format does: the quantity and the unit
-    of titles in lower case.
+    of titles in lower case. ``prefix`` stands before a quantity where a user says something of a file of this kind.
     """
 
     name: str
@@ -38,6 +38,7 @@ class Kind:
     most_rows: int | None = field(default=None, compare=False)
     said: Said = field(default=NOTHING, compare=False)
     known: Mapping[str, tuple[str, str]] = field(default_factory=dict, compare=False)
+    prefix: str = field(default="", compare=False)
 
     def requiring(self, *quantities: str) -> Kind:
         """Return the same kind with other required columns."""
@@ -68,8 +69,8 @@ class Kind:
         return tuple(dict.fromkeys((*self.required, *(q for way in self.ways for q in way), *self.used)))
 
     def way(self, readable: Collection[str]) -> tuple[str, ...]:
-        """Return the first way all of which is ``readable``, or else the one of which most is."""
-        return max(self.ways, key=lambda way: (all(q in readable for q in way), sum(q in readable for q in way)))
+        """Return the first way all of which is ``readable``, or else the one of which the largest part is."""
+        return max(self.ways, key=lambda way: sum(q in readable for q in way) / max(len(way), 1))
 
     def complete(self, readable: Collection[str]) -> bool:
         """Tell whether nothing required is missing."""
@@ -163,6 +164,23 @@ LOAD_TEST = Kind(
     "stretch, stress_MPa",
     ways=tuple((*way, stress) for way in _STRETCHES for stress in ("stress", "true stress", "pressure", "force")),
     opposed=(("stress", "true stress"),),
+)
+
+#: A displacement by itself, as a camera or a laser writes it: over time or frames, as it is or by two coordinates.
+TRACK = Kind(
+    "track",
+    {
+        "time": RECORD.quantities["time"],
+        "frame": ("", ("frame", "frames", "frame_number", "frame_no", "image", "bild", "bildnummer")),
+        "displacement": RECORD.quantities["displacement"],
+        "x": ("m", ("x", "x_position", "position_x", "pos_x", "center_x", "centroid_x", "tip_x")),
+        "y": ("m", ("y", "y_position", "position_y", "pos_y", "center_y", "centroid_y", "tip_y")),
+        "likelihood": ("", ("likelihood", "confidence")),
+    },
+    (),
+    "time_s, displacement_mm, or time_s, x_px, y_px",
+    ways=tuple((t, *way) for way in (("displacement",), ("x", "y"), ("x",), ("y",)) for t in ("time", "frame")),
+    prefix=TRACK_PREFIX,
 )
 
 #: The header of an export is looked for in so many lines.

@@ -154,6 +154,9 @@ def choose(
         raise InputError(
             f"{name}: {where}{_missing(quantity, layout, left)}; columns are written like {kind.example}{how}"
         )
+    if kind.said.scale is not None and all(c.unit != "px" for c in taken.values()):
+        lengths = ", ".join(f"'{c.title.strip()[:40]}' is in {c.unit}" for c in taken.values())
+        raise InputError(f"{name}: a scale of pixels was given, and no column is in pixels ({lengths}); leave it out")
     return taken, left, notes
 
 

@@ -22,7 +22,7 @@ from .voltage import MeasuredDrive, answers_noise, measured_drive
 #: No instrument reads less than this, in SI units.
 _LEAST_READING = 1e-30
 #: Samples after the onset that a fit needs.
-LEAST_CURRENT, _LEAST_DISPLACEMENT = 10, 20
+LEAST_CURRENT, LEAST_DISPLACEMENT = 10, 20
 #: So many samples before the onset tell the instrument's offset.
 LEAST_REST = 5
 #: Readings at rest stand before the onset by at least this time [s], relative to the record.
@@ -89,8 +89,8 @@ def prepare(table: Table, onset: Stated = None) -> Record:
         notes += current_drift(current.time, current.values, step - found.rest)
     displacement, missing = _displacement(table, found)
     notes += missing
-    if displacement is not None and (~displacement.rest).sum() < _LEAST_DISPLACEMENT:
-        notes.append(Finding("displacement-too-short", values={"needed": _LEAST_DISPLACEMENT}))
+    if displacement is not None and (~displacement.rest).sum() < LEAST_DISPLACEMENT:
+        notes.append(Finding("displacement-too-short", values={"needed": LEAST_DISPLACEMENT}))
         displacement = None
     unknown = [title for title in table.ignored if title]
     if unknown:

@@ -12,7 +12,7 @@ from ..arrays import Array
 from ..errors import InputError
 from ..findings import Finding
 from .formats import BINARIES, FORMATS, Format, bare, csv
-from .kind import LOAD_TEST, RECORD, SPECTRUM, Kind
+from .kind import LOAD_TEST, RECORD, SPECTRUM, TRACK, Kind
 from .load_test import LOAD_MODES, LoadTest, load_test_of
 from .onset import Stated
 from .prepare import prepare
@@ -57,6 +57,10 @@ def read(
                 f"mode: {', '.join(LOAD_MODES)}"
             )
         return load_test_of(_table(file, format_, kind), mode)
+    if kind == TRACK:
+        raise InputError(
+            f"{file.name}: holds a displacement alone; give it by --displacement beside a file of voltage and current"
+        )
     table = _table(file, format_, kind)
     return spectrum_of(table) if kind == SPECTRUM else record_of(table, onset)
 
@@ -179,6 +183,11 @@ def _format(file: TextFile, kind: Kind) -> Format:
 def _table(file: TextFile, format_: Format, kind: Kind) -> Table:
     if not any(line.strip() for line in file.lines):
         raise InputError(f"{file.name}: the file is empty; it needs a header row such as {kind.example}")
+    if kind.said.point is not None and (kind != TRACK or format_ is csv):
+        raise InputError(
+            f"{file.name}: --part {kind.said.point[:40]}: no points have names in it; leave it out, or count "
+            "measurements from 1"
+        )
     if kind.most_rows and len(file.lines) > 5 * kind.most_rows:
         raise InputError(f"{file.name}: {len(file.lines)} lines; that is no {kind.name}")
     return format_.read(file.lines, file.name, kind)

@@ -64,7 +64,8 @@ class Record(Result):
 
     ``step`` [V] is the level of a step that begins the record, None for another waveform. ``notes`` say what was
     left out of the file and what is doubtful about it; ``beginning`` what is known of the time before; ``headers`` the
-    column and unit that each quantity has there.
+    column and unit that each quantity has there. With ``own_clock`` the displacement is of a file of its own, whose
+    clock reads ``displacement.zero`` about where the tip begins to move.
     """
 
     presenter: ClassVar[str] = "measured"
@@ -78,6 +79,7 @@ class Record(Result):
     notes: tuple[Finding, ...] = ()
     beginning: Beginning = "rest"
     headers: Headers = field(default_factory=dict)
+    own_clock: bool = False
 
     @property
     def drive(self) -> PiecewiseLinear:

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from ..errors import InputError, argument
+from ..units import parse, require_positive
 
 T = TypeVar("T")
 
 #: So many measurements of a file are listed.
 _LISTED = 12
+#: Before the quantity, of what is said of the displacement's own file.
+TRACK_PREFIX = "displacement."
+_OF_TRACK = frozenset(("displacement", "x", "y", "likelihood", "frame"))
+_SCALE = re.compile(
+    r"(?P<number>[-+]?[\d.]{1,20}(?:e[-+]?\d{1,3})?) {0,3}"
+    r"(?:(?P<unit>[a-z\u00b5\u03bc]{1,10}) ?/ ?(?:px|pixels?)|(?:px|pixels?) ?/ ?(?P<per>[a-z\u00b5\u03bc]{1,10}))",
+    re.IGNORECASE,
+)
 
 
 @dataclass(frozen=True)
 class Said:
     """Titles of ``columns`` and ``units`` by quantity, the ``part`` of the file (from 1) and the ``cycle`` in it.
 
-    A column may be given by its number too, from 1. ``length`` [m] and ``section`` [m^2] are those of a specimen.
+    A column may be given by its number too, from 1. ``length`` [m] and ``section`` [m^2] are those of a specimen;
+    ``scale`` [m] is the size of a camera's pixel. Of a track ``rate`` [Hz] is that of its frames, ``axis`` the
+    direction of the displacement and ``point`` the name of the point that was tracked. What is said of a quantity
+    ``displacement.time`` is said of the displacement's own file.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -28,11 +41,29 @@ class Said:
     cycle: int | None = None
     length: float | None = None
     section: float | None = None
+    scale: float | None = None
+    rate: float | None = None
+    axis: str | None = None
+    point: str | None = None
 
     @property
     def quantities(self) -> set[str]:
         """The quantities that are spoken of."""
         return {*self.columns, *self.units}
+
+    @property
+    def of_track(self) -> Said:
+        """What is said of the displacement's own file. The unit of a displacement is that of x and y too."""
+        columns, units = ({_own(q): text for q, text in d.items() if _of_track(q)} for d in (self.columns, self.units))
+        if "displacement" in units:
+            units = {"x": units["displacement"], "y": units["displacement"], **units}
+        return replace(self, columns=columns, units=units, part=None, cycle=None)
+
+    @property
+    def of_data(self) -> Said:
+        """What is said of the file beside the displacement's own one."""
+        columns, units = ({q: text for q, text in d.items() if not _of_track(q)} for d in (self.columns, self.units))
+        return Said(columns, units, self.part, self.cycle, self.length, self.section)
 
 
 NOTHING = Said()
@@ -41,16 +72,37 @@ NOTHING = Said()
 def said_of(
     columns: Mapping[str, str] | Iterable[str] = (),
     units: Mapping[str, str] | Iterable[str] = (),
-    part: int | None = None,
+    part: int | str | None = None,
     cycle: int | None = None,
     length: float | None = None,
     section: float | None = None,
+    *,
+    scale: float | str | None = None,
+    rate: float | None = None,
+    axis: str | None = None,
 ) -> Said:
-    """Return what mappings, or texts such as ``voltage=Potential applied (V)``, say. Raises InputError for others."""
+    """Return what mappings, or texts such as ``voltage=Potential applied (V)``, say. Raises InputError for others.
+
+    A ``part`` that is no number names the point of a track; a ``scale`` is a size in metres or a text, see `pixel`.
+    """
+    point = None
+    if isinstance(part, str):
+        part, point = (int(part), None) if re.fullmatch(r"-?\d{1,9}", part.strip()) else (None, part.strip())
     for name, number in (("part", part), ("cycle", cycle)):
         if number is not None and number < (name == "part"):
             raise InputError(f"{argument(name)} is {number}; count from 1")
-    return Said(_by_quantity(columns, "columns"), _by_quantity(units, "units"), part, cycle, length, section)
+    sizes = (part, cycle, length, section, pixel(scale) if isinstance(scale, str) else scale)
+    return Said(_by_quantity(columns, "columns"), _by_quantity(units, "units"), *sizes, rate, axis, point)
+
+
+def pixel(text: str) -> float:
+    """Return the size [m] of a pixel from a text such as ``0.042mm/px``, or ``23.8px/mm``. Raises InputError."""
+    match = _SCALE.fullmatch(text.strip())
+    if not match:
+        raise InputError(f"scale '{text[:40]}' is not understood; write the size of a pixel, such as 0.042mm/px")
+    number, unit, per = match.group("number", "unit", "per")
+    require_positive("scale", parse(number, "", "scale"))
+    return parse(f"{number} {unit}", "m", "scale") if unit else parse(f"1 {per}", "m", "scale") / float(number)
 
 
 def pick(parts: Sequence[tuple[str, T]], said: Said, name: str) -> T:
@@ -73,13 +125,20 @@ def pick(parts: Sequence[tuple[str, T]], said: Said, name: str) -> T:
     return parts[said.part - 1][1]
 
 
+def in_words(what: str, quantity: str, value: str, prefix: str = "") -> tuple[str, str, str]:
+    """Return what is said of a quantity for `options`; ``prefix`` is that of the kind of file."""
+    return what, quantity if quantity in _OF_TRACK else prefix + quantity, value
+
+
 def options(*said: tuple[str, str, str]) -> str:
     """Return how users say (columns or units, quantity, value): as a shell takes it, or as arguments in Python.
 
     >>> print(options(("columns", "voltage", "Bias"), ("units", "voltage", "mV")))
     columns={'voltage': 'Bias'}, units={'voltage': 'mV'}
     """
-    pairs = [(argument(kind), quantity.replace(" ", "_"), value.strip()) for kind, quantity, value in said]
+    pairs = [
+        (argument(kind), quantity.replace(" ", "_"), value.strip()) for kind, quantity, value in dict.fromkeys(said)
+    ]
     if any(kind != kind.name for kind, _, _ in pairs):
         return " ".join(f"{kind} {quantity}={shlex.quote(value)}" for kind, quantity, value in pairs)
     found: dict[str, dict[str, str]] = {}
@@ -90,13 +149,14 @@ def options(*said: tuple[str, str, str]) -> str:
 
 def _by_quantity(given: Mapping[str, str] | Iterable[str], what: str) -> dict[str, str]:
     """Return values by quantity. Raises InputError for a text without "=", an unknown quantity, one said twice."""
-    from .kind import LOAD_TEST, RECORD, SPECTRUM
+    from .kind import LOAD_TEST, RECORD, SPECTRUM, TRACK
 
-    known = {q.replace(" ", "_"): q for kind in (RECORD, SPECTRUM, LOAD_TEST) for q in kind.quantities}
+    known = {q.replace(" ", "_"): q for kind in (RECORD, SPECTRUM, LOAD_TEST, TRACK) for q in kind.quantities}
+    own = {f"{TRACK_PREFIX}{q}": f"{TRACK_PREFIX}{q}" for q in TRACK.quantities}
     pairs = list(given.items()) if isinstance(given, Mapping) else [tuple(text.partition("=")[::2]) for text in given]
     found: dict[str, str] = {}
     for word, value in pairs:
-        quantity = known.get(str(word).strip().lower().replace("-", "_").replace(" ", "_"))
+        quantity = {**known, **own}.get(str(word).strip().lower().replace("-", "_").replace(" ", "_"))
         if quantity is None or not str(value).strip():
             example = "voltage='Potential (V)'" if what == "columns" else "voltage=mV"
             raise InputError(
@@ -107,3 +167,11 @@ def _by_quantity(given: Mapping[str, str] | Iterable[str], what: str) -> dict[st
             raise InputError(f"{argument(what)}: {quantity} is given twice; give it once")
         found[quantity] = str(value).strip()
     return found
+
+
+def _of_track(quantity: str) -> bool:
+    return quantity.startswith(TRACK_PREFIX) or quantity in _OF_TRACK
+
+
+def _own(quantity: str) -> str:
+    return quantity.removeprefix(TRACK_PREFIX)

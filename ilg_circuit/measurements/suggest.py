@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from .cells import is_number
 from .header import named_unit
 from .kind import Kind
-from .said import options
+from .said import in_words, options
 
 if TYPE_CHECKING:
     from .layout import Layout
@@ -29,6 +29,8 @@ _HINTS = {
     "stress": re.compile(r"stre|span|sig|mpa|kpa", re.IGNORECASE),
     "force": re.compile(r"for|kraft|load|last", re.IGNORECASE),
 }
+#: A current by area is none.
+_DENSITY = re.compile(r"dens|dichte|/ ?[cm]?m(?:2|\^2|\u00b2)", re.IGNORECASE)
 
 
 def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequence[str]) -> str:
@@ -55,21 +57,28 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
             garbled = any(not letter.isprintable() or letter in "?\ufffd\u00e6" for c in columns for letter in c.unit)
             if not si or not (garbled or any(c.unit == "" for c in columns)):
                 return ""  # its unit is one of something else
-            said.append(("units", quantity, f"u{si}" if garbled else _unit(columns[0].title, si)))
+            said.append(_in_unit(kind, quantity, f"u{si}" if garbled else _unit(columns[0].title, si)))
             continue
         title = _likely(quantity, si, titles)
         if title is None:
             return ""
         titles.remove(title)
-        said.append(("columns", quantity, title))
+        shown = title if title.isprintable() else str([t.strip() for t in layout.titles].index(title) + 1)
+        said.append(in_words("columns", quantity, shown, kind.prefix))
         if si and not named_unit(title, si):
-            said.append(("units", quantity, _unit(title, si)))
+            said.append(_in_unit(kind, quantity, _unit(title, si)))
     return f"; or say what it is, if so: {options(*said)}" if said else ""
+
+
+def _in_unit(kind: Kind, quantity: str, unit: str) -> tuple[str, str, str]:
+    """Return what is said of a unit; coordinates of a track have that of the displacement."""
+    return in_words("units", "displacement" if quantity in ("x", "y") else quantity, unit, kind.prefix)
 
 
 def _unit(title: str, si: str) -> str:
     """Return the unit that a title without one may have: a word such as millis tells its prefix."""
-    prefix = next((p for word, p in (("milli", "m"), ("micro", "u"), ("kilo", "k")) if word in title.lower()), "")
+    usual = "m" if si == "m" else ""
+    prefix = next((p for word, p in (("milli", "m"), ("micro", "u"), ("kilo", "k")) if word in title.lower()), usual)
     return prefix + si
 
 
@@ -85,6 +94,8 @@ def _likely(quantity: str, si: str, titles: Sequence[str]) -> str | None:
     hint = _HINTS.get(quantity)
 
     def worth(title: str) -> int:
+        if quantity == "current" and _DENSITY.search(title[:100]):
+            return -1
         readable, other = named_unit(title, si) is not None and bool(si), named_unit(title, None) is not None
         return (4 if readable else -8 if other else 0) + (3 if hint and hint.search(title[:100]) else 0)
 

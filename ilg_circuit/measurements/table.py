@@ -33,6 +33,8 @@ _CYCLES = (
     "segment #",
 )
 
+#: Seconds of a day; those since 1970 are dates from 1990 on.
+_DAY, _DATES = 86400.0, 6.3e8
 #: Where times or frequencies begin again they begin within this part of their span.
 _NEAR = 0.1
 
@@ -115,6 +117,8 @@ def parse_table(lines: Sequence[str], name: str, kind: Kind, numbers: Sequence[i
     with np.errstate(over="ignore"):
         cells *= [c.factor for c in taken.values()]
     columns = {quantity: cells[:, k] for k, quantity in enumerate(taken)}
+    if "time" in columns and columns["time"][0] >= _DATES:  # a date and time: the time of its first day
+        columns["time"] = columns["time"] - columns["time"][0] // _DAY * _DAY
     columns, at = _part(columns, _cycle(rows, columns, kind), at, name, kind)
     quantities = {c.place: quantity for quantity, c in taken.items()}
     for place, marked in ((place, marked) for place, marked in rows.marked.items() if place in quantities):

@@ -14,8 +14,10 @@ _ANGLES = {**dict.fromkeys(("deg", "degree", "degrees", "\u00b0", "\u00ba", "gra
 #: A cell that is likely a unit.
 UNIT_LIKE = re.compile(
     r"[\[(]?(?:[pnu\u00b5\u03bcmkMG]?(?:s|sec|min|h|V|A|m|N|C|Hz|[Oo]hms?|\u03a9|\u2126|Pa|S|F)"
-    r"|deg|\u00b0|%|mm/mm|[Vv]olts?|[Aa]mp(?:ere)?s?|[Ss]econds?)[\])]?"
+    r"|px|pixels?|deg|\u00b0|%|mm/mm|[Vv]olts?|[Aa]mp(?:ere)?s?|[Ss]econds?)[\])]?"
 )
+#: The units of a picture.
+PIXELS = re.compile(r"px|pix|pixels?", re.IGNORECASE)
 _OHM = re.compile(r"ohms?\b|[\u03a9\u2126]", re.IGNORECASE)
 #: The reference electrode behind a unit or a name.
 REFERENCE = re.compile(r"[ (]{1,3}(?:vs|versus)\b.*", re.IGNORECASE)

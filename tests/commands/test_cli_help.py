@@ -15,7 +15,7 @@ from ilg_circuit.cli import cli
 from ilg_circuit.commands.help import GENERAL, HelpedCommand
 
 #: Commands whose help is checked.
-NAMES = [name for name in commands.COMMANDS if name != "identify"]
+NAMES = list(commands.COMMANDS)
 #: Metavars of click that say nothing of a value.
 BARE = {"TEXT", "INTEGER", "FLOAT", "PATH", "FILENAME", "BOOLEAN"}
 

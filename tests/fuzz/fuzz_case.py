@@ -25,6 +25,7 @@ import format_texts
 import fuzz_lines
 import inputs
 import numpy as np
+import track_texts
 
 from ilg_circuit.cli import main
 from ilg_circuit.errors import InputError
@@ -78,6 +79,7 @@ def write_inputs(folder: Path) -> None:
     inputs.write(folder, [*names, "planar.csv"])
     shutil.copy(folder / "step.csv", folder / "$odd.csv")
     texts = strips() | {"designs.csv": _DESIGNS, "weights.csv": _WEIGHTS, "drive.csv": _DRIVE}
+    texts["tip.csv"] = track_texts.TRACKS["CSV, pixels"][0]()
     texts["motion.csv"] = _DRIVE.replace("voltage_V", "displacement_mm")
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -58,6 +58,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--own": ("dc_resistance", "capacitance"),
     "--onset": ("10s", "last-rest", "first-level", "step.csv=10s"),
     "--displacement-delay": ("0.1s", "0s", "fit"),
+    "--displacement": ("tip.csv",), "--scale": ("0.042mm/px",), "--fps": ("25",), "--axis": ("x", "30deg"),
     "--until": ("16s", "60s"),
     "--vary": _VARIED,
     "design --vary": _RANGES,

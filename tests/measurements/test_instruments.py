@@ -10,6 +10,7 @@ from format_texts import TEXTS
 from instrument_texts import PULLS, SPECTRA, STEPS, Content, ivium, lvm, pssession, step, table, versastudio, xlsx
 from record_texts import I, T, U
 from spectrum_texts import F, Z
+from track_texts import TRACKS
 
 import ilg_circuit as ilg
 from ilg_circuit import errors
@@ -60,7 +61,7 @@ def test_a_load_test(name: str, tmp_path: Path) -> None:
 
 
 def test_there_are_many_and_every_format_is_among_them() -> None:
-    names = [*{**TEXTS["record"], **STEPS}, *{**TEXTS["spectrum"], **SPECTRA}, *PULLS]
+    names = [*{**TEXTS["record"], **STEPS}, *{**TEXTS["spectrum"], **SPECTRA}, *PULLS, *TRACKS]
     assert len(names) >= 60
     assert {f.NAME for f in (*FORMATS, *BINARIES)} <= set(names) | {name.split(",")[0] for name in names}
     assert len({name.split(",")[0] for name in names}) + len({n for n in names if n.startswith("CSV, ")}) >= 20

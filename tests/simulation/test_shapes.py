@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -63,9 +65,17 @@ def test_a_file_is_repeated(tmp_path, monkeypatch) -> None:  # type: ignore[no-u
         "pulse:2V,1s,4s",
         "chirp:1V,0.05Hz..0.5Hz",
         "multisine:1V,0.1Hz..0.5Hz,4",
+        "step:1V",
+        "square:-1V..2V,4s,0.3",
+        "sine:1V,0.2Hz",
+        "ramp:0.2V/s",
+        "file:drive.csv",
+        "repeat:2,drive.csv",
     ],
 )
-def test_both_engines_agree(text: str) -> None:
+def test_both_engines_agree(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("drive.csv").write_text("time_s,voltage_V\n0,1\n2,1\n2,3\n4,0.5\n")
     t = np.linspace(0, 10, 41)
     ngspice, exact = (simulate(PAPER, parse_drive(text, 10.0), t, engine=engine) for engine in ("ngspice", "exact"))
     for name in ("current", "displacement"):

@@ -17,14 +17,17 @@ from . import (
     bare,
     chi,
     csv,
+    deeplabcut,
     ec_lab,
     ec_lab_binary,
     excel,
     gamry,
     ivium,
+    kinovea,
     lvm,
     oscilloscope,
     pssession,
+    tracker,
     versastudio,
     wrdata,
     zplot,
@@ -56,5 +59,8 @@ class Binary(Protocol):
         """Return lines, and what of ``said`` is still to be obeyed; MissingLibraryError where its reader is missing."""
 
 
-FORMATS: tuple[Format, ...] = (pssession, gamry, zplot, versastudio, lvm, wrdata, oscilloscope, chi, ec_lab, bare, csv)
+FORMATS: tuple[Format, ...] = (
+    *(pssession, gamry, zplot, versastudio, lvm, wrdata, oscilloscope, chi, ec_lab),
+    *(deeplabcut, kinovea, tracker, bare, csv),
+)
 BINARIES: tuple[Binary, ...] = (ec_lab_binary, ivium, excel)

@@ -10,19 +10,19 @@ from collections.abc import Sequence
 
 from ...errors import InputError
 from ..derived import impedance_of, stretch_of
-from ..kind import LOAD_TEST, PREAMBLE, RECORD, SPECTRUM, Kind, frequency_row, names_a_spectrum
+from ..kind import LOAD_TEST, PREAMBLE, RECORD, SPECTRUM, TRACK, Kind, frequency_row, names_a_spectrum
 from ..layout import Layout, cells_of, find_layout, readable
 from ..said import NOTHING, Said, pick
 from ..table import Table, parse_table
 from . import bare
 
 NAME = "CSV"
-KINDS: tuple[Kind, ...] = (RECORD, SPECTRUM, LOAD_TEST)
+KINDS: tuple[Kind, ...] = (RECORD, SPECTRUM, LOAD_TEST, TRACK)
 
 
 def recognises(lines: Sequence[str], said: Said = NOTHING) -> Kind:
     """Return the kind of data whose columns a row of names has all of, or else speaks of; a record where none does."""
-    layouts = {kind.name: find_layout(lines, kind.told(said)) for kind in KINDS}
+    layouts = {kind.name: find_layout(lines, kind.told(said)) for kind in (RECORD, SPECTRUM, LOAD_TEST)}
     record = layouts[RECORD.name]
     electric = record is not None and bool(readable(record.columns) & {"voltage", "current"})
     for kind in (SPECTRUM, RECORD, LOAD_TEST):

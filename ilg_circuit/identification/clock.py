@@ -1,0 +1,151 @@
+"""A displacement on a clock of its own: how much later that reads than the voltage's, and how fast it goes.
+
+Both are found roughly by linear fits of d(s) at many delays, so that the search for the coupling begins near them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from ..errors import InputError
+from ..fit.bounded import profile_bounded
+from ..fit.fitting import fit_near
+from ..fit.problem import Problem
+from ..fit.result import FitResult
+from ..measurements.record import Channel
+from .current import CurrentData
+from .motion import COUPLING, DisplacementData, Motion, RateOf
+from .start import CouplingSearch, thinned
+
+#: Readings that a rough search makes do with, its places, its closer looks and by what part each is closer.
+_ROWS, _PLACES, _LOOKS, _CLOSER = 200, 13, 3, 0.25
+#: Times at which the building blocks of d(s) are made.
+_GRID = 500
+#: Readings at rest by which it is known where the tip begins to move, within this part of the record or this long [s].
+_AT_REST, _NEAR, _NEAREST = 5, 0.05, 2.0
+#: Without a rest a camera may have begun as late as this part of its own record.
+_LATEST = 0.5
+#: Two clocks differ by no more than this, relative to their rate.
+MOST_RATE = 0.03
+#: Rounds in which delay and rate are found in turn, the delays [of their bounds] that are the same, those that are
+#: tried about the one before, and closer looks at each.
+_ROUNDS, _SAME, _SPAN, _PROFILE_LOOKS = 8, 0.005, 0.3, 2
+#: A place within this part of those that were tried lies inside them.
+_INSIDE = 0.9
+#: Parts of a record in which it is looked for motion.
+_PARTS = 60
+
+
+def in_step(record: CurrentData, delay: float | Literal["fit"]) -> tuple[CurrentData, RateOf | None]:
+    """Return a record with its displacement on the voltage's clock, roughly where ``delay`` is to be fitted.
+
+    Beside it stand the rate of the displacement's clock, again roughly, and where it has no say of the delay; None
+    where the drive cannot tell a rate.
+    """
+    channel = record.record.displacement
+    assert channel is not None
+    if delay != "fit":
+        return _moved(record, record.record.onset + delay), None
+    rests = int(channel.rest.sum()) >= _AT_REST
+    span = float(channel.time[-1] - max(channel.time[0], 0.0))
+    most = max(_NEAR * span, min(_NEAREST, span / 4))
+    low, high = (-most, most) if rests else (-_LATEST * span, 0.0)
+    gain = _gains(record, channel, span * (1 + MOST_RATE) + max(-low, high))
+    late = _best(lambda d: gain(d, RateOf()), low, high)
+    if record.level is not None:
+        return _moved(record, channel.zero + late), None
+    rate = RateOf(1.0, _pivot(channel, late))
+    for part in (1.0, 0.2):
+        begin, half = late, part * MOST_RATE
+        found = _best(lambda r: gain(begin, replace(rate, rate=r)), rate.rate - half, rate.rate + half)  # noqa: B023
+        rate = replace(rate, rate=found)
+        late = _best(lambda d: gain(d, rate), late - part * most, late + part * most)  # noqa: B023
+    return _moved(record, channel.zero + late), replace(rate, pivot=rate.pivot - late)
+
+
+def likeliest_clock(data: DisplacementData, motion: Motion, found: FitResult) -> tuple[float, RateOf]:
+    """Return the delay [s] and the rate that are likeliest, near those of a fit of ``data``."""
+    assert data.delays is not None
+    span = (data.delays[1] - data.delays[0]) / 2
+    for _ in range(_ROUNDS):
+        before = data
+        if data.tells_rate:
+            data, found = _likeliest(data, motion, found, data.at_rate, data.clock.rate, MOST_RATE / 3)
+        data, found = _likeliest(data, motion, found, data.at_delay, data.delay, _SPAN * span)
+        moved = abs(data.delay - before.delay)
+        if moved < _SAME * span or (not data.tells_rate and moved < _INSIDE * _SPAN * span):
+            break
+    return data.delay, data.clock
+
+
+def _likeliest(
+    data: DisplacementData,
+    motion: Motion,
+    found: FitResult,
+    at: Callable[[float], DisplacementData],
+    start: float,
+    half: float,
+) -> tuple[DisplacementData, FitResult]:
+    """Return the data of the likeliest place within ``half`` of ``start``, and their fit."""
+
+    def problem(place: float) -> Problem:
+        return Problem((at(place).observation(motion),), COUPLING)
+
+    tried = profile_bounded(found, problem, (start - half, start + half), (0,), start=start, looks=_PROFILE_LOOKS)
+    place = float(tried.places[int(np.argmin(tried.deviance))])
+    return at(place), fit_near(problem(place), found.values)
+
+
+def _moved(record: CurrentData, zero: float) -> CurrentData:
+    """Return a record whose displacement begins where its clock reads ``zero`` [s]."""
+    channel = record.record.displacement
+    assert channel is not None
+    moved = replace(channel, time=channel.time + (channel.zero - zero), zero=zero)
+    if not (moved.time >= 0).any():
+        raise InputError("the displacement ends before the voltage begins: is its delay right?")
+    return replace(record, record=replace(record.record, displacement=moved))
+
+
+def _gains(record: CurrentData, channel: Channel, end: float) -> Callable[[float, RateOf], float]:
+    """Return the function that gives the squares which d(s) explains by how late a clock is, and its rate.
+
+    ``end`` [s] is the last time that it is asked for.
+    """
+    keep = thinned(channel.time, _ROWS)
+    time, values, level = channel.time[keep], channel.values[keep], np.ones((len(keep), 1))
+    search = CouplingSearch(np.linspace(0.0, end, _GRID), record.drive.from_rest(), 1.0)
+
+    def gain(late: float, rate: RateOf) -> float:
+        t = rate.times(time) - late
+        return search.at(t).gain(values, level) if (t > 0).sum() > _AT_REST else -np.inf
+
+    return gain
+
+
+def _best(gain: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a gain is largest, by closer and closer looks."""
+    for _ in range(_LOOKS):
+        places = np.linspace(low, high, _PLACES)
+        best = float(places[int(np.argmax([gain(float(x)) for x in places]))])
+        half = _CLOSER * (high - low) / 2
+        low, high = best - half, best + half
+    return best
+
+
+def _pivot(channel: Channel, late: float) -> float:
+    """Return the mean time [s] of the motion: there the delay does not depend on the rate."""
+    after = channel.time >= late
+    t, y = channel.time[after], channel.values[after]
+    edges = np.linspace(t[0], t[-1], _PARTS + 1)
+    part = np.clip(np.digitize(t, edges) - 1, 0, _PARTS - 1)
+    count = np.bincount(part, minlength=_PARTS)
+    filled = count > 0
+    means = np.bincount(part, weights=y, minlength=_PARTS)[filled] / count[filled]
+    middles = ((edges[1:] + edges[:-1]) / 2)[filled]
+    weights = np.diff(means) ** 2
+    total = float(weights.sum())
+    return float(weights @ ((middles[1:] + middles[:-1]) / 2) / total) if total else float(t.mean())

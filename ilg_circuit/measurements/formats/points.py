@@ -1,0 +1,25 @@
+"""Points of a film: which of those that were tracked is meant."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+
+from ...errors import InputError
+
+
+def point_of(labels: Sequence[str], wanted: str | None, name: str) -> str:
+    """Return the point of a file that is meant; capitals do not matter.
+
+    Raises
+    ------
+    InputError
+        There are several and none was chosen, or the one chosen is not there; the message lists them.
+    """
+    found = [label for label in labels if wanted is None or label.lower() == wanted.lower()]
+    if len(found) == 1:
+        return found[0]
+    listed = ", ".join(label[:40] for label in labels[:20])
+    if wanted is not None:
+        raise InputError(f"{name}: no point '{wanted[:40]}'; it tracks {listed}")
+    raise InputError(f"{name}: tracks {len(labels)} points: {listed}; choose one with --part {shlex.quote(labels[-1])}")

@@ -1,0 +1,229 @@
+"""The displacement of a file of its own, on a clock of its own: read, turned along an axis, set beside a record."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array
+from ..errors import InputError
+from ..findings import Finding
+from ..units import format_quantity
+from .columns import columns_table
+from .kind import TRACK
+from .prepare import LEAST_DISPLACEMENT
+from .quality import dropouts, rest_drift
+from .read import read_columns
+from .record import Channel, Record
+from .said import NOTHING, Said
+from .smoothing import noise_level
+from .table import Headers, Table
+
+#: A position of less likelihood is none, as DeepLabCut itself has it.
+_LIKELY = 0.6
+#: Readings at rest that tell their noise; the tip moves where it leaves their level by so many times that.
+_FEWEST_AT_REST, _LEAVES = 10, 6.0
+#: Readings are at rest whose line rises by less than so many times the noise.
+_RISES = 3.0
+#: The rise whose beginning is extrapolated back to rest: up to this part of the largest excursion.
+_RISE = 0.3
+_AXIS = re.compile(r"([-+]?)([xy])", re.IGNORECASE)
+_ANGLE = re.compile(r"([-+]?\d{1,4}(?:\.\d{0,9})?) ?(deg|\u00b0|rad)?")
+_REAL = 1e-9
+
+
+@dataclass(frozen=True)
+class Track:
+    """A displacement over time: ``time`` [s] on its own clock and ``values`` [m], both (n,), without drop-outs."""
+
+    source: str
+    time: Array
+    values: Array
+    notes: tuple[Finding, ...] = ()
+    headers: Headers = field(default_factory=dict)
+
+
+def read_track(path: str | Path, said: Said = NOTHING) -> Track:
+    """Read a displacement's own file: a time or frames, and a displacement or the coordinates x and y of a point.
+
+    Parameters
+    ----------
+    path
+        CSV, or a file of DeepLabCut, Tracker or Kinovea.
+    said
+        What the file does not tell: columns, units, ``scale``, ``rate`` of the frames, ``axis``, ``point``.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or scale, rate or axis do not go with it; the message says what does.
+    """
+    return track_of(read_columns(path, TRACK.told(said)), said)
+
+
+def track_data(columns: Mapping[str, ArrayLike], name: str = "displacement", said: Said = NOTHING) -> Track:
+    """Return the track in ``columns``, arrays (n,) by headers. Raises InputError as `read_track` does."""
+    return track_of(columns_table(columns, name, TRACK.told(said)), said)
+
+
+def track_of(table: Table, said: Said = NOTHING) -> Track:
+    """Return the track in the columns of a table. Raises InputError where rate or axis do not go with it."""
+    notes = list(table.notes)
+    time = _times(table, said)
+    likely = table.columns.get("likelihood")
+    if likely is not None and (vague := ~(likely >= _LIKELY)).any():
+        told = {"count": int(vague.sum()), "of": len(time), "least": _LIKELY}
+        notes.append(Finding("track-uncertain", values=told))
+        time = time[~vague]
+        table = replace(table, columns={q: values[~vague] for q, values in table.columns.items()})
+    values, about = _along(table, said.axis)
+    notes += about
+    missing, more = dropouts(values, "displacement", "m")
+    time, values = time[~missing], values[~missing]
+    if len(time) < LEAST_DISPLACEMENT:
+        raise InputError(f"{table.source}: {len(time)} readings of the displacement; {LEAST_DISPLACEMENT} are needed")
+    return Track(table.source, time, values, (*notes, *more), table.headers)
+
+
+def _times(table: Table, said: Said) -> Array:
+    """Return the times [s] of a table, of frames by their rate. Raises InputError where the rate is missing."""
+    frames = table.columns.get("frame")
+    if "time" in table.columns:
+        if said.rate is not None:
+            raise InputError(f"{table.source}: a rate of frames was given, and the file has times; leave --fps out")
+        return table.time
+    assert frames is not None
+    if said.rate is None:
+        raise InputError(f"{table.source}: has frames and no times; give the camera's rate: --fps 25")
+    if not (math.isfinite(said.rate) and said.rate > 0):
+        raise InputError(f"{table.source}: the rate of frames is {said.rate:g}; give frames a second, such as --fps 25")
+    back = np.flatnonzero(~(np.diff(frames) > 0))
+    if len(back):
+        raise InputError(f"{table.source}: frame {frames[back[0] + 1]:g} follows {frames[back[0]]:g}; sort the file")
+    return frames / said.rate
+
+
+def _along(table: Table, axis: str | None) -> tuple[Array, list[Finding]]:
+    """Return displacements (n,) along an axis, and a finding on the direction where none was given."""
+    columns = table.columns
+    if "displacement" in columns:
+        if axis is not None:
+            raise InputError(f"{table.source}: --axis is for coordinates x and y; the file has a displacement")
+        return columns["displacement"], []
+    there = [name for name in ("x", "y") if name in columns]
+    if axis is None and len(there) == 1:
+        return columns[there[0]], []
+    if axis is None:
+        return _principal(columns["x"], columns["y"])
+    plain = _AXIS.fullmatch(axis.strip())
+    if plain:
+        name = plain[2].lower()
+        if name not in there:
+            raise InputError(f"{table.source}: --axis {axis}: the file has no column {name}")
+        return (-columns[name] if plain[1] == "-" else columns[name]), []
+    if len(there) < 2:
+        raise InputError(f"{table.source}: --axis {axis} needs columns x and y")
+    turned = _ANGLE.fullmatch(axis.strip())
+    if not turned:
+        raise InputError(f"--axis {axis[:20]}: write x, y, -x, -y or an angle from x to y, such as 30deg")
+    angle = float(turned[1]) if turned[2] == "rad" else math.radians(float(turned[1]))
+    return math.cos(angle) * columns["x"] + math.sin(angle) * columns["y"], []
+
+
+def _principal(x: Array, y: Array) -> tuple[Array, list[Finding]]:
+    """Return positions along the direction in which they vary most, first from where they begin, and that direction."""
+    known = np.isfinite(x) & np.isfinite(y)
+    if known.sum() < 2:
+        return np.where(known, x, np.nan), []
+    points = np.column_stack([x, y])[known]
+    middle = np.median(points, axis=0)
+    _, sizes, directions = np.linalg.svd(points - middle, full_matrices=False)
+    along = directions[0]
+    values = (np.column_stack([x, y]) - middle) @ along
+    moved = values[known] - np.median(values[known][: max(int(known.sum()) // 50, 1)])
+    if moved[np.argmax(np.abs(moved))] < 0:
+        along, values = -along, -values
+    angle = math.degrees(math.atan2(along[1], along[0]))
+    across = float(sizes[1] / sizes[0]) if sizes[0] else 0.0
+    return values, [Finding("track-axis", values={"angle": angle, "across": across})]
+
+
+def with_track(record: Record, track: Track) -> Record:
+    """Return a record with the displacement of a file of its own, whose clock begins where the tip begins to move.
+
+    Where the tip does not rest before it moves the clock is taken to begin with the file; a fit finds what is missing.
+
+    Raises
+    ------
+    InputError
+        The record has a displacement of its own, or the track is too short.
+    """
+    if record.displacement is not None:
+        raise InputError(f"{record.source}: has a displacement itself; leave out that of {track.source}, or its column")
+    zero, rests = beginning(track.time, track.values)
+    time = track.time - zero
+    rest = track.values[time < 0]
+    values = track.values - (float(np.median(rest)) if len(rest) else float(track.values[0]))
+    channel = Channel(time, values, zero=zero)
+    if int((time >= 0).sum()) < LEAST_DISPLACEMENT:
+        raise InputError(
+            f"{track.source}: {int((time >= 0).sum())} readings from where the tip begins to move, at "
+            f"{format_quantity(zero, 's', 4)} of its clock; {LEAST_DISPLACEMENT} are needed"
+        )
+    notes = [*track.notes, *rest_drift(channel.time, channel.values, "displacement", "m")]
+    if not rests:
+        notes.append(Finding("track-without-rest"))
+    length = next((track.headers[q] for q in ("displacement", "x", "y") if q in track.headers), None)
+    headers = {**record.headers, "displacement": length} if length else record.headers
+    about = tuple(note.about(track.source) for note in notes)
+    return replace(record, displacement=channel, own_clock=True, notes=(*record.notes, *about), headers=headers)
+
+
+def beside(files: Sequence[Any], tracks: Sequence[Track]) -> list[Any]:
+    """Return files of which each record has its track. Raises InputError where there are more or fewer of these."""
+    records = [k for k, file in enumerate(files) if isinstance(file, Record)]
+    if len(tracks) != len(records):
+        raise InputError(f"give one displacement for each record: {len(records)} of these, and {len(tracks)} of those")
+    of = dict(zip(records, tracks, strict=True))
+    return [with_track(file, of[k]) if k in of else file for k, file in enumerate(files)]
+
+
+def beginning(t: Array, values: Array) -> tuple[float, bool]:
+    """Return when [s] a tip begins to move, and whether it rests until then.
+
+    The first part of the rise is extrapolated back to the rest's level by a parabola. Without a rest it is the first
+    reading.
+    """
+    noise = noise_level(values)
+    level = float(np.median(values[: _FEWEST_AT_REST // 2]))
+    span = float(np.abs(values - level).max())
+    out = np.abs(values - level) > max(_LEAVES * noise, 1e-3 * span)
+    stays = out & np.append(out[1:], True)  # a single reading is an outlier
+    first = int(np.argmax(stays))
+    if not stays.any() or first < _FEWEST_AT_REST or _moves(t[:first], values[:first], noise):
+        return float(t[0]), False
+    level = float(np.median(values[:first]))
+    reached = np.abs(values - level) > max(_RISE * span, 2 * _LEAVES * noise)
+    last = max(int(np.argmax(reached)), first + 2) if reached.any() else len(values)
+    x, y = t[first : last + 1] - t[first], values[first : last + 1] - level
+    if len(x) >= 3:
+        order = 2 if len(x) > 5 else 1
+        roots = np.roots(np.polyfit(x, y, order))
+        before = [r.real for r in np.atleast_1d(roots) if abs(r.imag) < _REAL and -3 * x[-1] <= r.real <= 0]
+        if before:
+            return float(max(t[first] + max(before), t[0])), True
+    return float(t[first]), True
+
+
+def _moves(t: Array, values: Array, noise: float) -> bool:
+    """Tell whether readings before a motion move already: the line of their first half rises by more than noise."""
+    half = max(len(t) // 2, 2)
+    line = np.polynomial.Polynomial.fit(t[:half], values[:half], 1)
+    return abs(float(line(t[half - 1]) - line(t[0]))) > _RISES * noise * max(np.sqrt(12 / half), 0.5)
