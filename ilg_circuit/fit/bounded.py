@@ -7,7 +7,7 @@ where in the interval it lies.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -69,8 +69,10 @@ class BoundedProfile:
         return sum(self.admitted) / 2
 
     def knowing(self, place: float, coordinates: Array) -> BoundedProfile:
-        """Return the profile with ``coordinates`` (n,) at a ``place`` between the others, where a fit was made."""
+        """Return the profile with ``coordinates`` (n,) at a ``place`` among the others, where a fit was made."""
         k, deviance = int(np.searchsorted(self.places, place)), np.interp(place, self.places, self.deviance)
+        if place in self.places:
+            return replace(self, coordinates=np.vstack([self.coordinates[:k], coordinates, self.coordinates[k + 1 :]]))
         return BoundedProfile(
             np.insert(self.places, k, place),
             np.insert(self.deviance, k, deviance),

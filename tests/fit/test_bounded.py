@@ -80,3 +80,13 @@ def test_what_the_data_tell_is_found(shift: float) -> None:
         held += [low <= shift <= high, *((middle - down <= truth) & (truth <= middle + up))]
         assert high - low < 0.1
     assert (held >= 0.9 * len(data)).all()
+
+
+def test_a_place_that_is_known_already_is_not_one_more() -> None:
+    places = np.array([0.0, 1.0, 2.0])
+    profile = BoundedProfile(places, np.zeros(3), np.zeros((3, 1)), np.ones((3, 1, 1)))
+    for place in (0.0, 1.0, 2.0, 0.5):
+        known = profile.knowing(place, np.array([7.0]))
+        assert (np.diff(known.places) > 0).all()
+        assert known.coordinates[np.searchsorted(known.places, place), 0] == 7.0
+        assert np.isfinite(known.range).all()
