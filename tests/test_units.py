@@ -26,7 +26,11 @@ def test_written_and_read_back_bit_for_bit(unit: str, data: st.DataObject) -> No
     assert parse(format_quantity(value, unit), unit) == value
 
 
-@pytest.mark.parametrize("unit", [*(u for u in PLAUSIBLE if not u.startswith("-")), "m/(V s)"])
+#: What `PLAUSIBLE` knows by the name of an argument.
+ARGUMENTS = {"duration", "rise_time", "adaptation_time", "slower"}
+
+
+@pytest.mark.parametrize("unit", [*(u for u in PLAUSIBLE if u not in ARGUMENTS), "m/(V s)"])
 def test_a_size_that_nothing_has_is_refused_with_the_sizes_allowed(unit: str) -> None:
     low, high = PLAUSIBLE.get(unit, (1e-30, 1e30))
     for value in (low, high, 0.0):

@@ -28,9 +28,9 @@ from .paths import STRIP, Command
     click.option("--force", is_flag=True, help="Replace a file that is there."),
 )
 def new(file: Path, force: bool, **options: Any) -> None:
-    """Write the file of a strip from its sizes; identify fits the rest.
+    """Write the file of a strip from its sizes.
 
-    FILE is a TOML file with a comment on every key.
+    FILE is a TOML file with a comment on every key; identify fits the rest.
     """
     from ..front.strips import new_strip, save_new
 

@@ -30,7 +30,10 @@ from .paths import PAGE, Command
 @beam_option
 @group("Output", click.option("--out", type=PAGE, required=True, help="One HTML file, which needs no network."))
 def page(actuator: str, drive: str, duration: str, beam: str | None, out: Path) -> None:
-    """Write the strip as a page for any browser: sliders, and ngspice in the page."""
+    """Write a strip as a page for any browser, ngspice inside.
+
+    Its sliders move geometry, material and drive; a measured CSV file that is dropped on it is drawn over the model.
+    """
     from ..front.pages import page as write
 
     say(f"wrote {write(actuator, out, drive, duration, beam=beam, origin=origin([actuator]))}")

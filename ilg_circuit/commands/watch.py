@@ -59,7 +59,7 @@ from .paths import ANY_FOLDER, FOLDER, LOG, PARAMETERS, LongCommand, forced, for
 @forcing("Let --into be any folder.")
 @click.pass_context
 def watch(context: click.Context, /, folder: Path, **options: Any) -> None:
-    """Fit what an instrument writes into a folder, each file as it arrives.
+    """Fit each file that an instrument writes into a folder.
 
     A file is taken once its size is still, and again when it changes. What was fitted before is not fitted again, so
     that it goes on where it was. Ctrl-C ends it, with exit code 130; the table holds all files up to then.

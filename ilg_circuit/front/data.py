@@ -161,12 +161,12 @@ def sets_of(
 
 def onset_of(given: Stated | str) -> Stated:
     """Return when an excitation began, from a time with a unit or the name of a reading. Raises InputError else."""
-    if not isinstance(given, str):
-        return given
+    if given is None:
+        return None
     for reading in ("last-rest", "first-level"):
         if given == reading:
             return cast(Stated, reading)
-    if given.replace("-", "").isalpha():
+    if isinstance(given, str) and given.replace("-", "").isalpha():
         raise InputError(f"{argument('onset', given)}: write a time such as 4s, or last-rest or first-level")
     return si(given, "s", argument("onset"))
 

@@ -39,7 +39,7 @@ def read_data(
     InputError
         A column is missing, has no unit or holds no numbers, or times decrease; the message names it.
     """
-    if said.part is not None or said.cycle is not None:
+    if said.part is not None or said.cycle is not None or said.point is not None:
         raise InputError(f"{name}: columns in memory are one measurement; part and cycle choose in files")
     kind, layout = _recognised(columns, said)
     table = _table(columns, name, kind, layout)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, get_overloads
 
 import pytest
@@ -13,6 +14,7 @@ from ilg_circuit.arms.run import ArmResult
 from ilg_circuit.circuit.text import SpiceText
 from ilg_circuit.fit.result import FitResult
 from ilg_circuit.hyperelastic import Characterisation
+from ilg_circuit.identification.batch import Batch
 from ilg_circuit.identification.identification import Identification
 from ilg_circuit.oscillators.run import RhythmRun, RhythmSweep
 from ilg_circuit.simulation.impedance import Impedance
@@ -20,6 +22,7 @@ from ilg_circuit.simulation.response import Response
 from ilg_circuit.simulation.sensing import Sensed
 from ilg_circuit.strip.actuator import Actuator
 from ilg_circuit.strip.models import IonPath
+from ilg_circuit.strip.specimen import Specimen
 from ilg_circuit.study.design import DesignReport
 from ilg_circuit.study.sweep import SweepResult
 
@@ -29,11 +32,14 @@ RETURNED = {
     "design": DesignReport,
     "fit_curve": FitResult,
     "identify": Identification,
+    "identify_each": Batch,
     "impedance": Impedance,
     "library": SpiceText,
     "load": Actuator,
     "netlist": SpiceText,
+    "new_strip": Specimen,
     "ogden": Characterisation,
+    "page": Path,
     "pareto": DesignReport,
     "read": Any,  # one set of data, or a list
     "register_model": IonPath,

@@ -329,5 +329,5 @@ def test_a_title_that_cannot_be_printed_is_suggested_by_its_number(tmp_path: Pat
     path = tmp_path / "record.csv"
     body = "".join(f"{t:g},{u:g},{i:.12g}\n" for t, u, i in zip(T, U, I, strict=True))
     path.write_bytes("\u6642\u9593[s],\u96fb\u5727[V],\u96fb\u6d41[A]\n".encode("shift_jis") + body.encode())
-    with pytest.raises(InputError, match=r"if so: --columns time=1 --columns voltage=2 --columns current=3$"):
+    with pytest.raises(InputError, match=r"if so: columns={'time': '1', 'voltage': '2', 'current': '3'}$"):
         read(path)

@@ -89,9 +89,9 @@ REFUSED: dict[str, tuple[str, Mapping[str, Any], str]] = {
     "lengths without a unit": (
         "t_s,x,y\n" + table(T, X_PX, Y_PX),
         {},
-        "if so: --units displacement=mm$",
+        "if so: units={'displacement': 'mm'}$",
     ),
-    "times without a unit": ("t,x_mm,y_mm\n" + table(T, X_PX, Y_PX), {}, "if so: --units displacement.time=s$"),
+    "times without a unit": ("t,x_mm,y_mm\n" + table(T, X_PX, Y_PX), {}, "if so: units={'displacement.time': 's'}$"),
     "no column": ("time_s,temperature_K\n" + table(T, Y), {}, "no column for displacement"),
     "too short": ("time_s,displacement_mm\n" + table(T[:9], Y[:9]), {}, "9 readings of the displacement; 20 are"),
 }
