@@ -1,6 +1,18 @@
 """From an ionic-liquid-gel strip's geometry and measurements to a solved, checked circuit.
 
-import ilg_circuit as ilg
+    import ilg_circuit as ilg
+
+    strip = ilg.load("paper")                                   # or a TOML file, or new_strip(length=..., ...)
+    run = ilg.simulate(strip, "square:-2V..2V,30s", "300 s")    # impedance, sense, sweep, design, netlist, library
+    fit = ilg.identify("step.csv", strip)                       # identify_each, read, ogden, fit_curve
+
+Every result prints its summary and has ``.summary()``, ``.to_dataframe()``, ``.to_xarray()``, ``.to_dict()``,
+``.plot(ax=ax)`` and ``.save("x.csv")`` (also .json, .png, .html and, of waveforms, .nc); fits have ``.warnings``, and
+``fit["capacitance"]`` has ``.value``, ``.stderr`` and ``.interval``; ``fit.actuator`` is the fitted strip.
+
+Drives are texts such as step:4V, square:-2V..2V,30s (30 s is the period), sine:2V,0.1Hz, triangle:2V,30s, ramp:10mV/s,
+cv:..., pulse:..., chirp:..., multisine:..., file:drive.csv, or (times, values). Quantities are SI numbers or texts with
+units, such as "4 V".
 
 Names are imported when they are first used, so that the import itself takes no time.
 """

@@ -121,6 +121,8 @@ def identify_each(
         raise InputError(f"{jobs} jobs: give 1 to 1024")
     if jobs is not None and jobs > 1:
         require_study()
+    if isinstance(paths, str | Path):
+        raise InputError(f"paths is one text, '{str(paths)[:60]}'; give a list, such as sorted(Path().glob('*.csv'))")
     files = [Path(path) for path in paths]
     root = None if folder is None else Path(folder)
     tasks = _tasks(files, strip, root, options, call, force)

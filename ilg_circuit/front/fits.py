@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from inspect import signature
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import row
-from ..errors import InputError, argument, checked
+from ..errors import InputError, argument, checked, unknown_name
 from ..hyperelastic import Characterisation, characterise
 from ..identification.identification import Identification
 from ..identification.identify import identify as fit
@@ -135,7 +136,9 @@ def identify(
     >>> round(fit.parameters["dynamic_resistance"].value)
     20
     """
-    if (data is None) == (not arrays):
+    if data is not None and arrays:
+        raise unknown_name("argument", next(iter(arrays)), [*signature(identify).parameters][:-1])
+    if data is None and not arrays:
         raise InputError("give data, or arrays by keyword such as time=, voltage=, current=")
     base = measured_strip(
         strip,

@@ -133,6 +133,9 @@ def fit_displacement(
     else:
         search = _WindowSearch(record, actuator, progress, delay)
     best, bic_gain = search.by_evidence(search.longest())
+    if delay == "fit" and best.motion.beam == "dynamic" and best.motion.linear:  # its delay is not the static beam's
+        search = search.at_clock(*likeliest_clock(best.data, best.motion, best.fit))
+        best = search.attempt("dynamic", best.data.window, replace(best, wanted=None)) or best
     return search.finish(*search.confirmed(best), bic_gain)
 
 
@@ -239,7 +242,7 @@ class _WindowSearch:
 
         Both beams have the same parameters, since E, density and damping are the actuator's: the BIC tells them apart
         by their residuals alone, on as many samples as the better one's are independent. Where the readings leave the
-        onset open each beam has its own: a static strip that began later looks like one with inertia.
+        onset or a delay open each beam has its own: a static strip that began later looks like one with inertia.
         """
         end = found.data.window
         static = self.attempt("static", end, found)
@@ -279,13 +282,14 @@ class _WindowSearch:
         """Return the fit up to ``end`` [s], from where ``like`` ended or the search's start; None where it fails.
 
         Where the rest supports a drift over that stretch it is fitted; a slope beyond the rest's own interval is held
-        at its end, so that what d(s) does not describe is no drift. What was held over that stretch stays so.
+        at its end, so that what d(s) does not describe is no drift. What this beam held over that stretch stays so.
         """
         if (beam, end) in self.failed:
             return None
         motion, data = self.motions[beam], replace(self.base, window=end)
         try:
-            if like is not None and like.data.window == end and like.wanted is not None:
+            held = like is not None and like.data.window == end and like.motion == motion and like.wanted is not None
+            if like is not None and held:
                 data = replace(data, held=like.data.held)
                 return replace(self._fitted(data, motion, None, tolerance, like), wanted=like.wanted)
             data = replace(data, drift=self.rest.supports(end, data.size))
@@ -362,8 +366,14 @@ class _WindowSearch:
 
 
 def _at_its_onset(found: _Attempt) -> FitResult:
-    """Return the fit with the onset where this beam makes it likeliest; the same fit where it is known."""
+    """Return the fit with onset and clock where this beam makes them likeliest; the same fit where they are known."""
     data, motion = found.data, found.motion
+    if data.delays is not None and motion.linear:
+        delay, clock = likeliest_clock(data, motion, found.fit)
+        moved = replace(data, delay=delay, clock=clock)
+        with suppress(SolveError):
+            return fit(Problem((moved.observation(motion),), COUPLING), found.fit.values, tolerance=_TRIAL)
+        return found.fit
     if not (data.bracketed and motion.linear):
         return found.fit
 

@@ -69,7 +69,7 @@ class Motion:
         """
         after = t >= 0
         zeta, wn = values[0, -2:]
-        if min(wn * t[-1], 20 / zeta) > _MOST_RINGING:
+        if min(wn * t[-1], 20 / max(zeta, 1e-300)) > _MOST_RINGING:
             raise SolveError("the fit of d(s) left what the record can resolve")
         strips = self._strips(values, t)
         result = np.zeros((len(values), len(t)))

@@ -60,7 +60,7 @@ def step_metrics(
     relaxed = (fall > resolution) & (at < t[ends][0])
     fall = np.where(relaxed, fall, np.where(np.isnan(fall), np.nan, 0.0))
     ahead = side * final
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         overshoot = np.where(ahead > 0, fall / ahead, np.nan)
         squares = (rows[:, 1:] ** 2 + rows[:, :-1] ** 2) / 2
         rms = np.sqrt(squares @ np.diff(t) / (t[-1] - t[0]))
