@@ -26,8 +26,8 @@ _BLOCK = 2000
 _FELT = 1e-13
 #: A drive with fewer edges than one in so many samples is solved from edge to edge, not from sample to sample.
 _FEW_EDGES = 8
-#: Numbers of the exponentials that are kept at most: an irregular grid asks for as many as it has intervals.
-_MOST_KEPT = 20_000_000
+#: Exponentials kept at most: an irregular grid asks for as many as it has intervals.
+_MOST_KEPT = 256
 
 
 def exact_outputs(system: StateSpace, drive: Drive, times: Array) -> Array:
@@ -36,18 +36,9 @@ def exact_outputs(system: StateSpace, drive: Drive, times: Array) -> Array:
     A sample on a jump of the drive is the right limit. Raises SolveError when the result is not finite.
     """
     grid = interval_grid(drive, times)
-    return exact_at_starts(system, drive, grid, np.diff(grid))[:, :, np.searchsorted(grid, times)]
-
-
-def exact_at_starts(system: StateSpace, drive: Drive, starts: Array, widths: Array) -> Array:
-    """Return the outputs (n, outputs, m + 1) at the ``starts`` [s] (m + 1,) of intervals, the last of which is the end.
-
-    The drive is smooth on each. ``widths`` [s] (m,) are what parts the starts, free of their rounding: intervals of one
-    width share an exponential. Raises SolveError when the result is not finite.
-    """
-    inputs = np.append(drive_lines(drive, starts[:-1], widths), _at(drive, starts[-1:]), axis=1)
-    outputs = list(_outputs(system, drive.angular_frequency(), inputs, widths, np.ones(1)))
-    return _finite(np.concatenate(outputs, axis=2)[..., 0])
+    inputs = np.append(drive_lines(drive, grid[:-1], np.diff(grid)), _at(drive, grid[-1:]), axis=1)
+    outputs = list(_outputs(system, drive.angular_frequency(), inputs, np.diff(grid), np.ones(1)))
+    return _finite(np.concatenate(outputs, axis=2)[..., 0])[:, :, np.searchsorted(grid, times)]
 
 
 def exact_on_panels(system: StateSpace, drive: Drive, panels: Panels) -> Array:
@@ -229,7 +220,7 @@ class _Propagators:
         """Exponentials (n, fractions, states, states); widths that do not come again are forgotten."""
         key, width = self._keys[interval], float(self._widths[interval])
         if key not in self._kept:
-            if len(self._kept) * self._matrix.size * len(self._fractions) > _MOST_KEPT:
+            if len(self._kept) > _MOST_KEPT:
                 self._kept.clear()
             half = self._kept.get(_key(width / 2))
             self._kept[key] = half @ half if half is not None else self._exponential(width)

@@ -14,7 +14,7 @@ from numpy.polynomial import legendre
 
 from ..arrays import Array
 from ..drive import Drive
-from .exact import exact_at_starts, exact_outputs
+from .exact import exact_outputs
 from .grid import Grid, lagrange, smooth_intervals
 from .state_space import StateSpace
 
@@ -93,27 +93,16 @@ def exact_with_work(system: StateSpace, drive: Drive, times: Array, works: Seque
     """
     if not works:
         return exact_outputs(system, drive, times)
-    end = float(times[-1])
-    intervals = smooth_intervals(system.poles().ravel(), drive, end or 1e-300)
-    ends = np.union1d(np.append(0.0, times), intervals[intervals <= end])
+    intervals = smooth_intervals(system.poles().ravel(), drive, float(times[-1]) or 1e-300)
+    ends = np.union1d(times, intervals[intervals <= times[-1]])
     fractions, weights = _gauss(5)
-    widths = _alike(np.diff(ends), 4 * np.spacing(end))[:, None]
-    inner = ends[:-1, None] + widths * np.append(0.0, fractions)  # an interval's start, and its points
-    parts = widths * np.diff(fractions, prepend=0.0, append=1.0).round(15)  # three lengths: the points lie evenly
-    outputs = exact_at_starts(system, drive, np.append(inner, end), parts.ravel())
-    within = np.flatnonzero(np.append(np.tile([False, *[True] * 5], len(widths)), False))
-    power = powers(works, system.output_names, drive.value(inner[:, 1:].ravel()), outputs[..., within])
-    steps = (power.reshape(*power.shape[:2], *inner[:, 1:].shape) * (widths * weights)).sum(axis=-1)
+    widths = np.diff(ends)[:, None]
+    points = ends[:-1, None] + widths * fractions
+    grid = np.union1d(times, points.ravel())
+    outputs = exact_outputs(system, drive, grid)
+    inside = np.searchsorted(grid, points.ravel())
+    power = powers(works, system.output_names, drive.value(grid[inside]), outputs[..., inside])
+    steps = (power.reshape(*power.shape[:2], *points.shape) * (widths * weights)).sum(axis=-1)
     total = np.append(np.zeros((*power.shape[:2], 1)), np.cumsum(steps, axis=-1), axis=-1)
-    at = np.searchsorted(ends, times)
-    return np.concatenate([outputs[..., 6 * at], total[..., at]], axis=1)
-
-
-def _alike(widths: Array, rounding: float) -> Array:
-    """Return ``widths`` with one value for those that only the ``rounding`` of their ends' times tells apart."""
-    order = np.argsort(widths)
-    ascending = widths[order]
-    first = np.concatenate([[True], np.diff(ascending) > rounding])[: len(widths)]
-    result = np.empty_like(widths)
-    result[order] = ascending[np.flatnonzero(first)[np.cumsum(first) - 1]]
-    return result
+    at, until = np.searchsorted(grid, times), np.searchsorted(ends, times)
+    return np.concatenate([outputs[..., at], total[..., until]], axis=1)

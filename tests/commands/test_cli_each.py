@@ -26,6 +26,7 @@ from ilg_circuit.front.each import labels
 from ilg_circuit.front.watch import watch
 from ilg_circuit.report import axes, identification, page
 from ilg_circuit.report import folder as folders
+from ilg_circuit.study.workers import processes_possible
 
 FIT = ("--model", "rc", "--engine", "exact", "--onset", "first-level")
 
@@ -91,6 +92,7 @@ def test_every_file_by_itself_and_not_again(run: Run, tmp_path: Path, quick: Non
     assert Path("table.md").read_text().count("\n") == 5
 
 
+@pytest.mark.skipif(not processes_possible(), reason="this machine lets processes share no locks")
 def test_on_several_cores_it_is_the_same(run: Run) -> None:
     paths = [write(Path(f"{k}.csv"), k) for k in range(2)]
     found = [ilg.identify_each(paths, model="rc", engine="exact", onset="first-level", jobs=jobs) for jobs in (1, 2)]

@@ -12,6 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import ilg_circuit as ilg
+from ilg_circuit.study.workers import processes_possible
 
 
 def final(voltage: float) -> float:
@@ -28,6 +29,7 @@ def test_threads_that_simulate_at_once_get_what_one_gets(alone: list[float]) -> 
         assert_allclose(list(pool.map(final, (1.0, 2.0, 3.0, 4.0))), alone, rtol=1e-9)
 
 
+@pytest.mark.skipif(not processes_possible(), reason="this machine lets processes share no locks")
 @pytest.mark.parametrize("method", ["spawn", "forkserver"])
 def test_processes_that_start_afresh_get_what_one_gets(method: str, alone: list[float]) -> None:
     with ProcessPoolExecutor(1, multiprocessing.get_context(method)) as pool:
