@@ -47,7 +47,7 @@ def group(title: str, *options: Callable[..., Any]) -> Callable[[C], C]:
     def decorate(command: C) -> C:
         before = len(getattr(command, "__click_params__", ()))
         decorated: C = reduce(lambda inner, option: option(inner), reversed(options), command)
-        for added in decorated.__click_params__[before:]:  # type: ignore[attr-defined]
+        for added in getattr(decorated, "__click_params__", ())[before:]:
             vars(added).setdefault("group", title)
         return decorated
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError, unknown_name
 from ..strip.actuator import Actuator, Geometry, Mounting
@@ -89,7 +90,7 @@ def measured_strip(strip: Strip | Specimen | None, **sizes: Given | None) -> Act
 
     None where nothing was given. Raises InputError where sizes are missing.
     """
-    given = {key: value for key, value in sizes.items() if value is not None}
+    given: dict[str, Any] = {key: value for key, value in sizes.items() if value is not None}
     if strip is None:
         if not given:
             return None
@@ -99,7 +100,7 @@ def measured_strip(strip: Strip | Specimen | None, **sizes: Given | None) -> Act
                 f"the strip's {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing; give all of "
                 f"{', '.join(SIZES[:4])}, or a strip that has them"
             )
-        return _strip(**given)
+        return new_strip(**given)
     found = strip if isinstance(strip, Actuator | Specimen) else load_strip(strip)
     if not given:
         return found
@@ -107,11 +108,7 @@ def measured_strip(strip: Strip | Specimen | None, **sizes: Given | None) -> Act
         return found.with_(**given)
     geometry = {key: getattr(found.geometry, key) for key in SIZES}
     rest = {"orientation": found.mounting.orientation, "name": found.name}
-    return _strip(**geometry | dict(found.known) | rest | given)
-
-
-def _strip(**values: Given) -> Specimen:
-    return new_strip(**values)  # type: ignore[arg-type]
+    return new_strip(**geometry | dict(found.known) | rest | given)
 
 
 def _unit(key: str) -> str:

@@ -55,15 +55,18 @@ def in_step(record: CurrentData, delay: float | Literal["fit"]) -> tuple[Current
     most = max(_NEAR * span, min(_NEAREST, span / 4))
     low, high = (-most, most) if rests else (-_LATEST * span, 0.0)
     gain = _gains(record, channel, span * (1 + MOST_RATE) + max(-low, high))
-    late = _best(lambda d: gain(d, RateOf()), low, high)
+    late = _best(gain, low, high, RateOf())
     if record.level is not None:
         return _moved(record, channel.zero + late), None
+
+    def rated(place: float, rate: RateOf, begin: float) -> float:
+        return gain(begin, replace(rate, rate=place))
+
     rate = RateOf(1.0, _pivot(channel, late))
     for part in (1.0, 0.2):
-        begin, half = late, part * MOST_RATE
-        found = _best(lambda r: gain(begin, replace(rate, rate=r)), rate.rate - half, rate.rate + half)  # noqa: B023
-        rate = replace(rate, rate=found)
-        late = _best(lambda d: gain(d, rate), late - part * most, late + part * most)  # noqa: B023
+        half = part * MOST_RATE
+        rate = replace(rate, rate=_best(rated, rate.rate - half, rate.rate + half, rate, late))
+        late = _best(gain, late - part * most, late + part * most, rate)
     return _moved(record, channel.zero + late), replace(rate, pivot=rate.pivot - late)
 
 
@@ -126,11 +129,11 @@ def _gains(record: CurrentData, channel: Channel, end: float) -> Callable[[float
     return gain
 
 
-def _best(gain: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a gain is largest, by closer and closer looks."""
+def _best(gain: Callable[..., float], low: float, high: float, *beside: object) -> float:
+    """Return where a gain, whose further arguments are ``beside``, is largest, by closer and closer looks."""
     for _ in range(_LOOKS):
         places = np.linspace(low, high, _PLACES)
-        best = float(places[int(np.argmax([gain(float(x)) for x in places]))])
+        best = float(places[int(np.argmax([gain(float(x), *beside) for x in places]))])
         half = _CLOSER * (high - low) / 2
         low, high = best - half, best + half
     return best
