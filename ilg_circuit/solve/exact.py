@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,8 @@ _BLOCK = 2000
 _FELT = 1e-13
 #: A drive with fewer edges than one in so many samples is solved from edge to edge, not from sample to sample.
 _FEW_EDGES = 8
-#: Exponentials kept at most: an irregular grid asks for as many as it has intervals.
-_MOST_KEPT = 256
+#: Numbers in the exponentials kept at most: an irregular grid asks for as many of them as it has intervals.
+_MOST_KEPT = 20_000_000
 
 
 def exact_outputs(system: StateSpace, drive: Drive, times: Array) -> Array:
@@ -37,7 +38,8 @@ def exact_outputs(system: StateSpace, drive: Drive, times: Array) -> Array:
     """
     grid = interval_grid(drive, times)
     inputs = np.append(drive_lines(drive, grid[:-1], np.diff(grid)), _at(drive, grid[-1:]), axis=1)
-    outputs = list(_outputs(system, drive.angular_frequency(), inputs, np.diff(grid), np.ones(1)))
+    widths = _shared_widths(grid, interval_grid(drive, times[-1:]))
+    outputs = list(_outputs(system, drive.angular_frequency(), inputs, widths, np.ones(1)))
     return _finite(np.concatenate(outputs, axis=2)[..., 0])[:, :, np.searchsorted(grid, times)]
 
 
@@ -137,6 +139,24 @@ def interval_grid(drive: Drive, times: Array) -> Array:
     return np.union1d(np.concatenate([[0.0], drive.breakpoints(end)]), times)
 
 
+def _shared_widths(grid: Array, edges: Array) -> Array:
+    """Return the widths of the intervals of ``grid`` [s], between whose ``edges`` [s] the drive is smooth.
+
+    Pieces from edge to edge that are cut alike, but for the rounding of times, have the widths of the first of them, so
+    that they share exponentials. Widths of each piece start at its edge: rounding does not add up over a run.
+    """
+    widths = np.diff(grid)
+    rounding = 4 * np.spacing(grid[-1])
+    bounds = np.searchsorted(grid, edges).tolist()
+    first: dict[tuple[int, str], tuple[int, int]] = {}
+    for begin, end in pairwise(bounds):
+        a, b = first.setdefault((end - begin, f"{grid[end] - grid[begin]:.9e}"), (begin, end))
+        apart = np.abs((grid[begin : end + 1] - grid[begin]) - (grid[a : b + 1] - grid[a])).max(initial=0.0)
+        if apart <= rounding:
+            widths[begin:end] = widths[a:b]
+    return widths
+
+
 def drive_lines(drive: Drive, starts: Array, widths: Array) -> Array:
     """Return the drive at the ``starts`` [s] (m,) of smooth intervals and its companion there; shape (2, m).
 
@@ -220,7 +240,7 @@ class _Propagators:
         """Exponentials (n, fractions, states, states); widths that do not come again are forgotten."""
         key, width = self._keys[interval], float(self._widths[interval])
         if key not in self._kept:
-            if len(self._kept) > _MOST_KEPT:
+            if (len(self._kept) + 1) * len(self._fractions) * self._matrix.size > _MOST_KEPT:
                 self._kept.clear()
             half = self._kept.get(_key(width / 2))
             self._kept[key] = half @ half if half is not None else self._exponential(width)

@@ -18,6 +18,7 @@ from ilg_circuit.errors import InputError, SolveError
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.solve import transient
+from ilg_circuit.solve.exact import _shared_widths, interval_grid
 from ilg_circuit.solve.state_space import state_space
 from ilg_circuit.strip.actuator import PAPER, Actuator
 
@@ -151,3 +152,21 @@ def test_constant_sources_drive_too() -> None:
 def test_bad_times(engine: str, times: list[float]) -> None:
     with pytest.raises(InputError):
         transient(strip_netlist(PAPER), parse_drive("step:1V", 1.0), times, engine=engine)
+
+
+def test_periods_cut_alike_share_their_exponentials() -> None:
+    """Widths in each piece of a square wave are those of the first, although its absolute times are rounded."""
+    drive = parse_drive("square:-4V..4V,14s", 700.0)
+    edges = interval_grid(drive, np.array([700.0]))
+    cut = np.concatenate([[0.0], np.geomspace(1e-6, 6.0, 40)])
+    grid = np.union1d((edges[:-1, None] + cut).ravel(), edges)
+    widths = _shared_widths(grid, edges).reshape(100, 41)
+    assert (widths == widths[0]).all()
+    assert len(np.unique(np.diff(grid))) > 4 * 41  # what rounding makes of them
+    assert edges[:-1] + np.cumsum(widths, axis=1)[:, -1] == pytest.approx(edges[1:], abs=4 * np.spacing(700.0))
+
+
+@pytest.mark.parametrize("gap", [1e-9, 1e-3])
+def test_pieces_cut_otherwise_keep_their_widths(gap: float) -> None:
+    grid = np.array([0.0, 1.0, 2.0, 3.0 + gap, 4.0])
+    assert (_shared_widths(grid, np.array([0.0, 2.0, 4.0])) == np.diff(grid)).all()
