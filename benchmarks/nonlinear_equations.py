@@ -121,7 +121,8 @@ class _Equations:
         q, u1, y = x[:n], 0.0, 0.0
         if self.coupled:
             d1, d2 = x[n], x[n + 1]
-            y = free = self.gain * (d1 + d2 / self.zd)
+            free = self.gain * (d1 + d2 / self.zd)
+            y = free * e["k"] / (e["k"] + e["spring"])  # of a beam without inertia
             if self.run.tip == "clamped":
                 y = 0.0
         at = n + 2 * self.coupled

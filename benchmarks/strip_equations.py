@@ -7,6 +7,7 @@ wider than any ladder. Nonlinear ones are solved in `nonlinear_equations`.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import Any
@@ -71,12 +72,41 @@ def lumped(run: Run, number: Any) -> dict[str, Any]:
         "k": k,
         "mass": mass + number(load.mass),
         "damping": 2 * number(m.beam_damping_ratio) * (k * mass) ** number("0.5") + number(load.damping),
-        "spring": number(load.stiffness)
-        + (number(3) / 8 * number(m.density) * width * b * number(GRAVITY) if hanging else 0),
+        "spring": number(load.stiffness) + (k * number(1 / hanging_share(run) - 1) if hanging else 0),
         "ratio": 3 * at**2 / b**2,
         "constants": {name: number(x) for name, x in m.electrical_constants().items()},
         "ohm": ohm,
     }
+
+
+def hanging_share(run: Run) -> mpmath.mpf:
+    """Share of its free deflection at the load that its own and the load's weight leave a strip that hangs.
+
+    The slope of EI (y'' - k0)'' = (T y')' is a sum of Airy's functions of the way up, in units of (EI/(mu g))^(1/3).
+    """
+    number, g, m = mpmath.mpf, run.strip.geometry, run.strip.material
+    free, at = number(g.free_length), number(g.free_length if g.load_position is None else g.load_position)
+    weight = number(m.density) * g.width * g.thickness * number(GRAVITY)  # [N/m]
+    load = number((run.load or Load()).mass) * number(GRAVITY)
+    bending = number(m.youngs_modulus) * g.width * number(g.thickness) ** 3 / 12
+    unit = (bending / weight) ** (number(1) / 3)
+
+    def up(x: Any) -> Any:
+        return (free - x + load / weight) / unit
+
+    airy = mpmath.airyai, mpmath.airybi
+    clamp = [f(up(0)) for f in airy]
+    bent = [f(up(free), derivative=1) for f in airy]
+    amounts = [clamp[1], -clamp[0]]  # no slope at the clamp
+    curvature = -sum(a * d for a, d in zip(amounts, bent, strict=True)) / unit
+    x, w = np.polynomial.legendre.leggauss(12)
+    edges = [at * (1 - number(2) ** -k) for k in range(40)] + [at]
+    total = number(0)
+    for left, right in itertools.pairwise(edges):
+        half = (right - left) / 2
+        slopes = [sum(a * f(up(left + half * (1 + p))) for a, f in zip(amounts, airy, strict=True)) for p in x.tolist()]
+        total += half * sum(v * s for v, s in zip(w.tolist(), slopes, strict=True))
+    return total / (curvature * at**2 / 2)
 
 
 def ion_path(e: dict[str, Any], end: float) -> Ions:
@@ -182,7 +212,7 @@ def linear_system(run: Run, e: dict[str, Any], ions: Ions, dtype: Any) -> tuple[
         gain = e["ratio"] * dtype(coupling.gain) * zd / wn**2
         x1, x2 = state["d"]
         y1 = gain * (x1 + x2 / zd)
-        motion = y1 if run.tip == "free" else row()
+        motion = y1 * (e["k"] / (e["k"] + e["spring"])) if run.tip == "free" else row()  # of a beam without inertia
     if dynamic:
         tip = state["tip"][0] if run.tip == "free" else row()
         force = e["k"] * (y1 - tip)

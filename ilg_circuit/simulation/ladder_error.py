@@ -24,6 +24,8 @@ from ..strip.ladder import MOST_SECTIONS
 #: What the finer ladder's own error may add.
 _CAUTION = 1.5
 _WIDER = 100.0
+#: Samples whose largest value is a smaller part of the run's are rounding about zero.
+_FELT = 1e-3
 #: A sine is drawn by so many lines a period, for so many periods at most: what comes later repeats itself.
 _CHORDS, _PERIODS = 40, 25
 #: Points after each edge of the drive, and samples, at most, that are looked at.
@@ -59,7 +61,8 @@ def ladder_error(
         if name == "current":
             compared["energy"] = (_work(points, voltage * own), _work(points, voltage * (fine - own)))
         for waveform, (values, difference) in compared.items():
-            scale = max(float(np.abs(x).max()) for x in (values[seen], np.nan_to_num(waveforms[waveform])))
+            sampled, largest = (float(np.abs(x).max()) for x in (np.nan_to_num(waveforms[waveform]), values[seen]))
+            scale = max(sampled, _FELT * largest)  # samples may lie beside the peaks of a sine
             error = float(np.abs(difference[seen]).max())
             worst = max(worst, error / scale if scale else 0.0)
     return _CAUTION * worst

@@ -10,10 +10,11 @@ from ..arrays import Array
 from ..drive import Drive
 from .grid import Grid, lagrange
 
-#: Nodes of the interpolation used and of the weaker one that it is compared with.
-_INTERPOLATION_NODES = (8, 6)
-#: Near the ends both are one-sided, and their difference may fall short of the error by some parts in a hundred.
-_CAUTION = 1.5
+#: Nodes of the interpolation used and of the weaker ones that it is compared with: errors of a fast mode and of a slow
+#: one may cancel in one of the differences, hardly in both.
+_NODES, _WEAKER = 8, (6, 7)
+#: Near the ends all are one-sided, and their differences may fall short of the error by some parts in a hundred.
+_CAUTION = 1.1
 
 
 def at_samples(grid: Grid, at_nodes: Array, drive: Drive, direct: Array | None = None) -> tuple[Array, Array]:
@@ -50,9 +51,10 @@ def _interpolated(grid: Grid, at_nodes: Array) -> tuple[Array, Array]:
         first = max(first, 1)  # the point t = 0 is the state before the drive; its right limit is one step on
         where = between[piece == k]
         nodes, values = grid.nodes[first : last + 1], at_nodes[..., first - 1 : last]
-        fine, coarse = (values @ lagrange(nodes, grid.samples[where], width).T for width in _INTERPOLATION_NODES)
+        fine, *coarse = (values @ lagrange(nodes, grid.samples[where], width).T for width in (_NODES, *_WEAKER))
         result[..., where] = fine
-        doubt = np.maximum(doubt, _CAUTION * relative(fine - coarse, at_nodes))
+        for other in coarse:
+            doubt = np.maximum(doubt, _CAUTION * relative(fine - other, at_nodes))
     return result, doubt
 
 
