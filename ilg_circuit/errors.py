@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
+import shlex
+import sys
 import unicodedata
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -27,6 +31,10 @@ class IlgError(Exception):
 
     def __init__(self, message: str = "") -> None:
         super().__init__(one_line(message))
+
+
+class IlgWarning(UserWarning):
+    """A value is allowed and unlikely. Python shows it as a warning, a command as a line of stderr."""
 
 
 class InputError(IlgError, ValueError):
@@ -76,9 +84,19 @@ def argument(name: str, value: object = None) -> Argument:
     if value is None:
         found = Argument(option or name)
     else:
-        found = Argument(f"{option} {value}" if option else f"{name}={value!r}")
+        found = Argument(f"{option} {_in_shell(str(value))}" if option else f"{name}={value!r}")
     found.name = name
     return found
+
+
+def _in_shell(text: str) -> str:
+    """Return a value as a shell takes it: in quotes where a character has a meaning there."""
+    return shlex.quote(text) if re.search(r"[\s<>|&;()$`*?\"'\\#]", text) else text
+
+
+def spelling() -> Mapping[str, str]:
+    """Return how `argument` shows names now, for `written` in another process."""
+    return _WRITTEN.get() or {}
 
 
 @contextmanager
@@ -89,6 +107,14 @@ def written(options: Mapping[str, str]) -> Iterator[None]:
         yield
     finally:
         _WRITTEN.reset(token)
+
+
+def warn(message: str) -> None:
+    """Issue an `IlgWarning` that points to the line outside this package from which the call came."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "ilg_circuit":
+        level, frame = level + 1, frame.f_back
+    warnings.warn(one_line(message), IlgWarning, stacklevel=level)
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str], where: str = "") -> UnknownName:

@@ -22,6 +22,16 @@ if TYPE_CHECKING:
 
     from .report.page import Page
 
+#: Methods that users of other libraries look for, and what a result has in place of them.
+_INSTEAD = {
+    "to_csv": 'save("x.csv")',
+    "to_json": 'save("x.json"), or .to_dict()',
+    "to_netcdf": 'save("x.nc"), or .to_xarray()',
+    "to_excel": 'to_dataframe().to_excel("x.xlsx")',
+    "to_pandas": "to_dataframe()",
+    "savefig": 'save("x.png")',
+}
+
 
 @dataclass(frozen=True)
 class Column:
@@ -256,6 +266,17 @@ class Result:
     def page(self) -> Page:
         """Return the result as a page of HTML sections; `report.page.write_page` writes it."""
         return _doors().page(self)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            raise self._missing(name)
+
+    def _missing(self, name: str, hint: str = "") -> AttributeError:
+        """Return the error for an attribute that there is not: it names the result's own method in place of pandas'."""
+        hint = f"use .{_INSTEAD[name]}" if name in _INSTEAD else hint
+        text = f"'{type(self).__name__}' has no attribute '{name}'{hint and '; '}{hint}"
+        return AttributeError(text, name=name, obj=self)
 
     def __repr__(self) -> str:
         """Return what the result tells in at most ten lines."""

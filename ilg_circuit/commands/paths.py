@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ..errors import InputError, nearest, visible, written
+from ..errors import IlgWarning, InputError, nearest, visible, written
 from ..files import require_writable
 from .help import HelpedCommand, group
 from .stopping import start_limit
@@ -134,7 +136,7 @@ class Command(HelpedCommand):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command. Raises InputError for paths as `require_apart` and `OutputFile.require` do."""
         options = {option.name or "": _named(option) for option in self.params}
-        with written({"strip": options.get("actuator", "ACTUATOR"), **options}):
+        with written({"strip": options.get("actuator", "ACTUATOR"), **options}), _warnings_in_lines():
             return self._invoke(ctx)
 
     def _invoke(self, ctx: click.Context) -> Any:
@@ -145,6 +147,24 @@ class Command(HelpedCommand):
             assert isinstance(kind, OutputFile)
             kind.require(path, option.opts[0])
         return super().invoke(ctx)
+
+
+@contextmanager
+def _warnings_in_lines() -> Iterator[None]:
+    """Show each `IlgWarning` once, as a line of stderr."""
+    shown: set[str] = set()
+
+    def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+        if not issubclass(category, IlgWarning):
+            others(message, category, *place, **more)
+        elif str(message) not in shown:
+            shown.add(str(message))
+            click.echo(f"warning: {visible(str(message))}", err=True)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", IlgWarning)
+        others, warnings.showwarning = warnings.showwarning, show
+        yield
 
 
 class LongCommand(Command):

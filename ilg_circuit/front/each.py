@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from ..errors import IlgError, InputError, first_line
+from ..errors import IlgError, InputError, argument, first_line, spelling, written
 from ..extras import require_study
 from ..files import MARKER, Log, locked, marked, remove_leftovers, require_writable, write_json
 from ..fit.intervals import require_method
@@ -37,7 +37,10 @@ TABLE, _LOCK = "table.csv", "lock"
 
 @dataclass(frozen=True)
 class FileTask:
-    """One file to fit: ``options`` of `identify`, the ``folder`` for its fit (None: nothing is written)."""
+    """One file to fit: ``options`` of `identify`, the ``folder`` for its fit (None: nothing is written).
+
+    ``spelling`` says how messages write the names of arguments, also in another process.
+    """
 
     path: Path
     strip: Actuator | Specimen | None
@@ -46,6 +49,7 @@ class FileTask:
     call: str = ""
     force: bool = False
     key: str = field(default="", compare=False)
+    spelling: Mapping[str, str] = field(default_factory=spelling, compare=False)
 
 
 def identify_each(
@@ -156,14 +160,15 @@ def fit_file(task: FileTask) -> FileFit:
     """Return the fit of one file, written to its folder, or the error that it ended in."""
     path = str(task.path)
     try:
-        fit = identify(task.path, task.strip, **task.options)
-        fit = replace(fit, provenance=provenance(task.call or fit.provenance.call, [task.path], fit.seed))
-        content = fit.to_dict()
-        if task.folder is not None:
-            from ..report.axes import load_plainly
+        with written(task.spelling):
+            fit = identify(task.path, task.strip, **task.options)
+            fit = replace(fit, provenance=provenance(task.call or fit.provenance.call, [task.path], fit.seed))
+            content = fit.to_dict()
+            if task.folder is not None:
+                from ..report.axes import load_plainly
 
-            load_plainly()
-            save_folder(fit, task.folder, force=task.force, key=task.key)
+                load_plainly()
+                save_folder(fit, task.folder, force=task.force, key=task.key)
     except IlgError as error:
         return FileFit(path, error.exit_code, error=str(error))
     except OSError as error:
@@ -281,12 +286,13 @@ def _kept(task: FileTask) -> FileFit | None:
 @contextmanager
 def _held(root: Path, *, force: bool) -> Iterator[None]:
     """Hold the folder of a batch, made if absent. Raises InputError for one that is none of fits."""
+    other = f"another {argument('folder')}"
     if root.is_dir():
         if any(root.iterdir()) and not (root / MARKER).exists() and not force:
-            raise InputError(f"'{root}' was not made by a fit; give --force to write into it, or another by --folder")
+            raise InputError(f"'{root}' was not made by a fit; give {argument('force')} to write into it, or {other}")
     else:
         require_writable(root)
-    with locked(root / _LOCK, f"another run writes to '{root}'; wait for its end, or give another by --folder"):
+    with locked(root / _LOCK, f"another run writes to '{root}'; wait for its end, or give {other}"):
         if not (root / MARKER).exists():
             write_json(root / MARKER, {"made_by": __version__, "files": [TABLE]})
         remove_leftovers(root)

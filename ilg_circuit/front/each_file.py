@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from ..errors import InputError
+from ..errors import InputError, argument
 
 T = TypeVar("T")
 
@@ -42,9 +42,8 @@ def values_of(
         hit = [k for k in chosen if name == "*" or name in _names(sources[k])]
         if not hit:
             reason = "there is none" if name == "*" else f"'{name}' is not one of them"
-            raise InputError(
-                f"--{what} {'' if name == '*' else f'{name}='}{given[name]}: it is for {kind}, and {reason}"
-            )
+            text = f"{'' if name == '*' else f'{name}='}{given[name]}"
+            raise InputError(f"{argument(what, text)}: it is for {kind}, and {reason}")
         for k in hit:
             found[k] = given[name]
     return found

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, argument, unknown_name
 from ..strip.actuator import Actuator, Geometry, Mounting
 from ..strip.file import load_strip
+from ..strip.plausible import warn_of_sizes
 from ..strip.specimen import MECHANICAL, Specimen
 from ..units import si
 from .given import Given, Strip
@@ -77,12 +78,14 @@ def new_strip(
     lengths = (length, free_length, width, thickness, load_position)
     sizes = {key: si(value, "m", key) for key, value in zip(SIZES, lengths, strict=True) if value is not None}
     given = known | ({} if youngs_modulus is None else {"youngs_modulus": youngs_modulus})
-    return Specimen(
+    made = Specimen(
         geometry=Geometry(**sizes),
         known={key: si(value, _unit(key), key) for key, value in given.items()},
         mounting=Mounting(orientation),
         name=name,
     )
+    warn_of_sizes(made)
+    return made
 
 
 def measured_strip(strip: Strip | Specimen | None, **sizes: Given | None) -> Actuator | Specimen | None:
@@ -118,5 +121,5 @@ def _unit(key: str) -> str:
 def save_new(made: Specimen, path: str | Path, *, force: bool = False) -> None:
     """Write a strip's file. Raises InputError for one that is there already, unless ``force``."""
     if Path(path).exists() and not force:
-        raise InputError(f"'{path}' is there already; give --force to replace it, or another name")
+        raise InputError(f"'{path}' is there already; give {argument('force')} to replace it, or another name")
     made.save(path)

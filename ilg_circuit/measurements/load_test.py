@@ -147,6 +147,14 @@ class LoadTest:
         """How far the stretch has moved, back and forth, until each reading (n,), from 0."""
         return np.concatenate([[0.0], np.abs(np.diff(self.stretch)).cumsum()])
 
+    def __repr__(self) -> str:
+        """Return mode, number of readings and their ranges in a line."""
+        low, high = self.extent
+        return (
+            f"LoadTest: {self.mode}, {len(self.stretch)} readings from {self.source}, stretch {low:.4g} to {high:.4g}, "
+            f"stress up to {format_quantity(float(np.abs(self.stress).max()), 'Pa', 4)}"
+        )
+
     def taking(self, branch: str) -> LoadTest:
         """Return the readings of a ``branch`` alone: loading, unloading, reloading or all.
 

@@ -88,9 +88,9 @@ class Simulated(Result):
     engine: str
 
     def __getattr__(self, name: str) -> Array:
-        if name not in WAVEFORMS:
-            raise AttributeError(f"a response has no '{name}'; its waveforms are {', '.join(WAVEFORMS)}")
-        return self.waveforms[name]
+        if name in WAVEFORMS and name in self.waveforms:
+            return self.waveforms[name]
+        raise self._missing(name, f"its waveforms are {', '.join(vars(self).get('waveforms', ()))}")
 
     def table(self) -> tuple[Column, ...]:
         """Return time and waveforms (n,)."""

@@ -307,8 +307,11 @@ class Actuator:
         0.0004
         """
         from .changes import with_values
+        from .plausible import warn_of_sizes
 
-        return with_values(self, values)
+        changed = with_values(self, values)
+        warn_of_sizes(changed, values)
+        return changed
 
     def describe(
         self, low: str | float = "0.1 mHz", high: str | float = "10 Hz", voltage: str | float | None = None

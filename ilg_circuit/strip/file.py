@@ -20,6 +20,7 @@ from ..provenance import Provenance
 from ..units import format_quantity, likely, parse
 from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting, Uncertainty, quantities
 from .models import electrical_model, material_keys
+from .plausible import warn_of_sizes
 from .specimen import ELECTRICAL, MECHANICAL, Specimen
 
 #: Format of the files that are written; older ones are read as well.
@@ -57,9 +58,11 @@ def load_strip(source: str | Path) -> Actuator | Specimen:
     except UnicodeDecodeError:
         raise InputError(f"{source}: not a text file; an actuator is a TOML file in UTF-8{_meant(source)}") from None
     try:
-        return _parsed(text)
+        found = _parsed(text)
     except InputError as error:
         raise InputError(f"{source}: {error}{_meant(source)}") from None
+    warn_of_sizes(found)
+    return found
 
 
 def _meant(source: str | Path) -> str:

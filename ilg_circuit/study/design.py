@@ -216,7 +216,7 @@ def design(
             probability and not wishes,
             f"{argument('confidence')} is the probability of meeting requirements; give {argument('require')}",
         ),
-        (points and not pareto, f"{argument('points')} goes with {argument('pareto')}"),
+        (points is not None and not pareto, f"{argument('points')} goes with {argument('pareto')}"),
     ):
         if wrong:
             raise InputError(advice)

@@ -129,7 +129,7 @@ def pareto_front(
 
     Raises InputError for an impossible number of points, SolveError where no design meets the requirements.
     """
-    front = _FrontInProgress(problem, objectives, points or POINTS[len(objectives)])
+    front = _FrontInProgress(problem, objectives, POINTS[len(objectives)] if points is None else points)
     while front.fill():
         if progress:
             progress(min(len(front.points), front.wanted - 1), front.wanted)
