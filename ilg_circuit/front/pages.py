@@ -31,13 +31,13 @@ def page(
     out : str or Path
         The file to write, replaced whole or not at all.
     drive : str
-        With which the page begins: a step, square, sine or triangle, as in `simulate`.
+        Drive shown first: a step, square, sine or triangle, written as in `simulate`.
     duration : float or str
         How long [s].
     beam : {"dynamic", "static"}, optional
         With the beam's mass or without it (default: as the coupling was fitted).
     origin : Provenance, optional
-        Where it comes from, for the head of its decks.
+        Origin of the page, written at the head of its decks.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def page(
     InputError
         A value is not understood, a page has no such drive, or the file cannot be written.
     MissingLibraryError
-        This installation has no ngspice for the browser.
+        This installation has no ngspice for the browser; the message says how npm fetches it.
     SolveError
         The strip cannot be solved.
 

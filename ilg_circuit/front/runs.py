@@ -58,8 +58,8 @@ def simulate(
     strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
     drive : str, Drive or (times, values)
-        A text such as "step:4V", "square:-2V..2V,30s" or "file:drive.csv", a pair of times [s] and voltages [V] (n,),
-        or a drive. The strip is at rest under the drive's rest level until t = 0.
+        The voltage over time: a text such as "step:4V" or "square:-2V..2V,30s" (all forms are under Notes), or a pair
+        of times [s] and voltages [V] (n,). The strip is at rest under the drive's rest level until t = 0.
     duration : float or str
         How long [s]; not needed where the drive is rows.
     samples : int, optional
@@ -98,7 +98,8 @@ def simulate(
     Returns
     -------
     Response
-        Waveforms over time, the account of energies, warnings.
+        ``time`` [s] and the waveforms ``voltage`` [V], ``current`` [A], ``displacement`` [m], ``force`` [N], ``charge``
+        [C] and ``energy`` [J], each an array (n,); ``account`` of the energies; ``warnings``. See `ilg.results`.
 
     Raises
     ------
@@ -106,6 +107,29 @@ def simulate(
         A value is not understood or out of range.
     SolveError
         The circuit cannot be solved to the accuracy.
+
+    Notes
+    -----
+    Texts that name a drive; parts in brackets may be left out:
+
+    ====================================  ============================================================================
+    ``step:4V``                           A constant value from t = 0 on.
+    ``square:4V,30s[,duty]``              The value and zero alternate. 30 s is the period; its first half (or the
+                                          fraction duty) has the value. LOW..HIGH gives both levels.
+    ``triangle:4V,30s``                   A triangular wave from zero to the value. 30 s is the period. LOW..HIGH
+                                          gives both ends.
+    ``cv:-1V..1V,50mV/s[,cycles]``        Cyclic voltammetry: a triangle between two values at this rate, endless or
+                                          for a number of cycles.
+    ``pulse:4V,1s,10s[,count]``           The value for 1 s in each period of 10 s, endless or count times.
+    ``sine:2V,0.1Hz``                     A sine of this amplitude and frequency.
+    ``chirp:1V,0.01Hz..1Hz``              A sine whose frequency rises or falls from the first to the second during
+                                          the run.
+    ``multisine:1V,0.01Hz..1Hz[,tones]``  A sum of 10 (or tones) sines between two frequencies, with this peak.
+    ``ramp:1V/s``                         A straight line from zero.
+    ``file:drive.csv``                    The rows of a CSV file with columns for time and value, such as time_s and
+                                          voltage_V.
+    ``repeat:5,drive.csv``                The rows of a file, repeated 5 times.
+    ====================================  ============================================================================
 
     Examples
     --------
@@ -174,7 +198,7 @@ def impedance(
     Returns
     -------
     Impedance
-        Complex impedance [ohm] (f,) over frequency [Hz].
+        ``impedance`` [ohm], complex (f,), over ``frequency`` [Hz] (f,). See `ilg.results`.
 
     Raises
     ------
@@ -223,7 +247,8 @@ def sense(
     strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
     motion : str, Drive or (times, values)
-        A text such as "sine:1mm,0.1Hz", a pair of times [s] and positions [m] (n,), or a drive.
+        The position of the tip over time: a text such as "sine:1mm,0.1Hz" (the forms of `simulate`, with lengths in
+        place of voltages), or a pair of times [s] and positions [m] (n,).
     duration : float or str
         How long [s]; not needed where the motion is rows.
     samples : int, optional
@@ -252,7 +277,8 @@ def sense(
     Returns
     -------
     Sensed
-        Voltage or current over time.
+        ``time`` [s] and the waveforms ``displacement`` [m], ``voltage`` [V], ``current`` [A], ``force`` [N] and
+        ``charge`` [C], each an array (n,). See `ilg.results`.
 
     Raises
     ------

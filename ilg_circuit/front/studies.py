@@ -37,9 +37,10 @@ def pareto(
     vary : mapping or iterable of str
         Ranges, as in `design`.
     objectives : str or iterable of str
-        Outputs such as ``["displacement_final", "force_blocked", "min:energy"]``; those after min: are minimised.
+        Two or three outputs, such as ``["displacement_final", "force_blocked", "min:energy"]``. The names are listed
+        in `sweep`. Displacements and forces are maximised, others minimised; min: or max: before a name says which.
     points : int, optional
-        Number of points of the front.
+        Number of points of the front (default: 25 for two objectives, 60 for three).
     require : str or iterable of str
         Requirements that all of them meet.
     **options : Any
@@ -48,7 +49,8 @@ def pareto(
     Returns
     -------
     DesignReport
-        Its ``front`` holds the designs.
+        ``report.front`` holds the designs: ``parameters`` and ``simulated`` map names to arrays (k,) in SI units.
+        ``report.to_dataframe()`` has one row a design. See `ilg.results`.
 
     Raises
     ------

@@ -151,7 +151,9 @@ def design(
         ``{"thickness": ("0.2 mm", "1 mm")}`` or texts such as "thickness=0.2mm:1mm"; one value fixes it. Names as in
         `sweep`.
     require : str or iterable of str
-        Requirements such as "displacement_final>=4mm", or "valid" for all assumptions of the model.
+        Requirements on outputs (the names are listed in `sweep`), on varied parameters or on the model's validity:
+        "displacement_final>=4mm", "settling_time<=20s", "relative_deflection<=0.2"; slenderness, window and gravity
+        are validity numbers, and "valid" stands for all of them.
     minimise : str, optional
         Name of the output that is minimised.
     maximise : str, optional
@@ -159,7 +161,7 @@ def design(
     pareto : str or iterable of str, optional
         Two or three objectives of a front, such as ``["displacement_final", "force_blocked", "min:energy"]``.
     points : int, optional
-        Number of points of the front.
+        Number of points of the front (default: 25 for two objectives, 60 for three).
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional

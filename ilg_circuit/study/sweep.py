@@ -132,8 +132,9 @@ def sweep(
         How long each run is [s].
     vary : mapping or iterable of str
         ``{"thickness": ("0.2 mm", "1 mm", 9)}`` or texts such as "thickness=0.2mm:1mm:9": low, high and a number of
-        points, several of which make a grid. Names are the keys of a strip's file, voltage, period, duty, frequency
-        or rate of the drive, load_mass, load_stiffness, load_damping, orientation.
+        points. Several names make a grid. Names are the keys of a strip's file (length, free_length, width, thickness,
+        load_position, youngs_modulus, density, dc_resistivity, dynamic_resistivity, permittivity and so on);
+        voltage, period, duty, frequency or rate of the drive; load_mass, load_stiffness, load_damping; orientation.
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional
@@ -149,7 +150,8 @@ def sweep(
     designs : str or Path, optional
         CSV file with one design a row, in place of ``vary``.
     outputs : str or sequence of str, optional
-        Names of the outputs, such as ["displacement_final", "energy"] (default: all that one run gives).
+        Names of the outputs, such as ["displacement_final", "energy"]; all are listed under Notes (default: all but
+        the blocked forces, which need a second run).
     waveforms : str or sequence of str, optional
         Waveforms that are kept, such as "displacement".
     samples : int, optional
@@ -176,7 +178,7 @@ def sweep(
     Returns
     -------
     SweepResult
-        ``to_xarray()`` has designs and outputs with units.
+        ``to_dataframe()`` has one row a design; ``to_xarray()`` has the grid, with units. See `ilg.results`.
 
     Raises
     ------
@@ -184,6 +186,34 @@ def sweep(
         A name, a range or an option is not understood, or the file cannot be written.
     SolveError
         Every design fails.
+
+    Notes
+    -----
+    Outputs of a run. L_F is the place of the load (the tip by default); "the motion" is the displacement, or the force
+    if the tip is clamped:
+
+    ===================  =  ==================================================================
+    displacement_final   m  displacement of L_F at the end
+    displacement_peak    m  largest displacement of L_F, with its sign
+    displacement_rms     m  root mean square displacement of L_F
+    relative_deflection  1  largest displacement over L_F; the model holds up to 0.2
+    time_of_peak         s  time at which the motion is largest
+    overshoot            1  how far the motion exceeds its final value, relative to that value
+    time_of_90           s  time at which the motion first reaches 90 % of its final value
+    settling_time        s  time from which the motion stays within 2 % of its final value
+    force_final          N  force on load or clamp at the end
+    force_peak           N  largest force on load or clamp, with its sign
+    force_rms            N  root mean square force on load or clamp
+    force_blocked        N  force at the end with L_F clamped
+    force_blocked_peak   N  largest force with L_F clamped
+    current_final        A  current at the end
+    current_peak         A  largest current, with its sign
+    current_rms          A  root mean square current
+    charge_final         C  charge at the end
+    charge_peak          C  largest charge, with its sign
+    charge_rms           C  root mean square charge
+    energy               J  energy delivered by the source
+    ===================  =  ==================================================================
 
     Examples
     --------
