@@ -18,9 +18,18 @@ from .units import format_quantity
 
 @dataclass(frozen=True)
 class Finding:
-    """One finding: its ``code`` (a key of `SENTENCES`), its ``subject`` (a file, a quantity; may be empty), numbers.
+    """A finding on data or a result: a remark with a code, which decisions use, and a sentence, which people read.
 
-    ``values`` fill the sentence's fields. ``str(finding)`` is the sentence, after its subject.
+    ``str(finding)`` is the sentence, after its subject.
+
+    Attributes
+    ----------
+    code : str
+        A key of `SENTENCES`.
+    subject : str
+        A file or a quantity; may be empty.
+    values : mapping of str to Any
+        Numbers and names that fill the sentence's fields.
     """
 
     code: str

@@ -87,7 +87,13 @@ class Result:
     provenance: Provenance = field(default_factory=Provenance, kw_only=True, compare=False, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the result as plain data, ready for JSON."""
+        """Return the result as plain data, ready for JSON.
+
+        Returns
+        -------
+        dict
+            Numbers in SI units, texts, lists and dictionaries.
+        """
         raise NotImplementedError(f"{type(self).__name__}.to_dict")
 
     def table(self) -> tuple[Column, ...]:
@@ -103,7 +109,13 @@ class Result:
         return replace(self, provenance=provenance)
 
     def columns(self) -> dict[str, Any]:
-        """Return the columns' values by their headers, as in a CSV file."""
+        """Return the table as a mapping of headers, as in a CSV file, to values.
+
+        Returns
+        -------
+        dict of str to sequence
+            Header, such as current_A -> values (n,).
+        """
         return {column.header: column.values for column in self.table()}
 
     def to_dataframe(self) -> DataFrame:
@@ -184,7 +196,7 @@ class Result:
 
         Parameters
         ----------
-        path
+        path : str or Path
             ``.csv`` (the table with full precision), ``.json`` (`to_dict` with the provenance), ``.png``, ``.pdf``,
             ``.svg`` (the picture), ``.html`` (the page), ``.nc`` (`to_xarray`), and ``.toml`` of a result that makes a
             strip. A fit of a strip is written as a folder with all of it, too: ``step.fit/``.
@@ -223,13 +235,13 @@ class Result:
 
         Parameters
         ----------
-        ax
+        ax : matplotlib.axes.Axes, optional
             Matplotlib axes on which one panel is drawn. Left out, the whole picture is drawn through pyplot, as a
             notebook shows it.
-        what
+        what : str
             Name of the panel, such as ``current`` of a response or ``bode`` of an impedance; the most telling one if
             left out.
-        style
+        **style : Any
             Of the panel's main curve, such as ``color`` and ``label``.
 
         Returns
@@ -256,11 +268,23 @@ class Result:
         return _doors().plot(self, ax, what, style)
 
     def summary(self) -> str:
-        """Return the result as text for a terminal."""
+        """Return the result as text for a terminal.
+
+        Returns
+        -------
+        str
+            Lines with values, errors and units, and the warnings.
+        """
         return self._shown("summary")
 
     def figure(self) -> Figure:
-        """Return the result as a picture; nothing is shown or saved."""
+        """Return the whole picture of the result; nothing is shown or saved.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The picture.
+        """
         return self._shown("figure")
 
     def page(self) -> Page:

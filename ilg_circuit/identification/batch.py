@@ -14,10 +14,22 @@ from ..result import Column, Result
 
 @dataclass(frozen=True)
 class FileFit:
-    """One file of a batch: what ``fit.json`` holds of it, or the one line of the ``error`` that it ended in.
+    """The fit of one file of a batch, or the error that it ended in.
 
-    ``exit_code`` is that of the command for this file alone. ``folder`` holds its fit, if one was written; ``resumed``
-    where that was done by an earlier run.
+    Attributes
+    ----------
+    path : str
+        The file.
+    exit_code : int
+        Exit code of the command ``identify`` for this file alone: 0 if the fit is good.
+    content : mapping or None
+        What ``fit.json`` holds: the ``to_dict`` of the file's `Identification`.
+    error : str
+        The error in one line, empty if there is none.
+    folder : Path or None
+        The folder with the fit, if one was written.
+    resumed : bool
+        True if an earlier run wrote it.
     """
 
     path: str
@@ -60,7 +72,17 @@ class FileFit:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Batch(Result):
-    """Fits of many files, each by itself, in the order of the files; ``folder`` holds them, if they were written."""
+    """The individual fits of many files, as `ilg_circuit.identify_each` returns them.
+
+    Attributes
+    ----------
+    files : tuple of FileFit
+        The fits in the order of the files.
+    folder : Path or None
+        The folder that holds them, if they were written.
+    exit_code : int
+        The worst exit code of all files.
+    """
 
     presenter: ClassVar[str] = "batch"
 
@@ -69,7 +91,7 @@ class Batch(Result):
 
     @property
     def exit_code(self) -> int:
-        """That of the worst file: 2 where one could not be read, 1 where one was fitted without success."""
+        """Exit code of the worst file: 2 if one could not be read, 1 if one was fitted without success."""
         return max((file.exit_code for file in self.files), default=0)
 
     def __len__(self) -> int:
@@ -97,7 +119,18 @@ class Batch(Result):
         return sorted(count, key=lambda name: -count[name])
 
     def estimates(self, name: str) -> list[Estimate | None]:
-        """Return the estimate of a parameter of every file, None where there is none."""
+        """Return the estimate of a parameter from every file.
+
+        Parameters
+        ----------
+        name : str
+            Name of the parameter, such as capacitance.
+
+        Returns
+        -------
+        list of Estimate or None
+            The estimates in the order of the files, None where a file has none.
+        """
         found = [file.parameters.get(name) for file in self.files]
         return [e and e.quoted for e in found]
 

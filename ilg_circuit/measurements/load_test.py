@@ -42,11 +42,27 @@ BRANCHES = (*KINDS, "all")
 
 @dataclass(frozen=True)
 class LoadTest:
-    """One load test: ``mode`` (of `LOAD_MODES`), ``stretch`` (n,) and nominal ``stress`` (n,) [Pa].
+    """A measured load test: nominal stress over stretch, as `ilg_circuit.read` returns it.
 
-    Rows stay in their order, which tells loading from unloading: ``legs`` are the branches. Rows in no order
-    (``ordered`` is False) are sorted by stretch. ``branch`` says what `taking` took, empty before. Rows at stretch 1
-    are checked and left out: every material has zero stress there, so those rows depend on no constant.
+    Rows stay in their order, which separates loading from unloading. Rows at stretch 1 are checked and left out: every
+    material has zero stress there, so those rows depend on no constant.
+
+    Attributes
+    ----------
+    mode : {"uniaxial", "equibiaxial", "planar"}
+        Kind of test.
+    stretch : ndarray (n,)
+        Deformed over undeformed length.
+    stress : ndarray (n,)
+        Nominal stress [Pa].
+    source : str
+        Name of the file or of the data.
+    legs : tuple of Leg
+        Branches of loading, unloading and reloading.
+    branch : str
+        The branch that `taking` selected, empty for the whole test.
+    ordered : bool
+        False if the rows were in no order; they are then sorted by stretch.
     """
 
     mode: str
@@ -156,9 +172,17 @@ class LoadTest:
         )
 
     def taking(self, branch: str) -> LoadTest:
-        """Return the readings of a ``branch`` alone: loading, unloading, reloading or all.
+        """Return the readings of one branch of the test.
 
-        Rows that run one way are all taken as loading.
+        Parameters
+        ----------
+        branch : {"loading", "unloading", "reloading", "all"}
+            The branch. Rows that run one way only are all taken as loading.
+
+        Returns
+        -------
+        LoadTest
+            The test with these readings alone.
 
         Raises
         ------

@@ -33,10 +33,34 @@ _MOST_DEFAULT_SAMPLES = 100_000
 
 @dataclass(frozen=True, repr=False, eq=False)
 class RhythmRun(Result, Warned):
-    """A network from ``start`` at ``time`` [s] (t,): ``states`` (t, 2 n) = (x, v), NaN for v from ngspice.
+    """The motion of a network of n neurons, as `ilg_circuit.cpg` returns it.
 
-    ``rhythm`` is its long-term behaviour. ``period`` [s] and ``amplitude`` are its, or those read off ngspice's
-    waveforms; ``error`` is ngspice's estimated relative error of both, ``wave_error`` that of x over time (0 for ode).
+    Attributes
+    ----------
+    time : ndarray (t,)
+        Times [s].
+    outputs : ndarray (t, n)
+        Outputs y = max(x, 0) of the neurons.
+    unit_outputs : ndarray (t, units)
+        Output of the extensor minus that of the flexor, of every unit.
+    states : ndarray (t, 2 n)
+        Membrane states x and fatigue states v; v is NaN if ngspice solved the network.
+    period : float or None
+        Period [s], None without a rhythm.
+    amplitude : float
+        Amplitude of the output.
+    rhythm : Rhythm
+        Long-term behaviour: the cycle or the states of rest.
+    network : Network
+        Neurons, weights and constants.
+    engine : str
+        What solved the network: "ode" or "ngspice".
+    error : float
+        Error of period and amplitude estimated by ngspice, relative.
+    wave_error : float
+        Error of x over time estimated by ngspice, relative; 0 for "ode".
+    warnings : tuple of str
+        Findings as sentences.
     """
 
     presenter: ClassVar[str] = "cpg"
@@ -53,12 +77,12 @@ class RhythmRun(Result, Warned):
 
     @property
     def outputs(self) -> Array:
-        """y (t, n)."""
+        """Outputs of the neurons, y = max(x, 0) (t, n)."""
         return np.maximum(self.states[:, : self.network.size], 0)
 
     @property
     def unit_outputs(self) -> Array:
-        """y_extensor - y_flexor of every unit (t, units)."""
+        """Output of the extensor minus that of the flexor, of every unit (t, units)."""
         return self.outputs @ self.network.readout.T
 
     @property
@@ -67,7 +91,18 @@ class RhythmRun(Result, Warned):
         return (*self.rhythm.findings, *_about_duration(self.rhythm, float(self.time[-1])))
 
     def write_deck(self, path: str | Path) -> None:
-        """Write the network as a SPICE deck of the same duration, which ``ngspice -b`` runs."""
+        """Write the network as a SPICE deck of the same duration, which ``ngspice -b`` runs.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
         from .netlist import deck
 
         end = float(self.time[-1])

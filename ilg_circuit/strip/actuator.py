@@ -261,9 +261,10 @@ class Uncertainty:
 
 @dataclass(frozen=True, repr=False)
 class Actuator:
-    """One strip. ``coupling`` is None where no displacement was ever measured: then only its circuit is known.
+    """A strip: its sizes ``geometry``, ``material``, ``coupling`` and ``mounting`` against gravity, and a ``name``.
 
-    ``uncertainty`` is that of the fit which it comes from, if it comes from one.
+    ``coupling`` is None if no displacement was measured; then only the circuit is known. ``uncertainty`` is the
+    covariance of the fit that the strip comes from, None for others.
     """
 
     geometry: Geometry
@@ -279,7 +280,7 @@ class Actuator:
         object.__setattr__(self, "name", visible(self.name))
 
     def beam(self, asked: str | None = None, *, loaded: bool = False) -> str:
-        """The beam ``asked`` for; else the one that d(s) was fitted with, a dynamic one under a load."""
+        """Return the beam ``asked`` for; by default the one that d(s) was fitted with, a dynamic one under a load."""
         if asked is not None:
             return asked
         fitted = self.coupling.beam if self.coupling is not None else None
@@ -293,13 +294,18 @@ class Actuator:
 
         Parameters
         ----------
-        values
+        **values : float or str
             Numbers in SI units, or texts with units; ``permittivity_2`` is of a second ionic branch.
+
+        Returns
+        -------
+        Actuator
+            The changed copy.
 
         Raises
         ------
         InputError
-            A key that there is not (the nearest ones are named), a wrong unit, an impossible strip.
+            An unknown key (the nearest ones are named), a wrong unit, an impossible strip.
 
         Examples
         --------
@@ -307,11 +313,8 @@ class Actuator:
         0.0004
         """
         from .changes import with_values
-        from .plausible import warn_of_sizes
 
-        changed = with_values(self, values)
-        warn_of_sizes(changed, values)
-        return changed
+        return with_values(self, values)
 
     def describe(
         self, low: str | float = "0.1 mHz", high: str | float = "10 Hz", voltage: str | float | None = None

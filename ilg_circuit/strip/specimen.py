@@ -32,8 +32,16 @@ _COMMENT = 36
 class Specimen:
     """A strip whose circuit is not known yet: what `identify` takes beside the data.
 
-    ``known`` holds the keys of [material] that no fit gives, name -> SI value; Young's modulus may be missing, and is
-    then taken to be the paper's.
+    Attributes
+    ----------
+    geometry : Geometry
+        Sizes [m].
+    known : tuple of (str, float)
+        Keys of [material] that no fit gives, with SI values. Without Young's modulus a fit takes the paper's.
+    mounting : Mounting
+        How the strip is held against gravity.
+    name : str
+        Its name.
     """
 
     geometry: Geometry
@@ -83,7 +91,18 @@ class Specimen:
         return "\n".join(lines) + "\n"
 
     def save(self, path: str | Path) -> None:
-        """Write the strip's file, whole or not at all. Raises InputError where it cannot be written."""
+        """Write the strip as a TOML file with a comment on every key.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
         write_text(Path(path), self.to_toml())
 
 

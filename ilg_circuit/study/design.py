@@ -36,10 +36,30 @@ _WHOLE = re.compile(r"(\d)\.0(?=\D|$)")
 
 @dataclass(frozen=True, repr=False, eq=False)
 class DesignReport(Result, Warned):
-    """Result of `design`; None for what was not asked for.
+    """The answer to a design problem, as `ilg_circuit.design` and `ilg_circuit.pareto` return it.
 
-    ``design`` with its active constraints and, where it is not feasible, the effect of omitting each requirement;
-    ``sensitivity`` to the fit's uncertainty; a Pareto ``front``; ``sobol`` indices.
+    A part that was not asked for is None.
+
+    Attributes
+    ----------
+    feasible : bool
+        True if the design meets all requirements.
+    design : Design or None
+        The best design.
+    active_constraints : sequence of ActiveConstraint
+        The limits of the design, and the gain from relaxing each by 1 %.
+    without_requirement : sequence of WithoutRequirement
+        For an infeasible design: the effect of omitting each requirement.
+    front : Front or None
+        The Pareto front.
+    sensitivity : Sensitivity or None
+        Propagated uncertainty of the fitted strip.
+    confidence : float or None
+        Probability with which each requirement must be met.
+    sobol : SobolIndices or None
+        Sobol indices of the quantities.
+    warnings : tuple of str
+        Findings as sentences.
     """
 
     presenter: ClassVar[str] = "design"
@@ -95,9 +115,17 @@ class DesignReport(Result, Warned):
         }
 
     def write_strip(self, path: str | Path) -> None:
-        """Write the best strip as TOML; its comment gives aim, drive, requirements and provenance.
+        """Write the best strip as a TOML file, whose comment gives aim, drive, requirements and provenance.
 
-        Raises InputError where there is no feasible design, and where the file cannot be written.
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+
+        Raises
+        ------
+        InputError
+            There is no feasible design, or the file cannot be written.
         """
         design = self.design
         if design is None or not design.feasible:

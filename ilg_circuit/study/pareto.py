@@ -42,12 +42,25 @@ _CHALLENGERS, _CHALLENGE = 16, 0.02
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Front(Result, Warned):
-    """Points in order of the first objective.
+    """A Pareto front: k designs in order of the first objective, ``report.front``.
 
-    ``parameters``: name -> (k,) [SI]; ``values`` and ``simulated``: quantity -> (k,) [SI], by the search's engine and
-    by ngspice; ``units`` of all of them. ``improvable``: largest improvement in all objectives at once by a random
-    design near a point, relative to the front's extent. ``deflections`` (k,) are largest displacements over the load's
-    distance, NaN without a coupling.
+    Attributes
+    ----------
+    parameters : dict of str to ndarray (k,)
+        Values of the varied parameters [SI].
+    simulated : dict of str to ndarray (k,)
+        Objectives and other quantities, computed by ngspice [SI].
+    values : dict of str to ndarray (k,)
+        The same, computed by the engine of the search.
+    units : dict of str to str
+        SI units of all of them.
+    objectives : tuple of Objective
+        What was minimised or maximised.
+    improvable : float
+        Largest improvement in all objectives at once found by a random design near a point, relative to the extent of
+        the front.
+    deflections : ndarray (k,)
+        Largest displacement over the distance of the load from the clamp; NaN without a coupling.
     """
 
     presenter: ClassVar[str] = "front"

@@ -100,11 +100,28 @@ class DesignProblem:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Solution of a design problem: ``values`` [SI] of the varied parameters and the ``scenario`` that they make.
+    """The solution of a design problem, ``report.design``.
 
-    ``exact`` and ``simulated``: quantities by name, from the search's engine and from ngspice; ``error``: ngspice's own
-    error estimate. ``reach``: lowest and highest of each quantity among the initial points, of which ``failures``
-    could not be evaluated.
+    Attributes
+    ----------
+    values : dict of str to float
+        Values of the varied parameters [SI].
+    simulated : dict of str to float
+        Quantities by name, computed by ngspice [SI].
+    exact : dict of str to float
+        The same, computed by the engine of the search.
+    scenario : Scenario
+        The strip, ``scenario.actuator``, and its run.
+    error : float
+        Error of ``simulated`` estimated by ngspice, relative.
+    reach : dict of str to Reach
+        Lowest and highest value of each quantity among the initial points.
+    failures : int
+        Number of initial points that could not be evaluated.
+    problem : DesignProblem
+        Ranges, requirements and objective.
+    search : Search
+        The starts of the search and where they ended.
     """
 
     problem: DesignProblem
@@ -132,6 +149,7 @@ class Design:
 
     @property
     def feasible(self) -> bool:
+        """True if all requirements are met."""
         return all(self.met(r) for r in self.problem.requirements)
 
     @property

@@ -34,10 +34,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SweepResult(Result, Warned):
-    """Result of a sweep: its specification, its file (None: kept in memory) and its totals.
+    """The outputs of many designs of a strip, as `ilg_circuit.sweep` returns them.
 
-    ``resumed`` designs had been solved by an earlier run. ``leftover`` is a folder with finished tasks of another sweep
-    into the same file, None if there is none.
+    Attributes
+    ----------
+    spec : SweepSpec
+        What was solved: the strip, the varied parameters, the outputs.
+    totals : SweepTotals
+        Number of designs and of failures, lowest and highest value of each output.
+    path : Path or None
+        The file, None for a result kept in memory.
+    resumed : int
+        Number of designs that an earlier run had solved.
+    leftover : Path or None
+        A folder with finished tasks of another sweep into the same file.
+    warnings : tuple of str
+        Findings as sentences.
     """
 
     presenter: ClassVar[str] = "sweep"
