@@ -41,16 +41,16 @@ class Finding:
         return f"{self.subject}: {sentence}" if self.subject else sentence
 
     def about(self, subject: str) -> Finding:
-        """The same of ``subject``, before what it is about already."""
+        """Return the finding with ``subject`` before its own subject."""
         return Finding(self.code, f"{subject}: {self.subject}" if self.subject else subject, self.values)
 
     def to_dict(self) -> dict[str, Any]:
-        """Code, subject, numbers and sentence, ready for JSON."""
+        """Return the code, subject, numbers and sentence, ready for JSON."""
         return {"code": self.code, "subject": self.subject, "values": dict(self.values), "text": str(self)}
 
 
 def sentences(findings: Iterable[Finding]) -> tuple[str, ...]:
-    """The sentences of ``findings``, each once."""
+    """Return the sentences of ``findings``, each once."""
     return tuple(dict.fromkeys(map(str, findings)))
 
 
@@ -65,7 +65,7 @@ class Warned:
 
 
 def codes(findings: Iterable[Finding]) -> set[str]:
-    """The codes of ``findings``."""
+    """Return the codes of ``findings``."""
     return {finding.code for finding in findings}
 
 

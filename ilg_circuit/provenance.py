@@ -28,12 +28,12 @@ class Provenance:
     seed: int | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it, ready for JSON and TOML; what is not known is left out."""
+        """Return all of it, ready for JSON and TOML; what is not known is left out."""
         known = {"version": self.version, "call": self.call, "inputs": dict(self.inputs), "seed": self.seed}
         return {name: value for name, value in known.items() if value not in ("", {}, None)}
 
     def lines(self) -> list[str]:
-        """One line an item, for the head of a netlist or the comment of a file."""
+        """Return one line for each item, for the head of a netlist or the comment of a file."""
         lines = [f"written by ilg_circuit {self.version}"]
         lines += [f"call: {self.call}"] if self.call else []
         lines += [f"input: {name}, SHA-256 {digest}" for name, digest in self.inputs.items()]

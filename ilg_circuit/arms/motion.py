@@ -250,7 +250,7 @@ def read_motion(path: str | Path) -> Motion:
 
 
 def motion(arm: Arm, drive: Activation, samples: Array, run: Integration, method: str, events: list[Event]) -> Motion:
-    """The `Motion` of a finished ``run``: forces and energies are evaluated here."""
+    """Return the `Motion` of a finished ``run``: forces and energies are evaluated here."""
     n, count = arm.segments, len(samples)
     values = drive.at(samples)
     energy, tension = np.empty((count, 4)), np.empty((count, 3 * n + 1))
@@ -285,7 +285,7 @@ def _events(attributes: Mapping[str, Any]) -> tuple[Event, ...]:
 
 
 def _arm(record: dict[str, Any]) -> Arm:
-    """The arm from its dictionary."""
+    """Return the arm from its dictionary."""
     values = {item.name: record[item.name] for item in fields(Arm)}
     for name, kind in {"muscle": Muscle, "fluid": Fluid, "plane": Plane}.items():
         if values[name] is not None:

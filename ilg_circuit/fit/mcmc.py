@@ -115,14 +115,14 @@ def sample(
 
 
 def _moves() -> list[tuple[object, float]]:
-    """Differential evolution, affine-invariant as the stretch move is, mixes faster in several dimensions."""
+    """Return moves of differential evolution: affine-invariant like the stretch move, faster in several dimensions."""
     from emcee import moves
 
     return [(moves.DEMove(), 0.8), (moves.DESnookerMove(), 0.2)]
 
 
 def _squares(fit: FitResult, x: Array) -> Array:
-    """Sums of squares (m,) at coordinates (m, n), infinite where the circuit cannot be solved."""
+    """Return the sums of squares (m,) at coordinates (m, n), infinite where the circuit cannot be solved."""
     try:
         return fit.problem.sum_of_squares(x)
     except IlgError:

@@ -234,7 +234,7 @@ class Evaluation:
         return self._result
 
     def _distance(self, x: Array) -> float:
-        """Largest distance of a logarithm from its start; parameters without limits have none."""
+        """Return the largest distance of a logarithm from its start; parameters without limits have none."""
         bounded = ~self._problem.scales.free
         return float(np.abs(x - self._start)[bounded].max(initial=0.0))
 

@@ -115,7 +115,7 @@ def parse_drive(text: str, duration: float, unit: str = "V", said: Said = NOTHIN
 
 
 def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -> Drive:
-    """The drive of a form for a run of ``duration`` [s], from the ``parts`` after the colon; values are in ``unit``."""
+    """Return the drive of a form for ``duration`` [s], from the ``parts`` after the colon; values are in ``unit``."""
     from ..drive import PiecewiseLinear, Sine
     from . import shapes
 
@@ -172,7 +172,7 @@ def two(text: str, unit: str, name: str) -> tuple[float, float]:
 
 
 def _count(parts: Sequence[str], place: int, what: str, usual: float = math.inf) -> float:
-    """The whole number at a place of the parts, if it is there."""
+    """Return the whole number at a place of the parts, or the default."""
     if place >= len(parts):
         return usual
     value = parse(parts[place], "", what)

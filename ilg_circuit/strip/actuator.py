@@ -175,12 +175,12 @@ class Material:
         return composed(ions, tuple(sorted(a.name for a in added)))
 
     def electrical_constants(self) -> dict[str, float]:
-        """The constants of the electrical model beyond resistivities and permittivities, by name."""
+        """Return the constants of the electrical model beyond resistivities and permittivities, by name."""
         known: dict[str, Any] = {name: getattr(self, name) for name in _MODEL_FIELDS}
         return {name: value for name, value in known.items() if value is not None} | dict(self.constants)
 
     def ladder_band(self, default: tuple[float, float] = LADDER_BAND) -> tuple[float, float]:
-        """Band [Hz] over which a ladder holds; ``default`` where the strip says nothing."""
+        """Return the band [Hz] over which a ladder holds; ``default`` where the strip says nothing."""
         return self.ladder_lowest or default[0], self.ladder_highest or default[1]
 
     @property
@@ -189,7 +189,7 @@ class Material:
         return (IonBranch(self.dynamic_resistivity, self.permittivity), *self.further_branches)
 
     def branch_quantities(self) -> list[Quantity]:
-        """The quantities of all ionic branches; the names of those after the first end in ``_2``, ``_3``."""
+        """Return the quantities of all ionic branches; the names of those after the first end in ``_2``, ``_3``."""
         named = zip(self.branches, branch_endings(len(self.branches)), strict=True)
         return [replace(q, name=q.name + ending) for branch, ending in named for q in quantities(branch)]
 
@@ -346,7 +346,7 @@ class Actuator:
 
     @classmethod
     def from_port(cls, geometry: Geometry, port: Port, *, base: Material, **rest: Any) -> Self:
-        """The strip whose electrical port is the given one: EC (12)-(14) solved for the material.
+        """Return the strip whose electrical port is the given one: EC (12)-(14) solved for the material.
 
         What a circuit does not say (E, density, damping, EI) comes from ``base``. An electrode resistance is put into
         one electrode of 1 um.

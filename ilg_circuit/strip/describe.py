@@ -21,7 +21,7 @@ _ALWAYS = ("beam_damping_ratio",)
 
 
 def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | None = None) -> dict[str, Any]:
-    """A JSON-ready description, SI values with their units. ``band`` [Hz]; ``voltage`` [V] of use, if known."""
+    """Return a JSON-ready description, SI values with their units. ``band`` [Hz]; ``voltage`` [V] of use, if known."""
     lumped = lumped_elements(actuator, band)
     elements = _electrical(lumped.port, actuator.material.model)
     given = actuator.material.bending_stiffness is not None
@@ -89,7 +89,7 @@ def _headline(actuator: Actuator) -> str:
 
 
 def _rows(actuator: Actuator) -> list[tuple[str, str, str, str]]:
-    """Part, once, name, value and meaning of all quantities but those that are zero by default."""
+    """Return part (once), name, value and meaning of all quantities but those that are zero by default."""
     first, *others = actuator.material.branches
     material = [q for q in quantities(actuator.material) if q.value or q.name in _ALWAYS]
     branches = actuator.material.branch_quantities()[len(quantities(first)) :] if others else []
@@ -105,7 +105,7 @@ def _rows(actuator: Actuator) -> list[tuple[str, str, str, str]]:
 
 
 def _electrical(port: Port, model: ElectricalModel) -> list[Shown]:
-    """The rows of the electrical side: terminals, electrons, ions."""
+    """Return the rows of the electrical side: terminals, electrons, ions."""
 
     def added(of: str) -> list[Shown]:
         return [row for addition in model.additions if addition.of == of for row in addition.shown(port)]

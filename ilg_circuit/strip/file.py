@@ -31,7 +31,7 @@ _SECTIONS: dict[str, type] = {"geometry": Geometry, "material": Material, "coupl
 
 
 def load_actuator(source: str | Path) -> Actuator:
-    """The preset or TOML file that ``source`` names.
+    """Return the preset or TOML file that ``source`` names.
 
     Raises InputError when it is neither, or when the file has unknown keys, missing or wrong units, values out of
     range, or no circuit; the message names the file and the key.
@@ -41,7 +41,7 @@ def load_actuator(source: str | Path) -> Actuator:
 
 
 def load_strip(source: str | Path) -> Actuator | Specimen:
-    """The same; a file without the circuit's constants is a `Specimen`."""
+    """Return the strip of a preset or TOML file; one without the circuit's constants is a `Specimen`."""
     if not isinstance(source, str | Path):
         shown = f"{type(source).__name__} {source!r}"[:60]
         raise InputError(f"a strip is an object, the path of a TOML file or a preset's name, not {shown}")
@@ -146,7 +146,7 @@ def _mistake(text: str, error: str) -> str:
 
 
 def dumps(actuator: Actuator, comment: str = "", provenance: Provenance | None = None) -> str:
-    """TOML text of an actuator; ``loads(dumps(a)) == a`` exactly. ``comment`` becomes ``#`` lines at the top."""
+    """Return an actuator as TOML; ``loads(dumps(a)) == a`` exactly. ``comment`` becomes ``#`` lines at the top."""
     lines = [f"# {visible(line)}".rstrip() for line in comment.splitlines()]
     lines += [f"name = {_toml_string(actuator.name)}", f"format = {FORMAT}"]
     for section in _SECTIONS:
@@ -177,7 +177,7 @@ def save_actuator(
 
 
 def _table(name: str, table: Mapping[str, Any]) -> list[str]:
-    """A TOML table of texts, numbers and one table more."""
+    """Return a TOML table of texts, numbers and one table more."""
     lines = [f"[{name}]"]
     for key, value in table.items():
         if isinstance(value, Mapping):

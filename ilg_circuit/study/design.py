@@ -79,7 +79,7 @@ class DesignReport(Result, Warned):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Assumptions of the model that fail at the design or on the front, and designs that failed."""
+        """Findings: assumptions of the model that fail at the design or on the front, and failed simulations."""
         design, texts, failed = self.design, [], []
         told: tuple[Finding, ...] = ()
         if design:
@@ -165,7 +165,7 @@ def design(
     count: Counter = uncounted,
     progress: Callable[[int, int], None] | None = None,
 ) -> DesignReport:
-    """Return the strip, within the ranges of ``vary``, that meets requirements and is best, or a Pareto front.
+    """Return the best strip, within the ranges of ``vary``, that meets the requirements, or a Pareto front.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def design(
     minimise : str, optional
         Name of the output that is minimised.
     maximise : str, optional
-        Name of the output that is maximised; without an objective the worst margin of the requirements is.
+        Name of the output that is maximised (default: the worst margin of the requirements).
     pareto : str or iterable of str, optional
         Two or three objectives of a front, such as ``["displacement_final", "force_blocked", "min:energy"]``.
     points : int, optional
@@ -197,24 +197,25 @@ def design(
     load : Load, str or mapping, optional
         What hangs on the tip, such as "mass=1g".
     engine : {"auto", "exact", "ngspice"}
-        Auto: exact for linear circuits. The answer is always simulated by ngspice.
+        Solver of the search; auto is exact for linear circuits. ngspice always simulates the answer once more.
     seed : int
-        Of the search's starting points.
+        Seed of the starting points of the search.
     sensitivity : bool
-        Propagates the fit's uncertainty to the design.
+        Propagates the uncertainty of the fitted strip to the design.
     confidence : float or str, optional
         Probability with which each requirement must be met.
     sobol : bool
-        Adds Sobol indices of all quantities over the ranges.
+        Adds Sobol indices: the share of each quantity's variance that each parameter causes over its range.
     count : callable
-        Called with the number of simulations since the last call.
+        Function that is called with the number of simulations since its last call.
     progress : callable, optional
-        Called with (done, total) points of the front.
+        Function that is called with (done, total) points of the front.
 
     Returns
     -------
     DesignReport
-        The design, what limits it, what was asked for besides; ``save("strip.toml")`` writes the strip.
+        ``report.design.values`` are the varied parameters [SI], ``report.feasible`` says if all requirements are met,
+        ``report.save("strip.toml")`` writes the strip. See `ilg.results`.
 
     Raises
     ------
@@ -251,7 +252,7 @@ def design(
         if wrong:
             raise InputError(advice)
     template = scenario_template(strip, drive, duration, tip=tip, beam=beam, load=load)
-    template.parsed_drive()  # a text that is no drive fails at once
+    template.parsed_drive()  # raises for a text that is not a drive, before any work
     ranges, fixed = parse_ranges(range_texts(vary))
     space = Space(template, ranges, fixed, resolve_engine(template, ranges, fixed, engine), count)
     named, sense = (minimise, 1) if minimise else (maximise, -1)
@@ -285,13 +286,13 @@ def design(
 
 
 def aim(design: Design) -> str:
-    """Return what the design is best at, as text."""
+    """Return the objective of the design, as text."""
     objective = design.problem.objective
     return objective.text if objective else "largest margin to all requirements"
 
 
 def design_drive(design: Design) -> str:
-    """Return the design's drive as ``--drive`` takes it; as prose where a voltage scales a square wave or a file."""
+    """Return the text of the design's drive; a description if a voltage scales a square wave or a file."""
     space = design.problem.space
     drive = space.template.drive
     values = {**space.fixed, **design.values}

@@ -26,11 +26,11 @@ from .problem import DesignProblem, Objective, distinct, slacks
 from .requirements import quantity
 from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Terms, Values, distant, local_search
 
-#: Default number of points of a front of two, of three objectives.
+#: Number of objectives -> default number of points of the front.
 POINTS = {2: 25, 3: 60}
 #: References taken from the initial points before gaps are filled.
 _FIRST = {2: 2, 3: 12}
-#: Weight of the sum of all objectives beside the equal improvement; without it an end may be only weakly optimal.
+#: Weight of the sum of all objectives beside their equal improvement; without it an end may be only weakly optimal.
 _SUM = 1e-3
 #: Relative to the front's extent: tolerance of dominance, and distance below which two points are one.
 _DOMINATED, _SAME = 1e-4, 2e-3
@@ -90,7 +90,7 @@ class Front(Result, Warned):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """That designs exceed the small-deflection limit, if any do."""
+        """The finding that designs exceed the small-deflection limit, if any do."""
         return tuple(Finding("assumption-fails", values={"text": text}) for text in deflection_warnings(self.bent))
 
     def table(self) -> tuple[Column, ...]:

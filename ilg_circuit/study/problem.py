@@ -1,7 +1,7 @@
 """The inverse problem: the best design, within ranges, that meets requirements.
 
 Without an objective the best design maximises the worst margin: the factor by which every requirement could be
-tighter. Where no design meets every requirement, the nearest one is found: its worst margin is least negative.
+tighter. If no design meets every requirement, the one whose worst margin is least negative is returned.
 """
 
 from __future__ import annotations
@@ -199,7 +199,7 @@ def _why_none(space: Space, problem: DesignProblem, points: Array) -> str:
 
 
 def _search(problem: DesignProblem, points: Array, values: Values) -> Search:
-    """Search by the goal itself; where that ends infeasible, from the point nearest to meeting every requirement."""
+    """Search for the goal; if that ends infeasible, again from the point nearest to meeting all requirements."""
     result = search(problem.goal(), points, values, seed=problem.seed)
     if result.best.feasible:
         return result

@@ -1,6 +1,6 @@
 """Requirements on a design, such as ``displacement_final>=4mm``, and their margins.
 
-They are on quantities: outputs of the design's run, varied parameters, validity numbers.
+A requirement limits a quantity: an output of the design's run, a varied parameter or a validity number.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Quantity:
 
     @property
     def more_is_better(self) -> bool:
-        """Direction of an objective for which none is given."""
+        """True if an objective without a direction maximises it."""
         return bool(self.outputs) and self.unit in _WANTED_MORE
 
 
@@ -116,7 +116,7 @@ def quantity(name: str, varied: Sequence[str]) -> Quantity:
 
 
 def nothing_asked() -> str:
-    """Return the message for a design of which nothing is asked."""
+    """Return the message for a design without requirement and objective."""
     example = argument("require", "displacement_final>=4mm")
     return f"nothing is asked of the design; give {example}, {argument('minimise')} or {argument('maximise')}"
 

@@ -126,7 +126,7 @@ class SweepSpec:
         digest = hashlib.sha256()
         run = (template.drive_text, template.duration, template.tip, template.usual_beam, template.load)
         settings = (*run, self.engine, self.accuracy)
-        actuator = dumps(template.actuator).replace(f"format = {FORMAT}\n", "", 1)  # the line came after 0.1.0
+        actuator = dumps(template.actuator).replace(f"format = {FORMAT}\n", "", 1)  # 0.1.0 had no such line
         parts: list[str | bytes] = [_RESULTS_OF, actuator]
         parts += map(repr, (settings, self.outputs, self.waveforms, self.samples, self.task_size, self.plan.grid))
         if isinstance(drive, PiecewiseLinear):

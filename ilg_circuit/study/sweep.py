@@ -63,7 +63,7 @@ class SweepResult(Result, Warned):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What the drive's file leaves open, and that designs exceed the small-deflection limit, if any do."""
+        """Findings on the file of the drive, and on designs beyond the small-deflection limit."""
         texts = deflection_warnings(self.totals.bent)
         told = drive_findings(self.spec.template.parsed_drive())
         return told + tuple(Finding("assumption-fails", values={"text": text}) for text in texts)
@@ -132,7 +132,7 @@ def sweep(
     log: str | Path | None = None,
     provenance: Provenance | None = None,
 ) -> SweepResult:
-    """Return what many designs of one strip do: the values that are varied, and the outputs of each run.
+    """Return the outputs of many designs of a strip: a grid, a random sample or a list of varied values.
 
     Parameters
     ----------
@@ -154,24 +154,24 @@ def sweep(
     load : Load, str or mapping, optional
         What hangs on the tip, such as "mass=1g".
     random : int, optional
-        So many random designs within the ranges, in place of a grid.
+        Number of random designs within the ranges, in place of a grid.
     method : {"lhs", "sobol", "uniform"}, optional
         How random designs are drawn (default: Latin hypercube).
     seed : int, optional
-        Of random designs (default 0).
+        Seed of random designs (default 0).
     designs : str or Path, optional
         CSV file with one design a row, in place of ``vary``.
     outputs : str or sequence of str, optional
         Names of the outputs, such as ["displacement_final", "energy"]; all are listed under Notes (default: all but
         the blocked forces, which need a second run).
     waveforms : str or sequence of str, optional
-        Waveforms that are kept, such as "displacement".
+        Waveforms to keep, such as "displacement"; they are in ``to_xarray()``.
     samples : int, optional
         Samples of each waveform (default 601).
     engine : {"ngspice", "exact", "auto"}
-        Auto: exact for linear circuits.
+        Solver; auto is exact for linear circuits and ngspice for others.
     accuracy : float
-        Error allowed of ngspice, relative to each maximum.
+        Largest error allowed for ngspice, relative to the maximum of each waveform.
     out : str or Path, optional
         The netCDF file; an interrupted sweep into it goes on where it was. Without it the result stays in memory.
     jobs : int, optional
@@ -179,13 +179,13 @@ def sweep(
     cluster : str, optional
         Workers of a dask cluster: "tcp://HOST:PORT", or "local:4".
     executor : concurrent.futures.Executor, optional
-        Workers of one's own.
+        An executor of your own, whose workers solve the designs.
     progress : callable, optional
         Called with (done, total) designs.
     log : str or Path, optional
         File to which a line a design is appended: time, number, outcome.
     provenance : Provenance, optional
-        What the file says of its origin.
+        Origin that is written into the file.
 
     Returns
     -------
@@ -325,7 +325,7 @@ def _solve(
     progress: Progress,
     log: Log | None,
 ) -> None:
-    """Solve the ``missing`` tasks into the store, in this process where there is no ``pool``; ``done`` designs are."""
+    """Solve the ``missing`` tasks into the store, without a ``pool`` in this process; ``done`` designs are solved."""
     total = spec.plan.count
     progress(done, total)
 
