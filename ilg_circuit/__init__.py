@@ -20,7 +20,7 @@ Names are imported when they are first used, so that the import itself takes no 
 
 from importlib import import_module
 
-TYPE_CHECKING = False  # as that of `typing`, whose import would take most of the time
+TYPE_CHECKING = False  # in place of `typing.TYPE_CHECKING`: importing typing would take most of the time
 
 if TYPE_CHECKING:
     from .errors import IlgError, IlgWarning, InputError, SolveError

@@ -34,7 +34,7 @@ def _while_read() -> Iterator[None]:
 
 
 class _Commands(click.Group):
-    """The commands of the package `commands`, each imported when it is called; until then its help stands for it."""
+    """The commands of the package `commands`, each imported when it is called; lists need its help only."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

@@ -18,7 +18,7 @@ from typing import Any
 
 from .errors import InputError, argument, visible
 
-#: Files and folders that this process will remove: what its end by force would leave behind.
+#: Files and folders that this process removes at its end, also if it is killed by a signal.
 _temporaries: set[Path] = set()
 
 

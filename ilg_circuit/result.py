@@ -1,4 +1,4 @@
-"""The base of every result: plain data, whose text, picture, tables and files are made when asked for."""
+"""The base class of results: plain data; text, pictures, tables and files are made on demand."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _INSTEAD = {
 class Column:
     """A column of a result's table: ``values`` (n,) in ``unit``, "" for a ratio or a count, None for words.
 
-    The unit is None too where it differs from row to row. ``over`` marks the one that all others are over, such as
+    The unit is None too where it differs from row to row. ``over`` marks the abscissa, such as
     time.
     """
 
@@ -76,7 +76,7 @@ class Curve:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Result:
-    """What a command or a call of the front door returns; ``provenance`` says where it comes from.
+    """The base class of what a command or a function of the front door returns; ``provenance`` is its origin.
 
     A subclass names in ``presenter`` the module of `ilg_circuit.report` that shows it: its functions ``headline``,
     ``facts``, ``panels``, ``summary``, ``figure`` and, for more than `report.doors` makes of these, ``page`` take the
@@ -124,7 +124,7 @@ class Result:
         Returns
         -------
         pandas.DataFrame
-            One row a sample, a frequency, a parameter or a design. SI units, at the end of each column's name.
+            One row per sample, frequency, parameter or design. Names of columns end in the SI unit, as in current_A.
 
         Raises
         ------
@@ -151,13 +151,13 @@ class Result:
     def to_xarray(self) -> Dataset:
         """Return the result's table as an xarray Dataset: one variable a column, with its unit in ``attrs["units"]``.
 
-        A fit has the curves beside its table of parameters: of each file what was measured and the fit of it, over a
-        dimension of its own.
+        For a fit the dataset also holds the curves: the measured and the fitted values of each file, over a dimension
+        of its own.
 
         Returns
         -------
         xarray.Dataset
-            Over time, frequency or whatever the table is over, else over the number of the row; SI.
+            Variables over time, frequency or another abscissa, or over the number of the row; SI units.
 
         Raises
         ------
@@ -303,7 +303,7 @@ class Result:
         return AttributeError(text, name=name, obj=self)
 
     def __repr__(self) -> str:
-        """Return what the result tells in at most ten lines."""
+        """Return headline and main values in at most ten lines."""
         return _doors().brief(self)
 
     def _repr_html_(self) -> str:

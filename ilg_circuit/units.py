@@ -105,7 +105,7 @@ def likely(number: str, si_unit: str, what: str = "") -> str:
     units, low, high = _USUAL.get(word) or _USUAL.get(si_unit) or ((), 0.0, 0.0)
     try:
         fitting = [u for u in units if low <= abs(float(number)) * float(scale(u, si_unit)) <= high]
-    except (ValueError, InputError):  # no number, or a name that stands for a quantity of another dimension here
+    except (ValueError, InputError):  # not a number, or a name of another dimension here
         fitting = []
     return f"{number} {fitting[0] if fitting else si_unit}"
 
@@ -140,7 +140,7 @@ def scale(unit: str, si_unit: str) -> Fraction:
     import pint
 
     registry = _registry()
-    # pint would drop what it takes for a comment or a quotation mark
+    # pint would drop apparent comments and quotation marks
     if not _UNIT.fullmatch(unit) or re.search(r"\d\d|\*\*.*\*\*|\^.*\^", unit):
         raise InputError(f"unknown unit '{unit[:30]}'; use '{si_unit}' or a multiple of it")
     if si_unit and _NEEDS_SCALE.fullmatch(unit.strip()):

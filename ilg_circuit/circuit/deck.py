@@ -1,4 +1,4 @@
-"""A deck to hand out that plain ``ngspice -b`` runs as it is."""
+"""A complete SPICE deck, which plain ``ngspice -b`` runs as it is."""
 
 from __future__ import annotations
 

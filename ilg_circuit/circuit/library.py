@@ -31,7 +31,7 @@ THERMAL_VOLTAGE = 1.38064852e-23 * 300.15 / 1.6021766208e-19
 _BIAS = 4
 #: A beam without mass follows within this part of the time that d(s) takes.
 _LAG = 1e-8
-#: The series of gravity holds up to so many times the strip's r, and a load of so many times its weight.
+#: Largest r of the strip, and largest load over the strip's weight, up to which the series of gravity holds.
 HEAVIER = 4
 #: What `plain` would turn into underscores in units and symbols.
 _UNSAFE = str.maketrans("", "", "'^")
@@ -40,7 +40,7 @@ _UNSAFE = str.maketrans("", "", "'^")
 def library_parameters(actuator: Actuator, beam: str | None = None) -> list[Quantity]:
     """Return the subcircuit's parameters with their defaults, named as in an actuator's TOML file and a fit's report.
 
-    A field that the strip leaves out, or that has no influence on it, is no parameter.
+    Fields that the strip leaves out, or that have no influence, are not parameters.
     """
     m = actuator.material
     used = {"length", "width", "thickness", "dc_resistivity", *m.model.ions.library_parameters}

@@ -26,7 +26,7 @@ GROUND = "0"
 
 
 class Role(Enum):
-    """What an element of a strip is there for: its place in the account of energies, and at the pins of a library."""
+    """The role of a strip's element: its place in the account of energies, and at the pins of a library."""
 
     OTHER = "other"
     SOURCE = "source"
@@ -78,7 +78,7 @@ class Element:
 
     ``nodes`` are plus and minus, for E and G followed by the controlling pair; ``control`` names the voltage source
     whose current controls F and H; ``value`` is in ohm, henry, farad, volt, ampere or the source's gain. Capacitors
-    and inductors start from ``start`` [V, A]. ``role`` says what it is there for; no engine asks.
+    and inductors start from ``start`` [V, A]. ``role`` is its role in the strip; engines do not use it.
 
     A behavioural source B follows a ``law`` with a second constant ``scale`` (v is the voltage across it):
 
@@ -134,7 +134,7 @@ class Element:
 class Output:
     """A waveform of interest: a sum of quantities ``v(node)`` or ``i(source or inductor)`` with coefficients.
 
-    The error of a ``probe`` is no part of the accuracy that a solve must reach: it may be rounding only.
+    The error of a ``probe`` is not judged by a solve, since it may be pure rounding.
     """
 
     name: str

@@ -19,9 +19,9 @@ from dataclasses import replace
 
 from .netlist import GROUND, Element, Netlist, Role, series_sum
 
-#: Resistance [ohm] beside the 1 F of the way, that is 1e11 s: a run of a day loses 1e-6 of it.
+#: Resistance [ohm] in parallel with the 1 F of the displacement, i.e. 1e11 s: a run of a day loses 1e-6 of it.
 LEAK = 1e11
-#: What holds the copy has so many times its resistance, so that the reflected voltage is right to the inverse of that.
+#: Resistance that holds the copy, over the copy's own: the reflected voltage is accurate to the inverse.
 HOLD = 1e8
 
 
@@ -85,7 +85,7 @@ def _charge(named: dict[str, Element], rate: str, filter_name: str) -> dict[str,
 
 
 def _held(named: dict[str, Element]) -> list[Element]:
-    """Return a resistor far above those of the copy, from what its voltage is once nothing moves."""
+    """Return a resistor, far larger than those of the copy, from its voltage once nothing moves."""
     ends = [e for name, e in named.items() if e.role is Role.REFLECTION and name[0] == "C" and e.nodes[0][:4] == "ionx"]
     total = sum(e.value for e in ends if e.nodes[1] == GROUND)
     first = next(e for e in named.values() if e.role is Role.REFLECTION and e.nodes[0] == "copy")

@@ -345,7 +345,7 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
 
 
 def _without_dangling(elements: list[Element]) -> list[Element]:
-    """Return the elements but for leads that end in the air at open terminals."""
+    """Return the elements without leads that end unconnected at open terminals."""
     ends = [n for e in elements if e.role is not Role.LEAD for n in e.nodes]
     return [e for e in elements if e.role is not Role.LEAD or "drive" in ends]
 

@@ -30,7 +30,7 @@ _STEP = 6e-6
 #: Starts tried (scattered, their sums of squares compared) for each nonlinear parameter, and fits run from the best.
 _SCATTERED, _FITS = 60, 8
 _ROUNDS = 5
-#: Scattered starts lie within so many decades of the given one, in turn.
+#: Decades within which scattered starts lie about the given one, in each round.
 _DECADES = (0.1, 0.5, 1.0, 2.0, 4.0)
 
 
@@ -54,15 +54,15 @@ def fit_curve(
     model : callable
         Function of ``x`` and the parameters.
     x : Any
-        Where y was measured; it is handed to the model as it is.
+        Abscissa of y, in any form; it is passed to the model unchanged.
     y : array_like
         Measured values (m,).
     start : array_like
-        Values (n,) that need not be near, but their signs and rough sizes help.
+        Starting values (n,). They need not be near the solution; right signs and sizes help.
     sigma : array_like, optional
         Standard deviations of y (m,).
     absolute_sigma : bool
-        Takes them as they are, not relative to one another.
+        True if ``sigma`` are absolute; False if only their ratios are known.
     names : sequence of str
         Names of the parameters (default: b1, b2, ...).
     seed : int
@@ -139,7 +139,7 @@ class _Curve:
         self.data = self._flat(self.y) / self.sigma
         if len(self.data) <= len(start):
             raise InputError(f"{len(self.data)} numbers do not determine {len(start)} parameters; more are needed")
-        # what rounding of y and of the model leaves
+        # the residual of rounding in y and in the model
         self.rounding = float(len(self.data) * (2 * np.finfo(float).eps * np.abs(self.data).max(initial=0.0)) ** 2)
         self.curve(start, check=True)
 

@@ -87,7 +87,7 @@ class Estimate:
 
     @property
     def reported(self) -> tuple[float, Interval]:
-        """Standard error, the one that allows for autocorrelation where there is one, and interval of ``method``."""
+        """Standard error, allowing for autocorrelation if that was estimated, and interval of ``method``."""
         errors = (self.bootstrap if self.method == "bootstrap" else self.autoregression, self.bootstrap, self.stderr)
         error = next((e for e in errors if e is not None), None)
         interval = self.ci95 if self.method == "covariance" else getattr(self, f"ci95_{self.method}")
@@ -191,7 +191,7 @@ def estimate_table(tables: Mapping[str, Mapping[str, Estimate]]) -> tuple[Column
 
 
 def _interval(ends: Sequence[float | None] | None) -> Interval | None:
-    """Return an interval from the two ends in fit.json, where one that is open is null."""
+    """Return an interval from the two ends in fit.json, where an open end is null."""
     return None if ends is None else (ends[0] or 0.0, math.inf if ends[1] is None else ends[1])
 
 

@@ -21,7 +21,7 @@ from .result import FitResult
 _REACH = float(np.log(1e3))
 _WALKERS_A_PARAMETER, _LEAST_WALKERS = 6, 24
 _CHUNK, _MOST_STEPS = 200, 4000
-#: A chain so many autocorrelation times long has converged; the first few of them are thrown away.
+#: Length of a converged chain, and of its discarded beginning, in autocorrelation times.
 _LONG, _BURN = 50.0, 5.0
 
 

@@ -23,7 +23,7 @@ Jacobian = Callable[[Array], Array]
 OFFSET = 1e-6
 #: Condition of the Jacobian, its columns of equal length, beyond which a parameter is not felt.
 CONDITION = 1e11
-#: Residuals beyond this are no values.
+#: Larger residuals count as not finite.
 HUGE = 1e100
 
 

@@ -31,7 +31,7 @@ _CENTRE = 10.0
 _LEVEL_GAIN = 1e-4
 #: F ratio that no step of a standard error leads to.
 _JUMP = 1e5
-#: A fit on the way may be better than the one that is profiled by this much, relatively: rounding.
+#: Relative amount by which a fit on the profile may be better than the profiled one: rounding.
 _BETTER = 1e-6
 
 

@@ -74,7 +74,7 @@ class FitResult(Estimated, Result):
 
     @property
     def parts(self) -> tuple[FitResult, ...]:
-        """The fits of the problem's components, itself if there is one."""
+        """The fits of the problem's components; the fit itself if there is only one."""
         return self.components or (self,)
 
     @cached_property

@@ -40,7 +40,7 @@ ACCEPTABLE = 5e-6
 
 #: Width of the band of a run's ladders: what relaxes within 1e-4 of the run is an instant.
 _RESOLVED = 1e5
-#: More samples than that need not be points of the solve.
+#: Number of samples above which they are interpolated between points of the solve.
 _MANY_SAMPLES = 1000
 #: A run beyond this times the largest voltage of the fit is an extrapolation.
 _BEYOND = 1.1

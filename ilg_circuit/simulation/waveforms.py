@@ -98,7 +98,7 @@ class Simulated(Result):
         return (Column("time", self.time, "s", over=True), *waves)
 
 
-#: What a strip answers with: all but the drive, the electrical ones first, as pictures and checks show them.
+#: Waveforms of the response, i.e. all except the drive; electrical ones first, as in pictures and checks.
 ANSWERS = tuple(
     sorted(
         (waveform for waveform in WAVEFORMS.values() if waveform.name != "voltage"),

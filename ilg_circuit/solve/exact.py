@@ -24,7 +24,7 @@ from .state_space import StateSpace
 _BLOCK = 2000
 #: A mode whose part in an output is smaller is not felt.
 _FELT = 1e-13
-#: A drive with fewer edges than one in so many samples is solved from edge to edge, not from sample to sample.
+#: Samples per edge of the drive above which a run is solved from edge to edge, not from sample to sample.
 _FEW_EDGES = 8
 #: Exponentials kept at most: an irregular grid asks for as many as it has intervals.
 _MOST_KEPT = 256
@@ -140,7 +140,7 @@ def interval_grid(drive: Drive, times: Array) -> Array:
 def drive_lines(drive: Drive, starts: Array, widths: Array) -> Array:
     """Return the drive at the ``starts`` [s] (m,) of smooth intervals and its companion there; shape (2, m).
 
-    The companion of a line is its slope; the companion of a sine is what it will be a quarter of a period later.
+    The companion of a line is its slope; the companion of a sine is its value a quarter of a period later.
     """
     if drive.angular_frequency():
         return _at(drive, starts)

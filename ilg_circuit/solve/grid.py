@@ -40,7 +40,7 @@ _SMOOTH = 0.4
 #: Fewest nodes of a piece that begins or ends with a jump, to which samples and powers are extrapolated.
 _BESIDE_JUMP = 9
 _ORDER = 8
-#: More time points between two edges of the drive than that are no grid that anybody could wait for.
+#: Most time points between two edges of the drive; more would take too long to solve.
 _MOST_POINTS = 1e8
 #: A step never grows beyond this part of the time since the segment began.
 _GROWTH = 0.35
@@ -65,7 +65,7 @@ class Grid:
 
     @cached_property
     def smooth(self) -> Mask:
-        """Which steps lie in a smooth piece: those of a jump do not."""
+        """True for steps in a smooth piece, False for steps of a jump."""
         inside = np.zeros(len(self.nodes), dtype=int)
         np.add.at(inside, self.segments[:, 0], 1)
         np.subtract.at(inside, self.segments[:, 1], 1)
@@ -247,7 +247,7 @@ def _launch(first: float, smallest: float) -> Array:
 
 
 def _merged(piece: Array, samples: Array, tolerance: float) -> Array:
-    """Return the nodes and samples together; a node that all but coincides with a sample gives way to it."""
+    """Return nodes and samples together; a node that nearly coincides with a sample is dropped."""
     if not len(samples):
         return piece
     right = np.clip(np.searchsorted(samples, piece), 0, len(samples) - 1)

@@ -66,7 +66,7 @@ class Session:
             try:
                 Shared.ffi = self._ffi
                 self._shared = _quiet_class(Shared.NgSpiceShared)()
-            except Exception as error:  # whatever PySpice, cffi or the linker make of a file that is no such library
+            except Exception as error:  # PySpice, cffi and the linker raise various errors
                 raise SolveError(f"cannot load {self.library}: {first_line(error)}") from None
             finally:
                 Shared.ffi = bare
@@ -97,10 +97,10 @@ class Session:
         Gives ``run(grid, voltages)``: ``grid`` [s] ascends from 0 to ``end``, ``voltages`` [V] (points,) at its points
         are those of the circuit's external source, or (sources, points) of several named Vdrive_0, Vdrive_1, ... It
         returns ``vectors`` at all points after 0, shape (vectors, points). Initial
-        conditions are those of the elements. ``linear=False`` iterates every step until it stands. Raises SolveError
+        conditions are those of the elements. ``linear=False`` iterates every step until it converges. Raises SolveError
         when ngspice rejects the circuit, stops early, or leaves the grid.
         """
-        stop = 1.01 * end  # ngspice leaves out points all but at the end, so its end lies beyond ours
+        stop = 1.01 * end  # ngspice drops points very near its end, so its end lies beyond ours
 
         def run(grid: Array, voltages: Array) -> Array:
             self._command("destroy all")
@@ -166,7 +166,7 @@ class Session:
         self._position = len(self._grid) - 1
 
     def _raise_kept(self) -> None:
-        """Raise the exception that was kept while ngspice ran, if there is one."""
+        """Raise the exception that occurred in a callback while ngspice ran, if any."""
         kept, self._kept = self._kept, None
         if kept:
             raise kept

@@ -12,9 +12,9 @@ from ..circuit.netlist import GROUND, Element, Netlist, copies, floating_nodes
 from ..errors import InputError
 from .state_space import StateSpace, refined_solve, state_space
 
-#: What gives a part without direct current an operating point has so many times the impedance of a capacitor at the
-#: lowest frequency: an open circuit in the spectrum. A coil, because so large a resistor is lost in rounding beside the
-#: part's own; but a resistor for the charge of a growing capacitance, which is not zero at rest.
+#: Impedance, over that of a capacitor at the lowest frequency, of the element that gives a part without direct current
+#: an operating point: an open circuit in the spectrum. A coil, because so large a resistor would be lost in
+#: rounding; but a resistor for the charge of a growing capacitance, which is not zero at rest.
 _OPEN = 1e13
 
 

@@ -41,7 +41,7 @@ _GAIN = 3.0
 #: Rounding of a run, relative to the largest term of an output: what thousands of steps make of a double's 1e-16, at
 #: most, and what is to be reckoned with in any.
 _ROUNDING, _NOISE = 1e-11, 3e-13
-#: Rounding of a nonlinear run: that of Newton's iterations.
+#: Rounding of a nonlinear run, by Newton's iterations.
 _NOISE_NONLINEAR = 5e-11
 #: Half as wide steps make an error an eighth at least, at a kink on which no node lies.
 _HALVED = 8.0
@@ -49,7 +49,7 @@ _HALVED = 8.0
 _FELT = 1e-9
 #: Time constants of the fastest mode in a run from which on it is stiff.
 _STIFF = 3e3
-#: An error is stated so much larger than the estimate.
+#: Factor by which the stated error exceeds the estimate.
 _CAREFUL = 1.5
 #: Samples at which the exact engine's rounding is looked at, and how far it may lie beyond what is seen there.
 _COMPARED, _LIKELY = 40, 10.0

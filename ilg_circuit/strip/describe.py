@@ -1,4 +1,4 @@
-"""What `ilg-circuit show` tells of an actuator: sizes, lumped elements, and where the model holds."""
+"""The description of an actuator by `ilg-circuit show`: sizes, lumped elements, validity of the model."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
 def described(
     actuator: Actuator, low: str | float, high: str | float, voltage: str | float | None = None
 ) -> dict[str, Any]:
-    """Return `describe` for numbers or texts with units. Raises InputError for others, and for what is no band."""
+    """Return `describe` for numbers or texts with units. Raises InputError for other texts, and for an empty band."""
     band = si(low, "Hz", argument("low")), si(high, "Hz", argument("high"))
     if not 0 < band[0] < band[1] < math.inf:
         raise InputError(f"band from {low} to {high}: give two frequencies above zero, the lower one first")

@@ -1,7 +1,7 @@
 """An `Actuator` as a TOML file with units, lossless both ways.
 
-Files are written with ``format = 2``; those without are of version 0.1.0, and read for good. The table [provenance]
-says where a file comes from, and is no part of the actuator.
+Files are written with ``format = 2``. Files without it are from version 0.1.0 and stay readable. The table [provenance]
+states the origin of a file and is not part of the actuator.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def load_strip(source: str | Path) -> Actuator | Specimen:
 
 
 def _meant(source: str | Path) -> str:
-    """Return what to do with a file that is no TOML file by its name: it may be a measurement."""
+    """Return advice for a file that is not a TOML file by its name: it may be a measurement."""
     name = Path(source)
     if name.suffix.lower() in ("", ".toml"):
         return ""
@@ -124,7 +124,7 @@ def _parts(table: dict[str, Any]) -> dict[str, Any]:
     return {section: _record(kind, table[section], section) for section, kind in _SECTIONS.items() if section in table}
 
 
-#: A value that is no TOML: a bare number with a decimal comma, or with a unit.
+#: A value that is not valid TOML: a bare number with a decimal comma, or with a unit.
 _BARE = re.compile(r"""\s*([\w-]+)\s*=\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*([^#,"'\[]*?)\s*(?:#.*)?""")
 
 

@@ -1,4 +1,4 @@
-"""A strip before any fit: its sizes and what else is known of it, but no circuit.
+"""A strip before any fit: its sizes and other known constants, but no circuit.
 
 Its file is that of an `Actuator` without the constants of the circuit, which `identify` fits.
 """

@@ -95,7 +95,7 @@ def ion_path(port: Port) -> IonPath:
 
 
 def ion_path_of_material(keys: Set[str], branches: int = 1) -> IonPath:
-    """Return the ion path that a material with these ``keys`` of models, and so many branches, is of.
+    """Return the ion path of a material with these ``keys`` of models and this number of branches.
 
     Raises InputError where there is none, or more than one.
     """
@@ -139,7 +139,7 @@ def load_entry_points() -> None:
         loaded.add(entry.name)
         try:
             model = entry.load()
-        except Exception as error:  # whatever another package does wrong
+        except Exception as error:  # another package may raise anything
             why = first_line(error)
             raise InputError(f"electrical model '{entry.name}' ({entry.value}) cannot be loaded: {why}") from error
         if not isinstance(model, IonPath):
