@@ -214,7 +214,7 @@ def writing_netcdf(path: Path) -> Iterator[Any]:
 def locked(path: Path, taken: str) -> Iterator[None]:
     """Hold a file that stands for a place, made if absent with its folder, for this process alone.
 
-    The file goes at the end of the block; one that a dead process left is no lock. Raises InputError, which says
+    The file goes at the end of the block; one that a dead process left is not a lock. Raises InputError, which says
     ``taken``, where another process holds it.
     """
     try:

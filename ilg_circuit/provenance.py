@@ -41,7 +41,7 @@ class Provenance:
 
 
 def provenance(call: str = "", inputs: Iterable[str | Path] = (), seed: int | None = None) -> Provenance:
-    """Return the provenance of a result of ``call`` and files; a source that is no file (a preset) has no hash."""
+    """Return the provenance of a result of ``call`` and files; a source that is not a file (a preset) has no hash."""
     digests = {visible(str(path)): digest(path) for path in inputs if os.path.isfile(path)}
     return Provenance(call=visible(call), inputs=digests, seed=seed)
 

@@ -1,4 +1,4 @@
-"""``identify --each``: many files, each fitted by itself."""
+"""``identify --each``: many files, each fitted individually."""
 
 from __future__ import annotations
 

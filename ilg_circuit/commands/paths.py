@@ -56,7 +56,7 @@ class OutputFile(click.Path):
             raise InputError(f"{option} does not write to stdout; give the name of a file (--json - does)")
         require_writable(path)
         suffix = path.suffix.lower()
-        tells = re.fullmatch(r"\.[a-z]\w*", suffix)  # the end of run_0.5V is no suffix
+        tells = re.fullmatch(r"\.[a-z]\w*", suffix)  # the end of run_0.5V is not a suffix
         if self.suffixes and suffix not in self.suffixes and (tells or not self.bare):
             *others, last = self.suffixes
             ends = f"{', '.join(others)} or {last}" if others else last
@@ -67,7 +67,7 @@ class OutputFolder(OutputFile):
     """A folder that is written; what may be replaced is decided by the command."""
 
     def require(self, path: Path, option: str) -> None:
-        """Raise InputError for what is no folder, or cannot become one."""
+        """Raise InputError for what is not a folder, or cannot become one."""
         if path == STDOUT or (path.exists() and not path.is_dir()):
             raise InputError(f"{option} '{path}': give the name of a folder")
 

@@ -179,7 +179,7 @@ def one_of(arrays: Mapping[str, ArrayLike], displacement: Any) -> tuple[dict[str
 
 
 def _of_its_own(displacement: Any) -> bool:
-    """Tell whether a displacement has times of its own: a path, columns, or two rows; not one row of numbers."""
+    """Return True if a displacement has times of its own: a path, columns, or two rows; not one row of numbers."""
     if isinstance(displacement, str | Path | Mapping) or hasattr(displacement, "columns"):
         return True
     several = isinstance(displacement, list | tuple) and len(displacement) > 0

@@ -1,4 +1,4 @@
-"""Many files, each fitted by itself, on all cores; what is finished is not done again."""
+"""Many files, each fitted individually, on all cores; what is finished is not done again."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def identify_each(
     force: bool = False,
     **options: Any,
 ) -> Batch:
-    """Return the fits of many files, each by itself; one that fails is a row with its reason and stops nothing.
+    """Return the fits of many files, each individually; one that fails is a row with its reason and stops nothing.
 
     Parameters
     ----------

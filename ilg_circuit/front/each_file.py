@@ -25,7 +25,7 @@ def values_of(
     given
         Path or name of a file -> its value; ``*`` -> that of all others.
     sources
-        Paths; what is no path has no name.
+        Paths; what is not a path has no name.
     what
         What the values are, for errors.
     among

@@ -300,7 +300,7 @@ def ogden(
 def _biases(
     bias: Given | Sequence[Given] | Mapping[str, Given] | None, sets: Sequence[Any], data: Any
 ) -> list[float] | None:
-    """Return the bias [V] of every set. Raises InputError for one of a file that is no spectrum."""
+    """Return the bias [V] of every set. Raises InputError for one of a file that is not a spectrum."""
     if bias is None:
         return None
     if isinstance(bias, Mapping):

@@ -14,7 +14,7 @@ from ..identification.batch import Batch, FileFit
 from .each import checked, identify_each
 from .given import Given, quantity
 
-#: Files that are no measurements: what this package and others write beside them.
+#: Files that are not measurements: what this package and others write beside them.
 _NOT_DATA = (".toml", ".json", ".png", ".pdf", ".svg", ".html", ".htm", ".log", ".nc", ".part", ".tmp", ".md", ".tex")
 #: Options of `identify_each` that are none of `identify`.
 _OF_EACH = ("jobs", "call", "force")
@@ -101,7 +101,7 @@ def watch(
 
 
 def require_watchable(folder: Path) -> None:
-    """Raise InputError for what is no folder."""
+    """Raise InputError for what is not a folder."""
     if not folder.is_dir():
         raise InputError(f"'{folder}' is no folder; give the one that the instrument writes to")
 

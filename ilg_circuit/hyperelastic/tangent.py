@@ -44,7 +44,7 @@ def tangent_modulus(tests: Sequence[LoadTest]) -> tuple[float, float] | None:
 
 
 def _fits(small: Sequence[tuple[str, Array, Array]], order: int) -> bool:
-    """Tell whether there are readings enough, of each load, for polynomials of an ``order``."""
+    """Return True if there are readings enough, of each load, for polynomials of an ``order``."""
     count = sum(len(stress) for *_, stress in small)
     enough = all(len(stress) > order for *_, stress in small) or not order
     return enough and 1 + order * len(small) <= _UNKNOWN * count

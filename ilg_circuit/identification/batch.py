@@ -1,4 +1,4 @@
-"""The result of fitting many files, each by itself."""
+"""The result of fitting many files, each individually."""
 
 from __future__ import annotations
 

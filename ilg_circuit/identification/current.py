@@ -1,4 +1,4 @@
-"""The measured current as an observation of the port, and its fit by itself."""
+"""The measured current as an observation of the port, and its individual fit."""
 
 from __future__ import annotations
 

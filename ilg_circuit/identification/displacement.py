@@ -282,7 +282,7 @@ class _WindowSearch:
         """Return the fit up to ``end`` [s], from where ``like`` ended or the search's start; None where it fails.
 
         Where the rest supports a drift over that stretch it is fitted; a slope beyond the rest's own interval is held
-        at its end, so that what d(s) does not describe is no drift. What this beam held over that stretch stays so.
+        at its end, so that what d(s) does not describe is not a drift. What this beam held over that stretch stays so.
         """
         if (beam, end) in self.failed:
             return None

@@ -1,4 +1,4 @@
-"""A measured impedance spectrum as an observation of the port, and its fit by itself.
+"""A measured impedance spectrum as an observation of the port, and its individual fit.
 
 The closed form of the port (no ladder, no engine) is fitted to real and imaginary parts together, each weighted by
 1/abs(Z) unless told otherwise, from many starts that the data suggest. What the data do not feel is fixed and named,

@@ -234,7 +234,7 @@ def settled(
 
 
 def _tells_onset(data: Measured, residuals: Array) -> bool:
-    """Tell whether a displacement says when the voltage began: its clock is known, and its residuals are noise."""
+    """Return True if a displacement says when the voltage began: its clock is known, and its residuals are noise."""
     return isinstance(data, DisplacementData) and data.delays is None and not structured(residuals)
 
 

@@ -71,7 +71,7 @@ def spikes(channel: Channel, drive: PiecewiseLinear) -> Mask:
 
 
 def findings_on(data: CurrentData) -> list[Finding]:
-    """Return what is to be said of the readings of a current that were left out."""
+    """Return findings on the readings of a current that were left out."""
     return left_out(data.record.current, np.array(data.left_out, dtype=np.intp), data.source, data.quantity, data.unit)
 
 

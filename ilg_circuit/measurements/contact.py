@@ -340,7 +340,7 @@ def _exact(s: Seen, level: float) -> Iterator[_Place]:
 
 
 def _unexplained(s: Seen, fitted: Passive, place: _Place) -> bool:
-    """Tell whether the current does at a place what a passive port that was ``fitted`` does nowhere near."""
+    """Return True if the current does at a place what a passive port that was ``fitted`` does nowhere near."""
     before, after = _estimates(s.i, place.window)
     low, high = _estimates(fitted.current, place.window)
     jumps, answers = after - before, high - low

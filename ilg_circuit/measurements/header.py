@@ -182,7 +182,7 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
 
 
 def is_unit_row(cells: Sequence[str]) -> bool:
-    """Tell whether the cells of a row are units, at least half of them, and none is a number."""
+    """Return True if the cells of a row are units, at least half of them, and none is a number."""
     filled = [cell.strip() for cell in cells if cell.strip()]
     likely = sum(bool(UNIT_LIKE.fullmatch(clean_unit(cell))) or cell in ("-", "#") for cell in filled)
     return bool(filled) and 2 * likely >= len(filled)

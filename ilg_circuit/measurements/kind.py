@@ -73,7 +73,7 @@ class Kind:
         return max(self.ways, key=lambda way: sum(q in readable for q in way) / max(len(way), 1))
 
     def complete(self, readable: Collection[str]) -> bool:
-        """Tell whether nothing required is missing."""
+        """Return True if nothing required is missing."""
         return all(q in readable for q in (*self.required, *self.way(readable)))
 
 
@@ -210,10 +210,10 @@ def frequency_row(lines: Sequence[str]) -> int | None:
 
 
 def names_a_record(header: str) -> bool:
-    """Tell whether names of columns have a voltage or a time among them."""
+    """Return True if names of columns have a voltage or a time among them."""
     return bool(_OF_A_RECORD.search(header[:LONGEST_HEADER]))
 
 
 def names_a_spectrum(header: str) -> bool:
-    """Tell whether columns, one a frequency, are those of a spectrum: a record may have the drive's frequency."""
+    """Return True if columns, one a frequency, are those of a spectrum: a record may have the drive's frequency."""
     return not names_a_record(header) or bool(_REAL_PART.search(header[:LONGEST_HEADER]))

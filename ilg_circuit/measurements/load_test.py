@@ -101,7 +101,7 @@ class LoadTest:
         object.__setattr__(self, "stress", stress)
 
     def _require_numbers(self, stretch: Array, stress: Array) -> None:
-        """Raise InputError for numbers that are no stretches or no stresses."""
+        """Raise InputError for numbers that are not stretches or no stresses."""
         for name, values in (("stretch", stretch), ("stress", stress)):
             if not np.isfinite(values).all():
                 wrong = values[~np.isfinite(values)][0]

@@ -119,7 +119,7 @@ def _drive(table: Table, time: Array, u: Array, onset: Onset) -> MeasuredDrive:
 
 
 def _current(table: Table, onset: Onset, drive: PiecewiseLinear) -> tuple[Channel, list[Finding]]:
-    """Return the current, its own answer to the voltage's jump at time 0, and what is to be said of its delay."""
+    """Return the current, its own answer to the voltage's jump at time 0, and findings on its delay."""
     values = table.columns["current"]
     known = np.isfinite(values)
     t, v = table.time[known], values[known]
@@ -185,7 +185,7 @@ def _require_response(current: Channel, drive: PiecewiseLinear, name: str) -> No
 
 
 def _steady(current: Channel) -> bool:
-    """Tell whether the current since the onset ends where it began, but for noise."""
+    """Return True if the current since the onset ends where it began, apart from noise."""
     after = current.values[~current.rest]
     edge = max(len(after) // 20, 3)
     if len(after) < 2 * edge:

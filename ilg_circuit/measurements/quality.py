@@ -169,7 +169,7 @@ def rest_drift(t: Array, values: Array, quantity: str, unit: str) -> tuple[Findi
 
 
 def _between(signs: Mask, missing: Mask) -> bool:
-    """Tell whether good readings stand before and after all ``signs``: a rest position begins the record."""
+    """Return True if good readings stand before and after all ``signs``: a rest position begins the record."""
     good = np.flatnonzero(~signs & ~missing)
     where = np.flatnonzero(signs)
     return bool(len(good) and good[0] < where[0] and where[-1] < good[-1])
@@ -196,7 +196,7 @@ def _breaks_off(t: Array, v: Array, u: Array, a: int, b: int, grain: float) -> b
 
 
 def _after_jump(t: Array, u: Array, a: int) -> bool:
-    """Tell whether the voltage jumps, or the drive begins, where the top begins."""
+    """Return True if the voltage jumps, or the drive begins, where the top begins."""
     around = slice(max(a - 8, 0), a + 8)
     return bool(a == 0 or t[a - 1] < 0 <= t[a] or a - 1 - around.start in voltage_jumps(u[around]))
 

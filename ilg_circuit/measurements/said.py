@@ -83,7 +83,7 @@ def said_of(
 ) -> Said:
     """Return what mappings, or texts such as ``voltage=Potential applied (V)``, say. Raises InputError for others.
 
-    A ``part`` that is no number names the point of a track; a ``scale`` is a size in metres or a text, see `pixel`.
+    A ``part`` that is not a number names the point of a track; a ``scale`` is a size in metres or a text, see `pixel`.
     """
     point = None
     if isinstance(part, str):

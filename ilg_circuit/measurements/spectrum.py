@@ -169,7 +169,7 @@ def _inductive(z: ComplexArray) -> Mask:
 
 
 def _turned(z: ComplexArray) -> bool:
-    """Tell whether Im Z, apart from noise about zero, is positive rather than negative."""
+    """Return True if Im Z, apart from noise about zero, is positive rather than negative."""
     part = z.imag / np.abs(z)
     above, below = float(part[part > 0].sum()), -float(part[part < 0].sum())
     return above > max(2 * below, 0.01 * len(z))

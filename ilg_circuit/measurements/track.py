@@ -229,7 +229,7 @@ def beginning(t: Array, values: Array) -> tuple[float, bool]:
 
 
 def _moves(t: Array, values: Array, noise: float) -> bool:
-    """Tell whether readings before a motion move already: the line of their first half rises by more than noise."""
+    """Return True if readings before a motion move already: the line of their first half rises by more than noise."""
     half = max(len(t) // 2, 2)
     line = np.polynomial.Polynomial.fit(t[:half], values[:half], 1)
     return abs(float(line(t[half - 1]) - line(t[0]))) > _RISES * noise * max(np.sqrt(12 / half), 0.5)

@@ -105,7 +105,7 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
 
 
 def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> bool:
-    """Tell whether a strip of ``conductance`` [S] answered what looks like noise of the voltage ``u`` [V].
+    """Return True if a strip of ``conductance`` [S] answered what looks like noise of the voltage ``u`` [V].
 
     Noise that was applied passes on to the ``current`` [A]; noise of a reading does not. All are (n,), blanks left out.
     """

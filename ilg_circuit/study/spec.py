@@ -86,7 +86,7 @@ class SweepSpec:
         if isinstance(self.template.drive, str) and self.template.drive.startswith("file:"):
             # read once and here: where tasks are solved there may be no such file
             object.__setattr__(self, "template", replace(self.template, drive=self.template.parsed_drive()))
-        self.template.parsed_drive()  # raises for a text that is no drive
+        self.template.parsed_drive()  # raises for a text that is not a drive
         _ = self.times
 
     @cached_property

@@ -51,7 +51,7 @@ class Binary(Protocol):
     """What the module of a binary format holds: it turns the bytes of a file into lines that one of `FORMATS` reads."""
 
     def opens(self, raw: bytes) -> bool:
-        """Tell whether the bytes of a file are of this format."""
+        """Return True if the bytes of a file are of this format."""
 
     NAME: str
 
