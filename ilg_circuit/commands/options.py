@@ -56,7 +56,10 @@ engine_option = group(
 tip_option = group(
     "Mounting",
     click.option(
-        "--tip", type=click.Choice(["free", "clamped"]), default="free", help="clamped: held still, for blocked force."
+        "--tip",
+        type=click.Choice(["free", "clamped"]),
+        default="free",
+        help="clamped: the tip is held still, which gives the blocked force.",
     ),
 )
 beam_option = group(
@@ -71,7 +74,9 @@ beam_option = group(
 load_option = group(
     "Mounting",
     click.option(
-        "--load", metavar="LOAD", help="What hangs on the tip: mass=1g,stiffness=1mN/m,damping=1uN*s/m, or some of it."
+        "--load",
+        metavar="LOAD",
+        help="Load on the tip: mass=1g,stiffness=1mN/m,damping=1uN*s/m, or some of these.",
     ),
 )
 
@@ -120,8 +125,8 @@ _SIZES = {
 }
 _KNOWN = {
     "load-position": "Where the displacement is measured, from the clamp.  [default: the tip]",
-    "youngs-modulus": "Such as 7.6kPa.  [default: the paper's, which is told]",
-    "density": "Such as 1.25g/cm^3.  [default: 1250 kg/m^3]",
+    "youngs-modulus": "Young's modulus, such as 7.6kPa.  [default: the paper's, with a warning]",
+    "density": "Density, such as 1.25g/cm^3.  [default: 1250 kg/m^3]",
     "bending-stiffness": "EI of the composite strip, such as '1 uN m^2', in place of the modulus.",
 }
 
@@ -135,7 +140,7 @@ def strip_options(*, required: bool) -> Callable[[Callable[..., Any]], Callable[
         click.option(
             "--orientation",
             type=click.Choice(["weightless", "hanging", "horizontal"]),
-            help="How it is held against gravity.",
+            help="How the strip is held against gravity.",
         ),
     )
 
@@ -148,7 +153,7 @@ fit_options = _together(
         click.option(
             "--electrode-resistance",
             metavar="RESISTANCE",
-            help="Held, such as 2ohm; fit: nonlinear models.  [default: the strip's]",
+            help="Resistance Re: a fixed value such as 2ohm, or fit (nonlinear models).  [default: the strip's]",
         ),
         click.option(
             "--until",
@@ -198,7 +203,7 @@ displacement_options = group(
     click.option(
         "--displacement-delay",
         metavar="TIME",
-        help="How much later its clock reads: 0.1s, or fit.  [default: fit with --displacement, else 0s]",
+        help="How much later the clock of this file reads: 0.1s, or fit.  [default: fit with --displacement, else 0s]",
     ),
     click.option("--scale", metavar="SCALE", help="Size of a camera's pixel: 0.042mm/px, or 23.8px/mm."),
     click.option("--fps", type=NUMBER, metavar="RATE", help="Frames a second, where a camera's file has no times."),
@@ -206,7 +211,7 @@ displacement_options = group(
         "--axis",
         metavar="AXIS",
         help="Direction of the displacement of a point: x, y, -x, -y or an angle from x to y.  "
-        "[default: in which it moves most]",
+        "[default: the direction in which it moves most]",
     ),
 )
 

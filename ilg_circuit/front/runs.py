@@ -126,8 +126,7 @@ def simulate(
                                           the run.
     ``multisine:1V,0.01Hz..1Hz[,tones]``  A sum of 10 (or tones) sines between two frequencies, with this peak.
     ``ramp:1V/s``                         A straight line from zero.
-    ``file:drive.csv``                    The rows of a CSV file with columns for time and value, such as time_s and
-                                          voltage_V.
+    ``file:drive.csv``                    The rows of a CSV file: time_s and a voltage or, for a motion, a displacement.
     ``repeat:5,drive.csv``                The rows of a file, repeated 5 times.
     ====================================  ============================================================================
 

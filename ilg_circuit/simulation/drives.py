@@ -81,7 +81,7 @@ FORMS: tuple[Form, ...] = (
         "file",
         ("file:drive.csv", "file:motion.csv"),
         None,
-        "The rows of a CSV file with columns for time and value, such as time_s and voltage_V.",
+        "The rows of a CSV file: time_s and a voltage or, for a motion, a displacement.",
     ),
     Form("repeat", ("repeat:5,drive.csv", "repeat:5,motion.csv"), None, "The rows of a file, repeated 5 times."),
 )

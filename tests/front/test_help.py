@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from inspect import getdoc
 
+import click
 import pytest
 
 import ilg_circuit as ilg
+from ilg_circuit.commands.sweep import sweep
 from ilg_circuit.simulation.drives import FORMS
 from ilg_circuit.simulation.waveforms import WAVEFORMS
 from ilg_circuit.strip.models.registry import ADDITIONS, MODELS, electrical_model
@@ -51,6 +53,13 @@ def test_identify_lists_the_parameters_of_each_model(model: str) -> None:
         if parameter.name not in known and parameter.name not in common:
             assert parameter.name in cells
             assert not parameter.unit or f"[{parameter.unit}]" in cells
+
+
+def test_the_command_sweep_names_every_output() -> None:
+    (text,) = (option.help for option in sweep.params if option.name == "outputs" and isinstance(option, click.Option))
+    for name in OUTPUTS:
+        waveform, _, ending = name.rpartition("_")
+        assert name in str(text) or (waveform in str(text) and f"_{ending}" in str(text))
 
 
 def test_defaults_and_names_in_sentences() -> None:
