@@ -106,7 +106,7 @@ run_options = _together(
 
 
 class ModelOption(click.Option):
-    """An option for an electrical model; its help names those of the registry, which is read when help is shown."""
+    """An option for an electrical model; its help names the registered models, which are read when it is shown."""
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         from ..strip.models import MODELS, model_names
@@ -132,7 +132,7 @@ _KNOWN = {
 
 
 def strip_options(*, required: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The options for a strip's sizes, which may be ``required``, and what else no fit gives; see `sizes`."""
+    """Return the options for a strip's sizes, which may be ``required``, and what else no fit gives; see `sizes`."""
     return group(
         "Strip",
         *(click.option(f"--{name}", required=required, metavar="LENGTH", help=text) for name, text in _SIZES.items()),
@@ -166,7 +166,7 @@ fit_options = _together(
 
 
 def sizes(options: dict[str, Any]) -> dict[str, str | None]:
-    """What `strip_options` say, by the keys of a strip; ``options`` lose them."""
+    """Remove the values of `strip_options` from ``options`` and return them by the keys of a strip."""
     return {key: options.pop(key) for key in [name.replace("-", "_") for name in (*_SIZES, *_KNOWN)] + ["orientation"]}
 
 
@@ -191,7 +191,7 @@ reading_options = group(
 )
 
 
-#: The displacement in files of its own.
+#: Options for a displacement in files of its own.
 displacement_options = group(
     "Displacement",
     click.option(
@@ -227,12 +227,12 @@ sample_options = group(
 def output_options(
     table: str, plot: str, kind: OutputFile = TABLE
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The options --out (a ``kind`` of file, with the help ``table``), --json, --plot, --report; see `outputs`."""
+    """Return the options --out (a ``kind`` of file, its help ``table``), --json, --plot, --report; see `outputs`."""
     return _together(group("Output", click.option("--out", type=kind, help=table)), result_options(plot))
 
 
 def result_options(plot: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The options --json, --plot, --report; see `outputs`."""
+    """Return the options --json, --plot, --report; see `outputs`."""
     return group(
         "Output",
         click.option("--json", type=JSON, help="JSON file to write; - for stdout, and nothing else there."),
@@ -242,12 +242,12 @@ def result_options(plot: str) -> Callable[[Callable[..., Any]], Callable[..., An
 
 
 def outputs(options: dict[str, Any]) -> dict[str, Path | None]:
-    """The files that `output_options` name, for `emit`; ``options`` lose them."""
+    """Remove the files of `output_options` from ``options`` and return them, for `emit`."""
     return {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report") if name in options}
 
 
 def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
-    """Duration [s] and sample times [s] from ``--duration``, ``--samples`` and ``--step``."""
+    """Return the duration [s] and sample times [s] from ``--duration``, ``--samples`` and ``--step``."""
     from ..simulation.response import sample_times
 
     seconds = parse(duration, "s", "--duration")
@@ -256,7 +256,7 @@ def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
 
 
 def mounted(options: dict[str, Any]) -> dict[str, Any]:
-    """Tip, beam (None for the strip's own) and load, from the options of these names."""
+    """Return tip, beam (None for the strip's own) and load, from the options of these names."""
     from ..circuit.strip import load_of
 
     return {"tip": options["tip"], "beam": options["beam"], "load": load_of(options["load"])}

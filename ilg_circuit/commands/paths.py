@@ -22,7 +22,7 @@ from ..files import require_writable
 from .help import HelpedCommand, group
 from .stopping import start_limit
 
-#: What stands for stdout where a file is named.
+#: The name of a file that means stdout.
 STDOUT = Path("-")
 
 
@@ -95,7 +95,7 @@ def forced(context: click.Context) -> bool:
 
 
 def forcing(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The option --force, whose help is ``text``; `forced` tells if it was given."""
+    """Return the option --force with the help ``text``; `forced` returns True if it was given."""
     return group(
         "Output",
         click.option(
@@ -113,7 +113,7 @@ force_option = forcing("Let --out replace the file of the actuator.")
 
 
 class _Choice(click.Choice[str]):
-    """One of several words; a slip is told with the word that was meant."""
+    """One of several words; the error for a misspelt one names the nearest."""
 
     def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
         message = super().get_invalid_choice_message(value, ctx).rstrip(".")
@@ -122,9 +122,9 @@ class _Choice(click.Choice[str]):
 
 
 class Command(HelpedCommand):
-    """A command whose paths are checked before it begins; what it refuses is named as its options are.
+    """A command whose paths are checked before it begins; its errors name options.
 
-    Slips in choices of words are told with the word that was meant.
+    Errors for misspelt choices name the nearest word.
     """
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
@@ -180,7 +180,7 @@ class LongCommand(Command):
 def require_apart(context: click.Context, written: list[tuple[click.Parameter, Path]]) -> None:
     """Raise InputError where a file to be written is one that is read, or another one to be written.
 
-    A file is told by what it is, not by its name: through links, and in any spelling that the system takes for it.
+    Files are compared by identity, not by name: through links, and in any spelling that the system accepts.
     The same measured file twice is refused, too.
     """
     read = [(option, path, _identity(path)) for option, path in _read(context) if os.path.isfile(path)]
@@ -204,7 +204,7 @@ def _outputs(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
 
 
 def _read(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
-    """Yield whatever a command was given that may be the name of a file, ``file:`` before it or not."""
+    """Yield all arguments of a command that may be names of files, with ``file:`` before them or not."""
     for option in context.command.params:
         if isinstance(option.type, OutputFile | click.Choice):
             continue
@@ -221,7 +221,7 @@ def _named(option: click.Parameter) -> str:
 
 
 def _identity(path: Path) -> tuple[int | str, ...]:
-    """Return what tells a file from all others; of one that is not there yet, where it will be."""
+    """Return the identity of a file; for one that does not exist yet, its place."""
     try:
         there = os.stat(path)
         return there.st_dev, there.st_ino

@@ -41,13 +41,13 @@ def netlist(
     drive : str, Drive or (times, values)
         Voltage over time, as in `simulate`.
     duration : float or str
-        How long [s]; not needed where the drive is rows.
+        Duration [s]; not needed if the drive is a pair of arrays.
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
-        What hangs on the tip, such as "mass=1g".
+        Load on the tip, such as "mass=1g".
 
     Returns
     -------
@@ -86,7 +86,7 @@ def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -
     name : str
         Name of the subcircuit.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
 
     Returns
     -------
@@ -123,7 +123,7 @@ def subcircuit(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None
     name : str
         Name of the subcircuit.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
 
     Returns
     -------

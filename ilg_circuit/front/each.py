@@ -1,4 +1,4 @@
-"""Many files, each fitted individually, on all cores; what is finished is not done again."""
+"""Many files, each fitted individually, on all cores; finished fits are not repeated."""
 
 from __future__ import annotations
 
@@ -66,38 +66,38 @@ def identify_each(
     force: bool = False,
     **options: Any,
 ) -> Batch:
-    """Return the fits of many files, each individually; one that fails is a row with its reason and stops nothing.
+    """Return the individual fits of many files; a file that fails is a row with its reason, and the others go on.
 
     Parameters
     ----------
     paths : iterable of str or Path
         Files of records and spectra.
     strip : Actuator, Specimen, str or Path, optional
-        Of all of them, see `identify`.
+        The strip of all files, see `identify`.
     folder : str or Path, optional
         Where each fit is left as a folder, and a table of all: a file that was fitted there before, with the same
         content and options, is not fitted again. Without it nothing is written.
     jobs : int, optional
-        Processes (default: one a core).
+        Number of processes (default: one per core).
     log : str or Path, optional
-        File to which a line a file is appended: time, file, outcome.
+        File to which one line per file is appended: time, file, outcome.
     progress : callable, optional
-        Called with (done, total) files.
+        Function that is called with (done, total) files.
     done : callable, optional
-        Called with each `FileFit` as it is ready.
+        Function that is called with each `FileFit` when it is ready.
     known : mapping of str to FileFit, optional
-        Path -> a row that stands, and is not made again.
+        Path -> a finished row, which is not fitted again.
     call : str
-        What the fits say of their origin.
+        Call that is written into the fits' provenance.
     force : bool
-        Write into a folder that is none of fits, and replace any in it.
+        True to write into a folder that was not made by a fit, and to replace any fit in it.
     **options : Any
         ``model``, ``engine``, ``onset``, ``columns``, ``length`` and all others of `identify`.
 
     Returns
     -------
     Batch
-        A row a file, in the order of ``paths``; ``exit_code`` is that of the worst.
+        One row per file, in the order of ``paths``; ``exit_code`` is the worst of all files. See `ilg.results`.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def fit_file(task: FileTask) -> FileFit:
 def folder_of_all(files: Sequence[Path]) -> Path:
     """Return the folder for the fits of files: each.fit beside them, or in the working folder.
 
-    That is where the files stand in several folders, or in one that cannot be written to.
+    The working folder is used if the files are in several folders, or in one that is not writable.
     """
     from os import W_OK, X_OK, access
 
@@ -212,7 +212,7 @@ def labels(files: Sequence[Path]) -> list[str]:
 def checked(
     strip: Strip | Specimen | None, options: Mapping[str, Any]
 ) -> tuple[Actuator | Specimen | None, dict[str, Any]]:
-    """Return the strip, and the options less those of it. Raises InputError for what is wrong whatever is fitted."""
+    """Return the strip, and the other options. Raises InputError for options that are wrong for any file."""
     rest = dict(options)
     base = measured_strip(strip, **{key: rest.pop(key, None) for key in KEYS})
     if (model := rest.get("model", "auto")) != "auto":
@@ -239,7 +239,7 @@ def _tasks(
     call: str,
     force: bool,
 ) -> list[FileTask]:
-    """Return the files with what is to be done. Raises InputError for what is wrong whatever they hold."""
+    """Return the tasks for all files. Raises InputError for what is wrong regardless of their content."""
     if not files:
         raise InputError("no files were given; give paths of measured files")
     real = [file.resolve() for file in files]
@@ -263,7 +263,7 @@ def _tasks(
 
 
 def _key(task: FileTask, strip: str) -> str:
-    """Return what tells a fit from all others: version, content of the file, strip and options."""
+    """Return a key that identifies a fit: version, content of the file, strip and options."""
     with suppress(OSError):
         parts = [__version__, digest(task.path), strip, sorted(task.options.items())]
         return hashlib.sha256(json.dumps(parts, default=str).encode()).hexdigest()
@@ -305,7 +305,7 @@ def _held(root: Path, *, force: bool) -> Iterator[None]:
 def _fit(
     numbers: Sequence[int], tasks: Sequence[FileTask], jobs: int | None, save: Callable[[int, FileFit], None]
 ) -> None:
-    """Fit the tasks of these numbers on so many processes, or here."""
+    """Fit the tasks of these numbers on ``jobs`` processes, or in this one."""
     possible = find_spec("loky") is not None and len(numbers) > 1
     pool = local_pool(len(numbers), jobs, fit_file) if possible else None
     if pool is None:

@@ -50,7 +50,7 @@ def values_of(
 
 
 def by_file(texts: Sequence[str]) -> dict[str, str]:
-    """Return what an option was given as VALUE or FILE=VALUE, several times, by file; that of all others as ``*``."""
+    """Return the values of an option, given as VALUE or FILE=VALUE, by file; the value for all others as ``*``."""
     return {name or "*": value for name, _, value in (text.rpartition("=") for text in texts)}
 
 

@@ -1,4 +1,4 @@
-"""Electrical models of a user's own."""
+"""Electrical models defined by users."""
 
 from __future__ import annotations
 

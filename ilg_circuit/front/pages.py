@@ -1,4 +1,4 @@
-"""The strip as a page that runs in any browser."""
+"""A strip as an HTML page that runs in any browser."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def page(
     beam: str | None = None,
     origin: Provenance | None = None,
 ) -> Path:
-    """Write a strip as one HTML file that needs no network: sliders, and ngspice that solves the strip in the page.
+    """Write a strip as one HTML file with sliders, in which ngspice solves the strip; it needs no network.
 
     The page compares its first run with what the package computes of the same strip, and states the difference.
 
@@ -33,9 +33,9 @@ def page(
     drive : str
         Drive shown first: a step, square, sine or triangle, written as in `simulate`.
     duration : float or str
-        How long [s].
+        Duration of the run [s].
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     origin : Provenance, optional
         Origin of the page, written at the head of its decks.
 

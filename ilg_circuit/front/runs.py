@@ -1,4 +1,4 @@
-"""A strip under a drive: its response, its impedance, what it senses."""
+"""Runs of a strip: its response to a drive, its impedance, its signal as a sensor."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def simulate(
         The voltage over time: a text such as "step:4V" or "square:-2V..2V,30s" (all forms are under Notes), or a pair
         of times [s] and voltages [V] (n,). The strip is at rest under the drive's rest level until t = 0.
     duration : float or str
-        How long [s]; not needed where the drive is rows.
+        Duration [s]; not needed if the drive is a pair of arrays.
     samples : int, optional
         Number of samples (default 601).
     step : float or str, optional
@@ -71,13 +71,13 @@ def simulate(
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
-        What hangs on the tip, such as "mass=1g" or ``{"mass": "1 g"}``.
+        Load on the tip, such as "mass=1g" or ``{"mass": "1 g"}``.
     engine : {"ngspice", "exact"}
-        ngspice, or matrix exponentials for linear circuits.
+        Solver: ngspice, or matrix exponentials (linear circuits only).
     accuracy : float, optional
-        Error to stay below, relative to the largest value (default 1e-9, nonlinear 1e-6).
+        Largest error allowed, relative to the largest value (default 1e-9, nonlinear 1e-6).
     band : bool
         Adds standard errors from the uncertainty of a fitted strip.
     compare : str, Path, DataFrame, Record or bool
@@ -85,7 +85,7 @@ def simulate(
     check : bool
         Adds ``checks``, the differences from the other engine and the closed forms.
     columns : mapping of str to str, optional
-        Titles of columns in the drive's file by quantity, where headers do not tell, as in `read`.
+        Titles of columns in the drive's file by quantity, if its headers are not understood; as in `read`.
     units : mapping of str to str, optional
         Units in the drive's file by quantity, likewise.
     part : int, optional
@@ -93,7 +93,7 @@ def simulate(
     cycle : int, optional
         Which cycle in the drive's file.
     progress : callable, optional
-        Called with (done, total) [s].
+        Function that is called with (done, total) [s].
 
     Returns
     -------
@@ -178,19 +178,19 @@ def impedance(
     high : float or str
         Highest frequency [Hz].
     points : int, optional
-        Number of frequencies, even in logarithm (default: ten a decade).
+        Number of frequencies, evenly spaced in logarithm (default: ten per decade).
     frequency : array_like, optional
         The frequencies themselves [Hz] (f,), ascending, in place of a band.
     bias : float or str
-        Voltage [V] about which the signal is small.
+        Constant voltage [V] to which the small signal is added.
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
-        What hangs on the tip, such as "mass=1g".
+        Load on the tip, such as "mass=1g".
     engine : {"ngspice", "exact"}
-        ngspice, or the circuit's equations solved directly.
+        Solver: ngspice, or the circuit's equations solved directly.
     check : bool
         Adds ``checks``, the differences from the other engine and the closed form.
 
@@ -239,7 +239,7 @@ def sense(
     cycle: int | None = None,
     progress: Progress | None = None,
 ) -> Sensed:
-    """Return what a strip's terminals show while its tip is moved.
+    """Return the voltage or the current at a strip's terminals while its tip is moved.
 
     Parameters
     ----------
@@ -249,7 +249,7 @@ def sense(
         The position of the tip over time: a text such as "sine:1mm,0.1Hz" (the forms of `simulate`, with lengths in
         place of voltages), or a pair of times [s] and positions [m] (n,).
     duration : float or str
-        How long [s]; not needed where the motion is rows.
+        Duration [s]; not needed if the motion is a pair of arrays.
     samples : int, optional
         Number of samples (default 601).
     step : float or str, optional
@@ -259,11 +259,11 @@ def sense(
     terminals : {"open", "short"}
         Open: the voltage between them; short: the current through them.
     engine : {"ngspice", "exact"}
-        ngspice, or matrix exponentials for linear circuits.
+        Solver: ngspice, or matrix exponentials (linear circuits only).
     accuracy : float, optional
-        Error to stay below, relative to the largest value (default 1e-9).
+        Largest error allowed, relative to the largest value (default 1e-9).
     columns : mapping of str to str, optional
-        Titles of columns in the motion's file by quantity, where headers do not tell, as in `read`.
+        Titles of columns in the motion's file by quantity, if its headers are not understood; as in `read`.
     units : mapping of str to str, optional
         Units in the motion's file by quantity, likewise.
     part : int, optional
@@ -271,7 +271,7 @@ def sense(
     cycle : int, optional
         Which cycle in the motion's file.
     progress : callable, optional
-        Called with (done, total) [s].
+        Function that is called with (done, total) [s].
 
     Returns
     -------

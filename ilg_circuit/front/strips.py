@@ -1,4 +1,4 @@
-"""A strip from its sizes, before anything was measured of it."""
+"""A strip from its sizes, before any measurement."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def new_strip(
     load_position : float or str, optional
         Where displacement is measured and a load sits, from the clamp [m] (default: the tip).
     youngs_modulus : float or str, optional
-        Young's modulus [Pa] (default: the paper's, which a fit tells).
+        Young's modulus [Pa] (default: the paper's, with a warning by the fit).
     orientation : {"weightless", "hanging", "horizontal"}
         How the strip is held against gravity.
     name : str
@@ -58,7 +58,8 @@ def new_strip(
     Returns
     -------
     Specimen
-        Its ``save("strip.toml")`` writes the file that commands take.
+        The strip; ``save("strip.toml")`` writes the file that commands take. A size outside the usual range issues an
+        `IlgWarning`.
 
     Raises
     ------
@@ -89,7 +90,7 @@ def new_strip(
 
 
 def measured_strip(strip: Strip | Specimen | None, **sizes: Given | None) -> Actuator | Specimen | None:
-    """Return what was measured: a strip, with ``sizes`` (`KEYS`) in place of its own, or one of these alone.
+    """Return the measured strip: the given one, with ``sizes`` (`KEYS`) in place of its own, or one of these sizes.
 
     None where nothing was given. Raises InputError where sizes are missing.
     """

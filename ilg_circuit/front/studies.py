@@ -1,4 +1,4 @@
-"""Trade-offs between what strips can do."""
+"""Trade-offs between outputs of strips."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ def pareto(
     Parameters
     ----------
     strip : Actuator, str or Path
-        What is varied: an object, the path of a TOML file or a preset's name.
+        Strip that is varied: an object, the path of a TOML file or a preset's name.
     drive : str, Drive or (times, values)
         A text such as "step:4V", whose values can be varied too, or a drive.
     duration : float or str
-        How long the run is [s].
+        Duration of the run [s].
     vary : mapping or iterable of str
         Ranges, as in `design`.
     objectives : str or iterable of str
@@ -42,7 +42,7 @@ def pareto(
     points : int, optional
         Number of points of the front (default: 25 for two objectives, 60 for three).
     require : str or iterable of str
-        Requirements that all of them meet.
+        Requirements that all designs meet, as in `design`.
     **options : Any
         ``tip``, ``beam``, ``load``, ``engine``, ``seed``, ``sobol``, ``progress`` of `design`.
 

@@ -222,7 +222,7 @@ def _about_duration(end: Rhythm, duration: float) -> tuple[Finding, ...]:
 
 
 class Wiring(TypedDict, total=False):
-    """The options of `cpg` that make its network."""
+    """The options of `cpg` that define its network."""
 
     topology: str | None
     neurons: int | None
@@ -288,27 +288,27 @@ def cpg(
     Parameters
     ----------
     duration : float or str, optional
-        How long: seconds, or a text such as "10 s"; not with ``sweep``.
+        Duration [s], or a text such as "10 s"; not with ``sweep``.
     topology : {"mutual", "ring", "one-way-ring", "chain"}, optional
         How neurons inhibit each other (default mutual).
     neurons : int, optional
-        How many (default 2; 3 in a ring; 30 in a chain).
+        Number of neurons (default 2; 3 in a ring; 30 in a chain).
     weights : str, Path or array_like, optional
-        W (n, n) or a CSV file of it, in place of a topology: row i, what inhibits neuron i.
+        Weights W (n, n) or a CSV file of them, in place of a topology; row i holds what inhibits neuron i.
     inhibition : float, optional
-        Every weight of the topology (default 2.5).
+        Mutual inhibition a: every weight of the topology (default 2.5).
     same : float, optional
         Coupling of a chain to the same neuron of the unit before (default 0.1).
     cross : float, optional
         Coupling of a chain to the other neuron of the unit before (default 0.1).
     adaptation : float
-        How strongly a neuron fatigues.
+        Strength d of the adaptation (fatigue).
     tonic : float
-        Tonic input.
+        Tonic input e of each neuron.
     rise_time : float or str
-        Time constant of the state [s].
+        Time constant Tr of the state x [s].
     adaptation_time : float or str
-        Time constant of the fatigue [s].
+        Time constant Ta of the adaptation v [s].
     start : array_like or str, optional
         States x of each neuron, then v of each (default: the paper's), or a text such as "0.12,0,0,0".
     samples : int, optional
@@ -316,16 +316,17 @@ def cpg(
     step : float or str, optional
         Time between samples [s], in place of their number.
     engine : {"ode", "ngspice"}
-        The exact flow between thresholds, or the netlist.
+        Solver: "ode" is exact between thresholds, "ngspice" solves the neurons as a circuit.
     sweep : str, optional
         A parameter to vary, such as "inhibition=1:5:41": 41 values from 1 to 5.
     progress : callable, optional
-        Called with (time, end) [s], of a sweep with (done, total).
+        Function that is called with (time, end) [s], or in a sweep with (done, total).
 
     Returns
     -------
     RhythmRun or RhythmSweep
-        Outputs over time, whose ``rhythm`` is the long-term behaviour; of a sweep period and amplitude over the values.
+        ``time`` [s], ``outputs`` (t, n), ``period`` [s] and ``amplitude``; with ``sweep`` arrays of ``period`` and
+        ``amplitude`` over ``values``. See `ilg.results`.
 
     Raises
     ------

@@ -170,11 +170,11 @@ def design(
     Parameters
     ----------
     strip : Actuator, str or Path
-        What is varied: an object, the path of a TOML file or a preset's name.
+        Strip that is varied: an object, the path of a TOML file or a preset's name.
     drive : str or Drive
         A text such as "step:4V", whose values can be varied too, or a drive.
     duration : float or str
-        How long the run is [s].
+        Duration of the run [s].
     vary : mapping or iterable of str
         ``{"thickness": ("0.2 mm", "1 mm")}`` or texts such as "thickness=0.2mm:1mm"; one value fixes it. Names as in
         `sweep`.
@@ -193,9 +193,9 @@ def design(
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
-        What hangs on the tip, such as "mass=1g".
+        Load on the tip, such as "mass=1g".
     engine : {"auto", "exact", "ngspice"}
         Solver of the search; auto is exact for linear circuits. ngspice always simulates the answer once more.
     seed : int

@@ -137,11 +137,11 @@ def sweep(
     Parameters
     ----------
     strip : Actuator, str or Path
-        What is varied: an object, the path of a TOML file or a preset's name.
+        Strip that is varied: an object, the path of a TOML file or a preset's name.
     drive : str or Drive
         A text such as "step:4V", whose values can be varied too, or a drive.
     duration : float or str
-        How long each run is [s].
+        Duration of each run [s].
     vary : mapping or iterable of str
         ``{"thickness": ("0.2 mm", "1 mm", 9)}`` or texts such as "thickness=0.2mm:1mm:9": low, high and a number of
         points. Several names make a grid. Names are the keys of a strip's file (length, free_length, width, thickness,
@@ -150,9 +150,9 @@ def sweep(
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
-        What hangs on the tip, such as "mass=1g".
+        Load on the tip, such as "mass=1g".
     random : int, optional
         Number of random designs within the ranges, in place of a grid.
     method : {"lhs", "sobol", "uniform"}, optional
@@ -175,15 +175,15 @@ def sweep(
     out : str or Path, optional
         The netCDF file; an interrupted sweep into it goes on where it was. Without it the result stays in memory.
     jobs : int, optional
-        Processes (default: one a core).
+        Number of processes (default: one per core).
     cluster : str, optional
         Workers of a dask cluster: "tcp://HOST:PORT", or "local:4".
     executor : concurrent.futures.Executor, optional
         An executor of your own, whose workers solve the designs.
     progress : callable, optional
-        Called with (done, total) designs.
+        Function that is called with (done, total) designs.
     log : str or Path, optional
-        File to which a line a design is appended: time, number, outcome.
+        File to which one line per design is appended: time, number, outcome.
     provenance : Provenance, optional
         Origin that is written into the file.
 
