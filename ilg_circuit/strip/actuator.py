@@ -6,12 +6,10 @@ Gel Soft Actuators*.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
 from typing import Any, Self
-
-import numpy as np
 
 from ..errors import InputError, visible, wrong_choice
 from .fields import checked, quantity, validate_quantities
@@ -20,6 +18,7 @@ from .models.branches import branch_endings
 from .models.model import ElectricalModel
 from .models.registry import ADDITIONS, composed, ion_path, ion_path_of_material
 from .port import Port
+from .uncertainty import Uncertainty as Uncertainty
 
 #: First root of cos(x) cosh(x) = -1, the cantilever's eigenvalue in EC (11).
 CANTILEVER_EIGENVALUE = 1.875104068711961
@@ -234,31 +233,6 @@ class Mounting:
             raise wrong_choice("mounting.orientation", self.orientation, ORIENTATIONS)
 
 
-@dataclass(frozen=True)
-class Uncertainty:
-    """What a fit left open: ``covariance`` of the logarithms of the parameters ``names`` of an electrical ``model``.
-
-    ``voltage`` [V] is the largest one of the data, of either sign; None where it is not known.
-    """
-
-    model: str
-    names: tuple[str, ...]
-    covariance: tuple[tuple[float, ...], ...]
-    voltage: float | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "names", tuple(self.names))
-        object.__setattr__(self, "covariance", tuple(tuple(float(x) for x in row) for row in self.covariance))
-        n = len(self.names)
-        if not n or len(self.covariance) != n or any(len(row) != n for row in self.covariance):
-            raise InputError(f"uncertainty.covariance must be a table of {n} by {n} numbers, one row a name")
-        table = np.array(self.covariance)
-        if not np.isfinite(table).all() or (table != table.T).any() or (table.diagonal() < 0).any():
-            raise InputError("uncertainty.covariance must be finite and symmetric, with no negative diagonal")
-        if self.voltage is not None and not (math.isfinite(self.voltage) and self.voltage >= 0):
-            raise InputError(f"uncertainty.voltage is {self.voltage!r}; it must be a number of volts, zero or more")
-
-
 @dataclass(frozen=True, repr=False)
 class Actuator:
     """A strip: its sizes ``geometry``, ``material``, ``coupling`` and ``mounting`` against gravity, and a ``name``.
@@ -315,6 +289,29 @@ class Actuator:
         from .changes import with_values
 
         return with_values(self, values)
+
+    def save(self, path: str | Path) -> None:
+        """Write the strip as a TOML file, which `ilg_circuit.load` and all commands read.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     PAPER.with_(thickness="0.4 mm").save(Path(folder) / "thin.toml")
+        """
+        from .file import save_actuator
+
+        save_actuator(self, path)
 
     def describe(
         self, low: str | float = "0.1 mHz", high: str | float = "10 Hz", voltage: str | float | None = None

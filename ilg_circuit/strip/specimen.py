@@ -28,7 +28,7 @@ ELECTRICAL = ("dc_resistivity", "dynamic_resistivity", "permittivity")
 _COMMENT = 36
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Specimen:
     """A strip whose circuit is not known yet: what `identify` takes beside the data.
 
@@ -56,6 +56,13 @@ class Specimen:
             if key not in MECHANICAL:
                 raise unknown_name("key", str(key), MECHANICAL)
         self.stand_in()  # checks all values
+
+    def __repr__(self) -> str:
+        """Return sizes and known constants as a table."""
+        units = {f.name: f.metadata["unit"] for f in (*fields(Geometry), *fields(Material)) if "unit" in f.metadata}
+        values = {key: value for key, value in (vars(self.geometry) | dict(self.known)).items() if value is not None}
+        rows = [f"  {key:<20}{format_quantity(value, units[key], 6)}" for key, value in values.items()]
+        return "\n".join([f"Specimen '{self.name}': {self.mounting.orientation}, no circuit yet", *rows])
 
     @property
     def modulus_known(self) -> bool:

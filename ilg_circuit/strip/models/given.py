@@ -26,7 +26,7 @@ UNITS = {"ohm": "ohm m", "F": "F/m", "s": "s", "Hz": "Hz", "": ""}
 _DECADES = 1.5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class GivenPath(LadderPath):
     """A series resistance and an element of impedance ``function`` (s, *constants); ``typical`` are values (k,)."""
 
@@ -36,6 +36,11 @@ class GivenPath(LadderPath):
     typical: tuple[float, ...]
     text: str = ""
     auto: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return name, equation and typical values in a line."""
+        values = (f"{p.name} {x:g} {p.unit}".rstrip() for p, x in zip(self.own, self.typical, strict=True))
+        return f"<model {self.name}: {self.text}; typically {', '.join(values)}>"
 
     @property
     def name(self) -> str:
