@@ -41,7 +41,7 @@ class FileFit:
 
     @property
     def model(self) -> str:
-        """Name of the electrical model, empty where there is no fit."""
+        """Name of the electrical model, empty without a fit."""
         return str(self.content["model"]) if self.content else ""
 
     @cached_property
@@ -58,7 +58,7 @@ class FileFit:
 
     @property
     def warnings(self) -> Sequence[str]:
-        """What is to be known of its fit."""
+        """The warnings of its fit."""
         return list(self.content["warnings"]) if self.content else []
 
     @property
@@ -111,7 +111,7 @@ class Batch(Result):
 
     @property
     def names(self) -> list[str]:
-        """Names of the parameters of all files, those of most files first."""
+        """Names of the parameters of all files, the most frequent first."""
         count: dict[str, int] = {}
         for file in self.files:
             for name in file.parameters:

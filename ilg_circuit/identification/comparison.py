@@ -1,4 +1,4 @@
-"""A prediction beside a measurement: what a strip's model makes of a record's drive, and what the record shows."""
+"""A prediction beside a measurement: the model's response to a record's drive, and the recorded one."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ TAIL = 0.05
 #: The voltage is constant while it stays within this part of its first value.
 _CONSTANT = 0.05
 _FEWEST_SAMPLES = 20
-#: A peak must stand out of the final value by so many standard errors of the smoothed curve.
+#: Least height of a peak above the final value, in standard errors of the smoothed curve.
 _SEEN = 4.0
 
 

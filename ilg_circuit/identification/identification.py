@@ -96,7 +96,7 @@ class Identification(Estimated, Warned, Result):
 
     @property
     def success(self) -> bool:
-        """False where the model leaves so much of a file undescribed that its numbers mean nothing."""
+        """False if the misfit of a file is so large that the parameters are meaningless."""
         return not any(o.misfit is not None and o.misfit.fail for o in self.observations)
 
     @property

@@ -166,7 +166,7 @@ LOAD_TEST = Kind(
     opposed=(("stress", "true stress"),),
 )
 
-#: A displacement by itself, as a camera or a laser writes it: over time or frames, as it is or by two coordinates.
+#: A displacement alone, as a camera or a laser writes it: over time or frames, as it is or by two coordinates.
 TRACK = Kind(
     "track",
     {
@@ -183,7 +183,7 @@ TRACK = Kind(
     prefix=TRACK_PREFIX,
 )
 
-#: The header of an export is looked for in so many lines.
+#: Number of lines in which the header of an export is searched.
 PREAMBLE = 400
 #: No row of names is longer.
 LONGEST_HEADER = 10_000

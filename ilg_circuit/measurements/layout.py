@@ -279,7 +279,7 @@ def _likely(line: str) -> str:
 
 
 def _bare(line: str) -> bool:
-    """Return True if a line begins with a number, and so is no row of names."""
+    """Return True if a line begins with a number, and so is not a row of names."""
     begin = line[:100].replace(";", " ").replace("\t", " ").replace(",", " ").split()
     return bool(begin) and is_number(begin[0].strip('"'))
 

@@ -63,5 +63,5 @@ def _of_one_sign(strain: Array, stress: Array) -> bool:
 
 
 def _rises(x: Array, y: Array) -> bool:
-    """Return True if y grows with x, on the whole; or there is nothing to tell it by."""
+    """Return True if y grows with x on the whole, or if that cannot be decided."""
     return float((x - x.mean()) @ (y - y.mean())) >= 0

@@ -18,17 +18,17 @@ from .table import Table
 #: The three standard tests: pulled along one axis, along two, or wide and short (pure shear).
 LOAD_MODES = ("uniaxial", "equibiaxial", "planar")
 
-#: An unloaded specimen whose stress is more than this part of the largest has an offset, not noise.
+#: Stress of an unloaded specimen, over the largest, above which it is an offset and not noise.
 _OFFSET = 0.05
-#: Of noisy readings, if there are so many to tell it by, an offset is more than so many standard deviations.
+#: Offset of noisy readings in standard deviations, and number of readings needed to find it.
 _BEYOND, _TELLING = 4.0, 10
 #: So has one whose first readings point to more than this part at stretch 1.
 _POINTED = 0.1
 #: First readings are within this part of the range and so many at least; the first of them is within the last part.
 _FIRST, _POINTING, _NEAR = 0.25, 6, 0.1
-#: Condition of a parabola that readings do not tell.
+#: Condition number above which readings do not determine a parabola.
 _SINGULAR = 1e4
-#: Nothing stretches more, or shortens more than to the inverse: such a number is a strain, a percentage or a length.
+#: Largest stretch, whose inverse is the smallest: other numbers are strains, percentages or lengths.
 _LARGEST = 100.0
 #: Without a reading below the first of these a stretch beyond the second may be a strain in percent.
 _NEAREST, _FAR = 1.5, 5.0
@@ -36,7 +36,7 @@ _NEAREST, _FAR = 1.5, 5.0
 _STRESSES = (1e-6, 1e13)
 #: A stretch closer to 1 is 1.
 _UNSTRETCHED = 1e-9
-#: What of a test can be fitted.
+#: Branches of a test that can be fitted.
 BRANCHES = (*KINDS, "all")
 
 
@@ -101,7 +101,7 @@ class LoadTest:
         object.__setattr__(self, "stress", stress)
 
     def _require_numbers(self, stretch: Array, stress: Array) -> None:
-        """Raise InputError for numbers that are not stretches or no stresses."""
+        """Raise InputError for numbers that are not stretches or stresses."""
         for name, values in (("stretch", stretch), ("stress", stress)):
             if not np.isfinite(values).all():
                 wrong = values[~np.isfinite(values)][0]

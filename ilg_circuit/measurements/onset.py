@@ -21,9 +21,9 @@ from .smoothing import digit, noise_level, resolution
 _JUMP = 0.05
 _JUMP_OVER_NEIGHBOURS = 4.0
 _JUMP_OVER_NOISE = 12.0
-#: No jump is smaller than this part of the largest voltage, or than so many steps of the instrument.
+#: Smallest jump, as a fraction of the largest voltage and in steps of the instrument.
 _LEAST_JUMP, _JUMP_OVER_RESOLUTION = 0.01, 3.0
-#: From so many samples at rest, or fewer, their noise cannot be found.
+#: Number of samples at rest up to which their noise cannot be found.
 _FEW = 10
 #: A current that decays follows a polynomial of this order apart from noise, by so many times what that explains of the
 #: difference of its ends, or its ends differ by so many times the noise of neighbours.
@@ -34,7 +34,7 @@ _ROUNDED = 1e-6
 _REST = 0.05
 #: So many noise levels are more than noise.
 _SEEN = 6.0
-#: An answer has begun where a reading passes this part of its first peak, which lies within so many rows.
+#: Fraction of the first peak at which an answer has begun, and number of rows within which the peak lies.
 _ANSWER, _ANSWER_ROWS = 0.5, 4
 #: A first peak that is less than this part of what comes later is none: the current had not begun.
 _FIRST_PEAK = 0.2

@@ -23,14 +23,14 @@ from .voltage import MeasuredDrive, answers_noise, measured_drive
 _LEAST_READING = 1e-30
 #: Samples after the onset that a fit needs.
 LEAST_CURRENT, LEAST_DISPLACEMENT = 10, 20
-#: So many samples before the onset tell the instrument's offset.
+#: Number of samples before the onset that determine the instrument's offset.
 LEAST_REST = 5
 #: Readings at rest stand before the onset by at least this time [s], relative to the record.
 _BEFORE = 1e-12
 
 
 def prepare(table: Table, onset: Stated = None) -> Record:
-    """Find the onset of the drive and the jumps in it, and drop the samples that are no measurement.
+    """Find the onset of the drive and the jumps in it, and drop the samples that are not measurements.
 
     ``table`` has the columns ``time``, ``voltage``, ``current`` and, if measured, ``displacement``. ``onset`` is its
     time [s] in the file where that is known, or names the reading at which it was: "last-rest" or "first-level".

@@ -1,4 +1,4 @@
-"""Reading measured files: which format a file has and what it holds, its content tells."""
+"""Reads measured files; format and kind of data are recognised by the content."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def read(
     onset
         Of a record: when its excitation began, see `prepare`.
     said
-        Columns and units that its headers do not tell, and which of several measurements is meant.
+        Columns and units that its headers do not state, and which of several measurements is meant.
 
     Raises
     ------

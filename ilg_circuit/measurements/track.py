@@ -1,4 +1,4 @@
-"""The displacement of a file of its own, on a clock of its own: read, turned along an axis, set beside a record."""
+"""Displacements from files of their own: read, projected on an axis, and combined with a record."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from .table import Headers, Table
 
 #: A position of less likelihood is none, as DeepLabCut itself has it.
 _LIKELY = 0.6
-#: Readings at rest that tell their noise; the tip moves where it leaves their level by so many times that.
+#: Number of readings at rest that give the noise, and the deviation, in noise levels, from which the tip moves.
 _FEWEST_AT_REST, _LEAVES = 10, 6.0
-#: Readings are at rest whose line rises by less than so many times the noise.
+#: Largest rise of readings at rest, in noise levels.
 _RISES = 3.0
 #: The rise whose beginning is extrapolated back to rest: up to this part of the largest excursion.
 _RISE = 0.3
@@ -58,7 +58,7 @@ def read_track(path: str | Path, said: Said = NOTHING) -> Track:
     path
         CSV, or a file of DeepLabCut, Tracker or Kinovea.
     said
-        What the file does not tell: columns, units, ``scale``, ``rate`` of the frames, ``axis``, ``point``.
+        What the file does not state: columns, units, ``scale``, ``rate`` of the frames, ``axis``, ``point``.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 To add one, write a module with `NAME`, `KINDS`, `recognises` and `read` (the protocol `Format`) and put it into
 `FORMATS`; a binary one has `NAME`, `opens` and `lines` (the protocol `Binary`) and stands in `BINARIES`. The last of
-`FORMATS`, `csv`, takes whatever no other recognises: its errors say what a file needs.
+`FORMATS`, `csv`, takes all files that no other format recognises; its errors say what a file needs.
 """
 
 from __future__ import annotations
