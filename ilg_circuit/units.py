@@ -161,7 +161,7 @@ def scale(unit: str, si_unit: str) -> Fraction:
     strange = [name for name in given._units if not _IN_USE.fullmatch(_without_prefix(registry, name))]
     if strange and si_unit:
         raise InputError(
-            f"unit '{unit}' ({strange[0].replace('_', ' ')}) is none that an instrument gives; use '{si_unit}' or a "
+            f"unit '{unit}' ({strange[0].replace('_', ' ')}) is not a unit of an instrument; use '{si_unit}' or a "
             "multiple of it"
         )
     if _COUNTS.search(str(given)) or not si_unit:

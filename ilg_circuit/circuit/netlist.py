@@ -165,7 +165,7 @@ class Netlist:
         for element in self.elements:
             _check_element(element, sources)
             if element.name.lower() in seen:
-                raise InputError(f"element {element.name} appears twice (SPICE does not tell upper from lower case)")
+                raise InputError(f"element {element.name} appears twice (SPICE ignores upper and lower case)")
             seen.add(element.name.lower())
         nodes = {node for element in self.elements for node in element.nodes}
         if len({node.lower() for node in nodes}) < len(nodes):

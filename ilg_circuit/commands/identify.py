@@ -95,7 +95,7 @@ def identify(context: click.Context, /, data: tuple[Path, ...], each: bool, **op
         fit_each(context, data, options)
         return
     if left := [name for name in ("jobs", "log") if options.pop(name)]:
-        raise InputError(f"--{left[0]} goes with --each, which fits every file by itself")
+        raise InputError(f"--{left[0]} goes with --each, which fits every file individually")
     fit_together(context, data, options)
 
 

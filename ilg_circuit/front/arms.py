@@ -167,5 +167,5 @@ def _place(given: str | Sequence[Given]) -> list[float]:
     cells = given.split(",") if isinstance(given, str) else list(given) if isinstance(given, Sequence) else []
     if len(cells) != 2:
         shown = given[:40] if isinstance(given, str) else given
-        raise InputError(f"{argument('reach')} '{shown}' is no place; write x,y with units, such as 29mm,4mm")
+        raise InputError(f"{argument('reach')} '{shown}' is not a place; write x,y with units, such as 29mm,4mm")
     return [si(cell, "m", f"{argument('reach')} {axis}") for cell, axis in zip(cells, "xy", strict=True)]

@@ -216,7 +216,7 @@ def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
         elif name in _HEADERS:
             found[_HEADERS[name]] = values
         else:
-            raise InputError(f"'{name}' is no array that is read; these are: {', '.join([*_HEADERS, 'impedance'])}")
+            raise InputError(f"'{name}' is not a known array; give {', '.join([*_HEADERS, 'impedance'])}")
     return found
 
 

@@ -178,7 +178,7 @@ def identify(
     given = sets_of(by_header(arrays) if data is None else data, onset, said, displacement)
     sets = [each for each in given if not isinstance(each, LoadTest)]
     if len(sets) < len(given):
-        raise InputError("a load test says nothing of a circuit; fit it by ilg.ogden, or the command ogden")
+        raise InputError("a load test cannot determine a circuit; fit it by ilg.ogden, or the command ogden")
     delay, resistance = displacement_delay, electrode_resistance
     return fit(
         sets,

@@ -55,9 +55,7 @@ def load(strip: Strip = "paper") -> Actuator:
     if isinstance(strip, Actuator):
         return strip
     if isinstance(strip, Specimen):
-        raise InputError(
-            f"strip '{strip.name}' has no circuit yet: take that of a fit, ilg.identify(data, strip).actuator"
-        )
+        raise InputError(f"strip '{strip.name}' has no circuit yet: fit one, ilg.identify(data, strip).actuator")
     return PAPER if strip == "paper" else load_actuator(strip)
 
 

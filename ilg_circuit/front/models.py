@@ -68,7 +68,7 @@ def register_model(
     limits = dict(upper or {})
     unknown = [key for key in limits if key not in constants]
     if unknown:
-        raise InputError(f"model '{name}': upper names '{unknown[0]}', which is no constant of it")
+        raise InputError(f"model '{name}': upper names '{unknown[0]}', which is not one of its constants")
     if not constants or not all(isinstance(value, str | int | float) for value in constants.values()):
         raise InputError(f"model '{name}': constants are {dict(constants)}; give a typical value of each, as a text")
     units = {key: _unit(name, key, value) for key, value in constants.items()}

@@ -122,5 +122,5 @@ def _unit(key: str) -> str:
 def save_new(made: Specimen, path: str | Path, *, force: bool = False) -> None:
     """Write a strip's file. Raises InputError for one that is there already, unless ``force``."""
     if Path(path).exists() and not force:
-        raise InputError(f"'{path}' is there already; give {argument('force')} to replace it, or another name")
+        raise InputError(f"'{path}' exists already; give {argument('force')} to replace it, or another name")
     made.save(path)

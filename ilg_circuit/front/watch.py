@@ -103,7 +103,7 @@ def watch(
 def require_watchable(folder: Path) -> None:
     """Raise InputError for what is not a folder."""
     if not folder.is_dir():
-        raise InputError(f"'{folder}' is no folder; give the one that the instrument writes to")
+        raise InputError(f"'{folder}' is not a folder; give the one that the instrument writes to")
 
 
 def _files(place: Path, pattern: str) -> dict[Path, _State]:

@@ -186,8 +186,8 @@ def require_suitable(kind: ElectricalModel, data: Sequence[PortData]) -> None:
     unknown = " and ".join(name for name in kind.names if name in kind.needs_several_voltages)
     raise InputError(
         f"model {kind.name} needs several voltages, and all of these are at about {abs(data[0].voltage):.3g} V, where "
-        f"{unknown} cannot be told from a linear port's parameters; give files of different voltages, a waveform, or "
-        "another model"
+        f"{unknown} cannot be distinguished from a linear port's parameters; give files of different "
+        "voltages, a waveform, or another model"
     )
 
 

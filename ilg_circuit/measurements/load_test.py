@@ -94,7 +94,7 @@ class LoadTest:
         self._require_signs(*_joined(first))
         legs = tuple(leg for leg in map(_loaded, legs) if len(leg.stretch))
         if not legs:
-            raise InputError(f"{self.source}: no reading at a stretch other than 1; the {self.mode} test says nothing")
+            raise InputError(f"{self.source}: no reading at a stretch other than 1 in the {self.mode} test")
         stretch, stress = _joined(legs)
         object.__setattr__(self, "legs", legs)
         object.__setattr__(self, "stretch", stretch)

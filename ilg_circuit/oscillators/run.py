@@ -378,4 +378,4 @@ def _start(text: str) -> list[float]:
     try:
         return [float(cell) for cell in text.split(",")]
     except ValueError:
-        raise InputError(f"{argument('start')} '{text[:40]}' is no list of numbers; write it like 0.12,0,0,0") from None
+        raise InputError(f"{argument('start')} '{text[:40]}' is not a list of numbers; write 0.12,0,0,0") from None

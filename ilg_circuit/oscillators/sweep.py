@@ -115,7 +115,7 @@ def cpg_sweep(
         ) from None
     low, high = (parse(end, PARAMETERS[name], f"{argument('sweep')} {name}") for end in (first, last))
     if not count.isdecimal() or not 1 <= int(count) <= MOST_VALUES:
-        raise InputError(f"{argument('sweep')}: '{count}' is no number of values; give 1 to {MOST_VALUES}")
+        raise InputError(f"{argument('sweep')}: '{count}' is not a number of values; give 1 to {MOST_VALUES}")
     if name == "inhibition" and wiring.get("weights") is not None:
         raise InputError(
             f"inhibition belongs to a topology; with {argument('weights')} sweep adaptation, tonic or a time"

@@ -177,7 +177,7 @@ def _count(parts: Sequence[str], place: int, what: str, usual: float = math.inf)
         return usual
     value = parse(parts[place], "", what)
     if not (value >= 1 and value == int(value)):
-        raise InputError(f"{what}: '{parts[place]}' is no whole number of one or more")
+        raise InputError(f"{what}: '{parts[place]}' is not a whole number of one or more")
     return value
 
 

@@ -50,7 +50,7 @@ def candidates() -> Iterator[Path]:
     if named:
         if not Path(named).is_file():
             raise MissingLibraryError(
-                f"{VARIABLE} is '{named}', which is no file; set it to ngspice's library or unset it"
+                f"{VARIABLE} is '{named}', which is not a file; set it to ngspice's library or unset it"
             )
         yield Path(named)
         return

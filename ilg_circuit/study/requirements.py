@@ -110,7 +110,7 @@ def quantity(name: str, varied: Sequence[str]) -> Quantity:
         return Quantity(name, item.unit, item.meaning, partial(_column, name))
     if name in PARAMETERS:
         raise InputError(
-            f"{name} is not varied, so it stays what it is; add {argument('vary', f'{name}=from:to')}, or ask another"
+            f"{name} is not varied, so it keeps its value; add {argument('vary', f'{name}=from:to')}, or name another"
         )
     raise unknown_name("quantity", name, (*OUTPUTS, *ASSUMPTIONS, *varied))
 

@@ -167,7 +167,7 @@ def test_a_file_of_a_model_that_is_not_installed() -> None:
     ("attributes", "hint"),
     [
         ({"name": "rc2"}, "model 'rc2' cannot be registered"),
-        ({"name": "a+b"}, "give a word that is no other model's name"),
+        ({"name": "a+b"}, "give a word that is not another model's name"),
         ({"name": "diffusing"}, "has the material keys of 'warburg'"),
         (
             {"name": "odd", "material": (Parameter("diffusion_time", "", "ohm m"),)},
