@@ -182,7 +182,7 @@ def test_a_folder_is_watched_until_nothing_comes(run: Run, quick: None) -> None:
     again = run(*call)
     assert again.code == 0
     assert "1 fitted (1 by an earlier run)" in again.out
-    assert_one_line(run("watch", "none"), "'none' is no folder")
+    assert_one_line(run("watch", "none"), "'none' is not a folder")
     with pytest.raises(InputError, match="choose one of rc"):
         watch("in", "in/each.fit", model="rc4")
 

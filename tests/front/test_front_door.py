@@ -187,7 +187,7 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     ("impedance", {"strip": "paper", "frequency": ["a"]}, "frequenc"),
     ("sense", {"strip": "paper", "motion": "sine:1V,1Hz", "duration": 1}, "unit 'V' does not measure"),
     ("read", {}, "give paths, a data frame or columns"),
-    ("read", {"time": T, "volts": U}, "'volts' is no array that is read"),
+    ("read", {"time": T, "volts": U}, "'volts' is not a known array"),
     ("read", {"time": T, "voltage": U}, "no column for current"),
     ("read", {"time": T, "voltage": U, "current": CURRENT[:-1]}, "different lengths"),
     ("read", {"time": T, "voltage": U, "current": ["x"] * len(T)}, "holds something else than numbers"),

@@ -187,7 +187,7 @@ def test_what_cannot_be_registered(attributes: dict[str, object], hint: str) -> 
 
 @pytest.mark.parametrize(
     ("text", "hint"),
-    [("toy_package:none", "cannot be loaded"), ("json:dumps", "is no IonPath"), ("nowhere:x", "cannot be loaded")],
+    [("toy_package:none", "cannot be loaded"), ("json:dumps", "is not an IonPath"), ("nowhere:x", "cannot be loaded")],
 )
 def test_entry_points_that_are_none(toy: str, tmp_path: Path, text: str, hint: str) -> None:
     file = tmp_path / "toy_package-1.0.dist-info" / "entry_points.txt"
