@@ -8,12 +8,14 @@
 
 Every result prints its summary and has ``.summary()``, ``.to_dataframe()``, ``.to_xarray()``, ``.to_dict()``,
 ``.plot(ax=ax)`` and ``.save("x.csv")`` (also .json, .png, .html and, of waveforms, .nc); fits have ``.warnings``, and
-``fit["capacitance"]`` has ``.value``, ``.stderr`` and ``.interval``; ``fit.actuator`` is the fitted strip. The classes
-of results are in ``ilg.results``, for annotations and ``help(ilg.results.Response)``.
+``fit["capacitance"]`` has ``.value``, ``.stderr`` and ``.interval``; ``fit.actuator`` is the fitted strip, which has
+``.with_(thickness="0.4 mm")`` and ``.save("strip.toml")``. The classes of results are in ``ilg.results``, for
+annotations and ``help(ilg.results.Response)``.
 
 Drives are texts such as step:4V, square:-2V..2V,30s (30 s is the period), sine:2V,0.1Hz, triangle:2V,30s, ramp:10mV/s,
-cv:..., pulse:..., chirp:..., multisine:..., file:drive.csv, or (times, values). Quantities are SI numbers or texts with
-units, such as "4 V".
+file:drive.csv (``help(ilg.simulate)`` lists all forms), or (times, values). Quantities are SI numbers or texts with
+units, such as "4 V". ``help(ilg.identify)`` lists the electrical models and their parameters, ``help(ilg.sweep)`` the
+outputs of a run.
 
 Names are imported when they are first used, so that the import itself takes no time.
 """
@@ -102,7 +104,9 @@ if not TYPE_CHECKING:
             if name in names:
                 found = globals()[name] = getattr(import_module(f"{__name__}.{place}"), name)
                 return found
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+        results = import_module(f"{__name__}.front.results")
+        hint = f"; it is {__name__}.results.{name}" if name in results.__all__ else ""
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'{hint}")
 
 
 def __dir__() -> list[str]:

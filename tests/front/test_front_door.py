@@ -35,6 +35,8 @@ def test_every_name_is_there_and_has_help() -> None:
         assert name in dir(ilg)
     with pytest.raises(AttributeError, match="has no attribute 'simulat'"):
         ilg.simulat  # noqa: B018
+    with pytest.raises(AttributeError, match=r"it is ilg_circuit\.results\.Response"):
+        ilg.Response  # noqa: B018
 
 
 def test_the_import_loads_nothing() -> None:
