@@ -121,4 +121,4 @@ def test_a_result_names_its_own_way_to_what_pandas_calls_otherwise() -> None:
 
 def test_signatures_stay_for_help_and_editors() -> None:
     assert list(inspect.signature(ilg.simulate).parameters)[:3] == ["strip", "drive", "duration"]
-    assert (ilg.sweep.__doc__ or "").startswith("Return what many designs")
+    assert (ilg.sweep.__doc__ or "").startswith("Return the outputs of many designs")
