@@ -8,22 +8,26 @@
 
 Every result prints its summary and has ``.summary()``, ``.to_dataframe()``, ``.to_xarray()``, ``.to_dict()``,
 ``.plot(ax=ax)`` and ``.save("x.csv")`` (also .json, .png, .html and, of waveforms, .nc); fits have ``.warnings``, and
-``fit["capacitance"]`` has ``.value``, ``.stderr`` and ``.interval``; ``fit.actuator`` is the fitted strip.
+``fit["capacitance"]`` has ``.value``, ``.stderr`` and ``.interval``; ``fit.actuator`` is the fitted strip, which has
+``.with_(thickness="0.4 mm")`` and ``.save("strip.toml")``. The classes of results are in ``ilg.results``, for
+annotations and ``help(ilg.results.Response)``.
 
 Drives are texts such as step:4V, square:-2V..2V,30s (30 s is the period), sine:2V,0.1Hz, triangle:2V,30s, ramp:10mV/s,
-cv:..., pulse:..., chirp:..., multisine:..., file:drive.csv, or (times, values). Quantities are SI numbers or texts with
-units, such as "4 V".
+file:drive.csv (``help(ilg.simulate)`` lists all forms), or (times, values). Quantities are SI numbers or texts with
+units, such as "4 V". ``help(ilg.identify)`` lists the electrical models and their parameters, ``help(ilg.sweep)`` the
+outputs of a run.
 
 Names are imported when they are first used, so that the import itself takes no time.
 """
 
 from importlib import import_module
 
-TYPE_CHECKING = False  # as that of `typing`, whose import would take most of the time
+TYPE_CHECKING = False  # in place of `typing.TYPE_CHECKING`: importing typing would take most of the time
 
 if TYPE_CHECKING:
-    from .errors import IlgError, InputError, SolveError
+    from .errors import IlgError, IlgWarning, InputError, SolveError
     from .fit.curve import fit_curve
+    from .front import results
     from .front.arms import arm
     from .front.circuits import library, netlist, subcircuit
     from .front.data import read
@@ -45,6 +49,7 @@ __version__ = "0.2.0"
 __all__ = [
     "PAPER",
     "IlgError",
+    "IlgWarning",
     "InputError",
     "SolveError",
     "arm",
@@ -63,6 +68,7 @@ __all__ = [
     "pareto",
     "read",
     "register_model",
+    "results",
     "sense",
     "simulate",
     "subcircuit",
@@ -70,7 +76,7 @@ __all__ = [
 ]
 
 _PLACES = {
-    "errors": ("IlgError", "InputError", "SolveError"),
+    "errors": ("IlgError", "IlgWarning", "InputError", "SolveError"),
     "fit.curve": ("fit_curve",),
     "front.arms": ("arm",),
     "front.circuits": ("library", "netlist", "subcircuit"),
@@ -92,11 +98,15 @@ _PLACES = {
 if not TYPE_CHECKING:
 
     def __getattr__(name):
+        if name == "results":
+            return import_module(f"{__name__}.front.results")
         for place, names in _PLACES.items():
             if name in names:
                 found = globals()[name] = getattr(import_module(f"{__name__}.{place}"), name)
                 return found
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+        results = import_module(f"{__name__}.front.results")
+        hint = f"; it is {__name__}.results.{name}" if name in results.__all__ else ""
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'{hint}")
 
 
 def __dir__() -> list[str]:

@@ -34,7 +34,7 @@ def _while_read() -> Iterator[None]:
 
 
 class _Commands(click.Group):
-    """The commands of the package `commands`, each imported when it is called; until then its help stands for it."""
+    """The commands of the package `commands`, each imported when it is called; lists need its help only."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -60,7 +60,7 @@ class _Commands(click.Group):
 )
 @click.version_option(__version__, prog_name="ilg-circuit")
 def cli() -> None:
-    """Ionic-liquid-gel strips as circuits: simulate them, fit them to measurements, hand out netlists.
+    """Ionic-liquid-gel strips as circuits: simulate them, fit them to measurements, write netlists.
 
     ACTUATOR is a TOML file or a preset (paper). Quantities carry units: --drive step:4V --duration 300s.
     """

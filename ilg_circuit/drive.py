@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: Rise time [s] of a jump in a netlist handed out; plain SPICE engines need one.
 NETLIST_RISE = 1e-6
 
-#: Times that differ by this part are the same but for rounding.
+#: Times that differ by less than this fraction are equal up to rounding.
 _ROUNDING = 1e-12
 
 
@@ -225,7 +225,7 @@ class PiecewiseLinear:
 
 
 def drive_findings(drive: Drive) -> tuple[Finding, ...]:
-    """Return what is to be told of a drive; nothing of one without findings."""
+    """Return the findings on a drive, none for a drive without findings."""
     return tuple(getattr(drive, "findings", ()))
 
 

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
+import shlex
+import sys
 import unicodedata
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -16,7 +20,7 @@ from typing import ParamSpec, TypeVar
 P = ParamSpec("P")
 R = TypeVar("R")
 
-#: No message is longer, whatever was given.
+#: Longest message [characters].
 _LONGEST = 2000
 
 
@@ -27,6 +31,10 @@ class IlgError(Exception):
 
     def __init__(self, message: str = "") -> None:
         super().__init__(one_line(message))
+
+
+class IlgWarning(UserWarning):
+    """A value is allowed and unlikely. Python shows it as a warning, a command as a line of stderr."""
 
 
 class InputError(IlgError, ValueError):
@@ -76,9 +84,19 @@ def argument(name: str, value: object = None) -> Argument:
     if value is None:
         found = Argument(option or name)
     else:
-        found = Argument(f"{option} {value}" if option else f"{name}={value!r}")
+        found = Argument(f"{option} {_in_shell(str(value))}" if option else f"{name}={value!r}")
     found.name = name
     return found
+
+
+def _in_shell(text: str) -> str:
+    """Return a value as a shell takes it: in quotes where a character has a meaning there."""
+    return shlex.quote(text) if re.search(r"[\s<>|&;()$`*?\"'\\#]", text) else text
+
+
+def spelling() -> Mapping[str, str]:
+    """Return how `argument` shows names now, for `written` in another process."""
+    return _WRITTEN.get() or {}
 
 
 @contextmanager
@@ -89,6 +107,14 @@ def written(options: Mapping[str, str]) -> Iterator[None]:
         yield
     finally:
         _WRITTEN.reset(token)
+
+
+def warn(message: str) -> None:
+    """Issue an `IlgWarning` that points to the line outside this package from which the call came."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "ilg_circuit":
+        level, frame = level + 1, frame.f_back
+    warnings.warn(one_line(message), IlgWarning, stacklevel=level)
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str], where: str = "") -> UnknownName:
@@ -120,7 +146,7 @@ def nearest(name: str, names: Iterable[str]) -> list[str]:
 
 
 def first_line(error: Exception) -> str:
-    """Return the first line of what any exception says, or its type where it says nothing.
+    """Return the first line of what any exception says, or its type if the message is empty.
 
     >>> first_line(OSError("no such file\\nlooked in /usr/lib"))
     'no such file'
@@ -131,7 +157,7 @@ def first_line(error: Exception) -> str:
 
 
 def visible(text: str) -> str:
-    """Return one line of text in which all that a terminal would act on, and not show, is written as its code.
+    """Return one line of text in which every control character is written as its code.
 
     >>> print(visible(chr(27) + "[31mred"))
     \\x1b[31mred
@@ -144,7 +170,7 @@ def visible(text: str) -> str:
 
 
 def one_line(message: str) -> str:
-    """Return a message as one line that a terminal shows, the middle of a very long one left out."""
+    """Return a message as one printable line; the middle of a very long one is left out."""
     line = visible(" ".join(message.split()))
     half = _LONGEST // 2
     return line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}"
@@ -155,7 +181,7 @@ def _is_texts(value: object) -> bool:
     return isinstance(value, Iterable) and all(isinstance(part, str) for part in parts)
 
 
-#: Part of an annotation -> whether a value is of it, and what it is called.
+#: Part of an annotation -> a function that recognises its values, and its name in messages.
 _KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
     "int": (lambda value: isinstance(value, Integral) and not isinstance(value, bool), "a whole number"),
     "float": (lambda value: isinstance(value, Real) and not isinstance(value, bool), "a number"),
@@ -175,7 +201,7 @@ _KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
 def checked(function: Callable[P, R]) -> Callable[P, R]:
     """Return a function that raises InputError, in one line, for arguments of a wrong type or an unknown name.
 
-    Checked are arguments whose annotation is made of the parts in `_KINDS`; others are what the function itself reads.
+    Arguments whose annotation consists of parts in `_KINDS` are checked; the function itself reads all others.
     """
 
     @wraps(function)
@@ -217,7 +243,7 @@ def _sorts(known: Mapping[str, Parameter]) -> set[object]:
 
 @lru_cache(maxsize=256)
 def _parts(annotation: str) -> tuple[str, ...]:
-    """Return the parts of an annotation such as ``float | None``, none where one of them is not known."""
+    """Return the parts of an annotation such as ``float | None``, an empty tuple if one of them is unknown."""
     found, depth, part = [], 0, ""
     for letter in f"{annotation}|":
         depth += (letter == "[") - (letter == "]")

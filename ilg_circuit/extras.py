@@ -13,29 +13,29 @@ def require_arm() -> None:
 
 
 def require_study(*, cluster: bool = False) -> None:
-    """The same for a sweep: the extra ``study``, or ``cluster`` where its workers are a cluster's."""
+    """Raise MissingLibraryError without the libraries of a sweep: the extra ``study``, for a ``cluster`` its own."""
     _require(("loky", "xarray", "h5netcdf", "h5py"), "a sweep", "study")
     if cluster:
         _require(("distributed",), "a cluster", "cluster")
 
 
 def require_sensitivity() -> None:
-    """The same for Sobol indices: the extra ``sensitivity``."""
+    """Raise MissingLibraryError without the libraries for Sobol indices: the extra ``sensitivity``."""
     _require(("SALib",), "Sobol indices", "sensitivity")
 
 
 def require_dataframe(module: str) -> None:
-    """The same for ``module``, pandas or xarray, as which a result was asked for: the extra ``dataframe``."""
+    """Raise MissingLibraryError without ``module``, pandas or xarray, for a result: the extra ``dataframe``."""
     _require((module,), f"a result as a table of {module}", "dataframe")
 
 
 def require_netcdf() -> None:
-    """The same for a result as a netCDF file: the extra ``study``."""
+    """Raise MissingLibraryError without the libraries for netCDF files: the extra ``study``."""
     _require(("xarray", "h5netcdf", "h5py"), "a netCDF file", "study")
 
 
 def require_reader(module: str, what: str) -> None:
-    """The same for a file ``what`` that a ``module`` of the extra ``formats`` reads."""
+    """Raise MissingLibraryError without the ``module`` of the extra ``formats`` that reads a file ``what``."""
     _require((module,), what, "formats")
 
 

@@ -16,9 +16,9 @@ from io import FileIO, StringIO
 from pathlib import Path
 from typing import Any
 
-from .errors import InputError, visible
+from .errors import InputError, argument, visible
 
-#: Files and folders that this process will remove: what its end by force would leave behind.
+#: Files and folders that this process removes at its end, also if it is killed by a signal.
 _temporaries: set[Path] = set()
 
 
@@ -122,16 +122,18 @@ def require_folder(path: Path, *, force: bool = False, inputs: Iterable[Path] = 
         require_writable(path)
         return
     if not path.is_dir():
-        raise InputError(f"cannot make the folder '{path}': a file has that name; give another by --folder")
+        raise InputError(f"cannot make the folder '{path}': a file has that name; give another {argument('folder')}")
     if not os.access(target.parent, os.W_OK | os.X_OK):
-        raise InputError(f"cannot replace '{path}': its folder is not writable; give another by --folder")
+        raise InputError(f"cannot replace '{path}': its folder is not writable; give another {argument('folder')}")
     if Path.cwd().is_relative_to(target) or any(file.resolve().is_relative_to(target) for file in inputs):
         raise InputError(f"cannot replace '{path}': what is read, or the working folder, is in it; give another folder")
     there = {file.name for file in target.iterdir()}
     others = sorted(there - {MARKER, *marked(target).get("files", ())})
     if others and not force:
         made = "holds what was not written by a fit" if MARKER in there else "was not made by a fit"
-        raise InputError(f"'{path}' {made} ({others[0]}); give --force to replace it, or another folder by --folder")
+        raise InputError(
+            f"'{path}' {made} ({others[0]}); give {argument('force')} to replace it, or another {argument('folder')}"
+        )
 
 
 @contextmanager
@@ -212,7 +214,7 @@ def writing_netcdf(path: Path) -> Iterator[Any]:
 def locked(path: Path, taken: str) -> Iterator[None]:
     """Hold a file that stands for a place, made if absent with its folder, for this process alone.
 
-    The file goes at the end of the block; one that a dead process left is no lock. Raises InputError, which says
+    The file goes at the end of the block; one that a dead process left is not a lock. Raises InputError, which says
     ``taken``, where another process holds it.
     """
     try:

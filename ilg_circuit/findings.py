@@ -18,9 +18,18 @@ from .units import format_quantity
 
 @dataclass(frozen=True)
 class Finding:
-    """One finding: its ``code`` (a key of `SENTENCES`), its ``subject`` (a file, a quantity; may be empty), numbers.
+    """A finding on data or a result: a remark with a code, which decisions use, and a sentence, which people read.
 
-    ``values`` fill the sentence's fields. ``str(finding)`` is the sentence, after its subject.
+    ``str(finding)`` is the sentence, after its subject.
+
+    Attributes
+    ----------
+    code : str
+        A key of `SENTENCES`.
+    subject : str
+        A file or a quantity; may be empty.
+    values : mapping of str to Any
+        Numbers and names that fill the sentence's fields.
     """
 
     code: str
@@ -32,16 +41,16 @@ class Finding:
         return f"{self.subject}: {sentence}" if self.subject else sentence
 
     def about(self, subject: str) -> Finding:
-        """The same of ``subject``, before what it is about already."""
+        """Return the finding with ``subject`` before its own subject."""
         return Finding(self.code, f"{subject}: {self.subject}" if self.subject else subject, self.values)
 
     def to_dict(self) -> dict[str, Any]:
-        """Code, subject, numbers and sentence, ready for JSON."""
+        """Return the code, subject, numbers and sentence, ready for JSON."""
         return {"code": self.code, "subject": self.subject, "values": dict(self.values), "text": str(self)}
 
 
 def sentences(findings: Iterable[Finding]) -> tuple[str, ...]:
-    """The sentences of ``findings``, each once."""
+    """Return the sentences of ``findings``, each once."""
     return tuple(dict.fromkeys(map(str, findings)))
 
 
@@ -56,7 +65,7 @@ class Warned:
 
 
 def codes(findings: Iterable[Finding]) -> set[str]:
-    """The codes of ``findings``."""
+    """Return the codes of ``findings``."""
     return {finding.code for finding in findings}
 
 

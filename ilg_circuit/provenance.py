@@ -28,12 +28,12 @@ class Provenance:
     seed: int | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it, ready for JSON and TOML; what is not known is left out."""
+        """Return all of it, ready for JSON and TOML; what is not known is left out."""
         known = {"version": self.version, "call": self.call, "inputs": dict(self.inputs), "seed": self.seed}
         return {name: value for name, value in known.items() if value not in ("", {}, None)}
 
     def lines(self) -> list[str]:
-        """One line an item, for the head of a netlist or the comment of a file."""
+        """Return one line for each item, for the head of a netlist or the comment of a file."""
         lines = [f"written by ilg_circuit {self.version}"]
         lines += [f"call: {self.call}"] if self.call else []
         lines += [f"input: {name}, SHA-256 {digest}" for name, digest in self.inputs.items()]
@@ -41,7 +41,7 @@ class Provenance:
 
 
 def provenance(call: str = "", inputs: Iterable[str | Path] = (), seed: int | None = None) -> Provenance:
-    """Return the provenance of a result made by ``call`` from files; what is no file (a preset) has no hash."""
+    """Return the provenance of a result of ``call`` and files; a source that is not a file (a preset) has no hash."""
     digests = {visible(str(path)): digest(path) for path in inputs if os.path.isfile(path)}
     return Provenance(call=visible(call), inputs=digests, seed=seed)
 

@@ -1,4 +1,4 @@
-"""The base of every result: plain data, whose text, picture, tables and files are made when asked for."""
+"""The base class of results: plain data; text, pictures, tables and files are made on demand."""
 
 from __future__ import annotations
 
@@ -22,12 +22,22 @@ if TYPE_CHECKING:
 
     from .report.page import Page
 
+#: Methods that users of other libraries look for, and what a result has in place of them.
+_INSTEAD = {
+    "to_csv": 'save("x.csv")',
+    "to_json": 'save("x.json"), or .to_dict()',
+    "to_netcdf": 'save("x.nc"), or .to_xarray()',
+    "to_excel": 'to_dataframe().to_excel("x.xlsx")',
+    "to_pandas": "to_dataframe()",
+    "savefig": 'save("x.png")',
+}
+
 
 @dataclass(frozen=True)
 class Column:
     """A column of a result's table: ``values`` (n,) in ``unit``, "" for a ratio or a count, None for words.
 
-    The unit is None too where it differs from row to row. ``over`` marks the one that all others are over, such as
+    The unit is None too where it differs from row to row. ``over`` marks the abscissa, such as
     time.
     """
 
@@ -66,7 +76,7 @@ class Curve:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Result:
-    """What a command or a call of the front door returns; ``provenance`` says where it comes from.
+    """The base class of what a command or a function of the front door returns; ``provenance`` is its origin.
 
     A subclass names in ``presenter`` the module of `ilg_circuit.report` that shows it: its functions ``headline``,
     ``facts``, ``panels``, ``summary``, ``figure`` and, for more than `report.doors` makes of these, ``page`` take the
@@ -77,7 +87,13 @@ class Result:
     provenance: Provenance = field(default_factory=Provenance, kw_only=True, compare=False, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the result as plain data, ready for JSON."""
+        """Return the result as plain data, ready for JSON.
+
+        Returns
+        -------
+        dict
+            Numbers in SI units, texts, lists and dictionaries.
+        """
         raise NotImplementedError(f"{type(self).__name__}.to_dict")
 
     def table(self) -> tuple[Column, ...]:
@@ -93,7 +109,13 @@ class Result:
         return replace(self, provenance=provenance)
 
     def columns(self) -> dict[str, Any]:
-        """Return the columns' values by their headers, as in a CSV file."""
+        """Return the table as a mapping of headers, as in a CSV file, to values.
+
+        Returns
+        -------
+        dict of str to sequence
+            Header, such as current_A -> values (n,).
+        """
         return {column.header: column.values for column in self.table()}
 
     def to_dataframe(self) -> DataFrame:
@@ -102,7 +124,7 @@ class Result:
         Returns
         -------
         pandas.DataFrame
-            One row a sample, a frequency, a parameter or a design. SI units, at the end of each column's name.
+            One row per sample, frequency, parameter or design. Names of columns end in the SI unit, as in current_A.
 
         Raises
         ------
@@ -129,13 +151,13 @@ class Result:
     def to_xarray(self) -> Dataset:
         """Return the result's table as an xarray Dataset: one variable a column, with its unit in ``attrs["units"]``.
 
-        A fit has the curves beside its table of parameters: of each file what was measured and the fit of it, over a
-        dimension of its own.
+        For a fit the dataset also holds the curves: the measured and the fitted values of each file, over a dimension
+        of its own.
 
         Returns
         -------
         xarray.Dataset
-            Over time, frequency or whatever the table is over, else over the number of the row; SI.
+            Variables over time, frequency or another abscissa, or over the number of the row; SI units.
 
         Raises
         ------
@@ -174,7 +196,7 @@ class Result:
 
         Parameters
         ----------
-        path
+        path : str or Path
             ``.csv`` (the table with full precision), ``.json`` (`to_dict` with the provenance), ``.png``, ``.pdf``,
             ``.svg`` (the picture), ``.html`` (the page), ``.nc`` (`to_xarray`), and ``.toml`` of a result that makes a
             strip. A fit of a strip is written as a folder with all of it, too: ``step.fit/``.
@@ -213,13 +235,13 @@ class Result:
 
         Parameters
         ----------
-        ax
+        ax : matplotlib.axes.Axes, optional
             Matplotlib axes on which one panel is drawn. Left out, the whole picture is drawn through pyplot, as a
             notebook shows it.
-        what
+        what : str
             Name of the panel, such as ``current`` of a response or ``bode`` of an impedance; the most telling one if
             left out.
-        style
+        **style : Any
             Of the panel's main curve, such as ``color`` and ``label``.
 
         Returns
@@ -246,19 +268,42 @@ class Result:
         return _doors().plot(self, ax, what, style)
 
     def summary(self) -> str:
-        """Return the result as text for a terminal."""
+        """Return the result as text for a terminal.
+
+        Returns
+        -------
+        str
+            Lines with values, errors and units, and the warnings.
+        """
         return self._shown("summary")
 
     def figure(self) -> Figure:
-        """Return the result as a picture; nothing is shown or saved."""
+        """Return the whole picture of the result; nothing is shown or saved.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The picture.
+        """
         return self._shown("figure")
 
     def page(self) -> Page:
         """Return the result as a page of HTML sections; `report.page.write_page` writes it."""
         return _doors().page(self)
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            raise self._missing(name)
+
+    def _missing(self, name: str, hint: str = "") -> AttributeError:
+        """Return the error for an attribute that there is not: it names the result's own method in place of pandas'."""
+        hint = f"use .{_INSTEAD[name]}" if name in _INSTEAD else hint
+        text = f"'{type(self).__name__}' has no attribute '{name}'{hint and '; '}{hint}"
+        return AttributeError(text, name=name, obj=self)
+
     def __repr__(self) -> str:
-        """Return what the result tells in at most ten lines."""
+        """Return headline and main values in at most ten lines."""
         return _doors().brief(self)
 
     def _repr_html_(self) -> str:

@@ -105,7 +105,7 @@ def likely(number: str, si_unit: str, what: str = "") -> str:
     units, low, high = _USUAL.get(word) or _USUAL.get(si_unit) or ((), 0.0, 0.0)
     try:
         fitting = [u for u in units if low <= abs(float(number)) * float(scale(u, si_unit)) <= high]
-    except (ValueError, InputError):  # no number, or a name that stands for a quantity of another dimension here
+    except (ValueError, InputError):  # not a number, or a name of another dimension here
         fitting = []
     return f"{number} {fitting[0] if fitting else si_unit}"
 
@@ -131,7 +131,7 @@ def _registry() -> UnitRegistry[Any]:
 
 @lru_cache(maxsize=512)
 def scale(unit: str, si_unit: str) -> Fraction:
-    """Exact factor that turns a number in ``unit`` into one in ``si_unit``.
+    """Return the exact factor that turns a number in ``unit`` into one in ``si_unit``.
 
     Raises InputError when ``unit`` is unknown, is a unit of something else, or none that an instrument gives. Hertz and
     radians per second are kept apart (pint holds them equal), because the silent factor 2 pi is the classic slip in
@@ -140,7 +140,7 @@ def scale(unit: str, si_unit: str) -> Fraction:
     import pint
 
     registry = _registry()
-    # pint would drop what it takes for a comment or a quotation mark
+    # pint would drop apparent comments and quotation marks
     if not _UNIT.fullmatch(unit) or re.search(r"\d\d|\*\*.*\*\*|\^.*\^", unit):
         raise InputError(f"unknown unit '{unit[:30]}'; use '{si_unit}' or a multiple of it")
     if si_unit and _NEEDS_SCALE.fullmatch(unit.strip()):
@@ -161,7 +161,7 @@ def scale(unit: str, si_unit: str) -> Fraction:
     strange = [name for name in given._units if not _IN_USE.fullmatch(_without_prefix(registry, name))]
     if strange and si_unit:
         raise InputError(
-            f"unit '{unit}' ({strange[0].replace('_', ' ')}) is none that an instrument gives; use '{si_unit}' or a "
+            f"unit '{unit}' ({strange[0].replace('_', ' ')}) is not a unit of an instrument; use '{si_unit}' or a "
             "multiple of it"
         )
     if _COUNTS.search(str(given)) or not si_unit:
@@ -174,7 +174,7 @@ def _without_prefix(registry: UnitRegistry[Any], name: str) -> str:
 
 
 def parse(text: str, si_unit: str, what: str = "quantity") -> float:
-    """SI value of a text such as ``"30 mm"``; ``si_unit`` names the dimension ("" for a pure number).
+    """Return the SI value of a text such as ``"30 mm"``; ``si_unit`` names the dimension ("" for a pure number).
 
     A decimal comma is understood. Raises InputError naming ``what`` when the text has no number, no unit (the likely
     one is named), a unit of another dimension, or a value that is not finite.
@@ -204,7 +204,7 @@ def parse(text: str, si_unit: str, what: str = "quantity") -> float:
 
 
 def si(value: str | float, si_unit: str, what: str) -> float:
-    """SI value of a text as `parse` reads it, or of a number that is in SI units already."""
+    """Return the SI value of a text as `parse` reads it, or of a number that is in SI units already."""
     if isinstance(value, str):
         return parse(value, si_unit, what)
     try:
@@ -230,7 +230,7 @@ def require_positive(what: str, value: float, unit: str = "") -> None:
 
 
 def format_quantity(value: float, si_unit: str, digits: int | None = None) -> str:
-    """Text of an SI value with a fitting prefix; lossless when ``digits`` is None, else rounded to that many digits."""
+    """Return an SI value as text with a fitting prefix, exact when ``digits`` is None, else rounded to them."""
     value = float(value)
     if not math.isfinite(value):
         return f"{value} {si_unit}".strip()

@@ -170,7 +170,7 @@ def test_what_has_no_scale_is_no_unit(unit: str, si_unit: str) -> None:
     ],
 )
 def test_units_that_no_instrument_gives_are_refused(unit: str, si_unit: str) -> None:
-    with pytest.raises(InputError, match=f"unit '{unit}' .*is none that an instrument gives; use '{si_unit}'"):
+    with pytest.raises(InputError, match=f"unit '{unit}' .*is not a unit of an instrument; use '{si_unit}'"):
         scale(unit, si_unit)
 
 

@@ -33,19 +33,19 @@ class Activation:
     text: str = "activation"
 
     def at(self, times: ArrayLike) -> Array:
-        """Values at ``times`` [s] (k,): (k, n, 3)."""
+        """Return the values at ``times`` [s] (k,): (k, n, 3)."""
         flat = resampled(times, self.time, self.values.reshape(len(self.time), -1))
         return flat.reshape(-1, *self.values.shape[1:])
 
 
 def resampled(times: ArrayLike, time: Array, columns: Array) -> Array:
-    """Values (k, n) at ``times`` (k,) of ``columns`` (t, n) that are linear between ``time`` (t,)."""
+    """Return the values (k, n) at ``times`` (k,) of ``columns`` (t, n) that are linear between ``time`` (t,)."""
     wanted = np.asarray(times, dtype=np.float64)
     return np.stack([np.interp(wanted, time, column) for column in columns.T], axis=-1)
 
 
 def activation(arm: Arm, time: ArrayLike, values: ArrayLike, text: str = "activation") -> Activation:
-    """The `Activation` of ``arm`` from values (t, n), or (t, n, 3) for the `CHANNELS`.
+    """Return the `Activation` of ``arm`` from values (t, n), or (t, n, 3) for the `CHANNELS`.
 
     A positive value of a (t, n) array bends the arm towards +normal. ``beam``: the eigenstrain eps, -eps on the edge
     towards +normal, +eps on the other. ``yekutieli``: max(0, a) and max(0, -a) activate the two edges' muscles.
@@ -76,7 +76,7 @@ def activation(arm: Arm, time: ArrayLike, values: ArrayLike, text: str = "activa
 
 
 def corners(drive: Activation, tolerance: float) -> Array:
-    """Times [s] where ``drive`` is off the line through its neighbours by over ``tolerance`` of its largest value.
+    """Return the times [s] at which ``drive`` leaves the line through its neighbours by over ``tolerance`` of its peak.
 
     At these a step must end; the other times only sample something smooth, and a step may pass over them.
     """
@@ -91,12 +91,12 @@ def corners(drive: Activation, tolerance: float) -> Array:
 
 
 def passive(arm: Arm) -> Activation:
-    """No activation at all."""
+    """Return an activation of zero."""
     return activation(arm, [0.0], np.zeros((1, arm.segments)), "passive")
 
 
 def sampled(arm: Arm, signal: Callable[[Array], Array], times: ArrayLike, text: str = "activation") -> Activation:
-    """An `Activation` from a function of time [s] (t,) that returns values (t, n) or (t, n, 3)."""
+    """Return an `Activation` from a function of time [s] (t,) that returns values (t, n) or (t, n, 3)."""
     points = np.asarray(times, dtype=np.float64)
     return activation(arm, points, signal(points), text)
 
@@ -120,7 +120,7 @@ def sine(arm: Arm, amplitude: float, period: float, duration: float) -> Activati
 def stiffening_wave(
     arm: Arm, duration: float, *, bend: float = 0.6, pull: float = 0.04, speed: float = 0.3, front: float = 0.06
 ) -> Activation:
-    """The octopus' reach in the ``yekutieli`` formulation: a bend at the base, then a stiffening wave to the tip.
+    """Return the octopus' reach (``yekutieli`` formulation): a bend at the base, then a stiffening wave to the tip.
 
     Until ``bend`` [s] the muscles of the +normal face contract at the base, to the activation ``pull``; then all
     muscles, longitudinal and across, are fully activated behind a front that runs from the base to the tip at
@@ -139,6 +139,6 @@ def stiffening_wave(
 
 
 def _rise(x: Array) -> Array:
-    """From 0 at x <= 0 to 1 at x >= 1, smoothly."""
+    """Return a smooth rise from 0 at x <= 0 to 1 at x >= 1."""
     u = np.clip(x, 0.0, 1.0)
     return np.asarray(u * u * (3 - 2 * u))

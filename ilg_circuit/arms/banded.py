@@ -28,19 +28,19 @@ _SOUND = 1e-9
 
 @compiled
 def matrix(n: int) -> Array:
-    """Room for the equations of n segments."""
+    """Return an empty matrix for the equations of n segments."""
     return np.zeros((PER_ROD * n + WIDTH, 2 * WIDTH + 1))
 
 
 @compiled
 def vector(n: int) -> Array:
-    """Room for a right-hand side; its values begin at `WIDTH`."""
+    """Return an empty right-hand side; its values begin at `WIDTH`."""
     return np.zeros(PER_ROD * n + 2 * WIDTH)
 
 
 @compiled
 def factorise(A: Array) -> bool:
-    """LU of ``A`` in place, the pivots as their inverses; False where a pivot is too small or not finite."""
+    """Factorise ``A`` in place into LU, pivots inverted; return False if one is too small or not finite."""
     for i in range(A.shape[0] - WIDTH):
         largest = 0.0
         for c in range(2 * WIDTH + 1):
@@ -79,7 +79,7 @@ def solve(A: Array, b: Array) -> None:
 def assemble(
     m: Model, q: Array, C: Array, S: Array, D: Array, inertia: float, by_v: float, by_q: float, A: Array
 ) -> float:
-    """The saddle-point matrix [inertia M - by_v D - by_q S, -G^T; s C, 0] into ``A``; returns the scale s.
+    """Compute the saddle-point matrix [inertia M - by_v D - by_q S, -G^T; s C, 0] into ``A``; returns the scale s.
 
     ``C`` (n, 4) holds the constraints' gradients as `area_gradient` gives them. s brings both kinds of row to one size.
     """

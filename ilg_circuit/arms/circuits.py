@@ -34,7 +34,7 @@ _MOST_HALVINGS = 4
 
 
 def through_circuits(strip: Actuator, times: Array, voltages: Array) -> tuple[Array, Array, float]:
-    """Charges [C] on the ion path and free strains (t, n) of the strips of all segments, and the strains' error.
+    """Return charges [C] on the ion path and free strains (t, n) of the strips of all segments, and the strains' error.
 
     The strips are under ``voltages`` [V] (t, n), straight between even ``times`` [s] (t,) from 0; strains are those of
     the face towards the cathode, their error is relative to the largest. ngspice's trapezoidal rule on these times,
@@ -57,7 +57,7 @@ def with_neurons(
     voltage: float,
     reference: float,
 ) -> tuple[Array, Array, float, Array, Array]:
-    """Charges, strains and error as by `through_circuits`, then outputs and voltages [V], all (t, n) but the error.
+    """Return charges, strains, error as `through_circuits`, then outputs and voltages [V]; all (t, n) but the error.
 
     The network from ``start`` (2 n,) and the strips are one netlist, solved at even ``times`` [s] (t,) from 0.
     ``of_segment`` (segments,) is the unit of each segment; ``voltage`` Vmax [V], ``reference`` A_ref. Where in a step
@@ -97,7 +97,7 @@ def _refined(
     neurons: str = "",
     more: Iterable[str] = (),
 ) -> tuple[Array, Array, dict[str, Array], float]:
-    """Charges and strains (2, t, n) by the last two step widths, the last's vectors, also ``more``, and its error.
+    """Return charges and strains (2, t, n) of the two finest steps, the vectors of the last, ``more`` too, its error.
 
     ``netlist`` has a copy for each of ``drives``, second node and value of the copy's own source, after the text of
     the ``neurons``. Steps are halved at least once, and so many times at most, until the strains stand. Raises
@@ -128,7 +128,7 @@ def _refined(
 
 
 def _solved(run: Run, times: Array, voltages: Array, parts: int) -> Array:
-    """Vectors at ``times`` (t,) after 0 under ``voltages`` [V] (t, n), from a start of short steps on.
+    """Return the vectors at ``times`` (t,) after 0 under ``voltages`` [V] (t, n), from a start of short steps on.
 
     Every interval is divided into so many ``parts``.
     """
@@ -141,7 +141,7 @@ def _solved(run: Run, times: Array, voltages: Array, parts: int) -> Array:
 
 
 def _read(strip: Actuator, netlist: Netlist, vectors: list[dict[str, str]], waves: dict[str, Array]) -> Array:
-    """Charges [C] and free strains (2, t, n), the start included."""
+    """Return the charges [C] and free strains (2, t, n), the start included."""
     found = np.zeros((2, len(next(iter(waves.values()))) + 1, len(vectors)))
     for k, name in enumerate(("charge", "displacement")):
         terms = next(o for o in netlist.outputs if o.name == name).terms
@@ -152,6 +152,6 @@ def _read(strip: Actuator, netlist: Netlist, vectors: list[dict[str, str]], wave
 
 
 def _change(before: Array, after: Array) -> float:
-    """A third of the largest change, relative to the largest value: the error of a rule of second order."""
+    """Return a third of the largest change, relative to the largest value: the error of a rule of second order."""
     largest = float(np.abs(after).max())
     return float(np.abs(after - before).max() / 3 / largest) if largest else 0.0

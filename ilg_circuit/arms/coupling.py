@@ -85,17 +85,17 @@ class Coupled(Warned):
         return tuple(findings)
 
     def signals(self, times: ArrayLike) -> dict[str, Array]:
-        """Outputs, voltages and charges at ``times`` [s] (k,), each (k, n), for a `Motion`."""
+        """Return the outputs, voltages and charges at ``times`` [s] (k,), each (k, n), for a `Motion`."""
         found = {"outputs": self.outputs, "voltages": self.voltages, "charges": self.charges}
         return {name: resampled(times, self.time, waves) for name, waves in found.items()}
 
     def portrait(self, times: ArrayLike) -> tuple[Array, Array]:
-        """Outputs of the first unit's two neurons at ``times`` [s] (k,): the rhythm's phase portrait."""
+        """Return the outputs of the first unit's two neurons at ``times`` [s] (k,): the rhythm's phase portrait."""
         first, second = resampled(times, self.time, self.run.outputs[:, self.run.network.units[0]]).T
         return first, second
 
     def activation(self, arm: Arm) -> Activation:
-        """For an ``arm`` of as many segments: strains for a beam, strains over the largest for yekutieli's muscles."""
+        """Return the activation of an ``arm``: strains of a beam, for yekutieli's muscles over the largest one."""
         values = driving(arm, self.strains, self.largest_strain)
         return activation(arm, self.time, values, f"{self.mode} coupling to {len(self.run.network.units)} unit(s)")
 
@@ -171,14 +171,14 @@ def lagging(strip: Actuator, charges: Array, voltage: float, largest: float) -> 
 
 
 def lumped_strain(actuator: Actuator, voltage: float) -> float:
-    """eps_max = 3 d0 V/b: the free strain of a face that ``voltage`` [V] at the port gives in the end."""
+    """Return eps_max = 3 d0 V/b: the free strain of a face that ``voltage`` [V] at the port gives in the end."""
     assert actuator.coupling is not None
     inner = lumped_elements(actuator).port.inner_voltage(voltage)
     return float(3 * actuator.coupling.static * inner / actuator.geometry.thickness)
 
 
 def strip_charge(actuator: Actuator) -> float:
-    """Charge per volt at the terminals [C/V] that the ion path has in the end (near 0 V)."""
+    """Return the charge per volt at the terminals [C/V] that the ion path has in the end (near 0 V)."""
     port = lumped_elements(actuator).port
     return float(port.capacitance * port.inner_voltage(1e-6) / 1e-6)
 
@@ -192,7 +192,7 @@ def segment_strip(actuator: Actuator, segments: int, length: float | None = None
 
 
 def _times(network: Network, period: float | None, duration: float) -> Array:
-    """Even times [s] to ``duration``, `_SAMPLES` in a period (or in the longer time constant, where there is none)."""
+    """Return even times [s] to ``duration``, `_SAMPLES` in a period (without one, in the longer time constant)."""
     period = period or max(network.rise_time, network.adaptation_time)
     count = int(np.ceil(_SAMPLES * duration / period))
     if count > _MOST_SAMPLES:

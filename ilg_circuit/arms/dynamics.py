@@ -48,13 +48,13 @@ class Stiffness:
 
 
 def velocity_rate(arm: Arm) -> float:
-    """A wave's transits of the arm in a second, sqrt(modulus/density)/length [1/s]: turns lengths into velocities."""
+    """Return the transits of a wave per second, sqrt(modulus/density)/length [1/s]: turns lengths into velocities."""
     modulus = arm.youngs_modulus if arm.formulation == "beam" else arm.muscle.passive + arm.muscle.active
     return math.sqrt(modulus / arm.density) / arm.length
 
 
 def stiffness(arm: Arm, drive: Activation) -> Stiffness:
-    """Fastest rates by power iteration at the rest shape, at the highest activation of each segment."""
+    """Return the fastest rates by power iteration at the rest shape, at the highest activation of each segment."""
     m, q = model(arm), arm.rest_positions().reshape(-1, 4)
     a = np.zeros((arm.segments, 3)) if arm.formulation == "beam" else drive.values.max(axis=0)
     return Stiffness(math.sqrt(_fastest(m, q, a, by_velocity=False)), _fastest(m, q, a, by_velocity=True))
@@ -108,7 +108,7 @@ def simulate(
     start: tuple[Array, Array] | None = None,
     progress: Progress | None = None,
 ) -> Motion:
-    """The arm's motion under ``drive`` from t = 0, sampled at ``times`` [s] (t,), ascending and >= 0.
+    """Return the arm's motion under ``drive`` from t = 0, sampled at ``times`` [s] (t,), ascending and >= 0.
 
     ``start`` holds positions and velocities (n + 1, 2, 2) instead of the rest shape at rest. ``tolerance`` bounds the
     error of each step, see `TOLERANCE`; steps end at every sample and at the activation's

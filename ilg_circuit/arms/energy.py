@@ -12,7 +12,7 @@ from .lattice import Model
 
 @compiled
 def energies(m: Model, q: Array, v: Array, a: Array, out: Array) -> None:
-    """Kinetic, elastic (springs and plane), shear and gravitational energy [J] into ``out`` (4,)."""
+    """Compute the kinetic, elastic (springs and plane), shear and gravitational energy [J] into ``out`` (4,)."""
     out[:] = 0.0
     for j in range(q.shape[0]):
         for x in range(4):
@@ -31,7 +31,7 @@ def energies(m: Model, q: Array, v: Array, a: Array, out: Array) -> None:
 
 @compiled
 def powers(m: Model, q: Array, v: Array, a: Array, rate: Array, out: Array) -> None:
-    """Power of the actuators, and losses in damping, drag and impact [W], into ``out`` (4,).
+    """Compute the power of the actuators, and losses in damping, drag and impact [W], into ``out`` (4,).
 
     ``rate`` (n, 3) is the activations' time derivative. The actuators' power is the elastic energy's partial
     derivative with respect to time: -k (l - l_rest) l_rest' for an eigenstrain, 1/2 k' (l - l_rest)^2 for a muscle.
@@ -60,7 +60,7 @@ def powers(m: Model, q: Array, v: Array, a: Array, rate: Array, out: Array) -> N
 
 @compiled
 def evaluate(m: Model, states: Array, a: Array, energy: Array, tension: Array) -> None:
-    """`energies` and the springs' tensions [N], damping included, (t, 3 n + 1) of every sample.
+    """Return `energies` and the springs' tensions [N], damping included, (t, 3 n + 1) of every sample.
 
     ``states`` (t, 2, n + 1, 4) are positions and velocities; the other arrays have time as the first axis, too.
     """
@@ -74,13 +74,13 @@ def evaluate(m: Model, states: Array, a: Array, energy: Array, tension: Array) -
 
 @compiled
 def _side(a: Array, b: Array, c: Array) -> float:
-    """Positive where ``c`` lies left of the line from ``a`` to ``b``."""
+    """Return a positive number if ``c`` lies left of the line from ``a`` to ``b``."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
 @compiled
 def crosses_itself(q: Array) -> int:
-    """Number of the first segment whose outline another part of the outline crosses, 0 if there is none."""
+    """Return the number of the first segment whose outline another part of the outline crosses, 0 if there is none."""
     n = q.shape[0] - 1
     nodes = np.concatenate((q[:, :2], q[::-1, 2:]))  # face 0 from base to tip, face 1 from tip to base
     for i in range(2 * n + 1):

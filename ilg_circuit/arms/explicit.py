@@ -65,7 +65,7 @@ class Integration(NamedTuple):
 
 @compiled
 def interpolate(run: Integration, t: float, a: Array) -> None:
-    """Activation at ``t`` into ``a`` (n, 3)."""
+    """Compute the activation at ``t`` into ``a`` (n, 3)."""
     last = run.times.shape[0] - 1
     if t <= run.times[0] or last == 0:
         a[:] = run.values[0]
@@ -91,7 +91,7 @@ def record(run: Integration, p: Array) -> None:
 
 @compiled
 def begin(m: Model, run: Integration, activations: Array, p: Array, acc: Array, work: Array) -> None:
-    """The first of ``activations`` (3, n, 3), pressures and accelerations at the begin of a call."""
+    """Return the first of ``activations`` (3, n, 3), pressures and accelerations at the begin of a call."""
     interpolate(run, run.clock[0], activations[0])
     acceleration(m, run.states[0, 0], run.states[0, 1], activations[0], p, acc, work)
     if run.counts[1] == 0:
@@ -100,7 +100,7 @@ def begin(m: Model, run: Integration, activations: Array, p: Array, acc: Array, 
 
 @compiled
 def next_step(run: Integration) -> tuple[float, bool]:
-    """The step [s] that fits to the next stop, and whether it ends there; for a run that goes on.
+    """Return the step [s] that fits to the next stop, and whether it ends there; for a run that goes on.
 
     No generator makes them: numba does not find one that it has kept from an earlier process for another kernel.
     """
@@ -139,7 +139,7 @@ def accept(m: Model, run: Integration, h: float, last: bool, activations: Array,
 
 @compiled
 def largest_error(run: Integration, error_q: Array, error_v: Array) -> float:
-    """Largest error over its tolerance, infinite where one is not finite; its rod into ``run.counts[3]``."""
+    """Compute largest error over its tolerance, infinite where one is not finite; its rod into ``run.counts[3]``."""
     worst = 0.0
     for j in range(1, error_q.shape[0]):
         for x in range(4):
@@ -169,7 +169,7 @@ def change_step(run: Integration, h: float, error: float, order: float) -> bool:
 
 @compiled
 def weighted_sum(weights: Array, stages: Array, count: int, h: float, base: Array, out: Array) -> None:
-    """``out`` = base + h times the weighted sum of the first ``count`` stages, all (n + 1, 4)."""
+    """Compute ``out`` = base + h times the weighted sum of the first ``count`` stages, all (n + 1, 4)."""
     total, start = out.reshape(-1), base.reshape(-1)
     total[:] = start
     for s in range(count):

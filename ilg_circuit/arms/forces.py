@@ -21,14 +21,14 @@ POWERS = ("actuator", "damping", "drag", "impact")
 
 @compiled
 def spring_activation(m: Model, a: Array, k: int) -> float:
-    """Activation of spring k: the mean of its cells'."""
+    """Return the activation of spring k: the mean of its cells'."""
     channel = m.spring[k, 6]
     return float(0.5 * (a[m.spring[k, 4], channel] + a[m.spring[k, 5], channel]))
 
 
 @compiled
 def spring_state(m: Model, q: Array, v: Array, a: Array, k: int) -> tuple[float, float, float, float, float, float]:
-    """Direction of spring k from its first node to its second (2), length, its rate, stretch, and stiffness."""
+    """Return direction of spring k from its first node to its second (2), length, its rate, stretch, and stiffness."""
     j, x, i, y = m.spring[k, 0], m.spring[k, 1], m.spring[k, 2], m.spring[k, 3]
     dx, dy = q[i, y] - q[j, x], q[i, y + 1] - q[j, x + 1]
     length = math.sqrt(dx * dx + dy * dy)
@@ -41,7 +41,7 @@ def spring_state(m: Model, q: Array, v: Array, a: Array, k: int) -> tuple[float,
 
 @compiled
 def shear_state(m: Model, q: Array, e: int) -> tuple[float, float, float, float]:
-    """Across direction r and tangent t of shear element e; their rates where ``q`` holds velocities."""
+    """Return the across direction r and tangent t of shear element e; their rates where ``q`` holds velocities."""
     rx = ry = tx = ty = 0.0
     for k in range(3):
         i, z, w = m.shear_index[e, k], m.shear_across[e, k], m.shear_along[e, k]
@@ -54,7 +54,7 @@ def shear_state(m: Model, q: Array, e: int) -> tuple[float, float, float, float]
 
 @compiled
 def shear_angle(m: Model, q: Array, e: int) -> tuple[float, float, float, float, float, float, float, float]:
-    """Cosine and sine of the angle of shear element e, its across direction and tangent (4), and their squares."""
+    """Return cosine, sine of the angle of shear element e, its across direction and tangent (4), their squares."""
     rx, ry, tx, ty = shear_state(m, q, e)
     r2, t2 = rx * rx + ry * ry, tx * tx + ty * ty
     scale = 1 / math.sqrt(r2 * t2)
@@ -63,7 +63,7 @@ def shear_angle(m: Model, q: Array, e: int) -> tuple[float, float, float, float,
 
 @compiled
 def drag_of_cell(q: Array, v: Array, i: int) -> tuple[float, float, float, float, float]:
-    """Axis t of cell i (2), its length, and the velocity of the cell along and across it."""
+    """Return axis t of cell i (2), its length, and the velocity of the cell along and across it."""
     dx = 0.5 * (q[i + 1, 0] + q[i + 1, 2] - q[i, 0] - q[i, 2])
     dy = 0.5 * (q[i + 1, 1] + q[i + 1, 3] - q[i, 1] - q[i, 3])
     length = math.sqrt(dx * dx + dy * dy)
@@ -75,7 +75,7 @@ def drag_of_cell(q: Array, v: Array, i: int) -> tuple[float, float, float, float
 
 @compiled
 def depth_in_plane(m: Model, q: Array, v: Array, j: int, x: int) -> tuple[float, float]:
-    """How deep the node of rod j whose x is in column ``x`` lies in the plane [m], and 1 + chi d' or zero."""
+    """Return how deep the node of rod j with x in column ``x`` lies in the plane [m], and 1 + chi d' or zero."""
     px, py, nx, ny, _, damping = m.plane
     depth = (px - q[j, x]) * nx + (py - q[j, x + 1]) * ny
     return depth, max(1 - damping * (v[j, x] * nx + v[j, x + 1] * ny), 0.0)
@@ -83,7 +83,7 @@ def depth_in_plane(m: Model, q: Array, v: Array, j: int, x: int) -> tuple[float,
 
 @compiled
 def forces(m: Model, q: Array, v: Array, a: Array, f: Array) -> None:
-    """All forces but those of the pressures [N], into ``f``."""
+    """Compute all forces but those of the pressures [N], into ``f``."""
     for j in range(q.shape[0]):
         f[j, 0] = f[j, 2] = m.mass[j] * m.weight[0]
         f[j, 1] = f[j, 3] = m.mass[j] * m.weight[1]
@@ -129,7 +129,7 @@ def forces(m: Model, q: Array, v: Array, a: Array, f: Array) -> None:
 
 @compiled
 def area_gradient(x: Array, i: int) -> tuple[float, float, float, float]:
-    """Gradient of cell i's area, which is linear in positions ``x``.
+    """Return the gradient of cell i's area, which is linear in positions ``x``.
 
     With g, h the result: g at side 0 of rod i + 1, -g at side 1 of rod i, h at side 0 of rod i, -h at side 1 of
     rod i + 1. Area = 1/2 (d1 x d2) of the diagonals d1 = x(i+1, 0) - x(i, 1), d2 = x(i, 0) - x(i+1, 1).
@@ -141,7 +141,7 @@ def area_gradient(x: Array, i: int) -> tuple[float, float, float, float]:
 
 @compiled
 def along_gradient(g: tuple[float, float, float, float] | Array, x: Array, i: int) -> float:
-    """Scalar product of cell i's area gradient ``g`` with node vectors ``x``."""
+    """Return the scalar product of cell i's area gradient ``g`` with node vectors ``x``."""
     ax, ay = x[i + 1, 0] - x[i, 2], x[i + 1, 1] - x[i, 3]
     bx, by = x[i, 0] - x[i + 1, 2], x[i, 1] - x[i + 1, 3]
     return float(g[0] * ax + g[1] * ay + g[2] * bx + g[3] * by)
@@ -161,7 +161,7 @@ def add_pressures(q: Array, p: Array, f: Array) -> None:
 
 @compiled
 def eliminate(m: Model, q: Array, i: int, load: float, p: Array, work: Array) -> None:
-    """Row i of the tridiagonal equations (G M^-1 G^T) p = load: eliminate row i - 1; ``work`` (n, 6) is scratch."""
+    """Eliminate row i - 1 from row i of the tridiagonal equations (G M^-1 G^T) p = load; ``work`` (n, 6) is scratch."""
     g = area_gradient(q, i)
     near, far = m.mobility[i], m.mobility[i + 1]
     diagonal = (g[0] ** 2 + g[1] ** 2 + g[2] ** 2 + g[3] ** 2) * (near + far)
@@ -189,7 +189,7 @@ def substitute(p: Array, work: Array) -> None:
 
 @compiled
 def acceleration(m: Model, q: Array, v: Array, a: Array, p: Array, acc: Array, work: Array) -> None:
-    """Pressures into ``p``, accelerations [m/s^2] into ``acc``; ``work`` (n, 6) is scratch.
+    """Compute the pressures into ``p``, accelerations [m/s^2] into ``acc``; ``work`` (n, 6) is scratch.
 
     (G M^-1 G^T) p = -(G M^-1 f + G' v) - 2 beta G v - beta^2 (A - A0),  M q'' = f + G^T p: tridiagonal, O(n).
     """

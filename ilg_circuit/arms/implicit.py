@@ -66,7 +66,7 @@ _INSIDE = 0.25 * (
 
 @compiled
 def constraint_rows(m: Model, q: Array, v: Array, acc: Array, H: float, C: Array, E: Array) -> None:
-    """The two gradients of the module's last equation, as `area_gradient` gives them, into ``C``, ``E`` (n, 4)."""
+    """Compute the two gradients of the module's last equation, as `area_gradient`, into ``C``, ``E`` (n, 4)."""
     for i in range(C.shape[0]):
         g, gv, ga = area_gradient(q, i), area_gradient(v, i), area_gradient(acc, i)
         for c in range(4):

@@ -38,7 +38,7 @@ def _add_between(B: Array, j: int, x: int, i: int, y: int, b: Block) -> None:
 
 @compiled
 def derivatives(m: Model, q: Array, v: Array, a: Array, p: Array, S: Array, D: Array) -> None:
-    """Derivatives of all forces, those of given pressures ``p`` included."""
+    """Return the derivatives of all forces, those of given pressures ``p`` included."""
     S[:] = 0.0
     D[:] = 0.0
     for k in range(m.spring.shape[0]):
@@ -90,7 +90,7 @@ def derivatives(m: Model, q: Array, v: Array, a: Array, p: Array, S: Array, D: A
 
 @compiled
 def _angle_hessian(x: float, y: float) -> tuple[float, float]:
-    """Second derivatives of atan2(y, x): by xx (yy is its negative) and by xy."""
+    """Return the second derivatives of atan2(y, x): by xx (yy is its negative) and by xy."""
     square = (x * x + y * y) ** 2
     return 2 * x * y / square, (y * y - x * x) / square
 
@@ -129,7 +129,7 @@ def _shear(m: Model, q: Array, v: Array, S: Array, D: Array) -> None:
 
 @compiled
 def _spread(m: Model, e: int, by_u: Array, B: Array) -> None:
-    """From the across direction and the tangent of shear element e to the nodes that they are sums of."""
+    """Distribute derivatives by across direction and tangent of shear element e to the nodes that they are sums of."""
     for k in range(3):
         j, z, w = m.shear_index[e, k], m.shear_across[e, k], m.shear_along[e, k]
         for h in range(3):
@@ -149,7 +149,7 @@ def _spread(m: Model, e: int, by_u: Array, B: Array) -> None:
 
 @compiled
 def multiply(B: Array, x: Array, out: Array) -> None:
-    """``out`` = B x for blocks B as `derivatives` makes them and node vectors x (n + 1, 4)."""
+    """Compute ``out`` = B x for blocks B as `derivatives` makes them and node vectors x (n + 1, 4)."""
     count = x.shape[0]
     for j in range(count):
         for r in range(4):

@@ -148,14 +148,14 @@ class Arm:
         return self.length / self.segments
 
     def tapered(self, at_cells: bool) -> tuple[Array, Array]:
-        """Thickness h and depth b [m], at the cells' middles (n,) or at the rods (n + 1,)."""
+        """Return the thickness h and depth b [m], at the cells' middles (n,) or at the rods (n + 1,)."""
         n = self.segments
         x = (np.arange(n) + 0.5) / n if at_cells else np.arange(n + 1) / n
         tips = (self.tip_thickness or self.thickness, self.tip_depth or self.depth)
         return (self.thickness + (tips[0] - self.thickness) * x, self.depth + (tips[1] - self.depth) * x)
 
     def rest_positions(self) -> Array:
-        """Nodes of the rest shape [m] (n + 1, 2, 2): rod, side, axis; the axis' base is the origin."""
+        """Return the nodes of the rest shape [m] (n + 1, 2, 2): rod, side, axis; the axis' base is the origin."""
         turn = np.broadcast_to(self.curvature, self.segments) * self.segment_length
         heading = self.direction + np.concatenate([[0.0], np.cumsum(turn)])
         chord = self.segment_length * np.sinc(turn / (2 * np.pi))
@@ -203,7 +203,7 @@ class Model(NamedTuple):
 
 
 def model(arm: Arm) -> Model:
-    """The compiled form of ``arm``: stiffnesses of physics as the `Arm` and `Muscle` docstrings state them.
+    """Return the compiled form of ``arm``: stiffnesses of physics as the `Arm` and `Muscle` docstrings state them.
 
     ``beam``: k_edge = E b h/(6 l) makes E I exact, k_rod = (2/3) E b l/h (half at the end rods) E A under constant
     area; a shear energy 1/2 kappa G A l cos^2 removes the lattice's n mechanisms. Half of it is counted in the cells
@@ -254,14 +254,14 @@ def model(arm: Arm) -> Model:
 
 
 def cell_areas(positions: Array) -> Array:
-    """Areas of the cells [m^2] (..., n) of node positions (..., n + 1, 2, 2): half the cross product of diagonals."""
+    """Return the cells' areas [m^2] (..., n) for nodes (..., n + 1, 2, 2): half the cross product of diagonals."""
     one = positions[..., 1:, 0, :] - positions[..., :-1, 1, :]
     two = positions[..., :-1, 0, :] - positions[..., 1:, 1, :]
     return np.asarray(0.5 * (one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0]))
 
 
 def strip_arm(actuator: Actuator = PAPER, *, segments: int = 15, mounting: str | None = None) -> Arm:
-    """The free part of a strip as an arm in the ``beam`` formulation.
+    """Return the free part of a strip as an arm in the ``beam`` formulation.
 
     Length L0, thickness b, depth w, E and density are the strip's; the loss time is the one that damps the first mode
     by the strip's beam damping ratio. ``mounting`` (default: the strip's) is weightless, hanging or horizontal.
@@ -288,14 +288,14 @@ def mounted(arm: Arm, mounting: str) -> Arm:
 
 
 def _springs(n: int) -> Indices:
-    """Nodes, cells and channel of all springs, as in `Model`."""
+    """Return the nodes, cells and channel of all springs, as in `Model`."""
     edges = [(i, 2 * side, i + 1, 2 * side, i, i, side) for i in range(n) for side in range(2)]
     rods = [(j, 2, j, 0, max(j - 1, 0), min(j, n - 1), 2) for j in range(n + 1)]
     return np.array([*edges, *rods], dtype=np.int64)
 
 
 def _shear_elements(n: int) -> tuple[Indices, Array, Array, Array]:
-    """Shear elements of n cells, then of n + 1 rods: rods (E, 3), their weights in r and t (E, 3), and lengths (E,).
+    """Return shear elements of n cells, then n + 1 rods: rods (E, 3), weights in r and t (E, 3), lengths (E,).
 
     r is a sum of rods, t one of rods' centres, as the weights say; a length counts segments.
     """
@@ -315,7 +315,7 @@ def _shear_elements(n: int) -> tuple[Indices, Array, Array, Array]:
 
 
 def _cosines(q: Array, index: Indices, across: Array, along: Array) -> Array:
-    """Cosine between the two directions of each shear element (E,)."""
+    """Return the cosine between the two directions of each shear element (E,)."""
     r = (across[:, :, None] * (q[:, 0] - q[:, 1])[index]).sum(axis=1)
     t = (along[:, :, None] * (q[:, 0] + q[:, 1])[index]).sum(axis=1)
     return np.asarray((r * t).sum(axis=1) / np.linalg.norm(r, axis=1) / np.linalg.norm(t, axis=1))

@@ -66,10 +66,36 @@ class Event:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Motion(Result):
-    """An arm's motion at ``time`` [s] (t,); arrays as in `VARIABLES`, time first, SI.
+    """The motion of an arm over time; arrays have the shapes in `VARIABLES`, time first, in SI units.
 
-    ``energies`` (t, 4): kinetic, elastic, shear, gravity; ``works`` (t, 4): work done by the actuators since t = 0, and
-    energy lost in damping, drag and impact. ``signals``: those of `SIGNALS`, each (t, n), where a rhythm drove the arm.
+    Attributes
+    ----------
+    time : ndarray (t,)
+        Times [s].
+    tip : ndarray (t, 2)
+        Position of the tip [m].
+    centreline : ndarray (t, n + 1, 2)
+        Middle of each of the n + 1 rods [m].
+    positions, velocities : ndarray (t, n + 1, 2, 2)
+        Positions [m] and velocities [m/s] of the nodes: rod, side, axis.
+    activations, pressures : ndarray
+        Activations of the muscles and pressures in the segments [Pa].
+    edge_forces, rod_forces : ndarray
+        Tension along the faces and across the arm [N], damping included.
+    energies : ndarray (t, 4)
+        Kinetic, elastic, shear and gravitational energy [J].
+    works : ndarray (t, 4)
+        Work done by the actuators since t = 0, and energy lost to damping, drag and impact [J].
+    signals : dict of str to ndarray (t, n)
+        Signals of the rhythm that drove the arm, named as in `SIGNALS`; empty without one.
+    arm : Arm
+        The arm.
+    method : str
+        Integrator.
+    text : str
+        Description of the drive.
+    events : tuple of Event
+        Findings with the time at which they arose.
     """
 
     presenter: ClassVar[str] = "motion"
@@ -134,7 +160,20 @@ class Motion(Result):
         return tuple(f"{e.finding} (at {e.time:.4g} s)" for e in self.events if e.warning)
 
     def snapshots(self, times: ArrayLike) -> tuple[Array, Array]:
-        """Times [s] (k,) and positions [m] (k, n + 1, 2, 2) of the samples nearest to ``times`` [s] within the run."""
+        """Return the positions at the samples nearest to some times.
+
+        Parameters
+        ----------
+        times : array_like
+            Times [s]; those outside the run are left out.
+
+        Returns
+        -------
+        times : ndarray (k,)
+            Times of the samples [s].
+        positions : ndarray (k, n + 1, 2, 2)
+            Positions of the nodes [m]: rod, side, axis.
+        """
         wanted = np.atleast_1d(np.asarray(times, dtype=np.float64))
         inside = wanted[(wanted >= self.time[0] - 1e-9) & (wanted <= self.time[-1] * (1 + 1e-9))]
         nearest = np.abs(self.time - inside[:, None]).argmin(axis=1)
@@ -211,7 +250,7 @@ def read_motion(path: str | Path) -> Motion:
 
 
 def motion(arm: Arm, drive: Activation, samples: Array, run: Integration, method: str, events: list[Event]) -> Motion:
-    """The `Motion` of a finished ``run``: forces and energies are evaluated here."""
+    """Return the `Motion` of a finished ``run``: forces and energies are evaluated here."""
     n, count = arm.segments, len(samples)
     values = drive.at(samples)
     energy, tension = np.empty((count, 4)), np.empty((count, 3 * n + 1))
@@ -246,7 +285,7 @@ def _events(attributes: Mapping[str, Any]) -> tuple[Event, ...]:
 
 
 def _arm(record: dict[str, Any]) -> Arm:
-    """The arm from its dictionary."""
+    """Return the arm from its dictionary."""
     values = {item.name: record[item.name] for item in fields(Arm)}
     for name, kind in {"muscle": Muscle, "fluid": Fluid, "plane": Plane}.items():
         if values[name] is not None:

@@ -238,20 +238,20 @@ class _Search:
         self.largest = lumped_strain(actuator, voltage)
 
     def parameters(self, point: Array) -> dict[str, float]:
-        """The time scale is spread evenly in its logarithm, the others in themselves."""
+        """Return the parameters at a point; the time scale is spread evenly in its logarithm, others linearly."""
         values = {}
         for share, (name, (low, high)) in zip(np.clip(point, 0, 1).tolist(), self.bounds.items(), strict=True):
             values[name] = low * (high / low) ** share if name == "slower" else low + share * (high - low)
         return values
 
     def network(self, values: dict[str, float]) -> Network:
-        """The network of the parameters, its time constants not yet stretched."""
+        """Return the network of the parameters, its time constants not yet stretched."""
         known = {name: values.get(name) for name in ("tonic", "inhibition")}
         k = values.get("connection")
         return rhythm_network(self.rhythm_of, self.arm.segments, **known, same=k, cross=k)
 
     def tips(self, point: Array) -> Array:
-        """The tip's path [m] (t, 2) with the parameters at ``point``; empty where it could not be computed."""
+        """Return the tip's path [m] (t, 2) with the parameters at ``point``; empty where it could not be computed."""
         self.done += 1
         values = self.parameters(point)
         network = self.network(values).slowed(values["slower"])
@@ -275,7 +275,7 @@ class _Search:
             return np.empty((0, 2))
 
     def in_full(self, values: dict[str, float], times: ArrayLike) -> tuple[Coupled, Motion]:
-        """The motion with the parameters, to full accuracy."""
+        """Return the motion with the parameters, to full accuracy."""
         network, segments, slower = self.network(values), self.arm.segments, values["slower"]
         coupled = self.couple(
             network, segments, self.duration, segment_length=self.length, slower=slower, reference=self.reference
@@ -297,13 +297,13 @@ def _checked(target: ArrayLike) -> Array:
 
 
 def _hypercube(rng: np.random.Generator, count: int, dimensions: int) -> Array:
-    """A Latin hypercube (count, dimensions): every coordinate once in each of ``count`` equal parts."""
+    """Return a Latin hypercube (count, dimensions): every coordinate once in each of ``count`` equal parts."""
     parts = np.stack([rng.permutation(count) for _ in range(dimensions)], axis=1)
     return np.asarray((parts + rng.random((count, dimensions))) / count)
 
 
 def _refined(distance: Callable[[Array], float], points: Array, distances: Array, enough: float) -> Array:
-    """The best point of Nelder and Mead's searches from the best ``points``; none once ``enough`` [m] is reached."""
+    """Return the best point of Nelder-Mead searches from the best ``points``; none once ``enough`` [m] is reached."""
     from scipy.optimize import minimize
 
     order = np.argsort(distances, kind="stable")
@@ -324,14 +324,14 @@ def _refined(distance: Callable[[Array], float], points: Array, distances: Array
 
 
 def _simplex(point: Array) -> Array:
-    """The point, and along each axis one a tenth away, towards the middle of the cube."""
+    """Return the point, and along each axis one a tenth away, towards the middle of the cube."""
     corners = np.repeat(point[None], len(point) + 1, axis=0)
     corners[np.arange(1, len(point) + 1), np.arange(len(point))] += np.where(point < 0.5, 0.1, -0.1)
     return np.asarray(corners)
 
 
 def _passing(tips: Array, target: Array) -> tuple[float, int, float]:
-    """How near [m] the path through ``tips`` (t, 2) passes to ``target``, in which interval, and where within it."""
+    """Return how near [m] the path through ``tips`` (t, 2) passes ``target``, in which interval, and where in it."""
     if len(tips) == 1:
         return float(np.hypot(*(tips[0] - target))), 0, 0.0
     along = np.diff(tips, axis=0)

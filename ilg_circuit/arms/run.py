@@ -32,9 +32,20 @@ ACTIVATIONS = ("cpg", "sine", "wave")
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ArmResult(Result):
-    """A motion, the rhythm that drove it, if any, and the result of a search for a target, if asked for.
+    """The motion of a soft arm, as `ilg_circuit.arm` returns it.
 
-    ``slower`` is the factor by which the rhythm's time constants were stretched.
+    Attributes
+    ----------
+    motion : Motion
+        Positions, forces and energies over time.
+    coupled : Coupled or None
+        The rhythm that drove the arm, and how it was coupled to the strips.
+    reached : Reached or None
+        Result of the search for a rhythm that reaches a target, if one was asked for.
+    slower : float
+        Factor by which the rhythm's time constants were stretched.
+    warnings : tuple of str
+        Findings as sentences.
     """
 
     presenter: ClassVar[str] = "arm"

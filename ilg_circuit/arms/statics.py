@@ -23,7 +23,7 @@ _TURN = 0.3
 
 
 def equilibrium(arm: Arm, drive: Activation, *, at: float = 0.0, start: Array | None = None) -> tuple[Array, Array]:
-    """Positions [m] (n + 1, 2, 2) and pressures [Pa] (n,) at rest under the activation at the time ``at`` [s].
+    """Return positions [m] (n + 1, 2, 2) and pressures [Pa] (n,) at rest under the activation at the time ``at`` [s].
 
     Newton's method on forces and areas, steadied by an inertia that falls while steps are small (pseudo-transient
     continuation, after Kelley and Keyes, SIAM J. Numer. Anal. 35, 1998). ``start``: where to begin, if not at the rest
@@ -54,7 +54,7 @@ def equilibrium(arm: Arm, drive: Activation, *, at: float = 0.0, start: Array | 
 
 
 def natural_frequencies(arm: Arm, count: int = 1, drive: Activation | None = None) -> Array:
-    """Lowest ``count`` angular frequencies [rad/s] without damping, about the equilibrium under ``drive`` at t = 0.
+    """Return the lowest ``count`` undamped angular frequencies [rad/s] about the equilibrium under ``drive`` at 0.
 
     Without ``drive``: about the rest shape, gravity left out. Dense, so for some hundred segments at most.
     """
@@ -88,7 +88,7 @@ def natural_frequencies(arm: Arm, count: int = 1, drive: Activation | None = Non
 
 
 def _turn(arm: Arm, change: Array) -> float:
-    """Largest change of an edge or a rod relative to its length."""
+    """Return the largest change of an edge or a rod relative to its length."""
     nodes = change.reshape(-1, 2, 2)
     along = np.abs(np.diff(nodes, axis=0)).max() / arm.segment_length
     across = (np.abs(nodes[:, 0] - nodes[:, 1]).max(axis=1) / arm.tapered(at_cells=False)[0]).max()
@@ -96,7 +96,7 @@ def _turn(arm: Arm, change: Array) -> float:
 
 
 def _newton(m: Model, q: Array, a: Array, p: Array, inertia: float) -> tuple[Array, Array]:
-    """Changes of positions and pressures, not finite where the equations are singular."""
+    """Return the changes of positions and pressures, not finite where the equations are singular."""
     n = len(p)
     S, D, A = np.zeros((n + 1, 5, 4, 4)), np.zeros((n + 1, 5, 4, 4)), matrix(n)
     derivatives(m, q, np.zeros_like(q), a, p, S, D)

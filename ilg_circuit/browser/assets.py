@@ -34,8 +34,8 @@ def assets() -> Assets:
         )
     except OSError:
         raise MissingLibraryError(
-            "this installation has no ngspice for the browser; in a checkout install npm (Debian, Ubuntu: apt-get "
-            "install npm) and run scripts/get_page_assets.py, or install a wheel that has it"
+            "a page needs ngspice for the browser, which this installation lacks; in a checkout, install npm (Debian, "
+            "Ubuntu: apt-get install npm) and run python scripts/get_page_assets.py; or install a wheel, which has it"
         ) from None
 
 

@@ -19,7 +19,7 @@ from ..circuit.library import HEAVIER, library, library_netlist
 from ..circuit.netlist import Role
 from ..circuit.provenance import FIRST_STEP, LONGEST_STEP, TIGHT_OPTIONS
 from ..drive import NETLIST_RISE, Drive
-from ..errors import InputError, MissingLibraryError, visible
+from ..errors import InputError, MissingLibraryError, argument, visible
 from ..provenance import Provenance
 from ..simulation.drives import parse_drive, two
 from ..simulation.impedance import frequencies, impedance
@@ -94,7 +94,7 @@ def page_drive(text: str, duration: float) -> PageDrive:
         longest = format_quantity(MOST_PERIODS * duration / made.periods, "s", 4)
         raise InputError(
             f"{visible(text)} has {made.periods:.4g} periods in {format_quantity(duration, 's')}; a page draws at most "
-            f"{MOST_PERIODS}: give --duration {longest.replace(' ', '')} or less"
+            f"{MOST_PERIODS}: give {argument('duration', longest.replace(' ', ''))} or less"
         )
     return made
 

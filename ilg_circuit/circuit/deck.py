@@ -1,4 +1,4 @@
-"""A deck to hand out that plain ``ngspice -b`` runs as it is."""
+"""A complete SPICE deck, which plain ``ngspice -b`` runs as it is."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .provenance import FIRST_STEP, INDUCTORS, LONGEST_STEP, TIGHT_OPTIONS, fold
 
 
 def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, samples: int = 601) -> str:
-    """A complete deck: the strip, its drive over ``duration`` [s], a transient from rest, and a printed table.
+    """Return a complete deck: the strip, its drive over ``duration`` [s], a transient from rest, and a printed table.
 
     The outputs are nodes of their own, in SI units (1 V is one ampere, coulomb, metre, newton). ``samples`` is the
     least number of rows; ngspice prints every time point.

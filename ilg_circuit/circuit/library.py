@@ -31,16 +31,16 @@ THERMAL_VOLTAGE = 1.38064852e-23 * 300.15 / 1.6021766208e-19
 _BIAS = 4
 #: A beam without mass follows within this part of the time that d(s) takes.
 _LAG = 1e-8
-#: The series of gravity holds up to so many times the strip's r, and a load of so many times its weight.
+#: Largest r of the strip, and largest load over the strip's weight, up to which the series of gravity holds.
 HEAVIER = 4
 #: What `plain` would turn into underscores in units and symbols.
 _UNSAFE = str.maketrans("", "", "'^")
 
 
 def library_parameters(actuator: Actuator, beam: str | None = None) -> list[Quantity]:
-    """What the subcircuit can be told, with the defaults: named as in an actuator's TOML file, and a fit's report.
+    """Return the subcircuit's parameters with their defaults, named as in an actuator's TOML file and a fit's report.
 
-    A field that the strip leaves out, or that has no influence on it, is no parameter.
+    Fields that the strip leaves out, or that have no influence, are not parameters.
     """
     m = actuator.material
     used = {"length", "width", "thickness", "dc_resistivity", *m.model.ions.library_parameters}
@@ -75,7 +75,7 @@ def _has_electrodes(m: Material) -> bool:
 
 
 def library(actuator: Actuator, name: str = "ilg_strip", beam: str | None = None) -> str:
-    """A subcircuit ``name plus minus tip``: electrical pins, and the tip's mechanical pin where there is a coupling.
+    """Return a subcircuit ``name plus minus tip``: electrical pins and, with a coupling, the tip's mechanical pin.
 
     Across ``tip`` and ground is the force, out of it flows the velocity: grounded it is free, open it is clamped, and
     a load is an inductor (mass), resistor (dashpot) or capacitor (spring) from ``tip`` to ground. Nothing leans on
@@ -111,7 +111,7 @@ def pinned(actuator: Actuator, name: str, netlist: Netlist) -> tuple[tuple[str, 
 
 
 def library_netlist(actuator: Actuator, beam: str | None = None) -> Netlist:
-    """The netlist that a subcircuit writes, its tip free."""
+    """Return the netlist that a subcircuit writes, its tip free."""
     given, k = strip_netlist(actuator, beam=beam), actuator.coupling
     if k is None:
         return given
@@ -163,7 +163,7 @@ def derived_values(actuator: Actuator, ions: LibraryText, beam: str) -> dict[str
 
 
 def _gravity(actuator: Actuator, at: str, cube: str) -> dict[str, str]:
-    """The stiffness of gravity as in `hanging_stiffness`, by series that hold for heavier strips and loads too."""
+    """Return the stiffness of gravity as in `hanging_stiffness`, by series that hold for heavy strips and loads too."""
     derived = {
         "pull": f"{3 * GRAVITY!r}*free_length*free_length/(stiffness*{cube})",
         "hung": "pull*load_mass",
@@ -184,7 +184,7 @@ def _gravity(actuator: Actuator, at: str, cube: str) -> dict[str, str]:
 
 
 def element_values(actuator: Actuator, lumped: Elements, ions: LibraryText, beam: str) -> dict[str, str]:
-    """Element name of `strip_netlist` -> expression of its value."""
+    """Return the expression of each element's value, by the element's name in `strip_netlist`."""
     port = lumped.port
     values = {"Rdc": "rdc"}
     if port.electrode_resistance:
@@ -212,13 +212,13 @@ def element_values(actuator: Actuator, lumped: Elements, ions: LibraryText, beam
 
 
 def _charged(node: str, gain: str, further: list[str]) -> dict[str, str]:
-    """The sources in series at ``node``: ``gain`` times d(s) v, and what else there is."""
+    """Return the sources in series at ``node``: ``gain`` times d(s) v, and what else there is."""
     gains = [f"{gain}*settled", f"{gain}*passing", f"-{gain}*passing", *further]
     return {f"E{node}{k}": text for k, text in enumerate(gains)}
 
 
 def _at_the_pins(elements: tuple[Element, ...], *, coupled: bool) -> Iterator[Element]:
-    """The strip's elements without its drive, between the pins plus and minus in place of drive and ground."""
+    """Return the strip's elements without its drive, between the pins plus and minus in place of drive and ground."""
     # role -> place of the node at minus among an element's nodes; a growing capacitance keeps its charge on its own
     leaning = {Role.ELECTRON_PATH: 1, Role.ION_PATH: 1, Role.SOURCE: 1}
     for element in elements:
@@ -232,7 +232,7 @@ def _at_the_pins(elements: tuple[Element, ...], *, coupled: bool) -> Iterator[El
 
 
 def _lines(element: Element, values: dict[str, str]) -> list[str]:
-    """An element as SPICE writes it, its value in braces."""
+    """Return an element as SPICE writes it, its value in braces."""
     if element.law == "sinh":
         return _diodes(*element.nodes)
     if element.law == "charge":
@@ -244,7 +244,7 @@ def _lines(element: Element, values: dict[str, str]) -> list[str]:
 
 
 def _diodes(plus: str, minus: str) -> list[str]:
-    """Is sinh(v/Vt) by two antiparallel diodes of Is/2, each behind a bias that the other's takes out again.
+    """Return Is sinh(v/Vt) as two antiparallel diodes of Is/2, each with a bias that the bias of the other cancels.
 
     Below -3 N kT/q SPICE follows a cube in place of the exponential, up to 2e-3 Is beside it. The bias of 4 Vt keeps
     that to 7e-8 of the current: Is/2 exp(-4) exp((v + 4 Vt)/Vt), and the constant terms of the two diodes cancel.

@@ -26,7 +26,7 @@ GROUND = "0"
 
 
 class Role(Enum):
-    """What an element of a strip is there for: its place in the account of energies, and at the pins of a library."""
+    """The role of a strip's element: its place in the account of energies, and at the pins of a library."""
 
     OTHER = "other"
     SOURCE = "source"
@@ -78,7 +78,7 @@ class Element:
 
     ``nodes`` are plus and minus, for E and G followed by the controlling pair; ``control`` names the voltage source
     whose current controls F and H; ``value`` is in ohm, henry, farad, volt, ampere or the source's gain. Capacitors
-    and inductors start from ``start`` [V, A]. ``role`` says what it is there for; no engine asks.
+    and inductors start from ``start`` [V, A]. ``role`` is its role in the strip; engines do not use it.
 
     A behavioural source B follows a ``law`` with a second constant ``scale`` (v is the voltage across it):
 
@@ -120,7 +120,7 @@ class Element:
         return " ".join(filter(None, words))
 
     def linearised(self, voltage: float) -> Element:
-        """The linear element that a small signal meets with ``voltage`` [V] across this one; itself where linear."""
+        """Return the linear element that a small signal meets at ``voltage`` [V] across this one; itself if linear."""
         if self.law == "sinh":
             slope = self.value / self.scale * hyperbolic_cosine(voltage / self.scale)
             return replace(self, name=f"R{self.name}", value=1 / slope, law="")
@@ -134,7 +134,7 @@ class Element:
 class Output:
     """A waveform of interest: a sum of quantities ``v(node)`` or ``i(source or inductor)`` with coefficients.
 
-    The error of a ``probe`` is no part of the accuracy that a solve must reach: it may be rounding only.
+    The error of a ``probe`` is not judged by a solve, since it may be pure rounding.
     """
 
     name: str
@@ -165,7 +165,7 @@ class Netlist:
         for element in self.elements:
             _check_element(element, sources)
             if element.name.lower() in seen:
-                raise InputError(f"element {element.name} appears twice (SPICE does not tell upper from lower case)")
+                raise InputError(f"element {element.name} appears twice (SPICE ignores upper and lower case)")
             seen.add(element.name.lower())
         nodes = {node for element in self.elements for node in element.nodes}
         if len({node.lower() for node in nodes}) < len(nodes):
@@ -192,7 +192,7 @@ class Netlist:
         return not any(e.law for e in self.elements)
 
     def linearised(self, voltage: float = 0.0) -> Netlist:
-        """The circuit of a small signal with ``voltage`` [V] across every behavioural source."""
+        """Return the circuit of a small signal with ``voltage`` [V] across every behavioural source."""
         return self if self.linear else replace(self, elements=tuple(e.linearised(voltage) for e in self.elements))
 
     @property
@@ -210,7 +210,7 @@ class Netlist:
         return tuple(dict.fromkeys(q for output in self.outputs for q, _ in output.terms))
 
     def to_pyspice(self, drive: Drive | None = None, duration: float = 1.0) -> Circuit:
-        """The PySpice `Circuit`; with a ``drive``, its source carries the PWL or SIN waveform over ``duration`` [s].
+        """Return the PySpice `Circuit`; with a ``drive`` its source has the PWL or SIN waveform over ``duration`` [s].
 
         Values go in as ``repr`` text: PySpice would write 1 F, which is femto.
         """
@@ -237,7 +237,7 @@ def add_elements(circuit: Any, elements: Iterable[Element]) -> None:
 
 
 def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:
-    """A netlist's text with independent copies of netlists of one topology, all but their drive sources.
+    """Return a netlist's text with independent copies of netlists of one topology, all but their drive sources.
 
     Every copy hangs on the drive node of the first; names and inner nodes get the suffix ``_k``. Also returns, per
     copy, the ngspice vector of every quantity that its outputs need. Plain text, because PySpice takes longer to make
@@ -260,7 +260,7 @@ def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:
 
 
 def series_sum(node: str, terms: Sequence[tuple[str, float]]) -> list[Element]:
-    """Controlled sources in series from ``node`` to ground, whose voltage is the sum of ``terms`` as in `Output`."""
+    """Return controlled sources in series from ``node`` to ground whose sum is that of ``terms``, see `Output`."""
     ends = [node, *(f"{node}_{k}" for k in range(1, len(terms))), GROUND]
     elements = []
     for k, (quantity, gain) in enumerate(terms):
@@ -273,7 +273,7 @@ def series_sum(node: str, terms: Sequence[tuple[str, float]]) -> list[Element]:
 
 
 def floating_nodes(elements: Sequence[Element]) -> list[str]:
-    """One node of every part of a circuit that no direct current can reach from ground."""
+    """Return one node of every part of a circuit that no direct current can reach from ground."""
     # node -> the node that its part is named after
     part = {GROUND: GROUND} | {node: node for element in elements for node in element.nodes}
     for element in elements:
@@ -284,12 +284,12 @@ def floating_nodes(elements: Sequence[Element]) -> list[str]:
 
 
 def plain(text: str) -> str:
-    """Text that is safe in a netlist: a name comes from a file, and a line of its own would be a command to ngspice."""
+    """Return text that is safe in a netlist: a name from a file must not become a line, which ngspice would execute."""
     return re.sub(r"[^A-Za-z0-9 _.,:;()+*/=\[\]-]", "_", text)
 
 
 def _vector(quantity: str, rename: dict[str, str], suffix: str) -> str:
-    """ngspice's name of a quantity in a copy: ``v(node)`` -> ``node``, ``i(source)`` -> ``source#branch``."""
+    """Return ngspice's name of a quantity in a copy: ``v(node)`` -> ``node``, ``i(source)`` -> ``source#branch``."""
     kind, inner = quantity[0], quantity[2:-1]
     if kind == "v":
         return rename[inner].lower()

@@ -19,9 +19,9 @@ from dataclasses import replace
 
 from .netlist import GROUND, Element, Netlist, Role, series_sum
 
-#: Resistance [ohm] beside the 1 F of the way, that is 1e11 s: a run of a day loses 1e-6 of it.
+#: Resistance [ohm] in parallel with the 1 F of the displacement, i.e. 1e11 s: a run of a day loses 1e-6 of it.
 LEAK = 1e11
-#: What holds the copy has so many times its resistance, so that the reflected voltage is right to the inverse of that.
+#: Resistance that holds the copy, over the copy's own: the reflected voltage is accurate to the inverse.
 HOLD = 1e8
 
 
@@ -77,7 +77,7 @@ def without_mass(netlist: Netlist, lag: float) -> Netlist:
 
 
 def _charge(named: dict[str, Element], rate: str, filter_name: str) -> dict[str, float]:
-    """What the two sources of a rate have brought since rest, as coefficients of the filter's node voltages."""
+    """Return the charge of the two sources of a rate since rest, as coefficients of the filter's node voltages."""
     resistor = named[f"R{filter_name}"].value
     through = named[f"G{rate}a"].value * named[f"L{filter_name}"].value / resistor
     v1, v2, v3 = (f"v({filter_name}{k})" for k in (1, 2, 3))
@@ -85,7 +85,7 @@ def _charge(named: dict[str, Element], rate: str, filter_name: str) -> dict[str,
 
 
 def _held(named: dict[str, Element]) -> list[Element]:
-    """A resistor far above those of the copy, from what its voltage is once nothing moves."""
+    """Return a resistor, far larger than those of the copy, from its voltage once nothing moves."""
     ends = [e for name, e in named.items() if e.role is Role.REFLECTION and name[0] == "C" and e.nodes[0][:4] == "ionx"]
     total = sum(e.value for e in ends if e.nodes[1] == GROUND)
     first = next(e for e in named.values() if e.role is Role.REFLECTION and e.nodes[0] == "copy")
@@ -95,7 +95,7 @@ def _held(named: dict[str, Element]) -> list[Element]:
 
 
 def _meter(start: float) -> list[Element]:
-    """The way of the tip, as the voltage of node ``way``."""
+    """Return the displacement of the tip, as the voltage of node ``way``."""
     return [
         Element("Fway", (GROUND, "way"), 1.0, control="Vway"),
         Element("Cway", ("way", GROUND), 1.0, start=start),
@@ -104,7 +104,7 @@ def _meter(start: float) -> list[Element]:
 
 
 def _mesh(chain: list[Element]) -> Iterator[Element]:
-    """The tip's mesh: springs follow the way, dashpots the velocity, which a source of 0 V at its end senses."""
+    """Return the tip's mesh: springs follow the displacement, dashpots the velocity, sensed by a source of 0 V."""
     for element in chain:
         nodes = tuple("swing" if n == GROUND else n for n in element.nodes)
         if element.kind == "C":

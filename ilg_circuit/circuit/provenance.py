@@ -22,7 +22,7 @@ INDUCTORS = (
 
 
 def provenance(title: str, actuator: Actuator) -> list[str]:
-    """Header lines: what it is, what wrote it, and the strip's sizes."""
+    """Return the header lines: what it is, what wrote it, and the strip's sizes."""
     g = actuator.geometry
     sizes = {"L": g.length, "L0": g.free_length, "L_F": g.load_distance, "w": g.width, "b": g.thickness}
     strip = ", ".join(f"{symbol} {format_quantity(size, 'm', 6)}" for symbol, size in sizes.items())
@@ -30,6 +30,6 @@ def provenance(title: str, actuator: Actuator) -> list[str]:
 
 
 def folded(lines: list[str], width: int = 101) -> list[str]:
-    """Long lines (a measured PWL) continued with ``+``, as SPICE wants them."""
+    """Return long lines (a measured PWL) continued with ``+``, as SPICE requires."""
     fold = TextWrapper(width, subsequent_indent="+ ", break_long_words=False, break_on_hyphens=False)
     return [part for line in lines for part in fold.wrap(line) or [""]]

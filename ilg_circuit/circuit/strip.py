@@ -92,7 +92,7 @@ def electrical_netlist(
     electrode_resistance: float = 0.0,
     title: str = "ILG strip, electrical port",
 ) -> Netlist:
-    """The port alone: Re in series with Rdc parallel to R-C branches, Figure 4; outputs current [A] and charge [C].
+    """Return the port alone: Re in series with Rdc parallel to R-C branches, Figure 4; outputs current and charge.
 
     ``branches`` are (resistance [ohm], capacitance [F]) pairs.
     """
@@ -100,7 +100,7 @@ def electrical_netlist(
 
 
 def port_netlist(port: Port, title: str = "ILG strip, electrical port", rest: float = 0.0) -> Netlist:
-    """The electrical port alone, of any model; outputs current [A] and charge [C] on the ion path.
+    """Return the electrical port alone, of any model; outputs current [A] and charge [C] on the ion path.
 
     A nonlinear one starts at rest under ``rest`` [V].
     """
@@ -118,7 +118,7 @@ def strip_netlist(
     band: tuple[float, float] = LADDER_BAND,
     rest: float = 0.0,
 ) -> Netlist:
-    """The whole strip, with outputs current [A], charge [C], displacement [m] and force [N] (at L_F, on the load).
+    """Return the whole strip; outputs: current [A], charge [C], displacement [m] and force [N] (at L_F, on the load).
 
     ``beam`` "dynamic" is the port EC (17) without simplification: beam compliance and mass, voltage reflected onto the
     electrical side. "static" is EC (26), (29): no mass, nothing reflected. None is the strip's own, `Actuator.beam`.
@@ -181,7 +181,7 @@ _DRIVE = Element("Vdrive", ("drive", GROUND), 0.0, role=Role.SOURCE)
 def _port(
     port: Port, end: str, source: Element | None = _DRIVE, inner: float = 0.0
 ) -> tuple[list[Element], list[Output]]:
-    """A voltage source (or none), the leads, the electron path and the ion path from the port's node to ``end``.
+    """Return a voltage source (or none), the leads, the electron path and the ion path from the port's node to ``end``.
 
     The ion path starts at rest under ``inner`` [V].
     """
@@ -211,7 +211,7 @@ def _port_node(port: Port) -> str:
 def _ion_path(
     port: Port, top: str, end: str, suffix: str, role: Role = Role.ION_PATH, inner: float = 0.0
 ) -> tuple[list[Element], dict[str, float]]:
-    """The ion path from ``top`` to ``end``, and its charge [C] as coefficients of node voltages."""
+    """Return the ion path from ``top`` to ``end``, and its charge [C] as coefficients of node voltages."""
     elements: list[Element] = []
     charge: dict[str, float] = {}
 
@@ -243,7 +243,7 @@ def _ion_path(
 def _growing_capacitor(
     capacitance: float, slope: float, node: str, end: str, name: str, role: Role, inner: float
 ) -> list[Element]:
-    """A capacitance that grows with voltage: its charge is the voltage on 1 F that its own current feeds."""
+    """Return a capacitance that grows with voltage: its charge is the voltage on 1 F that its own current feeds."""
     charge, sense = f"q{name}", f"sense{name}"
     start = capacitance * (inner + slope * inner * abs(inner) / 2)
     return [
@@ -261,7 +261,7 @@ def _add_charge(charge: dict[str, float], capacitance: float, node: str, end: st
 
 
 def _filter(coupling: Coupling, plus: str, minus: str, name: str, inner: float = 0.0) -> list[Element]:
-    """The series R-L-C of d(s) behind a source that does not load (plus, minus); nodes name1, name2, name3."""
+    """Return the series R-L-C of d(s) behind a source that does not load (plus, minus); nodes name1, name2, name3."""
     wn = coupling.natural_frequency
     role = Role.COUPLING_FILTER
     return [
@@ -275,7 +275,7 @@ def _filter(coupling: Coupling, plus: str, minus: str, name: str, inner: float =
 def _filter_rate(
     coupling: Coupling, name: str, filter_name: str, out: tuple[str, str], gain: float, role: Role
 ) -> list[Element]:
-    """Two current sources whose sum is gain s d(s) v, from the filter's inductor voltage and its current."""
+    """Return the two current sources whose sum is gain s d(s) v, from the filter's inductor voltage and its current."""
     wn, d0 = coupling.natural_frequency, coupling.static
     resistor = 2 * coupling.damping_ratio / wn
     n1, n2, n3 = (f"{filter_name}{k}" for k in (1, 2, 3))
@@ -286,21 +286,22 @@ def _filter_rate(
 
 
 def _free_displacement(lumped: Elements, coupling: Coupling) -> dict[str, float]:
-    """y1 = k d(s) v as coefficients of the filter's node voltages: k d0 [v_C + (v1 - v2)/(R Zd C)]."""
+    """Return y1 = k d(s) v as coefficients of the filter's node voltages: k d0 [v_C + (v1 - v2)/(R Zd C)]."""
     static = lumped.bending_ratio * coupling.static
     through = static / (2 * coupling.damping_ratio / coupling.natural_frequency * coupling.zero)
     return {"v(d3)": static, "v(d1)": through, "v(d2)": -through}
 
 
 def _motion(displacement: dict[str, float], force: dict[str, float]) -> list[Output]:
-    """The mechanical outputs, from their terms."""
+    """Return the mechanical outputs, from their terms."""
     return [Output("displacement", "m", tuple(displacement.items())), Output("force", "N", tuple(force.items()))]
 
 
 def _reflection(lumped: Elements, coupling: Coupling) -> list[Element]:
-    """Mechanical -> electrical: the current k s d(s) F1 through a copy of Zp is u1, set against the port.
+    """Return the reflection on the electrical side.
 
-    F1 is the voltage of node ``beam``. Of a nonlinear ion path the copy is that of small signals near 0 V.
+    The current k s d(s) F1 through a copy of Zp makes the voltage u1, which is in series with the port. F1 is the
+    voltage of node ``beam``. For a nonlinear ion path the copy is that of small signals near 0 V.
     """
     role, gain = Role.REFLECTION, lumped.bending_ratio * FORCE_SCALE
     return [
@@ -312,7 +313,7 @@ def _reflection(lumped: Elements, coupling: Coupling) -> list[Element]:
 
 
 def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[float, float] = LADDER_BAND) -> Netlist:
-    """The strip as a sensor: the point L_F is moved, EC (17) read backwards; ``terminals`` are "open" or "short".
+    """Return the strip as a sensor: the point L_F is moved, EC (17) inverted; ``terminals`` are "open" or "short".
 
     The drive is the displacement y of L_F in metres (1 V = 1 m). Outputs: voltage [V] at open terminals or current [A]
     into the strip's plus pin at shorted ones, charge [C], displacement [m], and the elastic force [N] of the strip at
@@ -344,13 +345,13 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
 
 
 def _without_dangling(elements: list[Element]) -> list[Element]:
-    """Elements but for leads that end in the air at open terminals."""
+    """Return the elements without leads that end unconnected at open terminals."""
     ends = [n for e in elements if e.role is not Role.LEAD for n in e.nodes]
     return [e for e in elements if e.role is not Role.LEAD or "drive" in ends]
 
 
 def _tip(lumped: Elements, load: Load) -> tuple[list[Element], dict[str, float]]:
-    """The tip's mesh from node ``beam`` to ground: mass, damping, gravity, load; and the force on the load."""
+    """Return the tip's mesh from node ``beam`` to ground: mass, damping, gravity, load; and the force on the load."""
     mass = lumped.mass + load.mass
     chain = [("Ltip", mass * IMPEDANCE_SCALE, Role.TIP)]
     if lumped.damping:

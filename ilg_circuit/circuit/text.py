@@ -61,12 +61,17 @@ class SpiceText(str):
         return type(self)(text[:place] + added + text[place:], self.suffixes, self.warnings, provenance)
 
     def save(self, path: str | Path) -> None:
-        """Write the text; a file is replaced whole or not at all.
+        """Write the text to a file.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
 
         Raises
         ------
         InputError
-            The file cannot be written, or its suffix says that it holds something else.
+            The file cannot be written, or its suffix is not one of ``suffixes``.
         """
         target = Path(path)
         if target.suffix.lower() not in self.suffixes:

@@ -7,7 +7,7 @@ In: options. Out: files, text and an exit code. May import: every room.
 COMMANDS = {
     "arm": "Move a soft arm and write its motion.",
     "cpg": "Run a central pattern generator: period, amplitude, phases.",
-    "demo": "Run the whole flow once: simulate, measure, identify, hand out.",
+    "demo": "Run the whole flow once: simulate, measure, identify, export.",
     "design": "Find the strip, within ranges, that meets requirements best.",
     "doctor": "Check the installation: versions, ngspice, one solved step.",
     "identify": "Fit a strip to measured steps, waveforms and impedance spectra.",
@@ -15,7 +15,7 @@ COMMANDS = {
     "netlist": "Write a strip as a SPICE deck or subcircuit.",
     "new": "Write the file of a strip from its sizes.",
     "ogden": "Fit one hyperelastic material to all load tests of a gel.",
-    "page": "Write a strip as a page for any browser, ngspice inside.",
+    "page": "Write a strip as a page that runs ngspice in any browser.",
     "reproduce": "Remake every table and figure of both papers, and compare.",
     "sense": "Move a strip's tip; compute the voltage or current it makes.",
     "show": "Print a strip's geometry, elements and limits of the model.",

@@ -32,7 +32,7 @@ from .progress import ProgressBar
         type=click.Choice(["mutual", "ring", "one-way-ring", "chain"]),
         help="How the neurons inhibit one another.  [default: mutual]",
     ),
-    click.option("--weights", type=FILE, help="CSV file of the weights W instead: row i inhibits neuron i."),
+    click.option("--weights", type=FILE, help="CSV file of the weights W instead: row i holds what inhibits neuron i."),
     click.option("--inhibition", type=NUMBER, help="a, every weight of the topology.  [default: 2.5]"),
     click.option("--same", type=NUMBER, help="ks of a chain: + ks y_k from the unit before.  [default: 0.1]"),
     click.option("--cross", type=NUMBER, help="kc of a chain: - kc y_(other k) from the unit before.  [default: 0.1]"),
@@ -60,7 +60,7 @@ from .progress import ProgressBar
         "--engine",
         type=click.Choice(["ode", "ngspice"]),
         default="ode",
-        help="ode: SciPy's integrator; ngspice: the neurons as a circuit.",
+        help="ode: exact between thresholds; ngspice: the neurons as a circuit.",
     ),
     click.option(
         "--sweep",

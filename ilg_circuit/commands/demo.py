@@ -14,7 +14,7 @@ from .paths import ANY_FOLDER, LongCommand
 @click.command(cls=LongCommand, examples=("demo", "demo --out results"))
 @group("Output", click.option("--out", type=ANY_FOLDER, default=Path("demo"), help="Folder for the results."))
 def demo(out: Path) -> None:
-    """Run the whole flow once: simulate, measure, identify, hand out."""
+    """Run the whole flow once: simulate, measure, identify, export."""
     from ..report.axes import load_plainly
     from ..reproduce.demo import run
 

@@ -36,7 +36,9 @@ from .progress import ProgressBar
         "May be repeated.",
     ),
     click.option(
-        "--minimise", metavar="NAME", help="Output to make small, such as energy.  [default: the largest margin to all]"
+        "--minimise",
+        metavar="NAME",
+        help="Output to make small, such as energy.  [default: the largest margin to all requirements]",
     ),
     click.option("--maximise", metavar="NAME", help="Output to make large, such as displacement_final."),
     click.option(
@@ -65,7 +67,7 @@ from .progress import ProgressBar
         "--engine",
         type=click.Choice(["ngspice", "exact", "auto"]),
         default="auto",
-        help="Of the search; auto: exact for linear circuits, else ngspice. ngspice always simulates the answer.",
+        help="Solver of the search; auto: exact for linear circuits, else ngspice, which always simulates the answer.",
     ),
     click.option("--seed", type=SEED, default=0, help="Seed of the search's first designs."),
 )
@@ -75,15 +77,15 @@ from .progress import ProgressBar
     click.option("--out", type=STRIP, help="TOML file of the best strip."),
     click.option("--front", type=TABLE, help="CSV file of the front."),
     click.option("--plot", type=PICTURE, help="Picture of the front, or of the design without one (.png, .pdf, .svg)."),
-    click.option("--sobol-plot", type=PICTURE, help="Picture of the indices."),
+    click.option("--sobol-plot", type=PICTURE, help="Picture of the Sobol indices."),
 )
 @force_option
 def design(actuator: str, **options: Any) -> None:
     """Find the strip, within ranges, that meets requirements best.
 
-    Requirements are on outputs of a sweep (displacement_final, force_blocked, settling_time, energy, current_peak,
-    ...), on what is varied, and on slenderness, window, gravity. If no strip meets all of them, the nearest one is
-    shown with the requirements that it fails, and the exit code is 1.
+    Requirements limit outputs (displacement_final, settling_time and others, listed by sweep --help), varied values,
+    or the validity numbers slenderness, window and gravity. If no strip meets all of them, the nearest one is shown
+    with the requirements that it fails, and the exit code is 1.
     """
     written = ("json", "out", "front", "plot", "sobol_plot")
     outputs = {f"--{name.replace('_', '-')}": options.pop(name) for name in written}

@@ -25,7 +25,7 @@ def doctor() -> None:
 
 
 def examine() -> Iterator[str]:
-    """Lines of the report, one after the other; raises an IlgError at the first thing that is broken."""
+    """Yield the lines of the report. Raises an IlgError at the first fault."""
     import platform
 
     import numpy as np

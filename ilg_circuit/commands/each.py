@@ -1,4 +1,4 @@
-"""``identify --each``: many files, each fitted by itself."""
+"""``identify --each``: many files, each fitted individually."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .progress import ProgressBar
 
 
 def fit_each(context: click.Context, data: tuple[Path, ...], options: dict[str, Any]) -> None:
-    """Fit every file by itself, and end with the exit code of the worst."""
+    """Fit every file individually, and end with the exit code of the worst."""
     from ..front.each import TABLE, folder_of_all, identify_each
     from ..report.parameter_table import write_table
 

@@ -104,7 +104,7 @@ def emit(
 
 
 def origin(inputs: Iterable[str | Path | None] = (), seed: int | None = None) -> Provenance:
-    """Return the provenance of what the present command makes; ``inputs`` that are no files have no hash."""
+    """Return the provenance of the running command's result; ``inputs`` that are not files have no hash."""
     call = command_line(click.get_current_context().find_root().obj)
     return provenance(call, [path for path in inputs if path], seed)
 

@@ -1,4 +1,4 @@
-"""How the help of every command looks: what it does, two examples, its options in named groups.
+"""Formats the help of every command: what it does, two examples, its options in named groups.
 
     @click.command(cls=Command, examples=("show paper", "show strip.toml --voltage 4V"))
     @group("Input", argument("actuator", STRIP_HELP))

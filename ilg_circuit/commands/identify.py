@@ -44,7 +44,7 @@ from .progress import ProgressBar
         metavar="NAME",
         help="A parameter that each file is given its own value of (others are shared by all files); may be repeated.",
     ),
-    click.option("--bias", multiple=True, metavar="VOLTAGE", help="Of spectra: 1V, or FILE=1V for one of them."),
+    click.option("--bias", multiple=True, metavar="VOLTAGE", help="Bias voltage of spectra: 1V, or FILE=1V for one."),
     click.option(
         "--onset",
         multiple=True,
@@ -64,26 +64,29 @@ from .progress import ProgressBar
 @group(
     "Output",
     click.option("--table", type=PARAMETERS, help="Table of the parameters (.tex, .csv, .md)."),
-    click.option("--folder", type=FOLDER, help="Folder with all of it.  [default: step.fit/, without the above]"),
+    click.option(
+        "--folder", type=FOLDER, help="Folder for all results.  [default: step.fit/, if none of the above is given]"
+    ),
     click.option("-v", "--verbose", is_flag=True, help="Print everything."),
 )
 @forcing("Let --out replace the file of the actuator, and --folder any folder.")
 @group(
     "Many files",
-    click.option("--each", is_flag=True, help="Fit every file by itself: one table, a folder each."),
-    click.option("--jobs", type=int, metavar="N", help="With --each: processes.  [default: one a core]"),
-    click.option("--log", type=LOG, help="With --each: file to which a line a file is appended."),
+    click.option("--each", is_flag=True, help="Fit every file individually: one table, and a folder for each file."),
+    click.option("--jobs", type=int, metavar="N", help="With --each: number of processes.  [default: one a core]"),
+    click.option("--log", type=LOG, help="With --each: file to which one line per file is appended."),
 )
 @click.pass_context
 def identify(context: click.Context, /, data: tuple[Path, ...], each: bool, **options: Any) -> None:
     """Fit a strip to measured steps, waveforms and impedance spectra.
 
     DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm; or a
-    spectrum: frequency_Hz, re_ohm, im_ohm; or a file of an instrument. What its headers do not tell, --columns and
-    --units do. Several files of one strip, records and spectra, are fitted together, and each is predicted from the
+    spectrum: frequency_Hz, re_ohm, im_ohm; or a file of an instrument. --columns and --units supply what its headers do
+    not say. Several files of one strip, records and spectra, are fitted together, and each is predicted from the
     others.
 
-    Without --out, --json, --plot, --report or --table a folder with all of it is left beside the data: step.fit/.
+    Without --out, --json, --plot, --report or --table a folder with all results, step.fit/, is written beside the
+    data.
     """
     options |= sizes(options)
     for name in ("bias", "onset"):
@@ -92,7 +95,7 @@ def identify(context: click.Context, /, data: tuple[Path, ...], each: bool, **op
         fit_each(context, data, options)
         return
     if left := [name for name in ("jobs", "log") if options.pop(name)]:
-        raise InputError(f"--{left[0]} goes with --each, which fits every file by itself")
+        raise InputError(f"--{left[0]} goes with --each, which fits every file individually")
     fit_together(context, data, options)
 
 

@@ -33,7 +33,7 @@ from .paths import FILE, PAGE, PICTURE, STRIP, LongCommand, force_option
         "--branch",
         type=click.Choice(BRANCHES),
         default="loading",
-        help="Rows that are fitted where a file goes back and forth.",
+        help="Rows that are fitted if a test goes back and forth.",
     ),
 )
 @group(
@@ -50,7 +50,7 @@ from .paths import FILE, PAGE, PICTURE, STRIP, LongCommand, force_option
         "weighting",
         type=click.Choice(["absolute", "relative"]),
         default="absolute",
-        help="relative: residuals in parts of each stress, which follows small strains better.",
+        help="relative: residuals are relative to each stress, so that small strains count more.",
     ),
     click.option("--free-signs", is_flag=True, help="Do not impose mu_i alpha_i > 0, which keeps the material stable."),
     click.option(

@@ -56,7 +56,10 @@ engine_option = group(
 tip_option = group(
     "Mounting",
     click.option(
-        "--tip", type=click.Choice(["free", "clamped"]), default="free", help="clamped: held still, for blocked force."
+        "--tip",
+        type=click.Choice(["free", "clamped"]),
+        default="free",
+        help="clamped: the tip is held still, which gives the blocked force.",
     ),
 )
 beam_option = group(
@@ -71,7 +74,9 @@ beam_option = group(
 load_option = group(
     "Mounting",
     click.option(
-        "--load", metavar="LOAD", help="What hangs on the tip: mass=1g,stiffness=1mN/m,damping=1uN*s/m, or some of it."
+        "--load",
+        metavar="LOAD",
+        help="Load on the tip: mass=1g,stiffness=1mN/m,damping=1uN*s/m, or some of these.",
     ),
 )
 
@@ -101,7 +106,7 @@ run_options = _together(
 
 
 class ModelOption(click.Option):
-    """An option for an electrical model; its help names those of the registry, which is read when help is shown."""
+    """An option for an electrical model; its help names the registered models, which are read when it is shown."""
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         from ..strip.models import MODELS, model_names
@@ -120,14 +125,14 @@ _SIZES = {
 }
 _KNOWN = {
     "load-position": "Where the displacement is measured, from the clamp.  [default: the tip]",
-    "youngs-modulus": "Such as 7.6kPa.  [default: the paper's, which is told]",
-    "density": "Such as 1.25g/cm^3.  [default: 1250 kg/m^3]",
+    "youngs-modulus": "Young's modulus, such as 7.6kPa.  [default: the paper's, with a warning]",
+    "density": "Density, such as 1.25g/cm^3.  [default: 1250 kg/m^3]",
     "bending-stiffness": "EI of the composite strip, such as '1 uN m^2', in place of the modulus.",
 }
 
 
 def strip_options(*, required: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The options for a strip's sizes, which may be ``required``, and what else no fit gives; see `sizes`."""
+    """Return the options for a strip's sizes, which may be ``required``, and what else no fit gives; see `sizes`."""
     return group(
         "Strip",
         *(click.option(f"--{name}", required=required, metavar="LENGTH", help=text) for name, text in _SIZES.items()),
@@ -135,7 +140,7 @@ def strip_options(*, required: bool) -> Callable[[Callable[..., Any]], Callable[
         click.option(
             "--orientation",
             type=click.Choice(["weightless", "hanging", "horizontal"]),
-            help="How it is held against gravity.",
+            help="How the strip is held against gravity.",
         ),
     )
 
@@ -148,7 +153,7 @@ fit_options = _together(
         click.option(
             "--electrode-resistance",
             metavar="RESISTANCE",
-            help="Held, such as 2ohm; fit: nonlinear models.  [default: the strip's]",
+            help="Resistance Re: a fixed value such as 2ohm, or fit (nonlinear models).  [default: the strip's]",
         ),
         click.option(
             "--until",
@@ -161,7 +166,7 @@ fit_options = _together(
 
 
 def sizes(options: dict[str, Any]) -> dict[str, str | None]:
-    """What `strip_options` say, by the keys of a strip; ``options`` lose them."""
+    """Remove the values of `strip_options` from ``options`` and return them by the keys of a strip."""
     return {key: options.pop(key) for key in [name.replace("-", "_") for name in (*_SIZES, *_KNOWN)] + ["orientation"]}
 
 
@@ -186,7 +191,7 @@ reading_options = group(
 )
 
 
-#: The displacement in files of its own.
+#: Options for a displacement in files of its own.
 displacement_options = group(
     "Displacement",
     click.option(
@@ -198,7 +203,7 @@ displacement_options = group(
     click.option(
         "--displacement-delay",
         metavar="TIME",
-        help="How much later its clock reads: 0.1s, or fit.  [default: fit with --displacement, else 0s]",
+        help="How much later the clock of this file reads: 0.1s, or fit.  [default: fit with --displacement, else 0s]",
     ),
     click.option("--scale", metavar="SCALE", help="Size of a camera's pixel: 0.042mm/px, or 23.8px/mm."),
     click.option("--fps", type=NUMBER, metavar="RATE", help="Frames a second, where a camera's file has no times."),
@@ -206,7 +211,7 @@ displacement_options = group(
         "--axis",
         metavar="AXIS",
         help="Direction of the displacement of a point: x, y, -x, -y or an angle from x to y.  "
-        "[default: in which it moves most]",
+        "[default: the direction in which it moves most]",
     ),
 )
 
@@ -222,12 +227,12 @@ sample_options = group(
 def output_options(
     table: str, plot: str, kind: OutputFile = TABLE
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The options --out (a ``kind`` of file, with the help ``table``), --json, --plot, --report; see `outputs`."""
+    """Return the options --out (a ``kind`` of file, its help ``table``), --json, --plot, --report; see `outputs`."""
     return _together(group("Output", click.option("--out", type=kind, help=table)), result_options(plot))
 
 
 def result_options(plot: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The options --json, --plot, --report; see `outputs`."""
+    """Return the options --json, --plot, --report; see `outputs`."""
     return group(
         "Output",
         click.option("--json", type=JSON, help="JSON file to write; - for stdout, and nothing else there."),
@@ -237,12 +242,12 @@ def result_options(plot: str) -> Callable[[Callable[..., Any]], Callable[..., An
 
 
 def outputs(options: dict[str, Any]) -> dict[str, Path | None]:
-    """The files that `output_options` name, for `emit`; ``options`` lose them."""
+    """Remove the files of `output_options` from ``options`` and return them, for `emit`."""
     return {f"--{name}": options.pop(name) for name in ("out", "json", "plot", "report") if name in options}
 
 
 def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
-    """Duration [s] and sample times [s] from ``--duration``, ``--samples`` and ``--step``."""
+    """Return the duration [s] and sample times [s] from ``--duration``, ``--samples`` and ``--step``."""
     from ..simulation.response import sample_times
 
     seconds = parse(duration, "s", "--duration")
@@ -251,7 +256,7 @@ def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
 
 
 def mounted(options: dict[str, Any]) -> dict[str, Any]:
-    """Tip, beam (None for the strip's own) and load, from the options of these names."""
+    """Return tip, beam (None for the strip's own) and load, from the options of these names."""
     from ..circuit.strip import load_of
 
     return {"tip": options["tip"], "beam": options["beam"], "load": load_of(options["load"])}

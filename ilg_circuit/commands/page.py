@@ -23,14 +23,14 @@ from .paths import PAGE, Command
         "--drive",
         default="step:4V",
         metavar="DRIVE",
-        help="At first: step:4V, square:4V,30s[,duty] (30 s is the period), sine:2V,0.1Hz or triangle:4V,30s.",
+        help="Drive shown first: step:4V, square:4V,30s[,duty] (30 s is the period), sine:2V,0.1Hz or triangle:4V,30s.",
     ),
-    click.option("--duration", default="300s", metavar="TIME", help="How long, such as 300s."),
+    click.option("--duration", default="300s", metavar="TIME", help="How long the run is, such as 300s."),
 )
 @beam_option
 @group("Output", click.option("--out", type=PAGE, required=True, help="One HTML file, which needs no network."))
 def page(actuator: str, drive: str, duration: str, beam: str | None, out: Path) -> None:
-    """Write a strip as a page for any browser, ngspice inside.
+    """Write a strip as a page that runs ngspice in any browser.
 
     Its sliders move geometry, material and drive; a measured CSV file that is dropped on it is drawn over the model.
     """

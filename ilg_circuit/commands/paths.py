@@ -8,19 +8,21 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ..errors import InputError, nearest, visible, written
+from ..errors import IlgWarning, InputError, nearest, visible, written
 from ..files import require_writable
 from .help import HelpedCommand, group
 from .stopping import start_limit
 
-#: What stands for stdout where a file is named.
+#: The name of a file that means stdout.
 STDOUT = Path("-")
 
 
@@ -54,7 +56,7 @@ class OutputFile(click.Path):
             raise InputError(f"{option} does not write to stdout; give the name of a file (--json - does)")
         require_writable(path)
         suffix = path.suffix.lower()
-        tells = re.fullmatch(r"\.[a-z]\w*", suffix)  # the end of run_0.5V is no suffix
+        tells = re.fullmatch(r"\.[a-z]\w*", suffix)  # the end of run_0.5V is not a suffix
         if self.suffixes and suffix not in self.suffixes and (tells or not self.bare):
             *others, last = self.suffixes
             ends = f"{', '.join(others)} or {last}" if others else last
@@ -65,7 +67,7 @@ class OutputFolder(OutputFile):
     """A folder that is written; what may be replaced is decided by the command."""
 
     def require(self, path: Path, option: str) -> None:
-        """Raise InputError for what is no folder, or cannot become one."""
+        """Raise InputError for what is not a folder, or cannot become one."""
         if path == STDOUT or (path.exists() and not path.is_dir()):
             raise InputError(f"{option} '{path}': give the name of a folder")
 
@@ -93,7 +95,7 @@ def forced(context: click.Context) -> bool:
 
 
 def forcing(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The option --force, whose help is ``text``; `forced` tells if it was given."""
+    """Return the option --force with the help ``text``; `forced` returns True if it was given."""
     return group(
         "Output",
         click.option(
@@ -111,7 +113,7 @@ force_option = forcing("Let --out replace the file of the actuator.")
 
 
 class _Choice(click.Choice[str]):
-    """One of several words; a slip is told with the word that was meant."""
+    """One of several words; the error for a misspelt one names the nearest."""
 
     def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
         message = super().get_invalid_choice_message(value, ctx).rstrip(".")
@@ -120,9 +122,9 @@ class _Choice(click.Choice[str]):
 
 
 class Command(HelpedCommand):
-    """A command whose paths are checked before it begins; what it refuses is named as its options are.
+    """A command whose paths are checked before it begins; its errors name options.
 
-    Slips in choices of words are told with the word that was meant.
+    Errors for misspelt choices name the nearest word.
     """
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
@@ -134,7 +136,7 @@ class Command(HelpedCommand):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command. Raises InputError for paths as `require_apart` and `OutputFile.require` do."""
         options = {option.name or "": _named(option) for option in self.params}
-        with written({"strip": options.get("actuator", "ACTUATOR"), **options}):
+        with written({"strip": options.get("actuator", "ACTUATOR"), **options}), _warnings_in_lines():
             return self._invoke(ctx)
 
     def _invoke(self, ctx: click.Context) -> Any:
@@ -145,6 +147,24 @@ class Command(HelpedCommand):
             assert isinstance(kind, OutputFile)
             kind.require(path, option.opts[0])
         return super().invoke(ctx)
+
+
+@contextmanager
+def _warnings_in_lines() -> Iterator[None]:
+    """Show each `IlgWarning` once, as a line of stderr."""
+    shown: set[str] = set()
+
+    def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+        if not issubclass(category, IlgWarning):
+            others(message, category, *place, **more)
+        elif str(message) not in shown:
+            shown.add(str(message))
+            click.echo(f"warning: {visible(str(message))}", err=True)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", IlgWarning)
+        others, warnings.showwarning = warnings.showwarning, show
+        yield
 
 
 class LongCommand(Command):
@@ -160,7 +180,7 @@ class LongCommand(Command):
 def require_apart(context: click.Context, written: list[tuple[click.Parameter, Path]]) -> None:
     """Raise InputError where a file to be written is one that is read, or another one to be written.
 
-    A file is told by what it is, not by its name: through links, and in any spelling that the system takes for it.
+    Files are compared by identity, not by name: through links, and in any spelling that the system accepts.
     The same measured file twice is refused, too.
     """
     read = [(option, path, _identity(path)) for option, path in _read(context) if os.path.isfile(path)]
@@ -184,7 +204,7 @@ def _outputs(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
 
 
 def _read(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
-    """Yield whatever a command was given that may be the name of a file, ``file:`` before it or not."""
+    """Yield all arguments of a command that may be names of files, with ``file:`` before them or not."""
     for option in context.command.params:
         if isinstance(option.type, OutputFile | click.Choice):
             continue
@@ -201,7 +221,7 @@ def _named(option: click.Parameter) -> str:
 
 
 def _identity(path: Path) -> tuple[int | str, ...]:
-    """Return what tells a file from all others; of one that is not there yet, where it will be."""
+    """Return the identity of a file; for one that does not exist yet, its place."""
     try:
         there = os.stat(path)
         return there.st_dev, there.st_ino

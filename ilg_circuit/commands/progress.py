@@ -6,7 +6,7 @@ import time
 
 import click
 
-#: Seconds of work that are told of, and after which an estimate of them is one.
+#: Seconds of work from which its duration is announced, and after which an estimate of it is reliable.
 _LONG, _ESTIMATED_AFTER = 10.0, 2.0
 
 
@@ -47,7 +47,7 @@ class ProgressBar:
         self._tell(self._done + number)
 
     def _tell(self, done: float) -> None:
-        """Say once, where there is no bar, how long the work will take, or that it takes long."""
+        """Print once, without a progress bar, how long the work will take, or that it takes long."""
         self._done, total = done, self._bar.total
         spent = time.monotonic() - self._start
         if self._told or spent < _ESTIMATED_AFTER or done <= self._earlier:

@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 
 import click
 
-#: Signal -> what is said, and the exit code that shells know it by.
+#: Signal -> message, and its usual exit code.
 _SIGNALS = {"SIGINT": ("interrupted", 130), "SIGTERM": ("terminated", 143), "SIGHUP": ("terminal closed", 129)}
 #: Seconds in which a command must clean up after itself; then the process ends without it.
 _PATIENCE = 0.8
@@ -30,7 +30,7 @@ class Stopped(BaseException):
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Within the block signals raise `Stopped` in the main thread, once; signals that are ignored stay so.
+    """Have signals raise, within the block, `Stopped` in the main thread, once; signals that are ignored stay so.
 
     The block ends with it even where code that was interrupted swallowed it: in a destructor, where Python drops it,
     it is raised again. Where the block has not ended soon after, the process does. Handlers are afterwards what they

@@ -64,14 +64,16 @@ from .progress import ProgressBar
     click.option(
         "--outputs",
         metavar="NAMES",
-        help="Numbers kept of each run: displacement_final,settling_time,force_blocked.  [default: all of one run]",
+        help="Numbers kept of each run, such as displacement_final,energy: displacement, force, current or charge with "
+        "_final, _peak or _rms; relative_deflection, time_of_peak, overshoot, time_of_90, settling_time, "
+        "force_blocked, force_blocked_peak, energy.  [default: all but the blocked forces]",
     ),
     click.option(
         "--waveforms", metavar="NAMES", help="Whole waveforms kept of each run: current,charge,displacement,force."
     ),
     click.option("--samples", type=int, metavar="N", help="Samples of each waveform.  [default: 601]"),
     click.option("--out", type=SWEEP, required=True, help="netCDF file to write; or CSV (.csv)."),
-    click.option("--log", type=LOG, help="File to which a line a design is appended: time, number, outcome."),
+    click.option("--log", type=LOG, help="File to which one line per design is appended: time, number, outcome."),
     click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg)."),
     click.option("--plot-outputs", metavar="NAMES", help="Outputs in the picture.  [default: up to four that differ]"),
 )

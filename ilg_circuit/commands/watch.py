@@ -29,11 +29,11 @@ from .paths import ANY_FOLDER, FOLDER, LOG, PARAMETERS, LongCommand, forced, for
         metavar="PATTERN",
         help="Names of the files that are measurements, such as '*.csv'.",
     ),
-    click.option("--settle", default="2s", metavar="TIME", help="A file is taken when it has not changed for so long."),
+    click.option("--settle", default="2s", metavar="TIME", help="A file is fitted when unchanged for this time."),
     click.option(
         "--idle",
         metavar="TIME",
-        help="End when no file has changed for so long.  [default: go on until Ctrl-C]",
+        help="End when no file has changed for this time.  [default: go on until Ctrl-C]",
     ),
 )
 @group("Strip", click.option("--actuator", metavar="STRIP", help="The strip that is measured. TOML file or preset."))
@@ -41,28 +41,28 @@ from .paths import ANY_FOLDER, FOLDER, LOG, PARAMETERS, LongCommand, forced, for
 @fit_options
 @group(
     "Model",
-    click.option("--bias", metavar="VOLTAGE", help="Of spectra, such as 1V."),
+    click.option("--bias", metavar="VOLTAGE", help="Bias voltage of spectra, such as 1V."),
     click.option("--onset", metavar="TIME", help="When the voltage began: 4s, last-rest or first-level."),
 )
 @reading_options
 @group(
     "Output",
     click.option("--into", type=FOLDER, help="Folder for the fits and their table.  [default: each.fit in FOLDER]"),
-    click.option("--table", type=PARAMETERS, help="Table at the end, too (.csv, .tex, .md)."),
+    click.option("--table", type=PARAMETERS, help="Table of all fits, written at the end (.csv, .tex, .md)."),
 )
 @result_options("Picture at the end: parameters over the files.")
 @group(
     "Many files",
     click.option("--jobs", type=int, metavar="N", help="Processes.  [default: one a core]"),
-    click.option("--log", type=LOG, help="File to which a line a file is appended."),
+    click.option("--log", type=LOG, help="File to which one line per file is appended."),
 )
-@forcing("Let --into be any folder.")
+@forcing("Let --into be a folder that holds other files.")
 @click.pass_context
 def watch(context: click.Context, /, folder: Path, **options: Any) -> None:
     """Fit each file that an instrument writes into a folder.
 
-    A file is taken once its size is still, and again when it changes. What was fitted before is not fitted again, so
-    that it goes on where it was. Ctrl-C ends it, with exit code 130; the table holds all files up to then.
+    A file is fitted once it no longer changes, and again when it changes later. Files that an earlier run has fitted
+    are skipped. Ctrl-C ends the command with exit code 130; the table then holds all files fitted so far.
     """
     from ..front.each import TABLE, folder_of_all
     from ..front.watch import require_watchable

@@ -21,7 +21,7 @@ from ..arrays import Array
 from .observation import Observation
 from .result import FitResult
 
-#: A row tells no correlation length beyond this part of its own.
+#: Longest correlation length, as a fraction of the row, that a row can determine.
 _LONGEST = 0.1
 #: Neighbours less far apart in lengths than this, and all of them, are independent: exp(-10).
 _SHORTEST = 0.1

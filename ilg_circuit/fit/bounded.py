@@ -1,4 +1,4 @@
-"""A quantity that the data hardly tell but that is known to lie between bounds, such as the onset of a step.
+"""A quantity that the data hardly determine but that is known to lie between bounds, such as a step's onset.
 
 Its profile likelihood over the closed interval says how far each fitted parameter moves with it. Nothing is assumed of
 where in the interval it lies.
@@ -18,7 +18,7 @@ from .fitting import fit
 from .problem import Problem
 from .result import FitResult
 
-#: Places that are tried at first, and where the likelihood tells them apart, in each of so many closer looks.
+#: Number of places tried first, and in each refinement where the likelihood distinguishes them; number of refinements.
 _FIRST, _CLOSER, _LOOKS = 5, 9, 6
 #: Looks where a place to begin from is enough.
 _ROUGH_LOOKS = 2
@@ -155,9 +155,9 @@ def profile_bounded(
 
 
 def likeliest(found: FitResult, at: Callable[[float], Problem], bounds: tuple[float, float]) -> float:
-    """Return where a quantity of one observation is to be taken, ``found`` being the fit with it at 0.
+    """Return the value at which a quantity of one observation is taken; ``found`` is the fit with it at 0.
 
-    That is the middle of what is admitted, 0 itself where it is near; arguments are those of `profile_bounded`.
+    It is the middle of the admitted values, or 0 if that is near; arguments as in `profile_bounded`.
     """
     middle = profile_bounded(found, at, bounds, (0,), looks=_ROUGH_LOOKS).middle
     return middle if abs(middle) > _CLOSE * (bounds[1] - bounds[0]) else 0.0

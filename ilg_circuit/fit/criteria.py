@@ -40,7 +40,7 @@ def _edges(last: float) -> list[float]:
 
 
 def residual_windows(time: Array, residuals: Array, last: float) -> tuple[ResidualWindow, ...]:
-    """Residuals from the onset to ``last`` [s] in windows even by the logarithm of time: the fast part counts."""
+    """Return the residuals in windows of equal logarithm of time to ``last`` [s], so that the fast part counts."""
     after = time >= 0
     t, rest = time[after], residuals[after]
     rows = []

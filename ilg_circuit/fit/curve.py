@@ -30,7 +30,7 @@ _STEP = 6e-6
 #: Starts tried (scattered, their sums of squares compared) for each nonlinear parameter, and fits run from the best.
 _SCATTERED, _FITS = 60, 8
 _ROUNDS = 5
-#: Scattered starts lie within so many decades of the given one, in turn.
+#: Decades within which scattered starts lie about the given one, in each round.
 _DECADES = (0.1, 0.5, 1.0, 2.0, 4.0)
 
 
@@ -54,15 +54,15 @@ def fit_curve(
     model : callable
         Function of ``x`` and the parameters.
     x : Any
-        Where y was measured; it is handed to the model as it is.
+        Abscissa of y, in any form; it is passed to the model unchanged.
     y : array_like
         Measured values (m,).
     start : array_like
-        Values (n,) that need not be near, but their signs and rough sizes help.
+        Starting values (n,). They need not be near the solution; right signs and sizes help.
     sigma : array_like, optional
         Standard deviations of y (m,).
     absolute_sigma : bool
-        Takes them as they are, not relative to one another.
+        True if ``sigma`` are absolute; False if only their ratios are known.
     names : sequence of str
         Names of the parameters (default: b1, b2, ...).
     seed : int
@@ -139,7 +139,7 @@ class _Curve:
         self.data = self._flat(self.y) / self.sigma
         if len(self.data) <= len(start):
             raise InputError(f"{len(self.data)} numbers do not determine {len(start)} parameters; more are needed")
-        # what rounding of y and of the model leaves
+        # the residual of rounding in y and in the model
         self.rounding = float(len(self.data) * (2 * np.finfo(float).eps * np.abs(self.data).max(initial=0.0)) ** 2)
         self.curve(start, check=True)
 
@@ -169,7 +169,7 @@ class _Curve:
         return self.jacobian(p) * self.sigma[:, None]
 
     def curve(self, p: Array, check: bool = False) -> Array:
-        """The weighted model (m,), NaN where it has no value."""
+        """Return the weighted model (m,), NaN where it has no value."""
         try:
             with np.errstate(all="ignore"):
                 value = np.asarray(self._model(self._x, *p.tolist()))
@@ -190,13 +190,13 @@ class _Curve:
         return self.curve(p) - self.data
 
     def structured(self, p: Array) -> bool:
-        """True if residuals are autocorrelated along x, or in the order given where x is no row of numbers."""
+        """Return True if residuals are autocorrelated along x, or in the order given where x is no row of numbers."""
         x = np.asarray(self._x)
         order = np.argsort(x, kind="stable") if x.shape == self.y.shape else np.arange(len(self.y))
         return any(structured(part[order]) for part in np.split(self.residuals(p), self._channels))
 
     def jacobian(self, p: Array) -> Array:
-        """Central differences; each step fits the length over which the curve changes by its own size."""
+        """Return the central differences; each step fits the length over which the curve changes by its own size."""
         columns = []
         here = self.curve(p)
         size = float(np.linalg.norm(here)) if (np.abs(here) < HUGE).all() else 1.0
@@ -215,7 +215,7 @@ class _Curve:
         return np.column_stack(columns)
 
     def _slope(self, p: Array, k: int, step: float) -> tuple[Array, float]:
-        """Derivative by parameter k, and its size (zero where it has none)."""
+        """Return the derivative by parameter k, and its size (zero where it has none)."""
         ahead, behind = p.copy(), p.copy()
         ahead[k] += step
         behind[k] -= step
@@ -224,7 +224,7 @@ class _Curve:
         return column, float(np.linalg.norm(column)) if (np.abs(column) < HUGE).all() else 0.0
 
     def linear(self, random: np.random.Generator) -> list[int]:
-        """Parameters in which the curve is affine, together: by second and mixed differences at a few points."""
+        """Return parameters in which the curve is affine, together: by second and mixed differences at a few points."""
         chosen: list[int] = []
         for k in range(len(self.start)):
             if all(self._affine(k, j, random) for j in [*chosen, k] for _ in range(2)):
@@ -241,7 +241,7 @@ class _Curve:
         return bool(np.isfinite(size) and np.abs(bend).max() <= 1e-12 * size)
 
     def projected(self, p: Array, linear: Sequence[int]) -> Array:
-        """``p`` with its linear parameters solved for."""
+        """Return ``p`` with its linear parameters solved for."""
         if not linear:
             return p
         base = p.copy()
@@ -262,7 +262,7 @@ class _Curve:
 
 
 def _searched(curve: _Curve, random: np.random.Generator) -> tuple[Search, Run]:
-    """Fits from the start (whose own run is the second answer) and from ever more scattered ones.
+    """Return the fits from the start (whose own run is the second answer) and from ever more scattered ones.
 
     They end when two rounds had the same best, reached twice; where its residuals are autocorrelated, as those of a
     merely local minimum are, not before all rounds.
@@ -291,7 +291,7 @@ def _searched(curve: _Curve, random: np.random.Generator) -> tuple[Search, Run]:
 def _scattered(
     curve: _Curve, centre: Array, linear: list[int], free: list[int], random: np.random.Generator, count: int
 ) -> list[Array]:
-    """The best ``count`` of many starts around ``centre``, no two of them alike."""
+    """Return the best ``count`` of many starts around ``centre``, no two of them alike."""
     candidates: list[tuple[float, Array]] = []
     for k in range(_SCATTERED * max(len(free), 1)):
         decades = _DECADES[k % len(_DECADES)]
@@ -317,7 +317,7 @@ def _scattered(
 
 
 def _nearest(found: Search, own: Run, start: Array) -> Array:
-    """Of equal minima (terms of a sum that changed places, a sign) the start's ``own``, else the one nearest to it."""
+    """Return, of equal minima (exchanged terms, a sign), the start's ``own``, else the one nearest to the start."""
     equal = found.runs[: found.agreeing]
     if any(run is own for run in equal):
         return own.parameters

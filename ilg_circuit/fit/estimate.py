@@ -18,12 +18,32 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, repr=False)
 class Estimate:
-    """A value with its unit, standard error and 95 % interval; ``fixed_because`` says why it was not fitted.
+    """An estimate of a parameter: value, unit, standard error and 95 % interval.
 
-    Where residuals are autocorrelated ``autoregression`` is the standard error, ``ci95_autoregression`` the interval,
-    that allow for it, and ``bootstrap``, ``ci95_bootstrap`` those of the block bootstrap, which are never the wider
-    ones; ``ci95_profile`` (0 or infinite where open) and ``ci95_mcmc`` are there where asked for. ``method`` names the
-    interval that is reported, ``note`` what is to be said of it.
+    Attributes
+    ----------
+    value : float
+        The value [SI].
+    unit : str
+        SI unit.
+    stderr : float or None
+        Standard error by the covariance matrix, which takes residuals as independent; None for a fixed parameter.
+    interval : tuple of float or None
+        The 95 % interval that is reported, made by ``method``.
+    fixed_because : str
+        Why the parameter was not fitted, empty if it was.
+    ci95 : tuple of float or None
+        95 % interval by the covariance matrix.
+    autoregression, ci95_autoregression
+        Standard error and interval that allow for autocorrelated residuals.
+    bootstrap, ci95_bootstrap
+        Standard error and interval of the block bootstrap.
+    ci95_profile, ci95_mcmc
+        Intervals of the profile likelihood (0 or infinite where open) and of MCMC, if they were asked for.
+    method : str
+        Method of the reported interval.
+    note : str
+        A remark on the reported interval.
     """
 
     value: float
@@ -67,7 +87,7 @@ class Estimate:
 
     @property
     def reported(self) -> tuple[float, Interval]:
-        """Standard error, the one that allows for autocorrelation where there is one, and interval of ``method``."""
+        """Standard error, allowing for autocorrelation if that was estimated, and interval of ``method``."""
         errors = (self.bootstrap if self.method == "bootstrap" else self.autoregression, self.bootstrap, self.stderr)
         error = next((e for e in errors if e is not None), None)
         interval = self.ci95 if self.method == "covariance" else getattr(self, f"ci95_{self.method}")
@@ -171,7 +191,7 @@ def estimate_table(tables: Mapping[str, Mapping[str, Estimate]]) -> tuple[Column
 
 
 def _interval(ends: Sequence[float | None] | None) -> Interval | None:
-    """Return an interval from the two ends in fit.json, where one that is open is null."""
+    """Return an interval from the two ends in fit.json, where an open end is null."""
     return None if ends is None else (ends[0] or 0.0, math.inf if ends[1] is None else ends[1])
 
 

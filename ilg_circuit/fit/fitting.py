@@ -209,7 +209,7 @@ def finished(
 
 
 def assembled(problem: Problem, groups: Sequence[Sequence[int]], parts: Sequence[FitResult]) -> FitResult:
-    """Return the result of ``problem`` out of those of its components; ``groups`` are their observations."""
+    """Return the result of ``problem`` from the results of its components; ``groups`` are their observations."""
     n = len(problem.labels)
     starts = np.cumsum([0, *(o.nuisance.shape[1] for o in problem.observations)]).tolist()
     count = n + starts[-1]

@@ -28,7 +28,7 @@ _CLOSE = 1e-6
 class Judgement:
     """``move``: the largest step of a parameter that the engine of record asks for, in its standard errors.
 
-    ``refitted`` tells that the answer is the engine's own fit.
+    ``refitted`` is True if the answer is the engine's own fit.
     """
 
     move: float

@@ -21,7 +21,7 @@ from .result import FitResult
 _REACH = float(np.log(1e3))
 _WALKERS_A_PARAMETER, _LEAST_WALKERS = 6, 24
 _CHUNK, _MOST_STEPS = 200, 4000
-#: A chain so many autocorrelation times long has converged; the first few of them are thrown away.
+#: Length of a converged chain, and of its discarded beginning, in autocorrelation times.
 _LONG, _BURN = 50.0, 5.0
 
 
@@ -115,14 +115,14 @@ def sample(
 
 
 def _moves() -> list[tuple[object, float]]:
-    """Differential evolution, affine-invariant as the stretch move is, mixes faster in several dimensions."""
+    """Return moves of differential evolution: affine-invariant like the stretch move, faster in several dimensions."""
     from emcee import moves
 
     return [(moves.DEMove(), 0.8), (moves.DESnookerMove(), 0.2)]
 
 
 def _squares(fit: FitResult, x: Array) -> Array:
-    """Sums of squares (m,) at coordinates (m, n), infinite where the circuit cannot be solved."""
+    """Return the sums of squares (m,) at coordinates (m, n), infinite where the circuit cannot be solved."""
     try:
         return fit.problem.sum_of_squares(x)
     except IlgError:

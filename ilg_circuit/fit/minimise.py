@@ -23,7 +23,7 @@ Jacobian = Callable[[Array], Array]
 OFFSET = 1e-6
 #: Condition of the Jacobian, its columns of equal length, beyond which a parameter is not felt.
 CONDITION = 1e11
-#: Residuals beyond this are no values.
+#: Larger residuals count as not finite.
 HUGE = 1e100
 
 
@@ -128,7 +128,7 @@ class _Guarded:
 
 
 def _polished(problem: _Guarded, p: Array, rounding: float, polishes: int) -> Run:
-    """Gauss-Newton steps, halved where they overshoot, until they no longer help; then the measures of the end."""
+    """Take Gauss-Newton steps, halved if they overshoot, while they help; return the end and its measures."""
     r = problem.residuals(p)
     squares = float(r @ r)
     offset = condition = np.inf

@@ -15,20 +15,19 @@ import numpy as np
 from ..arrays import Array
 from .criteria import ResidualWindow, residual_windows
 
-#: A misfit over this part of the data's size is worth a warning; over the next, or that in any window, no success.
+#: Misfits, as fractions of the data's size, above which there is a warning, no success, and no success by one window.
 WARN, FAIL, FAIL_WINDOW = 0.02, 0.10, 0.25
-#: The same of spectra, complex and relative.
+#: Warning and no success for spectra, complex and relative.
 WARN_SPECTRUM, FAIL_SPECTRUM = 0.03, 0.20
-#: So much of chi^2 is noise: the 99.9 % quantile of a window, so many deviations of the mean over all.
+#: Largest chi^2 explained by noise: a quantile in a window, and a number of deviations of the overall mean.
 _QUANTILE, _DEVIATIONS = 0.999, 3.0
 
 
 @dataclass(frozen=True)
 class Misfit:
-    """``share`` of the data's size that is misfit; ``worst`` that in the worst window, from ``start`` to ``end``.
+    """The misfit as a ``share`` of the data's size; ``worst`` is the one of the worst window, ``start`` to ``end``.
 
-    Times are in seconds since the onset, of a spectrum frequencies in hertz. ``warn`` and ``fail`` say what the share
-    is worth.
+    These are times in s since the onset, or frequencies in Hz. ``warn`` and ``fail`` are the limits of the share.
     """
 
     share: float

@@ -25,7 +25,7 @@ class StartSummary:
         return self.agreeing > 1 or self.starts == 1
 
 
-#: A fit that nobody tried to confirm.
+#: A fit whose minimum was not confirmed by other starts.
 ONE_START = StartSummary()
 
 
@@ -41,7 +41,7 @@ class Search:
         return self.runs[0]
 
     def near(self, share: float) -> int:
-        """Return how many runs have the least sum of squares but for a ``share``, converged or not."""
+        """Return the number of runs within a ``share`` of the least sum of squares, converged or not."""
         best = self.best.sum_of_squares
         return sum(run.sum_of_squares <= best * (1 + share) + 1e-300 for run in self.runs)
 

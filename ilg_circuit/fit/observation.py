@@ -42,7 +42,7 @@ class Observation:
     derivatives: Callable[[Array], Array] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: all but the model, which is a function of the process that fitted."""
+        """Return the pickled state: everything except the model, a function of the fitting process."""
         return self.__dict__ | {"predict": _not_kept, "derivatives": None}
 
     def __deepcopy__(self, _: object) -> Observation:

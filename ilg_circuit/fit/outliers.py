@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array, Mask
 
-#: A reading must stand off by so many deviations of the residuals, and so many times the range of its neighbours.
+#: Least distance of an outlier, in deviations of the residuals and in ranges of its neighbours.
 _FAR, _OVER_NEIGHBOURS = 6.0, 1.5
 #: Neighbours, and the half-width in rows of the window in which the residuals' deviation is taken.
 _NEIGHBOURS, _HALF = 4, 25

@@ -21,7 +21,7 @@ RAN_AWAY = "the fit ran away: the data do not determine every parameter of this 
 _STEP = 1e-4
 #: Derivatives of more numbers than this are made one parameter after the other.
 _LARGE = 2_000_000
-#: Distance from its start at which a coordinate is no sensible value any more, whatever the solver makes of it.
+#: Largest sensible distance of a coordinate from its start.
 _FAR = 5.0
 #: A step that leaves this distance is rejected unsolved.
 _FENCE = 16.0
@@ -159,7 +159,7 @@ class Problem:
         return replace(self, fixed={**self.fixed, label: value})
 
     def predicting(self, predict: Sequence[Predict | None]) -> Problem:
-        """Return the problem with other predictions of its observations, where one is given."""
+        """Return the problem with the given predictions of its observations in place of its own."""
         pairs = zip(self.observations, predict, strict=True)
         return replace(self, observations=tuple(replace(o, predict=p) if p else o for o, p in pairs))
 
@@ -172,7 +172,7 @@ class Problem:
         return replace(part, fixed={label: value for label, value in self.fixed.items() if label in known})
 
     def components(self) -> list[list[int]]:
-        """Return the observations in groups that share no parameter: each is a problem by itself."""
+        """Return the observations in groups that share no parameter: each is a problem of its own."""
         groups: list[tuple[set[int], list[int]]] = []
         for k, at in enumerate(self.places):
             labels = {int(i) for i in at if i < len(self.labels)}
@@ -234,7 +234,7 @@ class Evaluation:
         return self._result
 
     def _distance(self, x: Array) -> float:
-        """Largest distance of a logarithm from its start; parameters without limits have none."""
+        """Return the largest distance of a logarithm from its start; parameters without limits have none."""
         bounded = ~self._problem.scales.free
         return float(np.abs(x - self._start)[bounded].max(initial=0.0))
 

@@ -31,7 +31,7 @@ _CENTRE = 10.0
 _LEVEL_GAIN = 1e-4
 #: F ratio that no step of a standard error leads to.
 _JUMP = 1e5
-#: A fit on the way may be better than the one that is profiled by this much, relatively: rounding.
+#: Relative amount by which a fit on the profile may be better than the profiled one: rounding.
 _BETTER = 1e-6
 
 
@@ -132,7 +132,7 @@ class _Walk:
     def beyond(
         self, minimizer: lmfit.Minimizer, best: lmfit.minimizer.MinimizerResult, side: float
     ) -> Iterator[lmfit.minimizer.MinimizerResult]:
-        """Fits with the parameter in question held further and further out on a ``side``, a decade a step."""
+        """Return fits with the parameter in question held further and further out on a ``side``, a decade a step."""
         parameters = best.params.copy()
         held = parameters[self.name(self._k)]
         held.vary = False
@@ -143,7 +143,7 @@ class _Walk:
             yield minimizer.leastsq(parameters)
 
     def value(self, z: float) -> float:
-        """The parameter's value; 0 or infinite where z is."""
+        """Return the parameter's value; 0 or infinite where z is."""
         x = self._fit.coordinates.copy()
         x[self._k] += (z - _CENTRE) * self._steps[self._k]
         return float(self._fit.problem.scales.values(x)[self._k])
@@ -153,7 +153,7 @@ class _Walk:
         return (self._evaluate(x)[0] + self._fit.problem.nuisance @ amounts - self._fit.problem.data) / self._size
 
     def jacobian(self, parameters: lmfit.Parameters) -> Array:
-        """Derivatives by the parameters that are free."""
+        """Return the derivatives by the parameters that are free."""
         x, _ = self._point(parameters)
         free = [j for j in range(self._fit.count) if parameters[self.name(j)].vary]
         slopes = np.column_stack([self._evaluate(x)[1], self._fit.problem.nuisance])

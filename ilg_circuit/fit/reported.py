@@ -16,7 +16,7 @@ from .bootstrap import Bootstrap, block_bootstrap
 from .criteria import autocorrelation, structured
 from .result import FitResult
 
-#: A correlation of neighbours beyond so many standard errors of white noise's is allowed for.
+#: Correlation of neighbours, in standard errors of white noise, from which it is allowed for.
 _BEYOND_CHANCE = 2.5
 
 
@@ -104,5 +104,5 @@ def autocorrelated(fit: FitResult) -> bool:
 
 
 def correlated(fit: FitResult) -> bool:
-    """Return True if the residuals of any observation have so much correlation that they are a structure, not noise."""
+    """Return True if the residuals of any observation are so correlated that they are structure, not noise."""
     return any(structured(fit.residuals[part]) for part in fit.problem.slices)

@@ -20,13 +20,36 @@ from .problem import Problem
 
 @dataclass(frozen=True, repr=False, eq=False)
 class FitResult(Estimated, Result):
-    """A converged fit of ``problem``.
+    """The converged least-squares fit of a problem, as `ilg_circuit.fit_curve` returns it.
 
-    ``values`` (n,) are in the order of ``problem.labels``, ``nuisance`` (q,) the linear terms' amounts. ``covariance``
-    (n + q, n + q) is that of (values, nuisance), in their units. ``residuals`` = data - prediction (samples,) and
-    ``slopes`` (samples, n + q) of the prediction are over the sigmas. ``leverage`` says how many unknowns each
-    observation determines; ``freedom`` (n,) are the degrees of freedom of each error. ``offset`` tells how well the fit
-    has converged. ``components`` are the fits that a problem falls into whose observations share no parameter.
+    ``fit["name"]`` is a parameter's `Estimate`. There are n parameters and q linear terms (nuisance), such as offsets.
+
+    Attributes
+    ----------
+    labels : tuple of str
+        Names of the parameters, in the order of ``values``.
+    values : ndarray (n,)
+        Values of the parameters.
+    covariance : ndarray (n + q, n + q)
+        Covariance of (values, nuisance), in their units.
+    residuals : ndarray (samples,)
+        Data minus prediction, over the standard deviations.
+    nuisance : ndarray (q,)
+        Amounts of the linear terms.
+    slopes : ndarray (samples, n + q)
+        Derivatives of the prediction with respect to (values, nuisance), over the standard deviations.
+    leverage : ndarray (observations,)
+        Number of unknowns that each observation determines.
+    freedom : ndarray (n,)
+        Degrees of freedom of each standard error.
+    offset : float
+        Relative offset: distance from the minimum, in standard errors of the parameters.
+    starts : StartSummary
+        Number of starts, and how many agree on the minimum.
+    components : tuple of FitResult
+        The independent fits of a problem whose observations share no parameter.
+    problem : Problem
+        The observations and parameters.
     """
 
     presenter: ClassVar[str] = "curve"
@@ -51,7 +74,7 @@ class FitResult(Estimated, Result):
 
     @property
     def parts(self) -> tuple[FitResult, ...]:
-        """The fits of the problem's components, itself if there is one."""
+        """The fits of the problem's components; the fit itself if there is only one."""
         return self.components or (self,)
 
     @cached_property
@@ -80,10 +103,12 @@ class FitResult(Estimated, Result):
 
     @property
     def degrees_of_freedom(self) -> int:
+        """Number of residuals minus number of unknowns, at least 1."""
         return max(len(self.residuals) - self.count, 1)
 
     @property
     def sum_of_squares(self) -> float:
+        """Sum of the squared weighted residuals."""
         return float(self.residuals @ self.residuals)
 
     @property

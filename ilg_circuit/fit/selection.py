@@ -1,6 +1,6 @@
 """Selection of a model by BIC: the simplest of those that the data determine, within strong evidence of the best.
 
-A model whose residuals are much smaller than another's does not lose to it, whatever the BIC.
+A model whose residuals are much smaller than another's is preferred to it, regardless of the BIC.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Candidate:
 
 
 def bic_on_independent(rms: Array, samples: Array, unknowns: int) -> float:
-    """Return the BIC with a variance of its own for each observation.
+    """Return the BIC with a separate variance for each observation.
 
     ``rms`` (observations,) of residuals, ``samples`` (observations,) of them independent. The variances do not depend
     on the weights of the fit, so that fits of different weights can be compared.

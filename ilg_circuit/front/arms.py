@@ -52,19 +52,20 @@ def arm(
     Parameters
     ----------
     duration : float or str
-        How long: seconds, or a text such as "3 s".
+        Duration of the motion [s], or a text such as "3 s".
     strip : Actuator, str or Path
-        What the arm is cut from: an object, the path of a TOML file or a preset's name.
+        Strip from which the arm is cut: an object, the path of a TOML file or a preset's name.
     segments : int
         Number of segments.
     formulation : {"beam", "yekutieli"}
-        The free part of a strip, or the octopus arm.
+        "beam" is the free part of a strip, "yekutieli" an octopus arm of muscles in water.
     coupling : {"ideal", "circuit", "charge"}
-        How outputs of neurons become strain: directly, or through the circuits of the strips.
+        How outputs of neurons become strain: in proportion (ideal), through the circuits of the strips, or through
+        their charge alone.
     activation : {"cpg", "sine", "wave"}
         What drives the segments.
     rhythm : str
-        Network of a rhythm: "unit", "chain" and others of `arms.reach.RHYTHMS`.
+        Network of the neurons: "unit", "ring", "one-way-ring" or "chain".
     inhibition : float, optional
         Weight between neurons.
     tonic : float, optional
@@ -74,7 +75,7 @@ def arm(
     rise_time : float or str, optional
         Time constant of the neurons' state [s].
     reference : float, optional
-        Output of a neuron that stands for ``voltage``.
+        Output of a neuron at which strips get ``voltage`` (default: the amplitude of the rhythm).
     slower : float
         Factor by which the rhythm's time constants are stretched.
     neurons_in_circuit : bool
@@ -86,11 +87,11 @@ def arm(
     within : float or str, optional
         How near the tip must come [m].
     seed : int
-        Of the search.
+        Seed of the search.
     amplitude : float, optional
-        Of a sine: largest strain, or activation of the octopus arm.
+        Amplitude of a sine: largest strain, or activation of the octopus arm.
     period : float or str, optional
-        Of a sine [s].
+        Period of a sine [s].
     mounting : str, optional
         How the arm is held against gravity (default: as the strip).
     settled : bool
@@ -100,18 +101,19 @@ def arm(
     method : str, optional
         Integrator: "explicit", "implicit" or "auto".
     tolerance : float, optional
-        Of the integrator, relative.
+        Relative error allowed in a step of the integrator.
     samples : int, optional
         Number of samples (default 601).
     step : float or str, optional
         Time between samples [s], in place of their number.
     progress : callable, optional
-        Called with (done, total).
+        Function that is called with (done, total).
 
     Returns
     -------
     ArmResult
-        The motion, and the rhythm that drove it.
+        ``moved.motion`` has ``time`` [s], ``tip`` (t, 2) [m] and other arrays; ``moved.coupled`` is the rhythm. See
+        `ilg.results`.
 
     Raises
     ------
@@ -165,5 +167,5 @@ def _place(given: str | Sequence[Given]) -> list[float]:
     cells = given.split(",") if isinstance(given, str) else list(given) if isinstance(given, Sequence) else []
     if len(cells) != 2:
         shown = given[:40] if isinstance(given, str) else given
-        raise InputError(f"{argument('reach')} '{shown}' is no place; write x,y with units, such as 29mm,4mm")
+        raise InputError(f"{argument('reach')} '{shown}' is not a place; write x,y with units, such as 29mm,4mm")
     return [si(cell, "m", f"{argument('reach')} {axis}") for cell, axis in zip(cells, "xy", strict=True)]

@@ -41,13 +41,13 @@ def netlist(
     drive : str, Drive or (times, values)
         Voltage over time, as in `simulate`.
     duration : float or str
-        How long [s]; not needed where the drive is rows.
+        Duration [s]; not needed if the drive is a pair of arrays.
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
-        What hangs on the tip, such as "mass=1g".
+        Load on the tip, such as "mass=1g".
 
     Returns
     -------
@@ -84,9 +84,9 @@ def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -
     strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
     name : str
-        Of the subcircuit.
+        Name of the subcircuit.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
 
     Returns
     -------
@@ -111,17 +111,19 @@ def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -
 def subcircuit(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -> SubCircuit:
     """Return a strip as a PySpice subcircuit, for a circuit of one's own.
 
-    Its pins are plus and minus and, with a coupling, tip: across tip and ground is the force (1 V is 1 uN), out of it
-    flows the velocity. Grounded the tip is free, open it is clamped.
+    Its pins are plus and minus and, with a coupling, tip. The voltage from tip to ground is the force on the load (1 V
+    is 1 uN) and the current out of tip is the velocity (1 A is 1 mm/s): ground the pin for a free tip, leave it open
+    for a clamped one. The voltage of the inner node ``way`` is the tip's displacement (1 V is 1 mm): ``x1.way`` of
+    an instance named "1".
 
     Parameters
     ----------
     strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
     name : str
-        Of the subcircuit.
+        Name of the subcircuit.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
 
     Returns
     -------
@@ -141,6 +143,9 @@ def subcircuit(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None
     >>> circuit.subcircuit(ilg.subcircuit("paper"))
     >>> source = circuit.V("supply", "out", circuit.gnd, 4)
     >>> strip = circuit.X("1", "ilg_strip", "out", circuit.gnd, circuit.gnd)
+    >>> analysis = circuit.simulator().transient(step_time=1, end_time=300, use_initial_condition=True)
+    >>> f"{float(analysis['x1.way'][-1]):.2f} mm"
+    '3.98 mm'
     """
     with suppress(SolveError):  # the circuit may be meant for another program
         prepare_library()  # for PySpice's own simulators

@@ -1,4 +1,4 @@
-"""The prediction of a run beside what was measured."""
+"""Compares the prediction of a run with a measurement."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .given import Driven
 def compared(
     strip: Actuator, drive: Driven, measured: Source | bool, until: float, said: Said, **how: Any
 ) -> tuple[tuple[Compared, ...], tuple[Finding, ...]]:
-    """Return the prediction up to ``until`` [s] beside a record that was ``measured``, and findings.
+    """Return the prediction up to ``until`` [s] beside a ``measured`` record, and findings.
 
     With ``measured`` True it is the drive's own file, if it holds a current; a file that cannot be compared is then a
     finding. ``how`` are the options of `identification.comparison.compare`. Raises InputError for other data that are

@@ -65,12 +65,12 @@ def read(
     *data : str, Path, DataFrame, mapping, Record, Spectrum or a list of these
         Paths of files; or columns by header, such as ``current_mA``: a pandas data frame, or a mapping of arrays.
     mode : {"uniaxial", "equibiaxial", "planar"}, optional
-        Of a load test: uniaxial, equibiaxial or planar.
+        Kind of a load test.
     onset : float or str, optional
-        When a record's excitation began: a time [s] or a text such as "4 s"; "last-rest" or "first-level" (default:
-        found, and left open between two readings).
+        When a record's excitation began: a time [s] or a text such as "4 s", or the reading "last-rest" or
+        "first-level" (default: found in the data, between two readings).
     columns : mapping of str to str, optional
-        Titles of columns by quantity, where headers do not tell: ``{"voltage": "Potential (V)"}``.
+        Titles of columns by quantity, if headers are not understood: ``{"voltage": "Potential (V)"}``.
     units : mapping of str to str, optional
         Units by quantity, likewise: ``{"time": "s"}``.
     part : int or str, optional
@@ -179,7 +179,7 @@ def one_of(arrays: Mapping[str, ArrayLike], displacement: Any) -> tuple[dict[str
 
 
 def _of_its_own(displacement: Any) -> bool:
-    """Tell whether a displacement has times of its own: a path, columns, or two rows; not one row of numbers."""
+    """Return True if a displacement has times of its own: a path, columns, or two rows; not one row of numbers."""
     if isinstance(displacement, str | Path | Mapping) or hasattr(displacement, "columns"):
         return True
     several = isinstance(displacement, list | tuple) and len(displacement) > 0
@@ -216,7 +216,7 @@ def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
         elif name in _HEADERS:
             found[_HEADERS[name]] = values
         else:
-            raise InputError(f"'{name}' is no array that is read; these are: {', '.join([*_HEADERS, 'impedance'])}")
+            raise InputError(f"'{name}' is not a known array; give {', '.join([*_HEADERS, 'impedance'])}")
     return found
 
 

@@ -1,4 +1,4 @@
-"""Many files, each fitted by itself, on all cores; what is finished is not done again."""
+"""Many files, each fitted individually, on all cores; finished fits are not repeated."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from ..errors import IlgError, InputError, first_line
+from ..errors import IlgError, InputError, argument, first_line, spelling, written
 from ..extras import require_study
 from ..files import MARKER, Log, locked, marked, remove_leftovers, require_writable, write_json
 from ..fit.intervals import require_method
@@ -37,7 +37,10 @@ TABLE, _LOCK = "table.csv", "lock"
 
 @dataclass(frozen=True)
 class FileTask:
-    """One file to fit: ``options`` of `identify`, the ``folder`` for its fit (None: nothing is written)."""
+    """One file to fit: ``options`` of `identify`, the ``folder`` for its fit (None: nothing is written).
+
+    ``spelling`` says how messages write the names of arguments, also in another process.
+    """
 
     path: Path
     strip: Actuator | Specimen | None
@@ -46,6 +49,7 @@ class FileTask:
     call: str = ""
     force: bool = False
     key: str = field(default="", compare=False)
+    spelling: Mapping[str, str] = field(default_factory=spelling, compare=False)
 
 
 def identify_each(
@@ -62,38 +66,38 @@ def identify_each(
     force: bool = False,
     **options: Any,
 ) -> Batch:
-    """Return the fits of many files, each by itself; one that fails is a row with its reason and stops nothing.
+    """Return the individual fits of many files; a file that fails is a row with its reason, and the others go on.
 
     Parameters
     ----------
     paths : iterable of str or Path
         Files of records and spectra.
     strip : Actuator, Specimen, str or Path, optional
-        Of all of them, see `identify`.
+        The strip of all files, see `identify`.
     folder : str or Path, optional
         Where each fit is left as a folder, and a table of all: a file that was fitted there before, with the same
         content and options, is not fitted again. Without it nothing is written.
     jobs : int, optional
-        Processes (default: one a core).
+        Number of processes (default: one per core).
     log : str or Path, optional
-        File to which a line a file is appended: time, file, outcome.
+        File to which one line per file is appended: time, file, outcome.
     progress : callable, optional
-        Called with (done, total) files.
+        Function that is called with (done, total) files.
     done : callable, optional
-        Called with each `FileFit` as it is ready.
+        Function that is called with each `FileFit` when it is ready.
     known : mapping of str to FileFit, optional
-        Path -> a row that stands, and is not made again.
+        Path -> a finished row, which is not fitted again.
     call : str
-        What the fits say of their origin.
+        Call that is written into the fits' provenance.
     force : bool
-        Write into a folder that is none of fits, and replace any in it.
+        True to write into a folder that was not made by a fit, and to replace any fit in it.
     **options : Any
         ``model``, ``engine``, ``onset``, ``columns``, ``length`` and all others of `identify`.
 
     Returns
     -------
     Batch
-        A row a file, in the order of ``paths``; ``exit_code`` is that of the worst.
+        One row per file, in the order of ``paths``; ``exit_code`` is the worst of all files. See `ilg.results`.
 
     Raises
     ------
@@ -156,14 +160,15 @@ def fit_file(task: FileTask) -> FileFit:
     """Return the fit of one file, written to its folder, or the error that it ended in."""
     path = str(task.path)
     try:
-        fit = identify(task.path, task.strip, **task.options)
-        fit = replace(fit, provenance=provenance(task.call or fit.provenance.call, [task.path], fit.seed))
-        content = fit.to_dict()
-        if task.folder is not None:
-            from ..report.axes import load_plainly
+        with written(task.spelling):
+            fit = identify(task.path, task.strip, **task.options)
+            fit = replace(fit, provenance=provenance(task.call or fit.provenance.call, [task.path], fit.seed))
+            content = fit.to_dict()
+            if task.folder is not None:
+                from ..report.axes import load_plainly
 
-            load_plainly()
-            save_folder(fit, task.folder, force=task.force, key=task.key)
+                load_plainly()
+                save_folder(fit, task.folder, force=task.force, key=task.key)
     except IlgError as error:
         return FileFit(path, error.exit_code, error=str(error))
     except OSError as error:
@@ -176,7 +181,7 @@ def fit_file(task: FileTask) -> FileFit:
 def folder_of_all(files: Sequence[Path]) -> Path:
     """Return the folder for the fits of files: each.fit beside them, or in the working folder.
 
-    That is where the files stand in several folders, or in one that cannot be written to.
+    The working folder is used if the files are in several folders, or in one that is not writable.
     """
     from os import W_OK, X_OK, access
 
@@ -207,7 +212,7 @@ def labels(files: Sequence[Path]) -> list[str]:
 def checked(
     strip: Strip | Specimen | None, options: Mapping[str, Any]
 ) -> tuple[Actuator | Specimen | None, dict[str, Any]]:
-    """Return the strip, and the options less those of it. Raises InputError for what is wrong whatever is fitted."""
+    """Return the strip, and the other options. Raises InputError for options that are wrong for any file."""
     rest = dict(options)
     base = measured_strip(strip, **{key: rest.pop(key, None) for key in KEYS})
     if (model := rest.get("model", "auto")) != "auto":
@@ -234,7 +239,7 @@ def _tasks(
     call: str,
     force: bool,
 ) -> list[FileTask]:
-    """Return the files with what is to be done. Raises InputError for what is wrong whatever they hold."""
+    """Return the tasks for all files. Raises InputError for what is wrong regardless of their content."""
     if not files:
         raise InputError("no files were given; give paths of measured files")
     real = [file.resolve() for file in files]
@@ -258,7 +263,7 @@ def _tasks(
 
 
 def _key(task: FileTask, strip: str) -> str:
-    """Return what tells a fit from all others: version, content of the file, strip and options."""
+    """Return a key that identifies a fit: version, content of the file, strip and options."""
     with suppress(OSError):
         parts = [__version__, digest(task.path), strip, sorted(task.options.items())]
         return hashlib.sha256(json.dumps(parts, default=str).encode()).hexdigest()
@@ -281,12 +286,13 @@ def _kept(task: FileTask) -> FileFit | None:
 @contextmanager
 def _held(root: Path, *, force: bool) -> Iterator[None]:
     """Hold the folder of a batch, made if absent. Raises InputError for one that is none of fits."""
+    other = f"another {argument('folder')}"
     if root.is_dir():
         if any(root.iterdir()) and not (root / MARKER).exists() and not force:
-            raise InputError(f"'{root}' was not made by a fit; give --force to write into it, or another by --folder")
+            raise InputError(f"'{root}' was not made by a fit; give {argument('force')} to write into it, or {other}")
     else:
         require_writable(root)
-    with locked(root / _LOCK, f"another run writes to '{root}'; wait for its end, or give another by --folder"):
+    with locked(root / _LOCK, f"another run writes to '{root}'; wait for its end, or give {other}"):
         if not (root / MARKER).exists():
             write_json(root / MARKER, {"made_by": __version__, "files": [TABLE]})
         remove_leftovers(root)
@@ -299,7 +305,7 @@ def _held(root: Path, *, force: bool) -> Iterator[None]:
 def _fit(
     numbers: Sequence[int], tasks: Sequence[FileTask], jobs: int | None, save: Callable[[int, FileFit], None]
 ) -> None:
-    """Fit the tasks of these numbers on so many processes, or here."""
+    """Fit the tasks of these numbers on ``jobs`` processes, or in this one."""
     possible = find_spec("loky") is not None and len(numbers) > 1
     pool = local_pool(len(numbers), jobs, fit_file) if possible else None
     if pool is None:

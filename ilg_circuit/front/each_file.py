@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from ..errors import InputError
+from ..errors import InputError, argument
 
 T = TypeVar("T")
 
@@ -25,7 +25,7 @@ def values_of(
     given
         Path or name of a file -> its value; ``*`` -> that of all others.
     sources
-        Paths; what is no path has no name.
+        Paths; what is not a path has no name.
     what
         What the values are, for errors.
     among
@@ -42,16 +42,15 @@ def values_of(
         hit = [k for k in chosen if name == "*" or name in _names(sources[k])]
         if not hit:
             reason = "there is none" if name == "*" else f"'{name}' is not one of them"
-            raise InputError(
-                f"--{what} {'' if name == '*' else f'{name}='}{given[name]}: it is for {kind}, and {reason}"
-            )
+            text = f"{'' if name == '*' else f'{name}='}{given[name]}"
+            raise InputError(f"{argument(what, text)}: it is for {kind}, and {reason}")
         for k in hit:
             found[k] = given[name]
     return found
 
 
 def by_file(texts: Sequence[str]) -> dict[str, str]:
-    """Return what an option was given as VALUE or FILE=VALUE, several times, by file; that of all others as ``*``."""
+    """Return the values of an option, given as VALUE or FILE=VALUE, by file; the value for all others as ``*``."""
     return {name or "*": value for name, _, value in (text.rpartition("=") for text in texts)}
 
 

@@ -70,7 +70,8 @@ def identify(
         Geometry, Young's modulus and density: an object, such as `new_strip` returns, a path or a preset's name
         (default: the paper's, which is said in a finding).
     model : str
-        Name of an electrical model, or "auto": the simplest of the best by BIC.
+        Name of an electrical model, such as "rc" or "rc2+sinh" (all are under Notes), or "auto": the simplest of those
+        that fit about as well as the best by BIC.
     onset : float, str or mapping, optional
         When a record's excitation began, see `read`; or a mapping from the name of a file to it, ``"*"`` being all
         others.
@@ -84,13 +85,13 @@ def identify(
         How much later [s] the displacement's clock reads, or "fit" (default: fitted where the displacement is of a
         file of its own, else 0).
     own : sequence of str
-        Parameters that each set of data has for itself.
+        Parameters of which each set of data gets a value of its own; all others are shared.
     engine : {"ngspice", "exact"}
-        "ngspice" judges the answer by a transient of its own, "exact" by the closed form.
+        What checks the fitted circuit: "ngspice" by a transient analysis, "exact" by the closed form.
     intervals : str
         Method of the 95 % intervals: "covariance", "profile", "bootstrap" or "mcmc".
     weighting : {"modulus", "unit"}
-        Of spectra: "modulus" or "unit".
+        Weights of impedances: "modulus" divides residuals by abs(Z), "unit" leaves them.
     columns, units : mapping of str to str, optional
         What files do not say of themselves, see `read`.
     part, cycle : int, optional
@@ -117,7 +118,9 @@ def identify(
     Returns
     -------
     Identification
-        Parameters with intervals, the fitted strip, residuals, findings.
+        ``parameters`` maps names, listed under Notes, to estimates with ``value``, ``stderr`` and ``interval``;
+        ``fit["capacitance"]`` is one of them. ``actuator`` is the fitted strip, ``warnings`` say what is doubtful.
+        ``success`` is False if the data do not determine the answer. See `ilg.results`.
 
     Raises
     ------
@@ -125,6 +128,24 @@ def identify(
         The data hold no answer, or an argument is not understood.
     SolveError
         No fit converges.
+
+    Notes
+    -----
+    All models have the parameters dc_resistance and electrode_resistance [ohm]. A displacement adds coupling_gain
+    [m/(V s)], coupling_zero [1/s], coupling_damping_ratio and coupling_natural_frequency [1/s]. The others depend on
+    the model; randles is not tried by "auto":
+
+    ===========  =====================================================================================================
+    rc           dynamic_resistance [ohm], capacitance [F]
+    rc2, rc3     resistance_1 [ohm], capacitance_1 [F], resistance_2, capacitance_2 (and resistance_3, capacitance_3)
+    warburg      series_resistance, warburg_resistance [ohm], diffusion_time [s]
+    cpe          series_resistance [ohm], cpe_coefficient [F s^(a-1)], cpe_exponent
+    randles      series_resistance, interface_resistance, warburg_resistance [ohm], interface_time, diffusion_time
+                 [s], interface_exponent, diffusion_exponent
+    +sinh        adds emission_voltage [V]: the electron path conducts more at high voltage
+    +growing     adds capacitance_slope [1/V]: the capacitance of rc, rc2 or rc3 grows with voltage
+    +inductance  adds inductance [H] at the terminals
+    ===========  =====================================================================================================
 
     Examples
     --------
@@ -157,7 +178,7 @@ def identify(
     given = sets_of(by_header(arrays) if data is None else data, onset, said, displacement)
     sets = [each for each in given if not isinstance(each, LoadTest)]
     if len(sets) < len(given):
-        raise InputError("a load test says nothing of a circuit; fit it by ilg.ogden, or the command ogden")
+        raise InputError("a load test cannot determine a circuit; fit it by ilg.ogden, or the command ogden")
     delay, resistance = displacement_delay, electrode_resistance
     return fit(
         sets,
@@ -279,7 +300,7 @@ def ogden(
 def _biases(
     bias: Given | Sequence[Given] | Mapping[str, Given] | None, sets: Sequence[Any], data: Any
 ) -> list[float] | None:
-    """Return the bias [V] of every set. Raises InputError for one of a file that is no spectrum."""
+    """Return the bias [V] of every set. Raises InputError for one of a file that is not a spectrum."""
     if bias is None:
         return None
     if isinstance(bias, Mapping):

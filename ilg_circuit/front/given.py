@@ -1,4 +1,4 @@
-"""What users give, as what the rooms take: strips, drives, loads and times."""
+"""Converts what users give into what the rooms take: strips, drives, loads and times."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ Given: TypeAlias = float | str
 
 
 def load(strip: Strip = "paper") -> Actuator:
-    """Return the strip that a preset's name or the path of a TOML file stands for; a strip itself as it is.
+    """Return the strip of a preset's name or of a TOML file; a strip itself is returned unchanged.
 
     Parameters
     ----------
     strip : Actuator, str or Path
-        What stands for it.
+        Preset's name, path of a TOML file, or a strip.
 
     Returns
     -------
     Actuator
-        The strip: geometry, material, coupling.
+        The strip: geometry, material, coupling, mounting. A value outside the usual range issues an `IlgWarning`.
 
     Raises
     ------
@@ -55,9 +55,7 @@ def load(strip: Strip = "paper") -> Actuator:
     if isinstance(strip, Actuator):
         return strip
     if isinstance(strip, Specimen):
-        raise InputError(
-            f"strip '{strip.name}' has no circuit yet: take that of a fit, ilg.identify(data, strip).actuator"
-        )
+        raise InputError(f"strip '{strip.name}' has no circuit yet: fit one, ilg.identify(data, strip).actuator")
     return PAPER if strip == "paper" else load_actuator(strip)
 
 
@@ -121,5 +119,5 @@ def optional(value: Given | None, unit: str, name: str) -> float | None:
 
 
 def _kind(thing: object) -> str:
-    """Return what a thing is, in an error."""
+    """Return type and value of a thing, for an error."""
     return f"{type(thing).__name__} {thing!r}"[:60]

@@ -1,4 +1,4 @@
-"""Electrical models of a user's own."""
+"""Electrical models defined by users."""
 
 from __future__ import annotations
 
@@ -25,22 +25,26 @@ def register_model(
     upper: Mapping[str, float] | None = None,
     auto: bool = False,
 ) -> IonPath:
-    """Add an electrical model, Z = Re + Rdc || (Rs + element), and return it: fits, runs and files then know its name.
+    """Add an electrical model of one's own and return it; fits, runs and files then accept its name.
+
+    The impedance of the strip is Z = Re + 1/(1/Rdc + 1/(Rs + element)). Only the element is yours: Re, Rdc and the
+    series resistance Rs are added to it and fitted too (as electrode_resistance, dc_resistance, series_resistance).
 
     Parameters
     ----------
     name : str
-        A word; "name+sinh" and the like then exist too.
+        Name of the model, one word. Its combinations such as "name+sinh" then exist too.
     impedance : callable
-        Function of complex ``s`` [rad/s] and the constants in their order, written with numpy; it returns the
-        element's impedance [ohm]. Rs and Rdc are added to it.
+        Function ``impedance(s, constant_1, constant_2, ...)``, written with numpy, that returns the element's
+        impedance [ohm] for an array of complex angular frequencies ``s`` [rad/s]. The constants come in the order of
+        ``constants``, each as a number in SI units.
     constants : mapping of str to str or float
-        Name of each constant and a typical value with its unit, where fits start: "40 ohm", "0.3 F", "20 s", "1 Hz",
-        or a plain number. One is in F, or one in ohm and one in s.
+        Name of each constant -> a typical value with its unit, from which fits start: "40 ohm", "0.3 F", "20 s",
+        "1 Hz", or a plain number for a constant without a unit. At least one must be in F, or one in ohm and one in s.
     upper : mapping of str to float, optional
-        Upper limits of constants, such as 1 for an exponent; all are positive.
+        Name of a constant -> its upper limit, such as ``{"exponent": 1}``. All constants are positive.
     auto : bool
-        True if the choice of a model for spectra tries it too.
+        True if ``identify(..., model="auto")`` is to try it on spectra too.
 
     Returns
     -------
@@ -64,7 +68,7 @@ def register_model(
     limits = dict(upper or {})
     unknown = [key for key in limits if key not in constants]
     if unknown:
-        raise InputError(f"model '{name}': upper names '{unknown[0]}', which is no constant of it")
+        raise InputError(f"model '{name}': upper names '{unknown[0]}', which is not one of its constants")
     if not constants or not all(isinstance(value, str | int | float) for value in constants.values()):
         raise InputError(f"model '{name}': constants are {dict(constants)}; give a typical value of each, as a text")
     units = {key: _unit(name, key, value) for key, value in constants.items()}

@@ -1,4 +1,4 @@
-"""The strip as a page that runs in any browser."""
+"""A strip as an HTML page that runs in any browser."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def page(
     beam: str | None = None,
     origin: Provenance | None = None,
 ) -> Path:
-    """Write a strip as one HTML file that needs no network: sliders, and ngspice that solves the strip in the page.
+    """Write a strip as one HTML file with sliders, in which ngspice solves the strip; it needs no network.
 
     The page compares its first run with what the package computes of the same strip, and states the difference.
 
@@ -31,13 +31,13 @@ def page(
     out : str or Path
         The file to write, replaced whole or not at all.
     drive : str
-        With which the page begins: a step, square, sine or triangle, as in `simulate`.
+        Drive shown first: a step, square, sine or triangle, written as in `simulate`.
     duration : float or str
-        How long [s].
+        Duration of the run [s].
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     origin : Provenance, optional
-        Where it comes from, for the head of its decks.
+        Origin of the page, written at the head of its decks.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def page(
     InputError
         A value is not understood, a page has no such drive, or the file cannot be written.
     MissingLibraryError
-        This installation has no ngspice for the browser.
+        This installation has no ngspice for the browser; the message says how npm fetches it.
     SolveError
         The strip cannot be solved.
 

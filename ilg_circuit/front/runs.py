@@ -1,4 +1,4 @@
-"""A strip under a drive: its response, its impedance, what it senses."""
+"""Runs of a strip: its response to a drive, its impedance, its signal as a sensor."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ def simulate(
     strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
     drive : str, Drive or (times, values)
-        A text such as "step:4V", "square:-2V..2V,30s" or "file:drive.csv", a pair of times [s] and voltages [V] (n,),
-        or a drive. The strip is at rest under the drive's rest level until t = 0.
+        The voltage over time: a text such as "step:4V" or "square:-2V..2V,30s" (all forms are under Notes), or a pair
+        of times [s] and voltages [V] (n,). The strip is at rest under the drive's rest level until t = 0.
     duration : float or str
-        How long [s]; not needed where the drive is rows.
+        Duration [s]; not needed if the drive is a pair of arrays.
     samples : int, optional
         Number of samples (default 601).
     step : float or str, optional
@@ -71,13 +71,13 @@ def simulate(
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
-        What hangs on the tip, such as "mass=1g" or ``{"mass": "1 g"}``.
+        Load on the tip, such as "mass=1g" or ``{"mass": "1 g"}``.
     engine : {"ngspice", "exact"}
-        ngspice, or matrix exponentials for linear circuits.
+        Solver: ngspice, or matrix exponentials (linear circuits only).
     accuracy : float, optional
-        Error to stay below, relative to the largest value (default 1e-9, nonlinear 1e-6).
+        Largest error allowed, relative to the largest value (default 1e-9, nonlinear 1e-6).
     band : bool
         Adds standard errors from the uncertainty of a fitted strip.
     compare : str, Path, DataFrame, Record or bool
@@ -85,7 +85,7 @@ def simulate(
     check : bool
         Adds ``checks``, the differences from the other engine and the closed forms.
     columns : mapping of str to str, optional
-        Titles of columns in the drive's file by quantity, where headers do not tell, as in `read`.
+        Titles of columns in the drive's file by quantity, if its headers are not understood; as in `read`.
     units : mapping of str to str, optional
         Units in the drive's file by quantity, likewise.
     part : int, optional
@@ -93,12 +93,13 @@ def simulate(
     cycle : int, optional
         Which cycle in the drive's file.
     progress : callable, optional
-        Called with (done, total) [s].
+        Function that is called with (done, total) [s].
 
     Returns
     -------
     Response
-        Waveforms over time, the account of energies, warnings.
+        ``time`` [s] and the waveforms ``voltage`` [V], ``current`` [A], ``displacement`` [m], ``force`` [N], ``charge``
+        [C] and ``energy`` [J], each an array (n,); ``account`` of the energies; ``warnings``. See `ilg.results`.
 
     Raises
     ------
@@ -106,6 +107,28 @@ def simulate(
         A value is not understood or out of range.
     SolveError
         The circuit cannot be solved to the accuracy.
+
+    Notes
+    -----
+    Texts that name a drive; parts in brackets may be left out:
+
+    ====================================  ============================================================================
+    ``step:4V``                           A constant value from t = 0 on.
+    ``square:4V,30s[,duty]``              The value and zero alternate. 30 s is the period; its first half (or the
+                                          fraction duty) has the value. LOW..HIGH gives both levels.
+    ``triangle:4V,30s``                   A triangular wave from zero to the value. 30 s is the period. LOW..HIGH
+                                          gives both ends.
+    ``cv:-1V..1V,50mV/s[,cycles]``        Cyclic voltammetry: a triangle between two values at this rate, endless or
+                                          for a number of cycles.
+    ``pulse:4V,1s,10s[,count]``           The value for 1 s in each period of 10 s, endless or count times.
+    ``sine:2V,0.1Hz``                     A sine of this amplitude and frequency.
+    ``chirp:1V,0.01Hz..1Hz``              A sine whose frequency rises or falls from the first to the second during
+                                          the run.
+    ``multisine:1V,0.01Hz..1Hz[,tones]``  A sum of 10 (or tones) sines between two frequencies, with this peak.
+    ``ramp:1V/s``                         A straight line from zero.
+    ``file:drive.csv``                    The rows of a CSV file: time_s and a voltage or, for a motion, a displacement.
+    ``repeat:5,drive.csv``                The rows of a file, repeated 5 times.
+    ====================================  ============================================================================
 
     Examples
     --------
@@ -155,26 +178,26 @@ def impedance(
     high : float or str
         Highest frequency [Hz].
     points : int, optional
-        Number of frequencies, even in logarithm (default: ten a decade).
+        Number of frequencies, evenly spaced in logarithm (default: ten per decade).
     frequency : array_like, optional
         The frequencies themselves [Hz] (f,), ascending, in place of a band.
     bias : float or str
-        Voltage [V] about which the signal is small.
+        Constant voltage [V] to which the small signal is added.
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
-        What hangs on the tip, such as "mass=1g".
+        Load on the tip, such as "mass=1g".
     engine : {"ngspice", "exact"}
-        ngspice, or the circuit's equations solved directly.
+        Solver: ngspice, or the circuit's equations solved directly.
     check : bool
         Adds ``checks``, the differences from the other engine and the closed form.
 
     Returns
     -------
     Impedance
-        Complex impedance [ohm] (f,) over frequency [Hz].
+        ``impedance`` [ohm], complex (f,), over ``frequency`` [Hz] (f,). See `ilg.results`.
 
     Raises
     ------
@@ -216,16 +239,17 @@ def sense(
     cycle: int | None = None,
     progress: Progress | None = None,
 ) -> Sensed:
-    """Return what a strip's terminals show while its tip is moved.
+    """Return the voltage or the current at a strip's terminals while its tip is moved.
 
     Parameters
     ----------
     strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
     motion : str, Drive or (times, values)
-        A text such as "sine:1mm,0.1Hz", a pair of times [s] and positions [m] (n,), or a drive.
+        The position of the tip over time: a text such as "sine:1mm,0.1Hz" (the forms of `simulate`, with lengths in
+        place of voltages), or a pair of times [s] and positions [m] (n,).
     duration : float or str
-        How long [s]; not needed where the motion is rows.
+        Duration [s]; not needed if the motion is a pair of arrays.
     samples : int, optional
         Number of samples (default 601).
     step : float or str, optional
@@ -235,11 +259,11 @@ def sense(
     terminals : {"open", "short"}
         Open: the voltage between them; short: the current through them.
     engine : {"ngspice", "exact"}
-        ngspice, or matrix exponentials for linear circuits.
+        Solver: ngspice, or matrix exponentials (linear circuits only).
     accuracy : float, optional
-        Error to stay below, relative to the largest value (default 1e-9).
+        Largest error allowed, relative to the largest value (default 1e-9).
     columns : mapping of str to str, optional
-        Titles of columns in the motion's file by quantity, where headers do not tell, as in `read`.
+        Titles of columns in the motion's file by quantity, if its headers are not understood; as in `read`.
     units : mapping of str to str, optional
         Units in the motion's file by quantity, likewise.
     part : int, optional
@@ -247,12 +271,13 @@ def sense(
     cycle : int, optional
         Which cycle in the motion's file.
     progress : callable, optional
-        Called with (done, total) [s].
+        Function that is called with (done, total) [s].
 
     Returns
     -------
     Sensed
-        Voltage or current over time.
+        ``time`` [s] and the waveforms ``displacement`` [m], ``voltage`` [V], ``current`` [A], ``force`` [N] and
+        ``charge`` [C], each an array (n,). See `ilg.results`.
 
     Raises
     ------

@@ -1,13 +1,14 @@
-"""A strip from its sizes, before anything was measured of it."""
+"""A strip from its sizes, before any measurement."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, argument, unknown_name
 from ..strip.actuator import Actuator, Geometry, Mounting
 from ..strip.file import load_strip
+from ..strip.plausible import warn_of_sizes
 from ..strip.specimen import MECHANICAL, Specimen
 from ..units import si
 from .given import Given, Strip
@@ -45,7 +46,7 @@ def new_strip(
     load_position : float or str, optional
         Where displacement is measured and a load sits, from the clamp [m] (default: the tip).
     youngs_modulus : float or str, optional
-        Young's modulus [Pa] (default: the paper's, which a fit tells).
+        Young's modulus [Pa] (default: the paper's, with a warning by the fit).
     orientation : {"weightless", "hanging", "horizontal"}
         How the strip is held against gravity.
     name : str
@@ -57,7 +58,8 @@ def new_strip(
     Returns
     -------
     Specimen
-        Its ``save("strip.toml")`` writes the file that commands take.
+        The strip; ``save("strip.toml")`` writes the file that commands take. A size outside the usual range issues an
+        `IlgWarning`.
 
     Raises
     ------
@@ -77,16 +79,18 @@ def new_strip(
     lengths = (length, free_length, width, thickness, load_position)
     sizes = {key: si(value, "m", key) for key, value in zip(SIZES, lengths, strict=True) if value is not None}
     given = known | ({} if youngs_modulus is None else {"youngs_modulus": youngs_modulus})
-    return Specimen(
+    made = Specimen(
         geometry=Geometry(**sizes),
         known={key: si(value, _unit(key), key) for key, value in given.items()},
         mounting=Mounting(orientation),
         name=name,
     )
+    warn_of_sizes(made)
+    return made
 
 
 def measured_strip(strip: Strip | Specimen | None, **sizes: Given | None) -> Actuator | Specimen | None:
-    """Return what was measured: a strip, with ``sizes`` (`KEYS`) in place of its own, or one of these alone.
+    """Return the measured strip: the given one, with ``sizes`` (`KEYS`) in place of its own, or one of these sizes.
 
     None where nothing was given. Raises InputError where sizes are missing.
     """
@@ -118,5 +122,5 @@ def _unit(key: str) -> str:
 def save_new(made: Specimen, path: str | Path, *, force: bool = False) -> None:
     """Write a strip's file. Raises InputError for one that is there already, unless ``force``."""
     if Path(path).exists() and not force:
-        raise InputError(f"'{path}' is there already; give --force to replace it, or another name")
+        raise InputError(f"'{path}' exists already; give {argument('force')} to replace it, or another name")
     made.save(path)

@@ -1,4 +1,4 @@
-"""Trade-offs between what strips can do."""
+"""Trade-offs between outputs of strips."""
 
 from __future__ import annotations
 
@@ -29,26 +29,28 @@ def pareto(
     Parameters
     ----------
     strip : Actuator, str or Path
-        What is varied: an object, the path of a TOML file or a preset's name.
+        Strip that is varied: an object, the path of a TOML file or a preset's name.
     drive : str, Drive or (times, values)
         A text such as "step:4V", whose values can be varied too, or a drive.
     duration : float or str
-        How long the run is [s].
+        Duration of the run [s].
     vary : mapping or iterable of str
         Ranges, as in `design`.
     objectives : str or iterable of str
-        Outputs such as ``["displacement_final", "force_blocked", "min:energy"]``; those after min: are minimised.
+        Two or three outputs, such as ``["displacement_final", "force_blocked", "min:energy"]``. The names are listed
+        in `sweep`. Displacements and forces are maximised, others minimised; min: or max: before a name says which.
     points : int, optional
-        Number of points of the front.
+        Number of points of the front (default: 25 for two objectives, 60 for three).
     require : str or iterable of str
-        Requirements that all of them meet.
+        Requirements that all designs meet, as in `design`.
     **options : Any
         ``tip``, ``beam``, ``load``, ``engine``, ``seed``, ``sobol``, ``progress`` of `design`.
 
     Returns
     -------
     DesignReport
-        Its ``front`` holds the designs.
+        ``report.front`` holds the designs: ``parameters`` and ``simulated`` map names to arrays (k,) in SI units.
+        ``report.to_dataframe()`` has one row a design. See `ilg.results`.
 
     Raises
     ------

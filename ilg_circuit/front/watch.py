@@ -1,4 +1,4 @@
-"""A folder into which an instrument writes: every file is fitted as soon as it is whole."""
+"""A watched folder: every file that an instrument writes is fitted as soon as it is complete."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..identification.batch import Batch, FileFit
 from .each import checked, identify_each
 from .given import Given, quantity
 
-#: Files that are no measurements: what this package and others write beside them.
+#: Suffixes of files that are not measurements.
 _NOT_DATA = (".toml", ".json", ".png", ".pdf", ".svg", ".html", ".htm", ".log", ".nc", ".part", ".tmp", ".md", ".tex")
 #: Options of `identify_each` that are none of `identify`.
 _OF_EACH = ("jobs", "call", "force")
@@ -101,9 +101,9 @@ def watch(
 
 
 def require_watchable(folder: Path) -> None:
-    """Raise InputError for what is no folder."""
+    """Raise InputError for what is not a folder."""
     if not folder.is_dir():
-        raise InputError(f"'{folder}' is no folder; give the one that the instrument writes to")
+        raise InputError(f"'{folder}' is not a folder; give the one that the instrument writes to")
 
 
 def _files(place: Path, pattern: str) -> dict[Path, _State]:

@@ -65,10 +65,28 @@ class Instability:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Characterisation(Estimated, Result):
-    """The fit that was chosen, those it was chosen from, predictions, and findings.
+    """The hyperelastic material fitted to load tests, as `ilg_circuit.ogden` returns it.
 
-    ``small_strain_modulus`` is E [Pa] by the readings at small strains alone, the tangent at stretch 1, with its
-    standard error; None where there are too few. ``seed`` is that of the random starts.
+    Attributes
+    ----------
+    material : Material
+        The fitted material: ``mu`` [Pa] and ``alpha`` of each term.
+    success : bool
+        False if a finding says that the fit is not to be used.
+    fit : HyperelasticFit
+        The fit that was chosen.
+    candidates : tuple of HyperelasticFit
+        The fits from which it was chosen.
+    predictions : tuple of Prediction
+        Stresses at the stretches that were asked for.
+    instabilities : tuple of Instability
+        Stretches at which the material loses stability.
+    small_strain_modulus : tuple of float or None
+        E [Pa], the tangent at stretch 1, by the readings at small strains alone, and its standard error.
+    warnings : tuple of str
+        Findings as sentences.
+    seed : int
+        Seed of the random starts.
     """
 
     presenter: ClassVar[str] = "ogden"
@@ -83,10 +101,12 @@ class Characterisation(Estimated, Result):
 
     @property
     def material(self) -> Ogden:
+        """The fitted material."""
         return self.fit.material
 
     @property
     def tests(self) -> tuple[LoadTest, ...]:
+        """The load tests that were fitted."""
         return self.fit.tests
 
     @property

@@ -22,8 +22,8 @@ POINTS = 400
 
 #: Equibiaxial over uniaxial stress at one stretch: rubbers and gels have 1 to 3, and 2 at the start.
 _ABSURD = 10.0
-#: The fitted E and that of the small strains alone should not differ by more than this part, and do so only where they
-#: differ by so many standard errors of both.
+#: Largest relative difference of the fitted E and the E of small strains alone, and the number of their joint standard
+#: errors from which a difference counts.
 _E_DIFFERS, _E_ERRORS = 0.1, 2.5
 #: Unloading that does more work than loading, reloading that does less, by this part does so beyond noise.
 _GAINED = 0.02
@@ -112,7 +112,7 @@ def on_modulus(fit: HyperelasticFit, small: tuple[float, float] | None) -> Itera
     if nearest > 0.501 * SMALL:
         yield Finding("modulus-extrapolated", values={"distance": nearest})
     elif small is not None:
-        # beyond what noise may do to either, and by enough to matter; that the model misses the curve is no excuse
+        # beyond the noise of both, and large enough to matter, even if the model misses the curve
         doubt = _E_ERRORS * float(np.hypot(small[1], 3 * np.nan_to_num(fit.plain_modulus_error)))
         if abs(modulus - small[0]) > max(doubt, _E_DIFFERS * small[0]):
             advice = "" if fit.weighting == "relative" else f"; {argument('weighting', 'relative')} follows them"

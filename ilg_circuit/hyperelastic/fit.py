@@ -38,7 +38,7 @@ FIXED: dict[str, tuple[float, ...]] = {"neo-hookean": (2.0,), "mooney-rivlin": (
 _STEEPEST = 40.0
 #: Two ends of a search are the same where their sums of squares differ by less than this part.
 _SAME = 1e-3
-#: Residuals below this, of the largest stress, are rounding, whatever their pattern.
+#: Residuals below this fraction of the largest stress are rounding.
 ROUNDING = 1e-5
 #: Condition of the slopes beyond which the data leave a combination of parameters open.
 _SINGULAR = 1e9
@@ -48,7 +48,7 @@ _SINGULAR = 1e9
 class HyperelasticFit:
     """A model fitted to load tests: a view of ``result``, whose values are abs(g_i) [Pa], then alpha_i.
 
-    ``signs`` (n,) are those of the moduli. ``constrained`` tells whether g_i > 0 was imposed, ``weighting`` is absolute
+    ``signs`` (n,) are those of the moduli. ``constrained`` is True if g_i > 0 was imposed, ``weighting`` is absolute
     or relative; see `fit_model`.
     """
 
@@ -151,7 +151,7 @@ class HyperelasticFit:
         return self.plain_covariance if self.reported is None else self._completed(self.reported.covariance)
 
     def _completed(self, moved: Array) -> Array:
-        """Return a covariance of what the fit moved with rows for what it did not, in the moduli's signs."""
+        """Return the covariance of the fitted values, with zero rows for fixed ones, in the moduli's signs."""
         covariance = np.zeros((2 * self.terms, 2 * self.terms))
         covariance[: self.result.count, : self.result.count] = moved
         signs = np.concatenate([self.signs, np.ones(self.terms)])

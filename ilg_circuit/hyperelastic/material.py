@@ -50,7 +50,7 @@ class Ogden:
 
     @classmethod
     def from_moduli(cls, moduli: ArrayLike, alpha: ArrayLike) -> Ogden:
-        """The material whose mu_i are ``moduli`` [Pa] in the convention W = sum 2 mu_i/alpha_i^2 (...)."""
+        """Return the material whose mu_i are ``moduli`` [Pa] in the convention W = sum 2 mu_i/alpha_i^2 (...)."""
         pairs = list(zip(np.atleast_1d(moduli).tolist(), np.atleast_1d(alpha).tolist(), strict=True))
         if any(a == 0 for _, a in pairs):
             raise InputError("alpha is 0: such a term has no finite mu in the paper's convention; leave it out")
@@ -58,12 +58,12 @@ class Ogden:
 
     @classmethod
     def neo_hookean(cls, shear_modulus: float) -> Ogden:
-        """W = G/2 (I1 - 3); ``shear_modulus`` [Pa]."""
+        """Return the neo-Hookean material W = G/2 (I1 - 3) of ``shear_modulus`` G [Pa]."""
         return cls((shear_modulus,), (2.0,))
 
     @classmethod
     def mooney_rivlin(cls, c10: float, c01: float) -> Ogden:
-        """W = C10 (I1 - 3) + C01 (I2 - 3); both in Pa."""
+        """Return the Mooney-Rivlin material W = C10 (I1 - 3) + C01 (I2 - 3); both constants in Pa."""
         return cls((2 * c10, -2 * c01), (2.0, -2.0))
 
     @property
@@ -87,24 +87,24 @@ class Ogden:
         return all(g > 0 for g in self.moduli)
 
     def nominal(self, mode: str, stretch: ArrayLike) -> Array:
-        """Nominal stress [Pa], force over undeformed area: P = sum mu_i (l^(alpha_i - 1) - l^(k alpha_i - 1))."""
+        """Return the nominal stress [Pa] on the undeformed area: P = sum mu_i (l^(alpha_i - 1) - l^(k alpha_i - 1))."""
         stretches = _stretches(stretch)
         parts = stress_basis(mode, stretches, self.alpha)
         return np.asarray(parts @ np.array(self.moduli))
 
     def cauchy(self, mode: str, stretch: ArrayLike) -> Array:
-        """Cauchy (true) stress [Pa], force over deformed area: l P."""
+        """Return the Cauchy (true) stress [Pa], force over deformed area: l P."""
         return np.asarray(_stretches(stretch) * self.nominal(mode, stretch))
 
     def slope(self, mode: str, stretch: ArrayLike) -> Array:
-        """dP/dl [Pa] of the nominal stress; at l = 1 it is E uniaxial, 2 E equibiaxial, 4/3 E planar."""
+        """Return dP/dl [Pa] of the nominal stress; at l = 1 it is E uniaxial, 2 E equibiaxial, 4/3 E planar."""
         given, k = _stretches(stretch)[..., None], _mode(mode)
         mu, alpha = np.array(self.mu), np.array(self.alpha)
         terms = (alpha - 1) * given ** (alpha - 2) - (k * alpha - 1) * given ** (k * alpha - 2)
         return np.asarray((mu * terms).sum(axis=-1))
 
     def energy(self, principal: ArrayLike) -> Array:
-        """Strain energy density W [J/m^3] of principal stretches (..., 3), whose product is 1 (incompressible)."""
+        """Return the strain energy density W [J/m^3] at principal stretches (..., 3) of product 1 (incompressible)."""
         stretches = _stretches(principal)
         if stretches.shape[-1:] != (3,) or np.abs(np.prod(stretches, axis=-1) - 1).max(initial=0.0) > 1e-9:
             raise InputError("give three principal stretches whose product is 1: the material is incompressible")
@@ -113,7 +113,7 @@ class Ogden:
         return np.asarray(parts @ (np.array(self.mu) / np.array(self.alpha)))
 
     def hardening(self, mode: str, stretch: ArrayLike) -> Array:
-        """Smallest principal stiffness [Pa] against isochoric strain at the stretches of a test; <= 0 is unstable.
+        """Return the smallest principal stiffness [Pa] to isochoric strain at a test's stretches; <= 0 is unstable.
 
         Drucker's condition: the Kirchhoff stress does positive work on every increment of logarithmic strain. For a
         sum over principal stretches the stiffnesses are d_j = sum mu_i alpha_i l_j^alpha_i, restricted to strains
@@ -132,7 +132,7 @@ class Ogden:
 
 
 def stress_basis(mode: str, stretch: Array, alpha: ArrayLike) -> Array:
-    """Nominal stress of each term per unit of its modulus mu_i alpha_i/2, (..., terms): 2 (l^a - l^(k a))/(a l).
+    """Return nominal stress of each term per unit of its modulus mu_i alpha_i/2, (..., terms): 2 (l^a - l^(k a))/(a l).
 
     Written so that it is smooth through alpha = 0 and keeps its digits near l = 1.
     """
@@ -141,7 +141,7 @@ def stress_basis(mode: str, stretch: Array, alpha: ArrayLike) -> Array:
 
 
 def stress_basis_slope(mode: str, stretch: Array, alpha: ArrayLike) -> Array:
-    """Derivative of `stress_basis` by alpha, (..., terms)."""
+    """Return the derivative of `stress_basis` by alpha, (..., terms)."""
     k, logs, a = _mode(mode), np.log(stretch)[..., None], np.asarray(alpha, dtype=float)
     z = (1 - k) * a * logs
     bracket = k * _relative(z) + (1 - k) * _relative_slope(z)
@@ -155,13 +155,13 @@ def stress_derivatives(mode: str, stretch: Array, moduli: ArrayLike, alpha: Arra
 
 
 def _relative(z: Array) -> Array:
-    """(e^z - 1)/z, 1 at z = 0."""
+    """Return (e^z - 1)/z, 1 at z = 0."""
     zero = z == 0
     return np.where(zero, 1.0, np.expm1(z) / np.where(zero, 1.0, z))
 
 
 def _relative_slope(z: Array) -> Array:
-    """Derivative of `_relative`: by its series where the closed form cancels."""
+    """Return the derivative of `_relative`: by its series where the closed form cancels."""
     small = np.abs(z) < 1e-2
     safe = np.where(small, 1.0, z)
     series = 1 / 2 + z * (1 / 3 + z * (1 / 8 + z * (1 / 30 + z / 144)))

@@ -35,7 +35,7 @@ def stress_misfit(test: LoadTest, residuals: Array) -> Misfit:
 
 
 def _noise(residuals: Array) -> float:
-    """Return the standard deviation of white noise in ``residuals`` along the path; 0 where too few tell."""
+    """Return the standard deviation of white noise in ``residuals`` along the path; 0 if there are too few."""
     if len(residuals) < _FEWEST:
         return 0.0
     return float(np.sqrt(np.mean(np.diff(residuals, 2) ** 2) / 6))

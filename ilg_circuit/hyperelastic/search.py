@@ -94,7 +94,7 @@ def _starts(problem: Problem, constrained: bool, seed: int, best: Array | None =
         steep = 0.45 * problem.parameters[-1].upper
         random = np.random.default_rng(seed)
         shape = (_DRAWS, terms)
-        # half the draws where rubbers are, half over whatever this range of stretches could tell apart
+        # half of the draws near known rubbers, half over all that this range of stretches can distinguish
         ordinary = random.random(shape) < 0.5
         alphas = np.where(ordinary, random.uniform(-6, 10, shape), random.uniform(-steep, steep, shape))
         alphas = np.clip(alphas, -steep, steep)

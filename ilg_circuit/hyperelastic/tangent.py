@@ -1,7 +1,7 @@
 """Young's modulus by the readings at small strains alone: the tangent at stretch 1, not a secant.
 
-A stress over that of a neo-Hookean material of G = 1 is a curve whose value at stretch 1 is G, whatever the load. It is
-followed by a polynomial in the logarithm of the stretch, each load's own but for the value at 1.
+A stress over that of a neo-Hookean material of G = 1 is a curve whose value at stretch 1 is G, for every load. It is
+fitted by a polynomial in the logarithm of the stretch for each load, all with the same value at 1.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from .material import Ogden
 SMALL = 0.2
 #: The polynomial has this order at most, and no more unknowns than this part of the readings.
 _MOST, _UNKNOWN = 4, 0.6
-#: Readings that a tangent needs: for a line and for what it leaves.
+#: Readings that a tangent needs: for a line and for its residuals.
 _FEWEST = 4
 
 
 def tangent_modulus(tests: Sequence[LoadTest]) -> tuple[float, float] | None:
     """Return E and its standard error [Pa] by the readings of ``tests`` at small strains alone.
 
-    The order of the polynomial is that of least BIC, or of few readings of least corrected AIC. The error allows for
+    The order of the polynomial has the least BIC or, for few readings, the least corrected AIC. The error allows for
     autocorrelation, and for what one more order would change. None where there are too few readings, or they tell no E
     beyond its error.
     """
@@ -44,7 +44,7 @@ def tangent_modulus(tests: Sequence[LoadTest]) -> tuple[float, float] | None:
 
 
 def _fits(small: Sequence[tuple[str, Array, Array]], order: int) -> bool:
-    """Tell whether there are readings enough, of each load, for polynomials of an ``order``."""
+    """Return True if there are readings enough, of each load, for polynomials of an ``order``."""
     count = sum(len(stress) for *_, stress in small)
     enough = all(len(stress) > order for *_, stress in small) or not order
     return enough and 1 + order * len(small) <= _UNKNOWN * count

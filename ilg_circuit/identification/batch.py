@@ -1,4 +1,4 @@
-"""The result of fitting many files, each by itself."""
+"""The result of fitting many files, each individually."""
 
 from __future__ import annotations
 
@@ -14,10 +14,22 @@ from ..result import Column, Result
 
 @dataclass(frozen=True)
 class FileFit:
-    """One file of a batch: what ``fit.json`` holds of it, or the one line of the ``error`` that it ended in.
+    """The fit of one file of a batch, or the error that it ended in.
 
-    ``exit_code`` is that of the command for this file alone. ``folder`` holds its fit, if one was written; ``resumed``
-    where that was done by an earlier run.
+    Attributes
+    ----------
+    path : str
+        The file.
+    exit_code : int
+        Exit code of the command ``identify`` for this file alone: 0 if the fit is good.
+    content : mapping or None
+        What ``fit.json`` holds: the ``to_dict`` of the file's `Identification`.
+    error : str
+        The error in one line, empty if there is none.
+    folder : Path or None
+        The folder with the fit, if one was written.
+    resumed : bool
+        True if an earlier run wrote it.
     """
 
     path: str
@@ -29,7 +41,7 @@ class FileFit:
 
     @property
     def model(self) -> str:
-        """Name of the electrical model, empty where there is no fit."""
+        """Name of the electrical model, empty without a fit."""
         return str(self.content["model"]) if self.content else ""
 
     @cached_property
@@ -46,7 +58,7 @@ class FileFit:
 
     @property
     def warnings(self) -> Sequence[str]:
-        """What is to be known of its fit."""
+        """The warnings of its fit."""
         return list(self.content["warnings"]) if self.content else []
 
     @property
@@ -60,7 +72,17 @@ class FileFit:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Batch(Result):
-    """Fits of many files, each by itself, in the order of the files; ``folder`` holds them, if they were written."""
+    """The individual fits of many files, as `ilg_circuit.identify_each` returns them.
+
+    Attributes
+    ----------
+    files : tuple of FileFit
+        The fits in the order of the files.
+    folder : Path or None
+        The folder that holds them, if they were written.
+    exit_code : int
+        The worst exit code of all files.
+    """
 
     presenter: ClassVar[str] = "batch"
 
@@ -69,7 +91,7 @@ class Batch(Result):
 
     @property
     def exit_code(self) -> int:
-        """That of the worst file: 2 where one could not be read, 1 where one was fitted without success."""
+        """Exit code of the worst file: 2 if one could not be read, 1 if one was fitted without success."""
         return max((file.exit_code for file in self.files), default=0)
 
     def __len__(self) -> int:
@@ -89,7 +111,7 @@ class Batch(Result):
 
     @property
     def names(self) -> list[str]:
-        """Names of the parameters of all files, those of most files first."""
+        """Names of the parameters of all files, the most frequent first."""
         count: dict[str, int] = {}
         for file in self.files:
             for name in file.parameters:
@@ -97,7 +119,18 @@ class Batch(Result):
         return sorted(count, key=lambda name: -count[name])
 
     def estimates(self, name: str) -> list[Estimate | None]:
-        """Return the estimate of a parameter of every file, None where there is none."""
+        """Return the estimate of a parameter from every file.
+
+        Parameters
+        ----------
+        name : str
+            Name of the parameter, such as capacitance.
+
+        Returns
+        -------
+        list of Estimate or None
+            The estimates in the order of the files, None where a file has none.
+        """
         found = [file.parameters.get(name) for file in self.files]
         return [e and e.quoted for e in found]
 

@@ -1,4 +1,4 @@
-"""A displacement on a clock of its own: how much later that reads than the voltage's, and how fast it goes.
+"""A displacement on a clock of its own: its delay against the voltage's clock, and its rate.
 
 Both are found roughly by linear fits of d(s) at many delays, so that the search for the coupling begins near them.
 """
@@ -27,7 +27,7 @@ _ROWS, _PLACES, _LOOKS, _CLOSER = 200, 13, 3, 0.25
 _GRID = 500
 #: Readings at rest by which it is known where the tip begins to move, within this part of the record or this long [s].
 _AT_REST, _NEAR, _NEAREST = 5, 0.05, 2.0
-#: Without a rest a camera may have begun as late as this part of its own record.
+#: Latest begin of a camera without a rest, as a fraction of its own record.
 _LATEST = 0.5
 #: Two clocks differ by no more than this, relative to their rate.
 MOST_RATE = 0.03
@@ -71,7 +71,7 @@ def in_step(record: CurrentData, delay: float | Literal["fit"]) -> tuple[Current
 
 
 def likeliest_clock(data: DisplacementData, motion: Motion, found: FitResult) -> tuple[float, RateOf]:
-    """Return the delay [s] and the rate that are likeliest, near those of a fit of ``data``."""
+    """Return the likeliest delay [s] and rate, near those of a fit of ``data``."""
     assert data.delays is not None
     span = (data.delays[1] - data.delays[0]) / 2
     for _ in range(_ROUNDS):
@@ -130,7 +130,7 @@ def _gains(record: CurrentData, channel: Channel, end: float) -> Callable[[float
 
 
 def _best(gain: Callable[..., float], low: float, high: float, *beside: object) -> float:
-    """Return where a gain, whose further arguments are ``beside``, is largest, by closer and closer looks."""
+    """Return the place at which a gain, with further arguments ``beside``, is largest, by successive refinement."""
     for _ in range(_LOOKS):
         places = np.linspace(low, high, _PLACES)
         best = float(places[int(np.argmax([gain(float(x), *beside) for x in places]))])

@@ -1,4 +1,4 @@
-"""A prediction beside a measurement: what a strip's model makes of a record's drive, and what the record shows."""
+"""A prediction beside a measurement: the model's response to a record's drive, and the recorded one."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def compare(
     load: Load | None = None,
     engine: str = "ngspice",
 ) -> tuple[Compared, ...]:
-    """Current and displacement of a record, up to ``until`` [s] in its file's time, beside the strip's prediction.
+    """Return current and displacement of a record, to ``until`` [s] in its file's time, beside the predictions.
 
     The voltage is taken from the record as a fit does: jumps between the readings that show them, noise off its levels.
     Raises InputError where nothing of the record lies before ``until``, and what `simulate` and `prediction_band` do.
@@ -77,7 +77,7 @@ def _after(channel: Channel, end: float) -> Channel:
 
 
 def _positions(channel: Channel, part: Channel, predicted: Array) -> tuple[Array, bool, bool]:
-    """Displacements counted from rest and positive to the anode; whether the axis was turned, the rest unknown."""
+    """Return displacements from rest, positive to the anode, and whether the axis was turned, the rest unknown."""
     known = bool(channel.rest.any())
     turned = float(np.cov(part.values, predicted)[0, 1]) < 0 if len(predicted) > 1 else False
     values = -part.values if turned else part.values

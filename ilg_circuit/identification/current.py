@@ -1,4 +1,4 @@
-"""The measured current as an observation of the port, and its fit by itself."""
+"""The measured current as an observation of the port, and its individual fit."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed,
 from .start import model_start, thinned
 from .stored import decaying_terms
 
-#: Records of more rows are tried on so many of them; the model that is chosen is then fitted to all.
+#: Number of rows on which models are tried; the chosen model is then fitted to all rows.
 _MOST_ROWS, _TRIAL_ROWS = 4000, 2000
-#: Rows by which the onset of a model that tells it is looked for.
+#: Number of rows with which the onset is searched, for models that determine it.
 _ONSET_ROWS = 400
 #: Tolerance of a fit whose residuals only are asked for.
 _ROUGH = 1e-5
@@ -206,13 +206,13 @@ class CurrentData:
             )
 
     def holds(self, kind: ElectricalModel) -> bool:
-        # one step does not tell a sinh electron path from a resistor
+        # one step cannot distinguish a sinh electron path from a resistor
         return not (kind.spectra_only or (kind.constant_voltage_hides and self.level is not None))
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         self.require_electrode_resistance(held)
         found = self._individual(kind, held, progress)
-        # a ladder's current tells the onset; a sum of exponentials does not, and stays in the middle
+        # a ladder's current determines the onset; a sum of exponentials does not, and the onset stays in the middle
         laddered = kind.linear and found.model.port(found.fit.values, ANY_LADDER).ladder is not None
         if not self.bracketed or not laddered:
             return found

@@ -21,7 +21,7 @@ from ..fit.result import FitResult
 from .start import thinned
 
 _SETS = 64
-#: Scattered starts lie within so many decades of the suggested one, in turn.
+#: Decades about the suggested start within which scattered starts lie, in each round.
 _DECADES = (0.3, 1.0, 2.0)
 _FITS, _MORE_FITS = 5, 8
 _EVALUATIONS = 100
@@ -30,7 +30,7 @@ _AGREEING = 3
 _SAMPLES = 300
 #: Residuals below this part of the data are the closed form's rounding.
 _ROUNDING = 1e-11
-#: The final fit may leave so much more than its start: they do not see the same samples.
+#: Factor by which the final residuals may exceed those of the start, which uses other samples.
 _COME_BACK = 1.5
 #: Where every fit needs ngspice: starts besides the suggested one, how far scattered, and which ends are one.
 _FEW, _NEAR, _SAME_MISFIT = 2, 0.5, 1e-5

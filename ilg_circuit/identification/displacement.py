@@ -37,7 +37,7 @@ from .start import CouplingSearch, thinned
 
 #: Residuals up to this part of the readings' span count as described by the model.
 DESCRIBED = 0.02
-#: So do those up to so many times the noise.
+#: The same up to this multiple of the noise.
 OVER_NOISE = 1.5
 #: Tolerance of a fit that only finds out how far d(s) goes, and of the one that is reported.
 _TRIAL, _FINAL = 1e-5, 1e-10
@@ -46,10 +46,10 @@ _STARTS, _CONFIRMING, _SAME_MISFIT = 3, 1e-7, 1e-4
 _WINDOW_RATIO = 1.25
 #: Delays that are tried at first, the part of the record within which they lie, and the longest [s].
 _DELAYS, _MOST_DELAY, _LONGEST_DELAY = 9, 0.05, 2.0
-#: A displacement of more readings than this is fitted on so many of them, dense where it is fast.
+#: Largest number of fitted readings of a displacement, dense where it is fast.
 _MOST_ROWS = 8000
 _FEWEST_SAMPLES = 40
-#: A beam whose residuals are so many times the other's is not chosen, however few of them are independent.
+#: A beam whose residuals are this many times the other's is not chosen, even if few of them are independent.
 _CLEARLY_WORSE = 1.5
 
 
@@ -91,7 +91,7 @@ class DisplacementFit:
 
     @property
     def drift(self) -> float | None:
-        """Slow linear drift [m/s] beside d(s), None where the rest supports none."""
+        """Slow linear drift [m/s] in addition to d(s), None if the rest does not support one."""
         if self.data.drift:
             return float(self.fit.nuisance[1])
         return self.data.held if self.supported else None
@@ -282,7 +282,7 @@ class _WindowSearch:
         """Return the fit up to ``end`` [s], from where ``like`` ended or the search's start; None where it fails.
 
         Where the rest supports a drift over that stretch it is fitted; a slope beyond the rest's own interval is held
-        at its end, so that what d(s) does not describe is no drift. What this beam held over that stretch stays so.
+        at its end, so that what d(s) does not describe is not a drift. What this beam held over that stretch stays so.
         """
         if (beam, end) in self.failed:
             return None

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 #: A misfit from this part of the span on is said.
 _SAID = 0.02
-#: Residuals below this part of the span are of no interest, whatever their structure.
+#: Residuals below this fraction of the span are ignored, even if they have structure.
 _NEGLIGIBLE = 1e-4
 _OVER_NOISE = 1.5
-#: A drift is pointed out that exceeds so many of its standard errors.
+#: A drift is reported from this number of its standard errors on.
 _SEEN = 3.0
 
 

@@ -18,7 +18,7 @@ TAIL = 0.05
 #: The voltage is constant while it stays within this part of its first value.
 _CONSTANT = 0.05
 _FEWEST_SAMPLES = 20
-#: A peak must stand out of the final value by so many standard errors of the smoothed curve.
+#: Least height of a peak above the final value, in standard errors of the smoothed curve.
 _SEEN = 4.0
 
 
@@ -110,7 +110,7 @@ def _measured(t: Array, data: Array) -> tuple[StepMetrics, Smoothed, float]:
 
 
 def _with_summit(figures: StepMetrics, t: Array, data: Array, curve: Smoothed) -> StepMetrics:
-    """The figures with the peak, where there is one, of a cubic through all samples about it."""
+    """Return the figures with the peak, where there is one, of a cubic through all samples about it."""
     if not np.isfinite(figures.peak_time):
         return figures
     side = float(np.sign(figures.peak))
@@ -130,7 +130,7 @@ def _with_summit(figures: StepMetrics, t: Array, data: Array, curve: Smoothed) -
 
 
 def constant_until(drive: PiecewiseLinear) -> float:
-    """Until when [s] the voltage that the drive begins with is held: inf for a step, 0 for no constant beginning."""
+    """Return the end [s] of the drive's constant beginning: inf for a step, 0 without a constant beginning."""
     start = float(drive.values[0])
     if not start:
         return 0.0

@@ -26,12 +26,40 @@ SCHEMA_VERSION = 2
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Identification(Estimated, Warned, Result):
-    """What one file or several say of a strip; ``actuator`` has the fitted circuit and, if there is one, the coupling.
+    """The fit of a strip to one set of data or to several, as `ilg_circuit.identify` returns it.
 
-    ``fit`` is that of all observations in one parameter space; ``port`` and ``coupling`` are views of it, with the
-    individual fits of the files. ``parameters`` are the strip's: of those that each file has for itself the geometric
-    mean, the single ones being in ``own`` by file. ``observations`` are the currents and impedances in the order given,
-    then the displacements.
+    ``fit["capacitance"]`` is a parameter's `Estimate`, with ``value``, ``stderr`` and ``interval``.
+
+    Attributes
+    ----------
+    parameters : mapping of str to Estimate
+        Parameters of the strip. One that each set of data has for itself is given as the geometric mean.
+    own : mapping of str to mapping of str to Estimate
+        Parameters that each set of data has for itself: name -> set -> estimate.
+    derived : mapping of str to Estimate
+        Other fitted quantities, such as the onset and the current's offset, and values computed from parameters.
+    actuator : Actuator
+        The fitted strip, with the coupling if there is one.
+    success : bool
+        False if the data do not determine the answer.
+    warnings : tuple of str
+        Findings as sentences; ``findings`` have codes and numbers.
+    statistics : mapping of str to Any
+        Root mean square errors, AIC, BIC and other statistics.
+    correlations : mapping of str to float
+        Correlation coefficients of pairs of parameters.
+    candidates : tuple of Candidate
+        Models that "auto" compared.
+    observations : tuple of ObservationFit
+        Measured and fitted values: the currents and impedances in the order given, then the displacements.
+    fit : FitResult
+        The fit of all observations in one parameter space.
+    port, coupling : PortFit, CouplingFit or None
+        Views of the electrical and the electromechanical part, with the individual fits of each set of data.
+    engine : str
+        What checked the fitted circuit.
+    seed : int or None
+        Seed of random numbers, if any were drawn.
     """
 
     presenter: ClassVar[str] = "identification"
@@ -68,7 +96,7 @@ class Identification(Estimated, Warned, Result):
 
     @property
     def success(self) -> bool:
-        """False where the model leaves so much of a file undescribed that its numbers mean nothing."""
+        """False if the misfit of a file is so large that the parameters are meaningless."""
         return not any(o.misfit is not None and o.misfit.fail for o in self.observations)
 
     @property
@@ -101,7 +129,18 @@ class Identification(Estimated, Warned, Result):
             yield Curve(o.quantity, o.unit or "ohm", o.source, Column(name, o.abscissa, unit), o.data, o.fitted)
 
     def write_strip(self, path: str | Path) -> None:
-        """Write the fitted strip as TOML; its comment says where it comes from."""
+        """Write the fitted strip as a TOML file, whose comment states its origin.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
         self._shown("write_actuator", path)
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""A measured impedance spectrum as an observation of the port, and its fit by itself.
+"""A measured impedance spectrum as an observation of the port, and its individual fit.
 
 The closed form of the port (no ladder, no engine) is fitted to real and imaginary parts together, each weighted by
 1/abs(Z) unless told otherwise, from many starts that the data suggest. What the data do not feel is fixed and named,
@@ -38,7 +38,7 @@ _UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits 
 _OPEN_PATH = "no electron path is seen: practically an open circuit"
 #: A parameter is not felt whose logarithm alone, all others held, has a standard error beyond this.
 _FELT = 3.0
-#: Logarithms of SI values stay within this: beyond lies no number worth having.
+#: Largest size of the logarithm of an SI value: larger ones are not physical.
 _RANGE = 100.0
 #: The same of the logit of a parameter with an upper limit.
 _LIMITED_RANGE = 20.0
@@ -227,7 +227,7 @@ class ImpedanceData:
         return IndividualFit(self, model, with_starts(result, starts), fixed, unfelt)
 
     def open_path(self) -> float:
-        """Return the Rdc [ohm] that stands for an open electron path in the strip that is handed on."""
+        """Return the Rdc [ohm] that represents an open electron path in the fitted strip."""
         return _OPEN * float(self.spectrum.modulus.max())
 
     def _without_open_path(
@@ -237,7 +237,7 @@ class ImpedanceData:
         closed = problem.holding(DC, _INFINITE)
         at = problem.labels.index(DC)
         without = self._search(closed, model, random, np.delete(x, at))
-        # what Rdc gains must be worth a parameter, by as many readings as are independent
+        # Rdc must gain more than a parameter costs, counting independent readings only
         residuals = problem.predictions(x[None])[0] - problem.data
         readings, independent = len(residuals), problem.observations[0].independent_samples(residuals)
         best, other = found.best.sum_of_squares, without.best.sum_of_squares
@@ -316,6 +316,6 @@ class ImpedanceData:
 
 
 def _within(problem: Problem, x: Array) -> Array:
-    """Return coordinates kept within what numbers can tell apart."""
+    """Return coordinates clipped to a range that floating-point numbers resolve."""
     limits = np.where(np.isinf(problem.scales.upper), _RANGE, _LIMITED_RANGE)
     return np.clip(x, -limits, limits)

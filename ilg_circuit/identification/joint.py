@@ -28,7 +28,7 @@ from .port_model import Measured, PortData, PortModel, sigma_of
 class Joint:
     """The fit of all observations: currents and impedances in their order, then displacements.
 
-    ``port`` and ``coupling`` are views of it; ``onsets`` are what the readings leave open of when the voltage jumped.
+    ``port`` and ``coupling`` are views of it; ``onsets`` are the intervals in which the voltage jumped.
     ``judgement`` says how far the engine of record would move the answer, None where it made it.
     """
 

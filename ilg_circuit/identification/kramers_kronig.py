@@ -3,7 +3,7 @@
 By the measurement model of `measurement_model`, of Z or of 1/Z, whichever explains more. A point is left out only for
 what noise, rounding and the model's own error cannot do. It lies far from what all others make expect, in units of the
 noise of its neighbours; by more than the last digit of the readings can; alone, while its neighbours are where they
-should be; and the others obey the relations. What neighbours share is told, and nothing is left out.
+should be; and the others obey the relations. Deviations that neighbours share are reported, and nothing is left out.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _NOISE_NEAR, _NEXT = (6, 3), 2
 #: stand farthest out the one goes first without which the rest obeys best.
 _SUSPECT, _COMPARED = 0.3, 3
 _MOST_BAD, _MOST_SUSPECTS = 0.1, 30
-#: So many points side by side are no single readings.
+#: Number of neighbouring points from which they are not single outliers.
 _RUN = 3
 #: Residuals beyond this part of abs(Z) are worth a word: noise, and (the smaller one) a structure; and beyond so many
 #: times the rounding.
@@ -133,7 +133,7 @@ def _checked(f: Array, z: ComplexArray, digit: Array, *, admittance: bool) -> Kr
 
 
 def _without_bad_points(whole: MeasurementModel, model: Any, digit: Array) -> MeasurementModel:
-    """Return the measurement model without the points that stand out, or ``whole`` where these are no exceptions.
+    """Return the measurement model without the outliers, or ``whole`` if these are not exceptions.
 
     All suspects are taken out, the farthest first, so that none hides another; then those return, the least first, that
     the rest explains.
@@ -187,7 +187,7 @@ def _rms(found: MeasurementModel) -> float:
 
 
 def _spread(found: MeasurementModel, rounding: float) -> tuple[bool, bool]:
-    """Return whether the kept points' residuals have a structure, and whether they have and are worth a word."""
+    """Return whether the kept points' residuals have structure, and whether that is to be reported."""
     kept = found.residuals[found.kept]
     shaped = structured(kept.real) or structured(kept.imag)
     return shaped, shaped and _rms(found) > max(_STRUCTURED, _OVER_ROUNDING * rounding)

@@ -167,7 +167,7 @@ class DisplacementData:
 
     @property
     def _width(self) -> float:
-        """Width [s] of what the readings leave open of the voltage's onset."""
+        """Width [s] of the interval of the voltage's onset between readings."""
         return float(self.measured.widths[0]) if self.own_clock else self.channel.width
 
     @property

@@ -27,13 +27,13 @@ from .port_model import Measured
 
 Numbers = NDArray[Any]
 
-#: A joint fit whose residuals are so many times the individual fits' does not hold for all files.
+#: Residuals of a joint fit over those of the individual fits from which it does not hold for all files.
 WORSE = 1.5
 #: An individual fit whose residuals are this part of the data describes nothing.
 _NOT_DESCRIBED = 0.15
 #: What residuals are compared with.
 SIZE = {"current": "peak", "impedance": "abs(Z)", "displacement": "span"}
-#: Misfits below this part of a record's size are of no interest, whatever their ratio.
+#: Misfits below this fraction of a record's size are ignored, whatever their ratio.
 _NEGLIGIBLE = 1e-4
 ONLY_ONE = "there is no other file of this quantity"
 
@@ -215,7 +215,7 @@ def misfit_findings(rows: Sequence[ObservationFit]) -> list[Finding]:
     for r in rows:
         m = r.misfit
         if m is None or not (m.fail or (m.warn and r.quantity != "impedance")):
-            continue  # of a spectrum the port's findings tell it
+            continue  # for a spectrum the port's findings report it
         code = "not-a-success" if m.fail else "misfit"
         values = {"quantity": r.quantity, "size": SIZE[r.quantity], "share": m.share, "worst": m.worst}
         found.append(Finding(code, r.source, {**values, "from": m.start, "to": m.end}))

@@ -35,7 +35,7 @@ Observe = Callable[[Measured, float | Array], Observation]
 At = Callable[[float], Measured]
 #: A delay is profiled within this part of its bounds about where the first fits found it.
 _NEAR = 0.15
-#: Delay and rate are found in turn so often at most; steps of a delay, in intervals between readings, and of a rate.
+#: Most alternating searches for delay and rate; steps of a delay, in intervals between readings, and of a rate.
 _ROUNDS, _DELAY_STEP, _RATE_STEP = 6, 0.1, 1e-4
 #: An onset nearer to the middle than this part of what is admitted is in the middle.
 _MIDDLE = 1e-3
@@ -65,7 +65,7 @@ class OnsetProfile:
         return Estimate(middle, "s", (high - low) / np.sqrt(12), (low, high))
 
     def finding(self, fit: FitResult, errors: Array) -> Finding | None:
-        """Return what the onset leaves open of the parameters, if anything, beside their standard ``errors`` (n,)."""
+        """Return the parameters' uncertainty by the onset, if any, beside their standard ``errors`` (n,)."""
         felt = matters(self.profile, errors / fit.units)
         if not felt.any():
             return None
@@ -78,9 +78,9 @@ class OnsetProfile:
 
 @dataclass(frozen=True, eq=False)
 class ClockProfile:
-    """The profiles of the delay [s] of one file's displacement and, where the data tell it, of its clock's rate.
+    """The profiles of the delay [s] of one file's displacement and, if the data determine it, of its clock's rate.
 
-    ``onset`` is the half-width [s] of what the readings leave open of the voltage's onset.
+    ``onset`` is the half-width [s] of the interval of the voltage's onset.
     """
 
     data: DisplacementData
@@ -119,7 +119,7 @@ class Onsets:
         return (*(p.profile for p in self.profiles), *(p for clock in self.clocks for p in clock.every))
 
     def widened(self, fit: FitResult, found: Uncertainties) -> Uncertainties:
-        """Return the estimates with what the onsets leave open in every standard error and interval."""
+        """Return the estimates, every standard error and interval widened by the uncertainty of the onsets."""
         from scipy.stats import t as student
 
         if not self.every:
@@ -151,7 +151,7 @@ class Onsets:
         return replace(found, estimates=estimates, findings=(*found.findings, *(f for f in findings if f)))
 
     def reach(self, errors: Array, quantile: Array, of: Callable[[Array], Array]) -> Array:
-        """Return how much further (2, m) intervals reach below and above, by what the onsets leave open.
+        """Return how much further (2, m) intervals reach below and above, by the uncertainty of the onsets.
 
         ``errors`` (m,), with Student's ``quantile`` (m,), are those of quantities that ``of`` makes (g, m) of
         coordinates (g, n).
@@ -234,19 +234,19 @@ def settled(
 
 
 def _tells_onset(data: Measured, residuals: Array) -> bool:
-    """Tell whether a displacement says when the voltage began: its clock is known, and its residuals are noise."""
+    """Return True if a displacement says when the voltage began: its clock is known, and its residuals are noise."""
     return isinstance(data, DisplacementData) and data.delays is None and not structured(residuals)
 
 
 def _clock(
     found: FitResult, k: int, observe: Observe, d: DisplacementData, onset: float, costly: bool, progress: Progress
 ) -> tuple[FitResult, ClockProfile]:
-    """Return the fit with the delay and, where the data tell it, the rate of displacement ``k`` in their middle."""
+    """Return the fit with the delay and, if determined, the rate of displacement ``k`` in their middle."""
     if d.tells_rate:
         told = _rate(found, k, observe, d, costly, progress)
         if told is not None:
             found, d, rate = told
-            # the delay by itself: what the rate moves is loose
+            # the delay alone: the rate moves it freely
             free = replace(d, loose=_slope(found, k, observe, d.at_rate, d.clock.rate, _RATE_STEP))
             delay = _delay(_refitted(found, k, observe, free, progress), k, observe, free, costly)
             return found, ClockProfile(d, delay, rate, onset)

@@ -15,9 +15,9 @@ from ..measurements.smoothing import resolution
 from ..strip.models import electrical_model
 from .current import CurrentData
 
-#: Models by which readings are judged, the first that can be fitted; a model error of theirs is no outlier.
+#: Models by which readings are judged, the first that can be fitted; a misfit of the model is not an outlier.
 _MODELS = ("rc2", "rc")
-#: More outliers than this part of the rows are no outliers: something else is wrong.
+#: Largest fraction of outliers among the rows; with more, something else is wrong.
 _MOST = 0.02
 _ROUNDS = 6
 #: Rows of a displacement's running median, and the fewest readings that have one.
@@ -55,7 +55,7 @@ def named_by(data: CurrentData, residuals: Array) -> NDArray[np.intp]:
 def spikes(channel: Channel, drive: PiecewiseLinear) -> Mask:
     """Return the readings (n,) of a displacement that stand apart from their neighbours.
 
-    A displacement is continuous: what its own running median leaves takes the place of a model's residuals.
+    A displacement is continuous: its deviations from a running median take the place of a model's residuals.
     """
     from scipy.ndimage import median_filter
 
@@ -63,7 +63,7 @@ def spikes(channel: Channel, drive: PiecewiseLinear) -> Mask:
         return np.zeros(len(channel.time), dtype=bool)
     residuals = channel.values - median_filter(channel.values, _MEDIAN, mode="nearest")
     pieces = np.searchsorted(drive.jumps(np.inf), channel.time, side="right") + (channel.time >= 0)
-    # the median follows noise, and so leaves too little of it: neighbouring differences tell how much there is
+    # the median follows the noise, so deviations from it are too small: differences of neighbours give the noise
     steps = np.abs(np.diff(channel.values))
     noise = median_filter(np.append(steps, steps[-1]), _WINDOW, mode="reflect")
     noise = np.maximum(noise, float(np.median(steps)) / 2) / _OF_DIFFERENCES  # few rows are quiet by chance
@@ -71,7 +71,7 @@ def spikes(channel: Channel, drive: PiecewiseLinear) -> Mask:
 
 
 def findings_on(data: CurrentData) -> list[Finding]:
-    """Return what is to be said of the readings of a current that were left out."""
+    """Return findings on the readings of a current that were left out."""
     return left_out(data.record.current, np.array(data.left_out, dtype=np.intp), data.source, data.quantity, data.unit)
 
 

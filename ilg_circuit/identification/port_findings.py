@@ -20,7 +20,7 @@ from .port_model import PortData
 
 #: Residuals count as autocorrelated where they exceed this factor of the data's white noise, and this part of the size.
 _OVER_NOISE, _NEGLIGIBLE = 1.5, 1e-4
-#: A spectrum's misfit is worth a word beyond this factor of its own noise, and this part of abs(Z).
+#: A spectrum's misfit is reported above this factor of its own noise and this fraction of abs(Z).
 _MISFIT, _NEGLIGIBLE_MISFIT = 2.0, 1e-3
 #: A rejected candidate of least rms is worth a word where its rms is below this part of the chosen one's: more
 #: parameters always take a little of the noise.
@@ -84,7 +84,7 @@ def rejected_findings(candidates: Sequence[Candidate]) -> list[Finding]:
 
 
 def _resolution(d: PortData, rms: float) -> list[Finding]:
-    """Return what a coarse instrument leaves open beyond the standard errors."""
+    """Return a finding if the instrument is so coarse that standard errors are too small."""
     steps = np.diff(np.unique(d.data))
     if len(steps) and float(steps.min()) > 2 * rms and len(steps) < len(d.data) / 4:
         return [Finding("resolution-coarse", d.source, {"step": float(steps.min())})]

@@ -24,9 +24,9 @@ from .port_start import suggestions
 
 #: An individual fit falls back to this model where the file alone does not hold the one asked for.
 SIMPLEST = "rc"
-#: Levels that differ by less than this part tell nothing about a nonlinearity.
+#: Relative difference of levels below which they do not show a nonlinearity.
 _SAME_VOLTAGE = 0.2
-#: Fits run from so many starts; those whose sums of squares differ by less are the same.
+#: Number of starts, and relative difference of sums of squares below which two fits are the same.
 _FITS, _SAME = 2, 1e-3
 #: A joint fit is taken as the global minimum if its sum of squares is at most this factor times the individual fits'.
 _AS_GOOD = 1.02
@@ -186,8 +186,8 @@ def require_suitable(kind: ElectricalModel, data: Sequence[PortData]) -> None:
     unknown = " and ".join(name for name in kind.names if name in kind.needs_several_voltages)
     raise InputError(
         f"model {kind.name} needs several voltages, and all of these are at about {abs(data[0].voltage):.3g} V, where "
-        f"{unknown} cannot be told from a linear port's parameters; give files of different voltages, a waveform, or "
-        "another model"
+        f"{unknown} cannot be distinguished from a linear port's parameters; give files of different "
+        "voltages, a waveform, or another model"
     )
 
 

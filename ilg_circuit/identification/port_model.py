@@ -55,10 +55,10 @@ class PortModel:
 
 @dataclass(frozen=True, eq=False)
 class IndividualFit:
-    """The fit of one file's port ``data`` by itself, by ``model``, the one asked for or a simpler one.
+    """The individual fit of one file's port ``data`` by ``model``, the requested one or a simpler one.
 
-    ``fixed`` says of parameters that the data do not tell why they were not fitted, ``unfelt`` names those among them
-    that have no effect; ``findings`` are what else is to be said.
+    ``fixed`` gives the reasons why parameters were not fitted, which the data do not determine; ``unfelt`` names
+    those among them that have no effect; ``findings`` are other remarks.
     """
 
     data: PortData
@@ -152,7 +152,7 @@ class PortData(Measured, Protocol):
 
     @property
     def whole(self) -> PortData:
-        """The data with all rows, where these are those of a trial."""
+        """The data with all rows, if these are the rows of a trial."""
 
     def trial(self) -> PortData:
         """Return the data with few enough rows to try many models."""

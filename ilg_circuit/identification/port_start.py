@@ -1,4 +1,4 @@
-"""Starting values for a fit of several files: from what each of them says by itself.
+"""Starting values for a fit of several files, from their individual fits.
 
 One file may not feel what another determines: a spectrum at high frequency no electron path, a short step no slow
 branch. So individual answers are averaged by their information, and branches are also drawn from all answers together.

@@ -16,9 +16,9 @@ from ..fit.criteria import effective_samples
 from ..measurements.record import Channel
 from ..measurements.smoothing import resolution
 
-#: A rest supports a drift over a stretch of at most so many times its length,
+#: Longest stretch, in lengths of the rest, over which the rest supports a drift,
 _LONGEST = 20.0
-#: and if its slope alone tells where the line ends within this part of the readings' span.
+#: and largest uncertainty of the line's end by the slope of the rest, as a fraction of the readings' span.
 _VAGUEST = 0.1
 #: Level of the interval of the slope, three standard errors: one of 95 % would miss the truth of every twentieth
 #: record, and a drift held at its end would then move d(s).
@@ -56,7 +56,7 @@ class Rest:
         return cls(count, float(-t[0]), middle, onset, slope, half)
 
     def supports(self, end: float, span: float) -> bool:
-        """Return True if the rest tells a drift up to ``end`` [s] after the onset, of readings that ``span`` [m]."""
+        """Return True if the rest determines a drift to ``end`` [s] after the onset, of readings over ``span`` [m]."""
         return self.length * _LONGEST >= end and self.half * end <= _VAGUEST * span
 
     def nearest(self, slope: float) -> float:

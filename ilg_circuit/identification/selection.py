@@ -122,7 +122,7 @@ class _Contest:
     def best(self, among: list[str]) -> str:
         """Return the simplest of the best models that nothing speaks against."""
         if not among:
-            if len(set(map(str, self._errors))) == 1:  # it is about the data, whatever the model
+            if len(set(map(str, self._errors))) == 1:  # the error concerns the data, not the model
                 raise self._errors[0]
             raise SolveError(
                 "no model could be fitted: " + "; ".join(f"{m}: {w}" for m, (_, w) in self.failures.items())

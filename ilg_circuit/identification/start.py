@@ -43,7 +43,7 @@ def current_start(
     branches: int,
     nuisance: Array | None = None,
 ) -> tuple[float, list[tuple[float, float]]]:
-    """(Rdc, [(R, C), ...] by ascending time constant) for samples at ``t`` >= 0 [s] from which any offset is taken.
+    """Return (Rdc, [(R, C), ...] by ascending time constant) for samples at ``t`` >= 0 [s] without offset.
 
     ``nuisance`` (samples, q) are linear terms beside the model. The current at the port is g0 u + sum of g_k times a
     high-pass of u; rates from a grid, g by least squares.
@@ -76,7 +76,7 @@ def current_start(
 def _refined(
     t: Array, current: Array, drive: PiecewiseLinear, rates: Array, beside: Array
 ) -> tuple[Array, Array] | None:
-    """Conductances and rates after a simplex search from the grid's best; None where it ends at no sensible answer.
+    """Return conductances and rates after a simplex search from the grid's best; None if they are not sensible.
 
     The grid is coarse, and under waveforms of both signs that is enough to make the steady conductance negative.
     """
@@ -136,7 +136,7 @@ class CouplingSearch:
         )
 
     def start(self, end: float, displacement: Array, nuisance: Array) -> tuple[Array, float]:
-        """((Kd, Zd, zeta', wn'), sign) for the samples up to ``end`` [s]; sign -1: it falls as the voltage rises.
+        """Return ((Kd, Zd, zeta', wn'), sign) of samples up to ``end`` [s]; sign -1: it falls as the voltage rises.
 
         ``displacement`` (samples,) and linear ``nuisance`` (samples, k) are those of the whole record. Raises
         InputError when the displacement does not answer to the voltage.
@@ -160,7 +160,7 @@ class CouplingSearch:
         return float(gained.max(initial=0.0, where=allowed))
 
     def starts(self, end: float, displacement: Array, nuisance: Array, count: int) -> list[tuple[Array, float]]:
-        """The best ``count`` starts, as `start`, of places that lie apart; the best one first."""
+        """Return the best ``count`` starts, as `start`, of places that lie apart; the best one first."""
         amounts, gained = self._terms(end, displacement, nuisance)
         # y = k d0 [x1 + (wn/Zd) x2]: both amounts of one sign
         allowed = np.flatnonzero((amounts[:, 0] * amounts[:, 1] > 0) & (gained > 0))
@@ -189,7 +189,7 @@ class CouplingSearch:
 
 
 def _two_terms(basis: Array, data: Array) -> tuple[Array, Array]:
-    """Amounts (n, 2) of the least squares of ``data`` (m,) by each ``basis`` (n, 2, m), and the squares they explain.
+    """Return least-squares amounts (n, 2) of ``data`` (m,) by each ``basis`` (n, 2, m), and the squares explained.
 
     Amounts are zero where the two are one.
     """
@@ -203,7 +203,7 @@ def _two_terms(basis: Array, data: Array) -> tuple[Array, Array]:
 
 
 def _coarse(drive: PiecewiseLinear) -> PiecewiseLinear:
-    """A drive of few knots that stays close to a measured one of many."""
+    """Return a drive of few knots that stays close to a measured one of many."""
     if len(drive.times) < 50:
         return drive
     kept = simplified(drive.times, drive.values, _COARSE * float(np.ptp(drive.values)))
@@ -211,7 +211,7 @@ def _coarse(drive: PiecewiseLinear) -> PiecewiseLinear:
 
 
 def thinned(t: Array, most: int = _MOST_SAMPLES) -> NDArray[np.intp]:
-    """Indices of at most ``most`` samples, dense where a transient is fast: half of them evenly, half by logarithm."""
+    """Return at most ``most`` indices of samples, dense at fast transients: half of them even, half logarithmic."""
     if len(t) <= most:
         return np.arange(len(t))
     first = int(np.searchsorted(t, 0.0))
@@ -221,19 +221,19 @@ def thinned(t: Array, most: int = _MOST_SAMPLES) -> NDArray[np.intp]:
 
 
 def _rate_grid(t: Array, count: int) -> Array:
-    """Rates [1/s] from below the record's length to its sampling interval."""
+    """Return the rates [1/s] from below the record's length to its sampling interval."""
     positive = t[t > 0]
     shortest = max(float(np.diff(t).min()), float(positive[-1]) * 1e-5)
     return np.geomspace(0.3 / float(positive[-1]), 1.0 / shortest, count)
 
 
 def _high_pass(kind: str, time: Array, rate: Array) -> Array:
-    """s/(s + rate) of a step or a ramp; ``rate`` (n, 1), result (n, time)."""
+    """Return s/(s + rate) of a step or a ramp; ``rate`` (n, 1), result (n, time)."""
     return np.exp(-rate * time) if kind == "step" else -np.expm1(-rate * time) / rate
 
 
 def _second_order(kind: str, time: Array, zeta: float, wn: float) -> Array:
-    """wn^2/(s^2 + 2 zeta wn s + wn^2) and s wn/(...) of a step or a ramp, (2, time).
+    """Return wn^2/(s^2 + 2 zeta wn s + wn^2) and s wn/(...) of a step or a ramp, (2, time).
 
     As a displacement with Kd = wn^2/Zd the first is the part that a zero Zd far away leaves; the second is what a zero
     at wn adds to it.

@@ -195,12 +195,12 @@ def clock(cell: str) -> float | None:
 
 
 def is_number(cell: str, delimiter: str = ",") -> bool:
-    """Tell whether a cell holds a finite number."""
+    """Return True if a cell holds a finite number."""
     return number(cell, delimiter) is not None
 
 
 def is_mark(cell: str) -> bool:
-    """Tell whether a cell holds what instruments write where they have no reading: NaN, OVL, inf, --."""
+    """Return True if a cell holds what instruments write where they have no reading: NaN, OVL, inf, --."""
     text = cell.strip().lower().lstrip("+-")
     return bool(_MARKS.fullmatch(text)) or bool(_STROKES.fullmatch(cell.strip())) or _overflows(text)
 

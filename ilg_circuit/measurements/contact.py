@@ -94,7 +94,7 @@ class Seen:
         return float(np.abs(self.i).max())
 
     def near(self, level: float) -> Mask:
-        """Readings (n,) that may be an open clamp's at ``level`` [A]."""
+        """Return the readings (n,) that may be an open clamp's at ``level`` [A]."""
         return np.abs(self.i - level) <= max(_BAND * self.noise, 1e-9 * self.largest)
 
     def since(self, row: int) -> Seen:
@@ -102,7 +102,7 @@ class Seen:
         return Seen(self.t[row:], self.u[row:], self.i[row:], 0, self.levels, self.noise, "run")
 
     def port(self) -> PassivePort:
-        """Passive ports under this voltage."""
+        """Return the passive ports under this voltage."""
         return PassivePort(self.t, self.u, self.beginning, self.onset > 0)
 
 
@@ -340,7 +340,7 @@ def _exact(s: Seen, level: float) -> Iterator[_Place]:
 
 
 def _unexplained(s: Seen, fitted: Passive, place: _Place) -> bool:
-    """Tell whether the current does at a place what a passive port that was ``fitted`` does nowhere near."""
+    """Return True if the current does at a place what a passive port that was ``fitted`` does nowhere near."""
     before, after = _estimates(s.i, place.window)
     low, high = _estimates(fitted.current, place.window)
     jumps, answers = after - before, high - low

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..findings import Finding
 from .kind import Kind, Quantities
 from .said import in_words, options
@@ -105,7 +105,7 @@ def _in_pixels(column: Column, scale: float | None) -> Column:
     if not bare and not PIXELS.fullmatch(clean_unit(column.unit)):
         return column
     if scale is None:
-        return replace(column, complaint=" is in pixels; say the size of one: --scale 0.042mm/px")
+        return replace(column, complaint=f" is in pixels; say the size of one: {argument('scale', '0.042mm/px')}")
     return replace(column, unit="px", factor=scale, complaint="")
 
 
@@ -182,7 +182,7 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
 
 
 def is_unit_row(cells: Sequence[str]) -> bool:
-    """Tell whether the cells of a row are units, at least half of them, and none is a number."""
+    """Return True if the cells of a row are units, at least half of them, and none is a number."""
     filled = [cell.strip() for cell in cells if cell.strip()]
     likely = sum(bool(UNIT_LIKE.fullmatch(clean_unit(cell))) or cell in ("-", "#") for cell in filled)
     return bool(filled) and 2 * likely >= len(filled)

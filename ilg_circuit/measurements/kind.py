@@ -73,7 +73,7 @@ class Kind:
         return max(self.ways, key=lambda way: sum(q in readable for q in way) / max(len(way), 1))
 
     def complete(self, readable: Collection[str]) -> bool:
-        """Tell whether nothing required is missing."""
+        """Return True if nothing required is missing."""
         return all(q in readable for q in (*self.required, *self.way(readable)))
 
 
@@ -166,7 +166,7 @@ LOAD_TEST = Kind(
     opposed=(("stress", "true stress"),),
 )
 
-#: A displacement by itself, as a camera or a laser writes it: over time or frames, as it is or by two coordinates.
+#: A displacement alone, as a camera or a laser writes it: over time or frames, as it is or by two coordinates.
 TRACK = Kind(
     "track",
     {
@@ -183,7 +183,7 @@ TRACK = Kind(
     prefix=TRACK_PREFIX,
 )
 
-#: The header of an export is looked for in so many lines.
+#: Number of lines in which the header of an export is searched.
 PREAMBLE = 400
 #: No row of names is longer.
 LONGEST_HEADER = 10_000
@@ -210,10 +210,10 @@ def frequency_row(lines: Sequence[str]) -> int | None:
 
 
 def names_a_record(header: str) -> bool:
-    """Tell whether names of columns have a voltage or a time among them."""
+    """Return True if names of columns have a voltage or a time among them."""
     return bool(_OF_A_RECORD.search(header[:LONGEST_HEADER]))
 
 
 def names_a_spectrum(header: str) -> bool:
-    """Tell whether columns, one a frequency, are those of a spectrum: a record may have the drive's frequency."""
+    """Return True if columns, one a frequency, are those of a spectrum: a record may have the drive's frequency."""
     return not names_a_record(header) or bool(_REAL_PART.search(header[:LONGEST_HEADER]))

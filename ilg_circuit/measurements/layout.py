@@ -173,13 +173,13 @@ def table_end(lines: Sequence[str], layout: Layout, kind: Kind) -> int:
 
 
 def left_out(lines: Sequence[str]) -> list[int]:
-    """Return the lines (from 0) that are blank, but for separators, or comments."""
+    """Return the lines (from 0) that are blank, apart from separators, or comments."""
     possible = [k for k, line in enumerate(lines) if not line or line[0] in _FIRST]
     return [k for k in possible if is_left_out(lines[k])]
 
 
 def is_left_out(line: str) -> bool:
-    """Tell whether a line is blank, but for separators, or a comment."""
+    """Return True if a line is blank, apart from separators, or a comment."""
     return line[:1] in "#%" or not line.strip(_SPACE)
 
 
@@ -224,7 +224,7 @@ def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:
 
 
 def _percent(lines: Sequence[str], j: int, header: int) -> bool:
-    """Tell whether a line below the header is a row of units whose first is percent, and no comment."""
+    """Return True if a line below the header is a row of units whose first is percent, and no comment."""
     return j == header + 1 and lines[j][:1] == "%" and lines[j][1:2] in tuple(_SEPARATORS)
 
 
@@ -279,13 +279,13 @@ def _likely(line: str) -> str:
 
 
 def _bare(line: str) -> bool:
-    """Tell whether a line begins with a number, and so is no row of names."""
+    """Return True if a line begins with a number, and so is not a row of names."""
     begin = line[:100].replace(";", " ").replace("\t", " ").replace(",", " ").split()
     return bool(begin) and is_number(begin[0].strip('"'))
 
 
 def _is_text(line: str, place: int, delimiter: str) -> bool:
-    """Tell whether a line is none of a table: left out, or words where the rows have a number."""
+    """Return True if a line is none of a table: left out, or words where the rows have a number."""
     if is_left_out(line):
         return True
     cells = cells_of(line, delimiter)

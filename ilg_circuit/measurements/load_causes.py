@@ -43,7 +43,7 @@ def likely_cause(stretch: Array, stress: Array) -> str:
 
 
 def _exchanged(stretch: Array, stress: Array) -> bool:
-    """Tell whether the stresses, in some unit, begin at 1 where the stretches are least and leave it with them."""
+    """Return True if the stresses, in some unit, begin at 1 where the stretches are least and leave it with them."""
     farthest = float(np.abs(stretch).max())
     for unit in _UNITS:
         other = stress / unit
@@ -56,12 +56,12 @@ def _exchanged(stretch: Array, stress: Array) -> bool:
 
 
 def _of_one_sign(strain: Array, stress: Array) -> bool:
-    """Tell whether the stress has the sign of the strain, but for an offset, and grows with it."""
+    """Return True if the stress has the sign of the strain, apart from an offset, and grows with it."""
     largest = float(np.abs(stress).max())
     opposed = (strain * stress < 0) & (np.abs(stress) > 0.05 * largest)
     return not opposed.any() and _rises(np.abs(strain), np.abs(stress))
 
 
 def _rises(x: Array, y: Array) -> bool:
-    """Tell whether y grows with x, on the whole; or there is nothing to tell it by."""
+    """Return True if y grows with x on the whole, or if that cannot be decided."""
     return float((x - x.mean()) @ (y - y.mean())) >= 0

@@ -18,17 +18,17 @@ from .table import Table
 #: The three standard tests: pulled along one axis, along two, or wide and short (pure shear).
 LOAD_MODES = ("uniaxial", "equibiaxial", "planar")
 
-#: An unloaded specimen whose stress is more than this part of the largest has an offset, not noise.
+#: Stress of an unloaded specimen, over the largest, above which it is an offset and not noise.
 _OFFSET = 0.05
-#: Of noisy readings, if there are so many to tell it by, an offset is more than so many standard deviations.
+#: Offset of noisy readings in standard deviations, and number of readings needed to find it.
 _BEYOND, _TELLING = 4.0, 10
 #: So has one whose first readings point to more than this part at stretch 1.
 _POINTED = 0.1
 #: First readings are within this part of the range and so many at least; the first of them is within the last part.
 _FIRST, _POINTING, _NEAR = 0.25, 6, 0.1
-#: Condition of a parabola that readings do not tell.
+#: Condition number above which readings do not determine a parabola.
 _SINGULAR = 1e4
-#: Nothing stretches more, or shortens more than to the inverse: such a number is a strain, a percentage or a length.
+#: Largest stretch, whose inverse is the smallest: other numbers are strains, percentages or lengths.
 _LARGEST = 100.0
 #: Without a reading below the first of these a stretch beyond the second may be a strain in percent.
 _NEAREST, _FAR = 1.5, 5.0
@@ -36,17 +36,33 @@ _NEAREST, _FAR = 1.5, 5.0
 _STRESSES = (1e-6, 1e13)
 #: A stretch closer to 1 is 1.
 _UNSTRETCHED = 1e-9
-#: What of a test can be fitted.
+#: Branches of a test that can be fitted.
 BRANCHES = (*KINDS, "all")
 
 
 @dataclass(frozen=True)
 class LoadTest:
-    """One load test: ``mode`` (of `LOAD_MODES`), ``stretch`` (n,) and nominal ``stress`` (n,) [Pa].
+    """A measured load test: nominal stress over stretch, as `ilg_circuit.read` returns it.
 
-    Rows stay in their order, which tells loading from unloading: ``legs`` are the branches. Rows in no order
-    (``ordered`` is False) are sorted by stretch. ``branch`` says what `taking` took, empty before. Rows at stretch 1
-    are checked and left out: every material has zero stress there, so those rows depend on no constant.
+    Rows stay in their order, which separates loading from unloading. Rows at stretch 1 are checked and left out: every
+    material has zero stress there, so those rows depend on no constant.
+
+    Attributes
+    ----------
+    mode : {"uniaxial", "equibiaxial", "planar"}
+        Kind of test.
+    stretch : ndarray (n,)
+        Deformed over undeformed length.
+    stress : ndarray (n,)
+        Nominal stress [Pa].
+    source : str
+        Name of the file or of the data.
+    legs : tuple of Leg
+        Branches of loading, unloading and reloading.
+    branch : str
+        The branch that `taking` selected, empty for the whole test.
+    ordered : bool
+        False if the rows were in no order; they are then sorted by stretch.
     """
 
     mode: str
@@ -78,14 +94,14 @@ class LoadTest:
         self._require_signs(*_joined(first))
         legs = tuple(leg for leg in map(_loaded, legs) if len(leg.stretch))
         if not legs:
-            raise InputError(f"{self.source}: no reading at a stretch other than 1; the {self.mode} test says nothing")
+            raise InputError(f"{self.source}: no reading at a stretch other than 1 in the {self.mode} test")
         stretch, stress = _joined(legs)
         object.__setattr__(self, "legs", legs)
         object.__setattr__(self, "stretch", stretch)
         object.__setattr__(self, "stress", stress)
 
     def _require_numbers(self, stretch: Array, stress: Array) -> None:
-        """Raise InputError for numbers that are no stretches or no stresses."""
+        """Raise InputError for numbers that are not stretches or stresses."""
         for name, values in (("stretch", stretch), ("stress", stress)):
             if not np.isfinite(values).all():
                 wrong = values[~np.isfinite(values)][0]
@@ -147,10 +163,26 @@ class LoadTest:
         """How far the stretch has moved, back and forth, until each reading (n,), from 0."""
         return np.concatenate([[0.0], np.abs(np.diff(self.stretch)).cumsum()])
 
-    def taking(self, branch: str) -> LoadTest:
-        """Return the readings of a ``branch`` alone: loading, unloading, reloading or all.
+    def __repr__(self) -> str:
+        """Return mode, number of readings and their ranges in a line."""
+        low, high = self.extent
+        return (
+            f"LoadTest: {self.mode}, {len(self.stretch)} readings from {self.source}, stretch {low:.4g} to {high:.4g}, "
+            f"stress up to {format_quantity(float(np.abs(self.stress).max()), 'Pa', 4)}"
+        )
 
-        Rows that run one way are all taken as loading.
+    def taking(self, branch: str) -> LoadTest:
+        """Return the readings of one branch of the test.
+
+        Parameters
+        ----------
+        branch : {"loading", "unloading", "reloading", "all"}
+            The branch. Rows that run one way only are all taken as loading.
+
+        Returns
+        -------
+        LoadTest
+            The test with these readings alone.
 
         Raises
         ------

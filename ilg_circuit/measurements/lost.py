@@ -16,19 +16,19 @@ from .table import Table
 
 #: Below this part of the largest a lost voltage reads; above that part it was, and is again.
 _NO_VOLTAGE, _VOLTAGE = 0.02, 0.2
-#: A jump of the voltage that is not answered by this part was none, if its answer is so many noise levels.
+#: Least answer of the current to a real jump of the voltage, as a fraction and in noise levels.
 _ANSWERED, _SEEN = 0.25, 8.0
 #: Nor does the current change then by this part of its largest.
 _STILL = 0.1
-#: Where more than this part of the readings may be an open clamp's nothing tells a lost voltage.
+#: Fraction of readings of an open clamp above which a lost voltage cannot be found.
 _IDLE = 0.2
 #: Levels that differ by less than this part of the largest voltage are the same.
 _SAME = 0.05
 #: The reversed current is described better by this factor at least.
 _REVERSED = 0.5
-#: A current's mean that is an open clamp's is its level within so many standard errors.
+#: Standard errors within which the mean current of an open clamp equals its level.
 _LEVEL = 4.0
-#: Where no current flows for so many readings after the voltage's jump contact was made late; one is another clock.
+#: Readings without current after the voltage's jump from which contact was made late; one may be another clock.
 _LATE = 2
 #: So many breaks are named, with their times.
 _NAMED = 6
@@ -49,7 +49,7 @@ class Mended:
 
 
 def mended(table: Table, onset: Onset) -> Mended:
-    """Return a table without what lost and late contacts spoilt; ``onset`` is that of its voltage.
+    """Return a table without readings spoilt by lost and late contacts; ``onset`` is that of its voltage.
 
     Raises
     ------

@@ -21,11 +21,11 @@ from .smoothing import digit, noise_level, resolution
 _JUMP = 0.05
 _JUMP_OVER_NEIGHBOURS = 4.0
 _JUMP_OVER_NOISE = 12.0
-#: No jump is smaller than this part of the largest voltage, or than so many steps of the instrument.
+#: Smallest jump, as a fraction of the largest voltage and in steps of the instrument.
 _LEAST_JUMP, _JUMP_OVER_RESOLUTION = 0.01, 3.0
-#: From so many samples at rest, or fewer, their noise cannot be found.
+#: Number of samples at rest up to which their noise cannot be found.
 _FEW = 10
-#: A current that decays follows a polynomial of this order but for noise, by so many times what that explains of the
+#: A current that decays follows a polynomial of this order apart from noise, by so many times what that explains of the
 #: difference of its ends, or its ends differ by so many times the noise of neighbours.
 _SMOOTH_ORDER, _WANDERS, _FAR = 3, 7.0, 25.0
 #: A stated onset this part of an interval beyond a reading is at that reading: it was rounded.
@@ -34,7 +34,7 @@ _ROUNDED = 1e-6
 _REST = 0.05
 #: So many noise levels are more than noise.
 _SEEN = 6.0
-#: An answer has begun where a reading passes this part of its first peak, which lies within so many rows.
+#: Fraction of the first peak at which an answer has begun, and number of rows within which the peak lies.
 _ANSWER, _ANSWER_ROWS = 0.5, 4
 #: A first peak that is less than this part of what comes later is none: the current had not begun.
 _FIRST_PEAK = 0.2
@@ -158,12 +158,12 @@ def voltage_jumps(u: Array) -> NDArray[np.intp]:
 
 
 def _rests(current: Array) -> bool:
-    """Tell whether a current before the onset is that of a strip at rest: it does not decay."""
+    """Return True if a current before the onset is that of a strip at rest: it does not decay."""
     known = current[np.isfinite(current)]
     edge = max(len(known) // 4, 1)
     if len(known) < _FEW:
         return True
-    # noise that wanders is no decay: what a smooth curve leaves says how surely the ends differ
+    # noise that wanders is not a decay: what a smooth curve leaves says how surely the ends differ
     x = np.linspace(-1.0, 1.0, len(known))
     left = known - np.polynomial.Polynomial.fit(x, known, _SMOOTH_ORDER)(x)
     spare = max(effective_samples(left) - _SMOOTH_ORDER - 1, 1.0)
@@ -176,7 +176,7 @@ def _rests(current: Array) -> bool:
 
 
 def _runs(u: Array, current: Array) -> bool:
-    """Tell whether a waveform that begins with the record was running before it: voltage or current are not zero."""
+    """Return True if a waveform that begins with the record was running before it: voltage or current are not zero."""
     known = current[np.isfinite(current)]
     noise = _SEEN * noise_level(known) if len(known) else 0.0
     limits = (_REST * float(np.ptp(u)), max(_REST * float(np.abs(known).max(initial=0.0)), noise))

@@ -2,7 +2,7 @@
 
 Every port of resistors and capacitors answers a voltage by a conductance and relaxations, none of them negative. Rates
 on a grid and least squares without negative amounts describe any of them to a few parts in a thousand, which is enough
-to tell what no strip does from what one may do.
+to distinguish what no strip does from what a strip may do.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .onset import Beginning
 #: Rates a decade, and their range in parts of the record's length and of its shortest intervals.
 _PER_DECADE, _SLOWEST, _FASTEST = 4, 0.3, 3.0
 _MOST_RATES = 32
-#: A fit takes so many readings, even over all, and the last ones of them.
+#: Number of evenly spaced readings in a fit, and of last readings.
 _MOST, _LAST = 4000, 500
 #: The shortest intervals are below this part of all.
 _SHORT = 0.05

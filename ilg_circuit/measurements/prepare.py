@@ -23,14 +23,14 @@ from .voltage import MeasuredDrive, answers_noise, measured_drive
 _LEAST_READING = 1e-30
 #: Samples after the onset that a fit needs.
 LEAST_CURRENT, LEAST_DISPLACEMENT = 10, 20
-#: So many samples before the onset tell the instrument's offset.
+#: Number of samples before the onset that determine the instrument's offset.
 LEAST_REST = 5
 #: Readings at rest stand before the onset by at least this time [s], relative to the record.
 _BEFORE = 1e-12
 
 
 def prepare(table: Table, onset: Stated = None) -> Record:
-    """Find the onset of the drive and the jumps in it, and drop the samples that are no measurement.
+    """Find the onset of the drive and the jumps in it, and drop the samples that are not measurements.
 
     ``table`` has the columns ``time``, ``voltage``, ``current`` and, if measured, ``displacement``. ``onset`` is its
     time [s] in the file where that is known, or names the reading at which it was: "last-rest" or "first-level".
@@ -119,7 +119,7 @@ def _drive(table: Table, time: Array, u: Array, onset: Onset) -> MeasuredDrive:
 
 
 def _current(table: Table, onset: Onset, drive: PiecewiseLinear) -> tuple[Channel, list[Finding]]:
-    """Return the current, its own answer to the voltage's jump at time 0, and what is to be said of its delay."""
+    """Return the current, its own answer to the voltage's jump at time 0, and findings on its delay."""
     values = table.columns["current"]
     known = np.isfinite(values)
     t, v = table.time[known], values[known]
@@ -185,7 +185,7 @@ def _require_response(current: Channel, drive: PiecewiseLinear, name: str) -> No
 
 
 def _steady(current: Channel) -> bool:
-    """Tell whether the current since the onset ends where it began, but for noise."""
+    """Return True if the current since the onset ends where it began, apart from noise."""
     after = current.values[~current.rest]
     edge = max(len(after) // 20, 3)
     if len(after) < 2 * edge:

@@ -15,13 +15,13 @@ from .smoothing import resolution
 
 #: So many neighbouring samples at the largest current may be an instrument's limit, if the curve breaks off there.
 _CLIPPED = 3
-#: Where no readings are equal, readings within so many noise levels count as equal.
+#: Noise levels within which readings count as equal, if none are exactly equal.
 _SAME = 4.0
 #: A smooth top that is flat within a noise or resolution does not fall beside it by so many times that.
 _BROKEN = 8.0
 #: After a jump of the voltage the current falls fastest at once: what is flat there, and falls only later, is no top.
 _BROKEN_AFTER_JUMP = 2.0
-#: A top that is no more than this part of the largest current of either sign is none.
+#: Least height of a top, as a fraction of the largest current of either sign.
 _TOP = 0.2
 #: A plateau of the current is the voltage's, where that changes beside it by this part of its largest, but not in it.
 _DRIVEN = 0.05
@@ -31,7 +31,7 @@ _BEYOND = 2.0
 _MOSTLY = 0.5
 #: A value that stands apart by so many spans of all others is a sensor's sign for "nothing seen"; zero by fewer.
 _APART, _ZERO_APART = 3.0, 0.25
-#: A drift is reported when it is so many standard errors, and this part of the largest reading.
+#: Least drift that is reported, in standard errors and as a fraction of the largest reading.
 _SURE, _WORTH_REPORTING = 5.0, 0.005
 #: A transient's fall slows down; over the last third of a record it is less than this part of the middle third's.
 _SLOWER = 0.6
@@ -91,7 +91,7 @@ def clipped_tops(
 
 
 def _beyond(port: PassivePort, current: Array, sign: float, flat: Mask, grain: float) -> Mask:
-    """Return the readings (n,) at which a port for all but ``flat`` ones would carry more than they say, surely."""
+    """Return the readings (n,) at which a port fitted to all except ``flat`` ones surely carries more."""
     v = sign * current
     other = v <= float(v.min()) + 1e-9 * float(np.abs(v).max())  # perhaps the other limit
     used = ~flat & ~other if other.sum() >= _CLIPPED and v.min() < -_TOP * v.max() else ~flat
@@ -169,7 +169,7 @@ def rest_drift(t: Array, values: Array, quantity: str, unit: str) -> tuple[Findi
 
 
 def _between(signs: Mask, missing: Mask) -> bool:
-    """Tell whether good readings stand before and after all ``signs``: a rest position begins the record."""
+    """Return True if good readings stand before and after all ``signs``: a rest position begins the record."""
     good = np.flatnonzero(~signs & ~missing)
     where = np.flatnonzero(signs)
     return bool(len(good) and good[0] < where[0] and where[-1] < good[-1])
@@ -196,7 +196,7 @@ def _breaks_off(t: Array, v: Array, u: Array, a: int, b: int, grain: float) -> b
 
 
 def _after_jump(t: Array, u: Array, a: int) -> bool:
-    """Tell whether the voltage jumps, or the drive begins, where the top begins."""
+    """Return True if the voltage jumps, or the drive begins, where the top begins."""
     around = slice(max(a - 8, 0), a + 8)
     return bool(a == 0 or t[a - 1] < 0 <= t[a] or a - 1 - around.start in voltage_jumps(u[around]))
 

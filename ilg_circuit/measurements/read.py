@@ -1,4 +1,4 @@
-"""Reading measured files: which format a file has and what it holds, its content tells."""
+"""Reads measured files; format and kind of data are recognised by the content."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import overload
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..findings import Finding
 from .formats import BINARIES, FORMATS, Format, bare, csv
 from .kind import LOAD_TEST, RECORD, SPECTRUM, TRACK, Kind
@@ -41,7 +41,7 @@ def read(
     onset
         Of a record: when its excitation began, see `prepare`.
     said
-        Columns and units that its headers do not tell, and which of several measurements is meant.
+        Columns and units that its headers do not state, and which of several measurements is meant.
 
     Raises
     ------
@@ -59,7 +59,8 @@ def read(
         return load_test_of(_table(file, format_, kind), mode)
     if kind == TRACK:
         raise InputError(
-            f"{file.name}: holds a displacement alone; give it by --displacement beside a file of voltage and current"
+            f"{file.name}: holds a displacement alone; give it by {argument('displacement')} beside a file of voltage "
+            "and current"
         )
     table = _table(file, format_, kind)
     return spectrum_of(table) if kind == SPECTRUM else record_of(table, onset)
@@ -185,8 +186,8 @@ def _table(file: TextFile, format_: Format, kind: Kind) -> Table:
         raise InputError(f"{file.name}: the file is empty; it needs a header row such as {kind.example}")
     if kind.said.point is not None and (kind != TRACK or format_ is csv):
         raise InputError(
-            f"{file.name}: --part {kind.said.point[:40]}: no points have names in it; leave it out, or count "
-            "measurements from 1"
+            f"{file.name}: {argument('part', kind.said.point[:40])}: no points have names in it; leave it out, or "
+            "count measurements from 1"
         )
     if kind.most_rows and len(file.lines) > 5 * kind.most_rows:
         raise InputError(f"{file.name}: {len(file.lines)} lines; that is no {kind.name}")

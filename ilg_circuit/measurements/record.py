@@ -60,12 +60,31 @@ class Channel:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Record(Result):
-    """A record made ready: ``onset`` [s] in the file's time, the voltage from the onset on, and the channels.
+    """A measured record over time, ready for a fit, as `ilg_circuit.read` returns it.
 
-    ``step`` [V] is the level of a step that begins the record, None for another waveform. ``notes`` say what was
-    left out of the file and what is doubtful about it; ``beginning`` what is known of the time before; ``headers`` the
-    column and unit that each quantity has there. With ``own_clock`` the displacement is of a file of its own, whose
-    clock reads ``displacement.zero`` about where the tip begins to move.
+    Attributes
+    ----------
+    source : str
+        Name of the file or of the data.
+    onset : float
+        When the excitation began, in the file's time [s].
+    voltage : MeasuredDrive
+        Voltage from the onset on; ``voltage.drive`` is the waveform, whose times count from there.
+    step : float or None
+        Level of a step that begins the record [V], None for another waveform.
+    current : Channel
+        Current: ``time`` [s] from the onset and ``values`` [A].
+    displacement : Channel or None
+        Displacement likewise [m].
+    notes : tuple of Finding
+        What was left out of the file, and what is doubtful.
+    beginning : Beginning
+        What is known of the time before the onset.
+    headers : Headers
+        Column and unit of each quantity in the file.
+    own_clock : bool
+        True if the displacement comes from a file of its own, with a clock of its own. ``displacement.zero`` is then
+        about the time at which the tip begins to move.
     """
 
     presenter: ClassVar[str] = "measured"

@@ -1,4 +1,4 @@
-"""What a user says of a file: the columns and units of quantities, which of its measurements is meant."""
+"""Statements of a user on a file: columns and units of quantities, which of its measurements is meant."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ..units import parse, require_positive
 
 T = TypeVar("T")
 
-#: So many measurements of a file are listed.
+#: Largest number of measurements of a file that are listed.
 _LISTED = 12
-#: Before the quantity, of what is said of the displacement's own file.
+#: Prefix of a quantity for statements on the displacement's own file.
 TRACK_PREFIX = "displacement."
 _OF_TRACK = frozenset(("displacement", "x", "y", "likelihood", "frame"))
 _SCALE = re.compile(
@@ -48,12 +48,12 @@ class Said:
 
     @property
     def quantities(self) -> set[str]:
-        """The quantities that are spoken of."""
+        """The quantities on which there are statements."""
         return {*self.columns, *self.units}
 
     @property
     def of_track(self) -> Said:
-        """What is said of the displacement's own file. The unit of a displacement is that of x and y too."""
+        """The statements on the displacement's own file. The unit of a displacement is also used for x and y."""
         columns, units = ({_own(q): text for q, text in d.items() if _of_track(q)} for d in (self.columns, self.units))
         if "displacement" in units:
             units = {"x": units["displacement"], "y": units["displacement"], **units}
@@ -61,7 +61,7 @@ class Said:
 
     @property
     def of_data(self) -> Said:
-        """What is said of the file beside the displacement's own one."""
+        """The statements on the other file, without those on the displacement's own file."""
         columns, units = ({q: text for q, text in d.items() if not _of_track(q)} for d in (self.columns, self.units))
         return Said(columns, units, self.part, self.cycle, self.length, self.section)
 
@@ -83,7 +83,7 @@ def said_of(
 ) -> Said:
     """Return what mappings, or texts such as ``voltage=Potential applied (V)``, say. Raises InputError for others.
 
-    A ``part`` that is no number names the point of a track; a ``scale`` is a size in metres or a text, see `pixel`.
+    A ``part`` that is not a number names the point of a track; a ``scale`` is a size in metres or a text, see `pixel`.
     """
     point = None
     if isinstance(part, str):

@@ -61,7 +61,7 @@ def digit(values: Array) -> float:
 
 
 def smoothed(t: Array, y: Array) -> Smoothed:
-    """Smooth ``y`` (n,) at ascending ``t`` (n,), even or not; without white noise it stays unchanged."""
+    """Return the smooth ``y`` (n,) at ascending ``t`` (n,), even or not; without white noise it stays unchanged."""
     noise = noise_level(y)
     values, stderr = y.copy(), np.full(len(y), noise)
     chosen = np.ones(len(y), dtype=np.intp)

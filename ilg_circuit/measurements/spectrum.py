@@ -27,7 +27,21 @@ _LARGEST, _SMALLEST = 1e15, 1e-15
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Spectrum(Result):
-    """``impedance`` [ohm] (f,) at ``frequency`` [Hz] (f,), ascending; ``notes`` say what was left out."""
+    """A measured impedance over frequency, as `ilg_circuit.read` returns it.
+
+    Attributes
+    ----------
+    source : str
+        Name of the file or of the data.
+    frequency : ndarray (f,)
+        Frequencies [Hz], ascending.
+    impedance : ndarray (f,), complex
+        Impedance [ohm].
+    notes : tuple of Finding
+        What was left out, and what is doubtful.
+    headers : Headers
+        Column and unit of each quantity in the file.
+    """
 
     presenter: ClassVar[str] = "measured"
 
@@ -58,7 +72,18 @@ class Spectrum(Result):
         return {"source": self.source, "readings": readings, "warnings": list(self.warnings)}
 
     def without(self, points: Mask) -> Spectrum:
-        """Return the spectrum without some ``points`` (f,)."""
+        """Return the spectrum without some of its points.
+
+        Parameters
+        ----------
+        points : ndarray (f,), bool
+            True for the points to leave out.
+
+        Returns
+        -------
+        Spectrum
+            The remaining points.
+        """
         return replace(self, frequency=self.frequency[~points], impedance=self.impedance[~points])
 
 
@@ -144,7 +169,7 @@ def _inductive(z: ComplexArray) -> Mask:
 
 
 def _turned(z: ComplexArray) -> bool:
-    """Tell whether Im Z, apart from noise about zero, is positive rather than negative."""
+    """Return True if Im Z, apart from noise about zero, is positive rather than negative."""
     part = z.imag / np.abs(z)
     above, below = float(part[part > 0].sum()), -float(part[part < 0].sum())
     return above > max(2 * below, 0.01 * len(z))

@@ -39,7 +39,7 @@ def read_raw(path: str | Path, kind: Kind) -> RawFile:
 
 
 def text_of(file: RawFile, kind: Kind) -> TextFile:
-    """Return the lines of a file. Raises InputError for one that is no text."""
+    """Return the lines of a file. Raises InputError for a file that is not text."""
     text = decoded(file.raw)
     if "\0" in text:
         raise InputError(f"{file.name}: not a text file; export the {kind.name} as text (CSV)")

@@ -1,4 +1,4 @@
-"""The displacement of a file of its own, on a clock of its own: read, turned along an axis, set beside a record."""
+"""Displacements from files of their own: read, projected on an axis, and combined with a record."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..findings import Finding
 from ..units import format_quantity
 from .columns import columns_table
@@ -28,9 +28,9 @@ from .table import Headers, Table
 
 #: A position of less likelihood is none, as DeepLabCut itself has it.
 _LIKELY = 0.6
-#: Readings at rest that tell their noise; the tip moves where it leaves their level by so many times that.
+#: Number of readings at rest that give the noise, and the deviation, in noise levels, from which the tip moves.
 _FEWEST_AT_REST, _LEAVES = 10, 6.0
-#: Readings are at rest whose line rises by less than so many times the noise.
+#: Largest rise of readings at rest, in noise levels.
 _RISES = 3.0
 #: The rise whose beginning is extrapolated back to rest: up to this part of the largest excursion.
 _RISE = 0.3
@@ -58,7 +58,7 @@ def read_track(path: str | Path, said: Said = NOTHING) -> Track:
     path
         CSV, or a file of DeepLabCut, Tracker or Kinovea.
     said
-        What the file does not tell: columns, units, ``scale``, ``rate`` of the frames, ``axis``, ``point``.
+        What the file does not state: columns, units, ``scale``, ``rate`` of the frames, ``axis``, ``point``.
 
     Raises
     ------
@@ -97,13 +97,17 @@ def _times(table: Table, said: Said) -> Array:
     frames = table.columns.get("frame")
     if "time" in table.columns:
         if said.rate is not None:
-            raise InputError(f"{table.source}: a rate of frames was given, and the file has times; leave --fps out")
+            raise InputError(
+                f"{table.source}: a rate of frames was given, and the file has times; leave out {argument('fps')}"
+            )
         return table.time
     assert frames is not None
     if said.rate is None:
-        raise InputError(f"{table.source}: has frames and no times; give the camera's rate: --fps 25")
+        raise InputError(f"{table.source}: has frames and no times; give the camera's rate: {argument('fps', 25)}")
     if not (math.isfinite(said.rate) and said.rate > 0):
-        raise InputError(f"{table.source}: the rate of frames is {said.rate:g}; give frames a second, such as --fps 25")
+        raise InputError(
+            f"{table.source}: the rate of frames is {said.rate:g}; give frames a second, such as {argument('fps', 25)}"
+        )
     back = np.flatnonzero(~(np.diff(frames) > 0))
     if len(back):
         raise InputError(f"{table.source}: frame {frames[back[0] + 1]:g} follows {frames[back[0]]:g}; sort the file")
@@ -115,7 +119,9 @@ def _along(table: Table, axis: str | None) -> tuple[Array, list[Finding]]:
     columns = table.columns
     if "displacement" in columns:
         if axis is not None:
-            raise InputError(f"{table.source}: --axis is for coordinates x and y; the file has a displacement")
+            raise InputError(
+                f"{table.source}: {argument('axis')} is for coordinates x and y; the file has a displacement"
+            )
         return columns["displacement"], []
     there = [name for name in ("x", "y") if name in columns]
     if axis is None and len(there) == 1:
@@ -126,13 +132,13 @@ def _along(table: Table, axis: str | None) -> tuple[Array, list[Finding]]:
     if plain:
         name = plain[2].lower()
         if name not in there:
-            raise InputError(f"{table.source}: --axis {axis}: the file has no column {name}")
+            raise InputError(f"{table.source}: {argument('axis', axis)}: the file has no column {name}")
         return (-columns[name] if plain[1] == "-" else columns[name]), []
     if len(there) < 2:
-        raise InputError(f"{table.source}: --axis {axis} needs columns x and y")
+        raise InputError(f"{table.source}: {argument('axis', axis)} needs columns x and y")
     turned = _ANGLE.fullmatch(axis.strip())
     if not turned:
-        raise InputError(f"--axis {axis[:20]}: write x, y, -x, -y or an angle from x to y, such as 30deg")
+        raise InputError(f"{argument('axis', axis[:20])}: write x, y, -x, -y or an angle from x to y, such as 30deg")
     angle = float(turned[1]) if turned[2] == "rad" else math.radians(float(turned[1]))
     return math.cos(angle) * columns["x"] + math.sin(angle) * columns["y"], []
 
@@ -223,7 +229,7 @@ def beginning(t: Array, values: Array) -> tuple[float, bool]:
 
 
 def _moves(t: Array, values: Array, noise: float) -> bool:
-    """Tell whether readings before a motion move already: the line of their first half rises by more than noise."""
+    """Return True if readings before a motion move already: the line of their first half rises by more than noise."""
     half = max(len(t) // 2, 2)
     line = np.polynomial.Polynomial.fit(t[:half], values[:half], 1)
     return abs(float(line(t[half - 1]) - line(t[0]))) > _RISES * noise * max(np.sqrt(12 / half), 0.5)

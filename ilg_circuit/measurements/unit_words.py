@@ -57,7 +57,7 @@ def _factor(unit: str, si: str) -> float:
     if si == "deg":
         angle = _ANGLES.get(clean_unit(unit).removeprefix("\u00c2").lower())
         if angle is None:
-            raise InputError(f"unit '{unit[:40]}' is no angle; give it in 'deg' or 'rad'")
+            raise InputError(f"unit '{unit[:40]}' is not an angle; give it in 'deg' or 'rad'")
         return angle
     if not si:
         unit = clean_unit(unit)

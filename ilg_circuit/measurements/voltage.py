@@ -21,7 +21,7 @@ _OF_CURRENT_NOISE = 0.1
 _SMOOTH = 0.5
 #: Parts into which the time between two samples of a smooth curve is divided.
 _PARTS = 8
-#: A level's readings wobble by no more than so many steps of the instrument.
+#: Largest fluctuation of a level's readings, in steps of the instrument.
 _WOBBLE = 2.5
 #: A strip answers a voltage's noise where its current's noise follows by this part of the conductance, this surely.
 _ANSWERS, _SURE = 0.3, 6.0
@@ -105,7 +105,7 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
 
 
 def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> bool:
-    """Tell whether a strip of ``conductance`` [S] answered what looks like noise of the voltage ``u`` [V].
+    """Return True if a strip of ``conductance`` [S] answered what looks like noise of the voltage ``u`` [V].
 
     Noise that was applied passes on to the ``current`` [A]; noise of a reading does not. All are (n,), blanks left out.
     """

@@ -56,7 +56,7 @@ class _Series:
     rows: Array | None
 
     def terms(self, z: Array) -> Array:
-        """The Taylor terms (ORDER + 1, 2 n + 1) of the motion from ``z`` (2 n + 1,)."""
+        """Return the Taylor terms (ORDER + 1, 2 n + 1) of the motion from ``z`` (2 n + 1,)."""
         if self.rows is not None:
             return np.asarray((self.rows @ z).reshape(ORDER + 1, -1))
         result = np.empty((ORDER + 1, len(z)))
@@ -72,7 +72,7 @@ class _Series:
         return self.exponential(1.0)
 
     def exponential(self, length: float) -> Array:
-        """exp(A h ``length``) (2 n + 1, 2 n + 1), for lengths up to 1."""
+        """Return exp(A h ``length``) (2 n + 1, 2 n + 1), for lengths up to 1."""
         m = len(self.matrix)
         if self.rows is not None:
             return np.asarray((length**_EXPONENTS @ self.rows.reshape(ORDER + 1, -1)).reshape(m, m))
@@ -109,16 +109,16 @@ class Stretch:
         return self.begin + self.length * self.step
 
     def states(self, s: ArrayLike) -> Array:
-        """States (points, 2 n) at ``s`` in steps from the begin."""
+        """Return the states (points, 2 n) at ``s`` in steps from the begin."""
         return np.vander(np.atleast_1d(np.asarray(s, dtype=float)), ORDER + 1, increasing=True) @ self.terms
 
     def outputs(self, readout: Array) -> Array:
-        """Polynomials (rows, ORDER + 1) of ``readout`` (rows, n) times y."""
+        """Return the polynomials (rows, ORDER + 1) of ``readout`` (rows, n) times y."""
         n = len(self.active)
         return np.asarray((readout * self.active) @ self.terms[:, :n].T)
 
     def propagator(self) -> Array:
-        """Derivative (2 n, 2 n) of the state at the end by the state at the begin."""
+        """Return the derivative (2 n, 2 n) of the state at the end by the state at the begin."""
         full = self.piece.whole if self.length == 1 else self.piece.exponential(self.length)
         return full[:-1, :-1]
 
@@ -144,13 +144,13 @@ class Flow:
         self._room = max(2, int(_CACHE / ((ORDER + 1 if len(linear) <= _LARGEST_STACK else 2) * linear.size * 8)))
 
     def rate(self, state: Array) -> Array:
-        """The derivative z' (2 n,) [1/s]."""
+        """Return the derivative z' (2 n,) [1/s]."""
         n = self.network.size
         full = self._linear @ np.append(state, 1.0) + self._outputs @ np.maximum(state[:n], 0)
         return np.asarray(full[:-1])
 
     def matrix(self, active: Active) -> Array:
-        """A (2 n, 2 n) [1/s] of the piece in which just ``active`` neurons have x > 0."""
+        """Return A (2 n, 2 n) [1/s] of the piece in which just ``active`` neurons have x > 0."""
         return self._full_matrix(active)[:-1, :-1]
 
     def _full_matrix(self, active: Active) -> Array:
@@ -159,8 +159,10 @@ class Flow:
         return a
 
     def stretches(self, state: Array, duration: float, begin: float = 0.0) -> Iterator[Stretch]:
-        """The motion from ``state`` (2 n,) over ``duration`` [s]. Raises InputError when it grows without bound or
-        takes more than `MOST_STEPS` steps, SolveError when switches pile up at one moment (none was ever seen to).
+        """Yield the motion from ``state`` (2 n,) over ``duration`` [s].
+
+        Raises InputError if it grows without bound or takes more than `MOST_STEPS` steps, SolveError if switches
+        accumulate at one moment (which was never observed).
         """
         n = self.network.size
         z = np.append(state, 1.0)
@@ -237,7 +239,7 @@ class Flow:
 
 
 def _spectral_radius(matrix: Array) -> float:
-    """An upper bound, and a near one, of the spectral radius of a matrix of no negative numbers.
+    """Return an upper bound, and a near one, of the spectral radius of a matrix of no negative numbers.
 
     For any positive v the largest (M v)_i/v_i is one (Collatz); powers of M bring v to where it is least.
     """
@@ -287,7 +289,7 @@ def sign_changes(polynomial: Array, length: float = 1.0) -> Iterator[float]:
 
 
 def _halved(b: Array) -> tuple[Array, Array]:
-    """De Casteljau: coefficients on both halves of the interval."""
+    """Return the coefficients on both halves of the interval, by De Casteljau's algorithm."""
     left, right = np.empty_like(b), np.empty_like(b)
     row = b
     for k in range(len(b)):
@@ -297,7 +299,7 @@ def _halved(b: Array) -> tuple[Array, Array]:
 
 
 def _root(polynomial: Array, low: float, high: float, rising: bool) -> float:
-    """The one root between ``low`` and ``high`` by Newton's method, kept in its bracket by bisection."""
+    """Return the one root between ``low`` and ``high`` by Newton's method, kept in its bracket by bisection."""
     coefficients = polynomial[::-1].tolist()
     s = (low + high) / 2
     for _ in range(100):
@@ -318,7 +320,7 @@ def _root(polynomial: Array, low: float, high: float, rising: bool) -> float:
 
 
 def sampled(flow: Flow, state: Array, times: Array, progress: Callable[[float], None] | None = None) -> Array:
-    """States (times, 2 n) of the motion from ``state`` at ``times`` [s], ascending from >= 0."""
+    """Return the states (times, 2 n) of the motion from ``state`` at ``times`` [s], ascending from >= 0."""
     result = np.empty((len(times), len(state)))
     result[times <= 0] = state
     k = int(np.searchsorted(times, 0.0, side="right"))

@@ -22,7 +22,7 @@ from ..units import require_positive
 from .network import Network, checked_start
 from .outcome import Rhythm
 
-#: Newton's method must be done to rounding, or it and not the grid decides; a later line overrides an earlier one.
+#: Newton's method must converge to rounding, so that the grid decides the error; a later line overrides an earlier one.
 TOLERANCES = ".options reltol=1e-9 abstol=1e-12 vntol=1e-12"
 _DECK_OPTIONS = ".options reltol=1e-6 trtol=1 abstol=1e-10 vntol=1e-9 chgtol=1e-14 method=trap numdgt=9"
 
@@ -38,7 +38,7 @@ _CAUTION = 2.0
 
 
 def netlist_text(network: Network, start: ArrayLike | None = None) -> str:
-    """The netlist without analysis: nodes x1.., v1.., y1.. and out, the drive output y_1 - y_2; 1 V stands for 1."""
+    """Return the netlist without analysis: nodes x1.., v1.., y1.. and out, the output y_1 - y_2; 1 V stands for 1."""
     state = checked_start(network, start)
     n = network.size
     lines = [f"Matsuoka network of {n} neurons"]
@@ -94,7 +94,7 @@ def _number(value: float) -> str:
 
 
 def solve(network: Network, duration: float, points: int, start: ArrayLike | None = None) -> tuple[Array, Array]:
-    """A uniform grid of ``points`` steps over ``duration`` [s], and x (n, points + 1) by ngspice's trapezoidal rule.
+    """Return a uniform grid of ``points`` steps over ``duration`` [s], and x (n, points + 1) by the trapezoidal rule.
 
     x, not y: it is smooth enough to interpolate, and max(0, x) then has its corners where they are. Raises SolveError
     when ngspice fails.
@@ -116,15 +116,15 @@ def solve(network: Network, duration: float, points: int, start: ArrayLike | Non
 
 
 def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> tuple[float, float, float]:
-    """Period [s], amplitude and relative error of both of the cycle of ``rhythm``, by ngspice from the same start.
+    """Return period [s], amplitude and their relative error for the cycle of ``rhythm``, by ngspice from its start.
 
     The amplitude is half the peak-to-peak of y_1 - y_2.
 
     The run goes on until the cycle's multiplier has left 1e-8 of the start, and four periods more; where that takes
-    more than a hundred periods, it starts on the cycle and takes a hundred at most. The trapezoidal error goes as the
-    square of the step, but where in a step a switch falls is chance, so nothing is extrapolated: the run is done on
-    three grids, each finer by about the root of two, and the finest stands, with twice the largest difference from it
-    as its error. Finer grids follow until that meets ``accuracy``; SolveError when it does not.
+    more than a hundred periods, it starts on the cycle and takes a hundred at most. The trapezoidal error goes with
+    the square of the step, but a switch falls anywhere in a step, so nothing is extrapolated. The run is repeated on
+    three grids, each finer by about the root of two. The finest is returned; its error is twice the largest difference
+    from it. Finer grids follow until that meets ``accuracy``; SolveError when it does not.
     """
     cycle = rhythm.cycle
     if cycle is None:
@@ -149,7 +149,7 @@ def measured(rhythm: Rhythm, accuracy: float = ACCURACY) -> tuple[float, float, 
 
 
 def _read_off(time: Array, inner: Array, network: Network, period: float) -> Array:
-    """(period, amplitude, half the swing of the x that moves most) of the last periods of waves that have settled."""
+    """Return period, amplitude and half the swing of the x that moves most, for the last periods of settled waves."""
     from scipy.interpolate import CubicSpline
 
     last = time > time[-1] - 2.5 * period - 8 * time[1]
@@ -157,7 +157,7 @@ def _read_off(time: Array, inner: Array, network: Network, period: float) -> Arr
     reference = inner[int(np.argmax(np.ptp(inner, axis=1)))]
     wave = CubicSpline(time, reference - (reference.max() + reference.min()) / 2)
     ups = [r for r in wave.roots(extrapolate=False) if wave(r, 1) > 0]
-    # a wave may pass its middle more than once a period: the passage a period before the last is the one meant
+    # a wave may pass its middle more than once in a period: take the passage one period before the last
     length = min((ups[-1] - r for r in ups[:-1]), key=lambda passed: abs(passed - period), default=np.inf)
     if not abs(length - period) <= 0.05 * period:
         raise SolveError(f"ngspice's waves do not repeat after {period:.6g} s")
@@ -172,7 +172,7 @@ def _read_off(time: Array, inner: Array, network: Network, period: float) -> Arr
 
 
 def sampled_by_ngspice(network: Network, times: Array, start: ArrayLike | None = None) -> tuple[Array, float]:
-    """x (times, n) at ``times`` [s] by ngspice, and the difference of two grids relative to the largest x."""
+    """Return x (times, n) at ``times`` [s] by ngspice, and the difference of two grids relative to the largest x."""
     from scipy.interpolate import CubicSpline
 
     end = float(times[-1])

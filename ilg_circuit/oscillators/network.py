@@ -36,7 +36,7 @@ CHAIN_SAME, CHAIN_CROSS = 0.1, 0.1
 
 MOST_NEURONS = 200
 
-#: Beyond this the squares and differences of numbers lose their meaning in double precision.
+#: Beyond this, squares and differences of numbers overflow or lose all digits in double precision.
 _LARGEST = 1e30
 _SMALLEST_TIME = 1e-30
 #: Largest file of weights.
@@ -50,7 +50,8 @@ class Network:
     ``weights`` (n, n): W_ij, how much the output of neuron j inhibits neuron i (given as any array, kept as tuples);
     ``adaptation`` d >= 0; ``tonic`` e, one number for all or one for each neuron; ``rise_time`` Tr and
     ``adaptation_time`` Ta [s]. ``units`` are pairs (extensor, flexor) of neurons counted from 0, whose difference of
-    outputs drives a segment; without any, the network drives with y_1 - y_2. Raises InputError for what is no network.
+    outputs drives a segment; without any, the network drives with y_1 - y_2. Raises InputError for arguments that do
+    not make a network.
     """
 
     weights: ArrayLike
@@ -132,19 +133,19 @@ def _checked_weights(weights: ArrayLike) -> tuple[tuple[float, ...], ...]:
 
 
 def mutual_weights(neurons: int, inhibition: float = INHIBITION) -> Array:
-    """W (n, n) of neurons that all inhibit one another by ``inhibition`` a; two of them are the paper's unit."""
+    """Return W (n, n) of neurons that all inhibit one another by ``inhibition`` a; two of them are the paper's unit."""
     _check_count(neurons)
     return inhibition * (1 - np.eye(neurons))
 
 
 def ring_weights(neurons: int, inhibition: float = INHIBITION) -> Array:
-    """W (n, n) of a ring in which each neuron inhibits both its neighbours."""
+    """Return W (n, n) of a ring in which each neuron inhibits both its neighbours."""
     one_way = one_way_ring_weights(neurons, inhibition)
     return np.where(one_way, one_way, one_way.T)
 
 
 def one_way_ring_weights(neurons: int, inhibition: float = INHIBITION) -> Array:
-    """W (n, n) of a ring in which neuron k inhibits neuron k + 1 only."""
+    """Return W (n, n) of a ring in which neuron k inhibits neuron k + 1 only."""
     _check_count(neurons)
     return inhibition * np.roll(np.eye(neurons), 1, axis=0)
 
@@ -152,7 +153,7 @@ def one_way_ring_weights(neurons: int, inhibition: float = INHIBITION) -> Array:
 def chain_weights(
     units: int, inhibition: float = INHIBITION, same: float = CHAIN_SAME, cross: float = CHAIN_CROSS
 ) -> Array:
-    """W (2 n, 2 n) of n two-neuron units in a row, the tail first, along which a wave travels to the head.
+    """Return W (2 n, 2 n) of n two-neuron units in a row, the tail first, along which a wave travels to the head.
 
     Neuron k of a unit receives + ``same`` y_k - ``cross`` y_(other k) of its tailward neighbour (ks, kc).
     """
@@ -170,12 +171,12 @@ def _check_count(neurons: int) -> None:
 
 
 def unit(inhibition: float = INHIBITION, **constants: Any) -> Network:
-    """The paper's oscillator: two neurons that inhibit each other. ``constants`` are those of `Network`."""
+    """Return the paper's oscillator: two neurons that inhibit each other. ``constants`` are those of `Network`."""
     return Network(mutual_weights(2, inhibition), **constants)
 
 
 def ring(neurons: int = 3, inhibition: float = INHIBITION, *, one_way: bool = False, **constants: Any) -> Network:
-    """A ring of neurons that inhibit both neighbours, or only the next. ``constants`` are those of `Network`."""
+    """Return a ring of neurons that inhibit both neighbours, or only the next. ``constants`` are those of `Network`."""
     weights = one_way_ring_weights if one_way else ring_weights
     return Network(weights(neurons, inhibition), **constants)
 
@@ -188,7 +189,7 @@ def chain(
     cross: float = CHAIN_CROSS,
     **constants: Any,
 ) -> Network:
-    """Units in a row, tail first; see `chain_weights`. ``constants`` are those of `Network`."""
+    """Return the units in a row, tail first; see `chain_weights`. ``constants`` are those of `Network`."""
     pairs = tuple((2 * k, 2 * k + 1) for k in range(units))
     return Network(chain_weights(units, inhibition, same, cross), units=pairs, **constants)
 
@@ -242,7 +243,7 @@ def wired(
 
 
 def default_start(network: Network) -> Array:
-    """(2 n,) = (x_1.., v_1..): the start of CPG §6.3, from which three neurons and more begin unlike one another.
+    """Return the start of CPG §6.3, (2 n,) = (x_1.., v_1..), in which three neurons or more differ.
 
     Two neurons start from x_1 = 0.12; more from x_1 = v_n = 0.12 (the paper's six numbers, order assumed); every unit
     of a chain like two neurons.
@@ -256,7 +257,7 @@ def default_start(network: Network) -> Array:
 
 
 def checked_start(network: Network, start: ArrayLike | None) -> Array:
-    """``start`` as an array (2 n,), or the default. Raises InputError for another length and values that are none."""
+    """Return ``start`` as an array (2 n,), or the default. Raises InputError for a wrong length or wrong values."""
     if start is None:
         return default_start(network)
     state = np.array(start, dtype=float)
@@ -274,7 +275,7 @@ def checked_start(network: Network, start: ArrayLike | None) -> Array:
 
 
 def read_weights(path: Path) -> Array:
-    """W from a CSV file of n rows of n numbers; lines that start with # and blank lines are skipped.
+    """Return W from a CSV file of n rows of n numbers; lines that start with # and blank lines are skipped.
 
     Raises InputError naming file, line and column for what is no square matrix of finite numbers.
     """

@@ -37,11 +37,11 @@ class Cycle:
         return self.multiplier <= 1 + MARGINAL
 
     def stretches(self) -> list[Stretch]:
-        """One period."""
+        """Return one period of the motion."""
         return list(Flow(self.network).stretches(self.state, self.period))
 
     def amplitudes(self) -> Array:
-        """Half the peak-to-peak (units,) of the units' outputs y_extensor - y_flexor."""
+        """Return half the peak-to-peak (units,) of the units' outputs y_extensor - y_flexor."""
         low = np.full(len(self.network.units), np.inf)
         high = -low
         for stretch in self.stretches():
@@ -53,7 +53,7 @@ class Cycle:
         return np.asarray((high - low) / 2)
 
     def fundamentals(self, readout: Array) -> ComplexArray:
-        """(2/T) int f exp(-2 pi i t/T) dt of f = ``readout`` (rows, n) times y over one period: (rows,)."""
+        """Return (2/T) int f exp(-2 pi i t/T) dt of f = ``readout`` (rows, n) times y over one period: (rows,)."""
         total = np.zeros(len(readout), dtype=complex)
         for stretch in self.stretches():
             s = stretch.length * (_GAUSS_NODES + 1) / 2
@@ -129,6 +129,6 @@ class Rhythm(Warned):
 
 
 def _wrapped(degrees: Array) -> Array:
-    """From -180 (not included, to a billionth) to 180."""
+    """Return angles wrapped to -180 (not included, to a billionth) to 180."""
     turned = (degrees + 180) % 360 - 180
     return np.where(turned <= -180 + 1e-9, turned + 360, turned)

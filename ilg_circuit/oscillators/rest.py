@@ -40,7 +40,7 @@ _SINGULAR = 1e13
 class RestState:
     """A state of rest: ``x`` (n,), with v = y = max(0, x); ``growth`` [1/s] the largest real part of an eigenvalue.
 
-    ``edge`` tells that a neuron rests just on its threshold, between two pieces; ``growth`` is the larger of theirs.
+    ``edge`` is True if a neuron rests just on its threshold, between two pieces; ``growth`` is then the larger one.
     """
 
     x: Array
@@ -79,7 +79,7 @@ class RestStates:
 
 
 def growth(network: Network, active: Mask) -> float:
-    """Largest real part [1/s] of the eigenvalues of the piece in which just ``active`` (n,) neurons have x > 0."""
+    """Return the largest real part [1/s] of the eigenvalues of the piece in which just ``active`` (n,) neurons fire."""
     rise, fatigue = network.rise_time, network.adaptation_time
     largest = -np.inf if active.all() else max(-1 / rise, -1 / fatigue)
     if active.any():
@@ -96,13 +96,13 @@ def growth(network: Network, active: Mask) -> float:
 
 
 def rest_of_piece(network: Network, active: Mask) -> RestState | None:
-    """The state of rest with just ``active`` (n,) neurons above threshold; None without one, or with many."""
+    """Return the state of rest with just ``active`` (n,) neurons above threshold; None without one, or with many."""
     found, _ = _solve(network.matrix, network.tonics, network.adaptation, active)
     return None if found is None else _judged(network, found)
 
 
 def rest_states(network: Network) -> RestStates:
-    """All states of rest, or those found where there are too many active sets to try; see the module."""
+    """Return all states of rest, or those found where there are too many active sets to try; see the module."""
     components = strong_components(network.matrix)
     if max(len(c) for c in components) <= LARGEST_COMPONENT:
         found, tried, continuum = _enumerated(network, components)
@@ -127,7 +127,7 @@ def _judged(network: Network, x: Array) -> RestState:
 
 
 def _solve(w: Array, inputs: Array, adaptation: float, active: Mask) -> tuple[Array | None, bool]:
-    """x (n,) at rest on one active set under ``inputs`` e, and whether there may be many.
+    """Return x (n,) at rest on one active set under ``inputs`` e, and whether there may be many.
 
     x is None where it is not consistent or not determined.
     """
@@ -146,16 +146,16 @@ def _solve(w: Array, inputs: Array, adaptation: float, active: Mask) -> tuple[Ar
 
 
 def block_eigenvalues(matrix: Array) -> ComplexArray:
-    """Eigenvalues (n,) of a matrix, block by block where it is block triangular.
+    """Return the eigenvalues (n,) of a matrix, block by block where it is block triangular.
 
-    A chain's units all have the same ones; taken from the whole matrix they would come out wrong in the first digit.
+    The units of a chain all have the same eigenvalues; computed from the whole matrix they would lose all digits.
     """
     blocks = [np.linalg.eigvals(matrix[np.ix_(c, c)]) for c in strong_components(matrix)]
     return np.concatenate(blocks).astype(np.complex128)
 
 
 def strong_components(w: Array) -> list[list[int]]:
-    """Strongly connected components of the graph j -> i where w_ij is not 0, each after those that act on it."""
+    """Return strongly connected components of the graph j -> i where w_ij is not 0, each after those that act on it."""
     from scipy.sparse.csgraph import connected_components
 
     count, labels = connected_components(w != 0, directed=True, connection="strong")
@@ -167,7 +167,7 @@ def strong_components(w: Array) -> list[list[int]]:
 
 
 def _enumerated(network: Network, components: list[list[int]]) -> tuple[list[Array] | None, int, bool]:
-    """x of all states of rest (None: too many), how many sets were tried, whether one may have a line of states."""
+    """Return x of all states of rest (None: too many), the number of sets tried, True if a line of states may exist."""
     partial = [np.zeros(network.size)]
     tried, continuum = 0, False
     for component in components:

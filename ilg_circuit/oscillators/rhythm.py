@@ -4,9 +4,9 @@ Simulation alone cannot decide: near the edge of a cycle's window a rest state i
 So
 
 - rest is proven: the motion is in the piece of a stable state of rest, and the sum of the sizes of its decaying modes
-  keeps it there, so that the flow is linear for ever (for a piece whose eigenvectors are no basis: it is within an
+  keeps it there, so that the flow stays linear (for a piece whose eigenvectors are no basis: it is within an
   ellipsoid z' P z, A'P + P A = -I, inside the piece). Where the sum holds only for a while, as for a state of rest that
-  is left slowly, that while is leapt over;
+  is left slowly, the motion leaps over that time;
 - a cycle is a solution of flow(z, T) = z, found by Newton's method with the exact derivative of the flow, that the
   motion has come close to and whose Floquet multipliers do not exceed one.
 """
@@ -29,8 +29,8 @@ from .outcome import MARGINAL, Cycle, Rhythm
 from .rest import RestState, growth, rest_of_piece, rest_states, strong_components
 from .symmetry import Quotient, quotient
 
-#: Steps of the flow after which a motion that neither rests nor repeats is called irregular; more where the time
-#: constants lie so far apart that these are fewer than so many of their sums.
+#: Steps of the flow after which a motion that neither rests nor repeats is called irregular. They last at least the
+#: second number times the sum of the time constants.
 MOST_STEPS = 100_000
 _MOST_STIFF_STEPS = 600_000
 _TIME_CONSTANTS, _STEPS_PER_CONSTANT = 60, 8
@@ -38,13 +38,13 @@ _TIME_CONSTANTS, _STEPS_PER_CONSTANT = 60, 8
 _LEAP = 2000
 #: Eigenvectors with a larger condition number are no basis to rely on.
 _BASIS = 1e7
-#: Newton's method may take this many steps, and this many times those of the motion itself.
+#: Most steps of Newton's method, and most steps of its motions relative to those of the motion itself.
 _NEWTON_STEPS, _NEWTON_SHARE = 10_000, 1
 #: Steps between two looks at the motion.
 _CHUNK = 16
 #: Longest cycle looked for, in returns of one neuron.
 _MOST_RETURNS = 24
-#: A motion that returns this near to itself, relative to its size, is near a cycle; and so near the cycle must be.
+#: A motion that returns this close to itself, relative to its size, is near a cycle; the second is the distance to it.
 _NEAR = 0.02
 _CONVERGED = 1e-12
 #: A motion as slow as this, relative to its size and in rise times, has stopped.
@@ -63,7 +63,7 @@ def rhythm(network: Network, start: ArrayLike | None = None) -> Rhythm:
 
 
 def _unfolded(small: Rhythm, network: Network, start: Array, classes: Quotient) -> Rhythm:
-    """The result for the classes as one for the full network, its stability judged anew.
+    """Return the result for the classes as one for the full network, its stability judged anew.
 
     With a finding where identical neurons stay identical only because nothing disturbs them.
     """
@@ -136,7 +136,7 @@ class _Piece:
         return time if within(time) else 0.0
 
     def later(self, state: Array, time: float) -> Array:
-        """The state (2 n,) of the linear flow after ``time`` [s]."""
+        """Return the state (2 n,) of the linear flow after ``time`` [s]."""
         assert self.inverse is not None
         c = self.inverse @ (state - self.rest.state)
         return np.asarray(self.rest.state + (self.vectors @ (c * np.exp(self.rates * time))).real)
@@ -186,7 +186,7 @@ class _Follower:
     # -- rest ----------------------------------------------------------------------------------------------------------
 
     def _resting(self, stretch: Stretch, piece: _Piece | None, stays: float) -> Rhythm | None:
-        """Return the rhythm of a motion that provably tends to rest, or of which no eigenvalue can tell; else None."""
+        """Return the rhythm of a motion that provably tends to rest, or that no eigenvalue can decide; else None."""
         state, still = stretch.terms[0], np.zeros(len(self.network.units))
         decayed = np.abs(state).max() <= _STOPPED * np.abs(self.start).max()
         if decayed and not self.network.tonics.any():  # the initial activity of a network without input
@@ -207,7 +207,7 @@ class _Follower:
         return None
 
     def _piece(self, active: Mask) -> _Piece | None:
-        """The piece with just these neurons active, None if it has no rest of its own."""
+        """Return the piece with just these neurons active, None if it has no rest of its own."""
         key = active.tobytes()
         if key not in self.pieces:
             rest = rest_of_piece(self.network, active)
@@ -226,7 +226,7 @@ class _Follower:
         return self._ended("cycle", cause, stretch.begin, cycle.amplitudes(), cycle=cycle, findings=findings)
 
     def _cycle(self, count: int) -> Cycle | None:
-        """The cycle that the motion has come near to, if it has."""
+        """Return the cycle that the motion has come near to, if it has."""
         if count < self.next_search or self.newton_steps > _NEWTON_STEPS + _NEWTON_SHARE * count:
             return None
         late = []  # neurons that still switch, by how often they did in the latter half
@@ -248,7 +248,7 @@ class _Follower:
         return None
 
     def _closed(self, state: Array, period: float, size: float, returns: int) -> Cycle | None:
-        """Newton's method on flow(z, T) = z from a motion that nearly returns; None where it leads elsewhere."""
+        """Return the cycle, flow(z, T) = z, by Newton's method from a motion that nearly returns; None without one."""
         z, duration = state.copy(), period
         m = len(z)
         error = np.inf
@@ -304,7 +304,7 @@ class _Follower:
 
 
 def _monodromy(flow: Flow, state: Array, duration: float) -> tuple[Array, Array, int]:
-    """Derivative (2 n, 2 n) of the state after ``duration`` by ``state``, that state (2 n,), and the steps taken."""
+    """Return the derivative (2 n, 2 n) of the state after ``duration`` by ``state``, that state, the steps taken."""
     total = np.eye(len(state))
     end, steps = state, 0
     for stretch in flow.stretches(state, duration):
@@ -315,7 +315,7 @@ def _monodromy(flow: Flow, state: Array, duration: float) -> tuple[Array, Array,
 
 
 def _multiplier(network: Network, monodromy: Array) -> float:
-    """Largest Floquet multiplier in magnitude, without one for the motion along the cycle itself.
+    """Return the largest Floquet multiplier in magnitude, without one for the motion along the cycle itself.
 
     Taken component by component, like the eigenvalues of a state of rest; of the components that move on their own one
     multiplier is the trivial one.

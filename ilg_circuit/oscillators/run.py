@@ -33,10 +33,34 @@ _MOST_DEFAULT_SAMPLES = 100_000
 
 @dataclass(frozen=True, repr=False, eq=False)
 class RhythmRun(Result, Warned):
-    """A network from ``start`` at ``time`` [s] (t,): ``states`` (t, 2 n) = (x, v), NaN for v from ngspice.
+    """The motion of a network of n neurons, as `ilg_circuit.cpg` returns it.
 
-    ``rhythm`` is its long-term behaviour. ``period`` [s] and ``amplitude`` are its, or those read off ngspice's
-    waveforms; ``error`` is ngspice's estimated relative error of both, ``wave_error`` that of x over time (0 for ode).
+    Attributes
+    ----------
+    time : ndarray (t,)
+        Times [s].
+    outputs : ndarray (t, n)
+        Outputs y = max(x, 0) of the neurons.
+    unit_outputs : ndarray (t, units)
+        Output of the extensor minus that of the flexor, of every unit.
+    states : ndarray (t, 2 n)
+        Membrane states x and fatigue states v; v is NaN if ngspice solved the network.
+    period : float or None
+        Period [s], None without a rhythm.
+    amplitude : float
+        Amplitude of the output.
+    rhythm : Rhythm
+        Long-term behaviour: the cycle or the states of rest.
+    network : Network
+        Neurons, weights and constants.
+    engine : str
+        What solved the network: "ode" or "ngspice".
+    error : float
+        Error of period and amplitude estimated by ngspice, relative.
+    wave_error : float
+        Error of x over time estimated by ngspice, relative; 0 for "ode".
+    warnings : tuple of str
+        Findings as sentences.
     """
 
     presenter: ClassVar[str] = "cpg"
@@ -53,12 +77,12 @@ class RhythmRun(Result, Warned):
 
     @property
     def outputs(self) -> Array:
-        """y (t, n)."""
+        """Outputs of the neurons, y = max(x, 0) (t, n)."""
         return np.maximum(self.states[:, : self.network.size], 0)
 
     @property
     def unit_outputs(self) -> Array:
-        """y_extensor - y_flexor of every unit (t, units)."""
+        """Output of the extensor minus that of the flexor, of every unit (t, units)."""
         return self.outputs @ self.network.readout.T
 
     @property
@@ -67,7 +91,18 @@ class RhythmRun(Result, Warned):
         return (*self.rhythm.findings, *_about_duration(self.rhythm, float(self.time[-1])))
 
     def write_deck(self, path: str | Path) -> None:
-        """Write the network as a SPICE deck of the same duration, which ``ngspice -b`` runs."""
+        """Write the network as a SPICE deck of the same duration, which ``ngspice -b`` runs.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
         from .netlist import deck
 
         end = float(self.time[-1])
@@ -187,7 +222,7 @@ def _about_duration(end: Rhythm, duration: float) -> tuple[Finding, ...]:
 
 
 class Wiring(TypedDict, total=False):
-    """The options of `cpg` that make its network."""
+    """The options of `cpg` that define its network."""
 
     topology: str | None
     neurons: int | None
@@ -253,27 +288,27 @@ def cpg(
     Parameters
     ----------
     duration : float or str, optional
-        How long: seconds, or a text such as "10 s"; not with ``sweep``.
+        Duration [s], or a text such as "10 s"; not with ``sweep``.
     topology : {"mutual", "ring", "one-way-ring", "chain"}, optional
         How neurons inhibit each other (default mutual).
     neurons : int, optional
-        How many (default 2; 3 in a ring; 30 in a chain).
+        Number of neurons (default 2; 3 in a ring; 30 in a chain).
     weights : str, Path or array_like, optional
-        W (n, n) or a CSV file of it, in place of a topology: row i, what inhibits neuron i.
+        Weights W (n, n) or a CSV file of them, in place of a topology; row i holds what inhibits neuron i.
     inhibition : float, optional
-        Every weight of the topology (default 2.5).
+        Mutual inhibition a: every weight of the topology (default 2.5).
     same : float, optional
         Coupling of a chain to the same neuron of the unit before (default 0.1).
     cross : float, optional
         Coupling of a chain to the other neuron of the unit before (default 0.1).
     adaptation : float
-        How strongly a neuron fatigues.
+        Strength d of the adaptation (fatigue).
     tonic : float
-        Tonic input.
+        Tonic input e of each neuron.
     rise_time : float or str
-        Time constant of the state [s].
+        Time constant Tr of the state x [s].
     adaptation_time : float or str
-        Time constant of the fatigue [s].
+        Time constant Ta of the adaptation v [s].
     start : array_like or str, optional
         States x of each neuron, then v of each (default: the paper's), or a text such as "0.12,0,0,0".
     samples : int, optional
@@ -281,16 +316,17 @@ def cpg(
     step : float or str, optional
         Time between samples [s], in place of their number.
     engine : {"ode", "ngspice"}
-        The exact flow between thresholds, or the netlist.
+        Solver: "ode" is exact between thresholds, "ngspice" solves the neurons as a circuit.
     sweep : str, optional
         A parameter to vary, such as "inhibition=1:5:41": 41 values from 1 to 5.
     progress : callable, optional
-        Called with (time, end) [s], of a sweep with (done, total).
+        Function that is called with (time, end) [s], or in a sweep with (done, total).
 
     Returns
     -------
     RhythmRun or RhythmSweep
-        Outputs over time, whose ``rhythm`` is the long-term behaviour; of a sweep period and amplitude over the values.
+        ``time`` [s], ``outputs`` (t, n), ``period`` [s] and ``amplitude``; with ``sweep`` arrays of ``period`` and
+        ``amplitude`` over ``values``. See `ilg.results`.
 
     Raises
     ------
@@ -342,4 +378,4 @@ def _start(text: str) -> list[float]:
     try:
         return [float(cell) for cell in text.split(",")]
     except ValueError:
-        raise InputError(f"{argument('start')} '{text[:40]}' is no list of numbers; write it like 0.12,0,0,0") from None
+        raise InputError(f"{argument('start')} '{text[:40]}' is not a list of numbers; write 0.12,0,0,0") from None

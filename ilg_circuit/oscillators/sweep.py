@@ -23,9 +23,20 @@ MOST_VALUES = 10_000
 
 @dataclass(frozen=True, repr=False, eq=False)
 class RhythmSweep(Result):
-    """Rhythms over ``values`` (n,) [SI] of ``parameter``.
+    """The rhythms of a network over the values of one parameter, as `ilg_circuit.cpg` returns them for a sweep.
 
-    ``outcomes`` (n,) as in `Rhythm`; ``period`` (n,) [s], NaN without a cycle; ``amplitude`` (n,), NaN where undecided.
+    Attributes
+    ----------
+    parameter : str
+        Name of the parameter.
+    values : ndarray (n,)
+        Its values [SI].
+    outcomes : tuple of str
+        Long-term behaviour at each value, as in `Rhythm`.
+    period : ndarray (n,)
+        Periods [s]; NaN without a cycle.
+    amplitude : ndarray (n,)
+        Amplitudes; NaN where the outcome is undecided.
     """
 
     presenter: ClassVar[str] = "cpg_sweep"
@@ -104,7 +115,7 @@ def cpg_sweep(
         ) from None
     low, high = (parse(end, PARAMETERS[name], f"{argument('sweep')} {name}") for end in (first, last))
     if not count.isdecimal() or not 1 <= int(count) <= MOST_VALUES:
-        raise InputError(f"{argument('sweep')}: '{count}' is no number of values; give 1 to {MOST_VALUES}")
+        raise InputError(f"{argument('sweep')}: '{count}' is not a number of values; give 1 to {MOST_VALUES}")
     if name == "inhibition" and wiring.get("weights") is not None:
         raise InputError(
             f"inhibition belongs to a topology; with {argument('weights')} sweep adaptation, tonic or a time"

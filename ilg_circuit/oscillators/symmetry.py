@@ -1,7 +1,7 @@
 """Symmetry: neurons with equal starts and equal inputs stay equal, and are reduced to a smaller network.
 
-Rounding would separate them wherever the symmetric motion is unstable, and a network that in theory rests for ever
-would seem to oscillate. So a motion is computed for one neuron of each class, which is exact, and faster.
+Rounding would separate them wherever the symmetric motion is unstable, and a network that in theory stays at rest
+would seem to oscillate. Therefore one neuron of each class is computed, which is exact, and faster.
 """
 
 from __future__ import annotations
@@ -64,12 +64,12 @@ def quotient(network: Network, start: Array) -> Quotient:
 
 
 def _received(w: Array, classes: NDArray[np.intp]) -> list[tuple[float, ...]]:
-    """For each neuron the sum of the weights from each class."""
+    """Return for each neuron the sum of the weights from each class."""
     groups = [np.flatnonzero(classes == c) for c in range(int(classes.max()) + 1)]
     return [tuple(math.fsum(row[g].tolist()) for g in groups) for row in w]
 
 
 def _numbered(signatures: list[tuple[float, ...]]) -> NDArray[np.intp]:
-    """Class numbers in order of first appearance."""
+    """Return the class numbers in order of first appearance."""
     numbers: dict[tuple[float, ...], int] = {}
     return np.array([numbers.setdefault(s, len(numbers)) for s in signatures], dtype=np.intp)

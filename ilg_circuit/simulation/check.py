@@ -90,7 +90,7 @@ def check_impedance(result: Impedance, **how: Any) -> list[Difference]:
 def _with_motion(
     result: Impedance, *, tip: str = "free", beam: str | None = None, load: Load | None = None, bias: float = 0.0
 ) -> ComplexArray:
-    """Z = Re + Rdc || (Zp + N^2 Zm1 Z_tip/(Zm1 + Z_tip)) [ohm]; about a bias one of the two N keeps Zp of 0 V."""
+    """Return Z = Re + Rdc || (Zp + N^2 Zm1 Z_tip/(Zm1 + Z_tip)) [ohm]; with a bias one of the N keeps Zp of 0 V."""
     low, high = float(result.frequency.min()), float(result.frequency.max())
     hung = load.mass if load is not None else 0.0
     lumped = lumped_elements(result.actuator, (low * 0.999, high * 1.001), hung)
@@ -112,7 +112,7 @@ def _with_motion(
 
 
 def _largest(values: ComplexArray, reference: ComplexArray) -> float:
-    """Largest difference relative to each value's own size."""
+    """Return the largest difference relative to each value's own size."""
     return float((np.abs(values - reference) / np.abs(reference)).max())
 
 
@@ -127,7 +127,7 @@ def require_agreement(differences: Sequence[Difference]) -> None:
 
 
 def closed_forms(response: Response, *, tip: str, beam: str | None = None) -> dict[str, Array]:
-    """The papers' closed forms at the response's times, for those quantities that have one.
+    """Return the papers' closed forms at the response's times, for those quantities that have one.
 
     Current: one ionic branch, or several without electrode resistance, for a beam that reflects nothing (the dynamic
     beam's reflected voltage is compared too: it must be negligible, EC (20), (21)). Displacement and clamped force: EC
@@ -154,7 +154,7 @@ def closed_forms(response: Response, *, tip: str, beam: str | None = None) -> di
 
 
 def _superposed(quantity: str, drive: Drive, t: Array, parts: Sequence[tuple[float, ...]]) -> Array:
-    """A quantity under ``drive``: the sum of its closed form over sets of constants."""
+    """Return a quantity under ``drive``: the sum of its closed form over sets of constants."""
 
     def total(kind: str, time: Array, *more: float) -> Array:
         form = getattr(formulas, f"{quantity}_{kind}")

@@ -19,7 +19,7 @@ from ..errors import InputError
 def current_constants(
     dc_resistance: float, dynamic_resistance: float, capacitance: float, electrode_resistance: float = 0.0
 ) -> tuple[float, float, float]:
-    """(a0/U [S], a1/U [S], lambda [1/s]) of the step current i = a0 + a1 exp(-lambda t), EC (4), (5) corrected."""
+    """Return (a0/U [S], a1/U [S], lambda [1/s]) of the step current a0 + a1 exp(-lambda t), EC (4), (5) corrected."""
     series = dc_resistance + electrode_resistance
     d = dc_resistance * dynamic_resistance + electrode_resistance * (dc_resistance + dynamic_resistance)
     return 1 / series, dc_resistance**2 / (d * series), series / (d * capacitance)
@@ -28,7 +28,7 @@ def current_constants(
 def resistances_from_step(
     a0: float, a1: float, rate: float, voltage: float, electrode_resistance: float = 0.0
 ) -> tuple[float, float, float]:
-    """(Rdc [ohm], Rd [ohm], C [F]) from a step's a0, a1 [A], lambda [1/s]: the inverse of EC (5), Re given.
+    """Return (Rdc [ohm], Rd [ohm], C [F]) from a step's a0, a1 [A], lambda [1/s]: the inverse of EC (5), Re given.
 
     Four elements and three observables: Re must come from elsewhere, 0 <= Re < U/(a0 + a1), else InputError.
     """
@@ -43,19 +43,19 @@ def resistances_from_step(
 
 
 def current_step(t: ArrayLike, a0: float, a1: float, rate: float) -> Array:
-    """Step current a0 + a1 exp(-lambda t), EC (4)."""
+    """Return the step current a0 + a1 exp(-lambda t), EC (4)."""
     time = np.asarray(t, dtype=float)
     return np.where(time >= 0, a0 + a1 * np.exp(-rate * np.maximum(time, 0)), 0.0)
 
 
 def current_ramp(t: ArrayLike, a0: float, a1: float, rate: float) -> Array:
-    """Current under a ramp of 1 V/s, the integral of `current_step`: a0 t + a1 (1 - exp(-lambda t))/lambda."""
+    """Return current under a ramp of 1 V/s, the integral of `current_step`: a0 t + a1 (1 - exp(-lambda t))/lambda."""
     time = np.maximum(np.asarray(t, dtype=float), 0)
     return np.asarray(a0 * time - a1 * np.expm1(-rate * time) / rate)
 
 
 def current_sine(t: ArrayLike, a0: float, a1: float, rate: float, frequency: float) -> Array:
-    """Current under sin(2 pi f t) switched on at t = 0: phasor of EC (2) and the transient that starts it from rest."""
+    """Return the current under sin(2 pi f t) from t = 0: phasor of EC (2) and the transient from rest."""
     time = np.maximum(np.asarray(t, dtype=float), 0)
     s = 2j * np.pi * frequency
     response = a0 + a1 * s / (s + rate)
@@ -66,7 +66,7 @@ def current_sine(t: ArrayLike, a0: float, a1: float, rate: float, frequency: flo
 
 
 def _modes(t: Array, damping_ratio: float, natural_frequency: float) -> tuple[Array, Array]:
-    """c = e^(-sigma t) cos(wd t) and S = e^(-sigma t) sin(wd t)/wd, continued through critical and over-damping."""
+    """Return c = e^(-sigma t) cos(wd t), S = e^(-sigma t) sin(wd t)/wd, also at and above critical damping."""
     sigma = damping_ratio * natural_frequency
     square = sigma**2 - natural_frequency**2
     root = np.sqrt(abs(square))
@@ -80,7 +80,7 @@ def _modes(t: Array, damping_ratio: float, natural_frequency: float) -> tuple[Ar
 def displacement_step(
     t: ArrayLike, gain: float, zero: float, damping_ratio: float, natural_frequency: float, bending_ratio: float
 ) -> Array:
-    """Free displacement per volt of step [m/V], EC (34) with the sign of EC (35), for any damping ratio.
+    """Return the free displacement per volt of step [m/V], EC (34) with the sign of EC (35), for any damping ratio.
 
     ``bending_ratio`` = 3 L_F^2/b^2. For zeta' < 1 this is EC (34); at and above 1 the sine and cosine become their
     critical and hyperbolic limits.
@@ -94,7 +94,7 @@ def displacement_step(
 def displacement_ramp(
     t: ArrayLike, gain: float, zero: float, damping_ratio: float, natural_frequency: float, bending_ratio: float
 ) -> Array:
-    """Free displacement [m] under 1 V/s: the integral of `displacement_step`."""
+    """Return the free displacement [m] under 1 V/s: the integral of `displacement_step`."""
     time = np.maximum(np.asarray(t, dtype=float), 0)
     static = bending_ratio * gain * zero / natural_frequency**2
     sigma = damping_ratio * natural_frequency
@@ -112,7 +112,7 @@ def displacement_sine(
     bending_ratio: float,
     frequency: float,
 ) -> Array:
-    """Free displacement per volt [m/V] under sin(2 pi f t) switched on at t = 0, from rest; EC (32)."""
+    """Return the free displacement per volt [m/V] under sin(2 pi f t) switched on at t = 0, from rest; EC (32)."""
     time = np.maximum(np.asarray(t, dtype=float), 0)
     s = 2j * np.pi * frequency
     sigma = damping_ratio * natural_frequency
@@ -123,12 +123,12 @@ def displacement_sine(
 
 
 def steady_displacement(voltage: float, static_coupling: float, load_distance: float, thickness: float) -> float:
-    """Free displacement at rest [m], EC (37): 3 U L_F^2 d0/b^2."""
+    """Return the free displacement at rest [m], EC (37): 3 U L_F^2 d0/b^2."""
     return 3 * voltage * load_distance**2 * static_coupling / thickness**2
 
 
 def steady_force(
     voltage: float, static_coupling: float, youngs_modulus: float, width: float, thickness: float, load_distance: float
 ) -> float:
-    """Clamped force at rest [N], EC (26), (39) corrected: (3/4) d0 E U b w/L_F."""
+    """Return the clamped force at rest [N], EC (26), (39) corrected: (3/4) d0 E U b w/L_F."""
     return 3 / 4 * static_coupling * youngs_modulus * voltage * thickness * width / load_distance

@@ -1,4 +1,4 @@
-"""A prediction beside a measurement, as a response carries it; `identification.comparison` makes it."""
+"""A prediction beside a measurement, part of a response; made by `identification.comparison`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _NORMAL_95 = 1.96
 class Compared:
     """One quantity at ``time`` [s] in the file's time: ``measured`` and ``predicted`` (n,), positive to the anode.
 
-    A displacement is counted from its rest; ``offset`` tells that there was none and the mean difference was taken off.
+    A displacement is counted from its rest; ``offset`` is True if, without a rest, the mean difference was removed.
     ``stderr`` (n,) is the prediction's, by the fit's covariance; ``noise`` the measurement's white noise.
     """
 

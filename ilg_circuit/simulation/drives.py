@@ -42,33 +42,33 @@ FORMS: tuple[Form, ...] = (
         "square",
         ("square:4V,30s[,duty], square:-4V..4V,30s", "square:1mm,30s[,duty]"),
         range(2, 4),
-        "The value and zero in turn: 30 s is the period, of which the first half (or the fraction duty) has the "
-        "value; LOW..HIGH gives both levels.",
+        "The value and zero alternate. 30 s is the period; its first half (or the fraction duty) has the value. "
+        "LOW..HIGH gives both levels.",
     ),
     Form(
         "triangle",
         ("triangle:4V,30s, triangle:-2V..2V,30s", "triangle:1mm,30s"),
         range(2, 3),
-        "Up and down in straight lines: 30 s is the period; LOW..HIGH gives both ends.",
+        "A triangular wave from zero to the value. 30 s is the period. LOW..HIGH gives both ends.",
     ),
     Form(
         "cv",
         ("cv:-1V..1V,50mV/s[,cycles]", "cv:-1mm..1mm,0.1mm/s[,cycles]"),
         range(2, 4),
-        "Cyclic voltammetry: a triangle between two values at this rate, without end or for cycles.",
+        "Cyclic voltammetry: a triangle between two values at this rate, endless or for a number of cycles.",
     ),
     Form(
         "pulse",
         ("pulse:4V,1s,10s[,count]", "pulse:1mm,1s,10s[,count]"),
         range(3, 5),
-        "The value for 1 s in each period of 10 s, without end or count times.",
+        "The value for 1 s in each period of 10 s, endless or count times.",
     ),
     Form("sine", ("sine:2V,0.1Hz", "sine:1mm,0.1Hz"), range(2, 3), "A sine of this amplitude and frequency."),
     Form(
         "chirp",
         ("chirp:1V,0.01Hz..1Hz", "chirp:1mm,0.01Hz..1Hz"),
         range(2, 3),
-        "A sine whose frequency goes from one to the other during the run.",
+        "A sine whose frequency rises or falls from the first to the second during the run.",
     ),
     Form(
         "multisine",
@@ -77,7 +77,12 @@ FORMS: tuple[Form, ...] = (
         "A sum of 10 (or tones) sines between two frequencies, with this peak.",
     ),
     Form("ramp", ("ramp:1V/s", "ramp:0.1mm/s"), range(1, 2), "A straight line from zero."),
-    Form("file", ("file:drive.csv", "file:motion.csv"), None, "The rows of a CSV file: time_s and the value."),
+    Form(
+        "file",
+        ("file:drive.csv", "file:motion.csv"),
+        None,
+        "The rows of a CSV file: time_s and a voltage or, for a motion, a displacement.",
+    ),
     Form("repeat", ("repeat:5,drive.csv", "repeat:5,motion.csv"), None, "The rows of a file, repeated 5 times."),
 )
 
@@ -110,7 +115,7 @@ def parse_drive(text: str, duration: float, unit: str = "V", said: Said = NOTHIN
 
 
 def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -> Drive:
-    """The drive of a form for a run of ``duration`` [s], from the ``parts`` after the colon; values are in ``unit``."""
+    """Return the drive of a form for ``duration`` [s], from the ``parts`` after the colon; values are in ``unit``."""
     from ..drive import PiecewiseLinear, Sine
     from . import shapes
 
@@ -167,12 +172,12 @@ def two(text: str, unit: str, name: str) -> tuple[float, float]:
 
 
 def _count(parts: Sequence[str], place: int, what: str, usual: float = math.inf) -> float:
-    """The whole number at a place of the parts, if it is there."""
+    """Return the whole number at a place of the parts, or the default."""
     if place >= len(parts):
         return usual
     value = parse(parts[place], "", what)
     if not (value >= 1 and value == int(value)):
-        raise InputError(f"{what}: '{parts[place]}' is no whole number of one or more")
+        raise InputError(f"{what}: '{parts[place]}' is not a whole number of one or more")
     return value
 
 

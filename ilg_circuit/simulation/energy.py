@@ -102,7 +102,7 @@ class EnergyAccount(Result):
 
 
 def probes(netlist: Netlist) -> tuple[Output, ...]:
-    """Outputs that an account needs beyond a netlist's own; their errors are not judged."""
+    """Return the outputs that an account needs beyond a netlist's own; their errors are not judged."""
     found = [_across(e) for e in netlist.elements if _counts(e)]
     for element in _of(netlist, Role.REFLECTED_VOLTAGE):
         found += [
@@ -118,7 +118,7 @@ def probes(netlist: Netlist) -> tuple[Output, ...]:
 
 
 def works(netlist: Netlist) -> tuple[Work, ...]:
-    """Energies that an account needs, of a netlist with `probes`: the ``energy`` that the source gives, its ways."""
+    """Return the energies that an account needs, of a netlist with `probes`: source, stores and losses."""
     found = [Work("energy", lambda voltage, of: voltage * of("current"), probe=False)]
     found += [Work(f"energy of {e.name}", _dissipation(e)) for e in netlist.elements if _counts(e) and _dissipates(e)]
     if _of(netlist, Role.REFLECTED_VOLTAGE):
@@ -134,7 +134,7 @@ def _dissipates(element: Element) -> bool:
 
 
 def _dissipation(element: Element) -> Callable[[Array, Named], Array]:
-    """The power that a resistor or an electron path of sinh takes."""
+    """Return the power that a resistor or an electron path of sinh takes."""
     scale = _MECHANICAL if element.role.mechanical else 1.0
 
     def power(_: Array, of: Named) -> Array:
@@ -147,7 +147,7 @@ def _dissipation(element: Element) -> Callable[[Array, Named], Array]:
 
 
 def account(netlist: Netlist, waves: Waveforms) -> EnergyAccount:
-    """The account of a run, from its `probes` and `works`."""
+    """Return the account of a run, from its `probes` and `works`."""
     dissipated: dict[str, Array] = {}
     stored: dict[str, Array] = {}
     for element in filter(_counts, netlist.elements):
@@ -165,7 +165,7 @@ def account(netlist: Netlist, waves: Waveforms) -> EnergyAccount:
 
 
 def _counts(element: Element) -> bool:
-    """Whether an element is a part of the strip: not arithmetic, not the copy that reflects."""
+    """Return True if an element is a part of the strip, not arithmetic and not the copy that reflects."""
     return element.role.electrical or element.role.mechanical
 
 

@@ -25,11 +25,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Impedance(Result):
-    """``impedance`` [ohm] (f,) at ``frequency`` [Hz] (f,), small signal about ``bias`` [V].
+    """The small-signal impedance of a strip over frequency, as `ilg_circuit.impedance` returns it.
 
-    ``port`` [ohm] (f,) is the closed form of the electrical side alone, EC (1); the difference is what the motion
-    reflects. ``ladder`` realises a Warburg element or CPE, if there is one. ``checks`` are the differences from other
-    solutions, where they were asked for.
+    Attributes
+    ----------
+    frequency : ndarray (f,)
+        Frequencies [Hz].
+    impedance : ndarray (f,), complex
+        Impedance at the terminals [ohm].
+    port : ndarray (f,), complex
+        Closed form of the electrical side alone [ohm], EC (1). The difference is reflected by the motion.
+    bias : float
+        Voltage about which the signal is small [V].
+    actuator : Actuator
+        The strip.
+    engine : str
+        What solved the circuit.
+    ladder : Ladder or None
+        The ladder that realises a Warburg element or a CPE.
+    checks : tuple of Difference
+        Differences from other solutions, if ``check=True`` was asked for.
     """
 
     presenter: ClassVar[str] = "impedance"

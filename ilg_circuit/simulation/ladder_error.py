@@ -1,4 +1,4 @@
-"""How far a strip's ladder is from the element that it stands for, in the waveforms of a run.
+"""Estimates the error of a strip's ladder, in the waveforms of a run, against the element that it approximates.
 
 A ladder of twice as many sections over a band two decades wider at both ends is solved beside it, near 0 V and without
 the beam's inertia, as sums of modes; the difference is the error, but for the finer ladder's own, a small part of it.
@@ -26,7 +26,7 @@ _CAUTION = 1.5
 _WIDER = 100.0
 #: Samples whose largest value is a smaller part of the run's are rounding about zero.
 _FELT = 1e-3
-#: A sine is drawn by so many lines a period, for so many periods at most: what comes later repeats itself.
+#: Lines per period that approximate a sine, and the largest number of periods; later ones repeat.
 _CHORDS, _PERIODS = 40, 25
 #: Points after each edge of the drive, and samples, at most, that are looked at.
 _AFTER_EDGE, _SAMPLES = 24, 400

@@ -40,7 +40,7 @@ ACCEPTABLE = 5e-6
 
 #: Width of the band of a run's ladders: what relaxes within 1e-4 of the run is an instant.
 _RESOLVED = 1e5
-#: More samples than that need not be points of the solve.
+#: Number of samples above which they are interpolated between points of the solve.
 _MANY_SAMPLES = 1000
 #: A run beyond this times the largest voltage of the fit is an extrapolation.
 _BEYOND = 1.1
@@ -48,12 +48,42 @@ _BEYOND = 1.1
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Response(Simulated):
-    """What a strip does under a ``drive``; `waveforms.WAVEFORMS` lists its waveforms.
+    """The response of a strip to a drive: waveforms over time, as `ilg_circuit.simulate` returns them.
 
-    ``voltage`` at the terminals, ``current`` into them, ``charge`` on the ionic capacitors, ``displacement`` and
-    ``force`` at L_F, positive towards the anode (NaN without a coupling), ``energy`` delivered by the source since
-    t = 0, ``account`` where it went. Where they were asked for: ``stderr`` (n,), standard errors by waveform;
-    ``compared``, the prediction beside what was measured; ``checks``, the differences from other solutions.
+    Displacement and force are taken at L_F, positive towards the anode, and NaN for a strip without a coupling.
+
+    Attributes
+    ----------
+    time : ndarray (n,)
+        Times [s].
+    voltage, current : ndarray (n,)
+        Voltage at the terminals [V] and current into them [A].
+    displacement, force : ndarray (n,)
+        Displacement [m] and force on the load or the clamp [N].
+    charge : ndarray (n,)
+        Charge on the ionic capacitors [C].
+    energy : ndarray (n,)
+        Energy delivered by the source since t = 0 [J].
+    account : EnergyAccount
+        Where the energy went: stored, dissipated, done as work.
+    actuator : Actuator
+        The strip.
+    drive : Drive
+        The voltage over time.
+    error : float
+        Estimated error, relative to the largest value of each waveform.
+    engine : str
+        What solved the circuit: "ngspice" or "exact".
+    netlist : Netlist
+        The circuit that was solved.
+    stderr : mapping of str to ndarray (n,)
+        Standard errors by waveform, if ``band=True`` was asked for.
+    compared : tuple of Compared
+        Predictions beside measured waveforms, if ``compare`` was given.
+    checks : tuple of Difference
+        Differences from the other engine and the closed forms, if ``check=True`` was asked for.
+    warnings : tuple of str
+        Findings as sentences, such as limits of the model that are exceeded.
     """
 
     presenter: ClassVar[str] = "response"
@@ -83,7 +113,20 @@ class Response(Simulated):
         return (*super().table(), *errors)
 
     def write_csv(self, path: str | Path, *, energy: bool = False) -> None:
-        """Write the command's CSV file, blanks for NaN, ``energy`` as its last column if asked; `save` writes all."""
+        """Write the waveforms as CSV with full precision, blanks for NaN; `save` writes all of them.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+        energy : bool
+            Adds the energy as the last column.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
         left_out = {w.column for w in WAVEFORMS.values() if w.on_request and not energy}
         write_csv(path, {header: values for header, values in self.columns().items() if header not in left_out})
 

@@ -23,11 +23,32 @@ SENSED = ("displacement", "voltage", "current", "force", "charge")
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Sensed(Simulated):
-    """What the ``terminals`` of a strip show under a ``motion`` of its tip.
+    """The electrical answer of a strip whose tip is moved, as `ilg_circuit.sense` returns it.
 
-    ``displacement`` [m] imposed on L_F; ``voltage`` [V] at the terminals and ``current`` [A] into the plus pin, one of
-    the two zero; elastic ``force`` [N] of the strip; ``charge`` [C] on the ion path. What is mechanical is positive
-    towards the anode.
+    Mechanical quantities are positive towards the anode.
+
+    Attributes
+    ----------
+    time : ndarray (n,)
+        Times [s].
+    displacement : ndarray (n,)
+        Displacement imposed at L_F [m].
+    voltage, current : ndarray (n,)
+        Voltage between the terminals [V] and current into plus [A]; one of them is zero.
+    force : ndarray (n,)
+        Elastic force of the strip [N].
+    charge : ndarray (n,)
+        Charge on the ion path [C].
+    actuator : Actuator
+        The strip.
+    motion : Drive
+        The motion over time.
+    terminals : str
+        "open" or "short".
+    error : float
+        Estimated error, relative to the largest value of each waveform.
+    engine : str
+        What solved the circuit.
     """
 
     presenter: ClassVar[str] = "sensing"

@@ -73,7 +73,7 @@ def step_metrics(
 
 
 def _peaks(t: Array, rows: Array) -> tuple[Array, Array]:
-    """Time and value of the largest excursion of each row, between samples by a parabola."""
+    """Return the time and value of the largest excursion of each row, between samples by a parabola."""
     size = np.abs(np.where(np.isnan(rows), -np.inf, rows))
     k = np.argmax(np.where(np.isinf(size), -1.0, size), axis=1)
     one = np.arange(len(rows))
@@ -92,7 +92,7 @@ def _peaks(t: Array, rows: Array) -> tuple[Array, Array]:
 
 
 def _settling(t: Array, rows: Array, final: Array, band: float) -> Array:
-    """From when on each row stays within ``band`` of its final value."""
+    """Return the time from which each row stays within ``band`` of its final value."""
     limit = band * np.abs(final)
     away = np.abs(rows - final[:, None])
     outside = ~(away <= limit[:, None])

@@ -13,7 +13,7 @@ from ..errors import InputError
 
 
 def superpose(drive: Drive, t: Array, response: Callable[..., Any]) -> Array:
-    """Response at ``t`` [s]: a piecewise linear drive as steps at its jumps and ramps at its bends, a sine as it is.
+    """Return the response at ``t`` [s]: steps at a drive's jumps, ramps at its bends, or a sine as it is.
 
     ``response(kind, time)`` gives the answer (..., time) to a "step" of 1 V and a "ramp" of 1 V/s at time 0, and
     ``response("sine", time, frequency)`` that to a sine of 1 V. Raises InputError for another kind of drive.

@@ -88,9 +88,9 @@ class Simulated(Result):
     engine: str
 
     def __getattr__(self, name: str) -> Array:
-        if name not in WAVEFORMS:
-            raise AttributeError(f"a response has no '{name}'; its waveforms are {', '.join(WAVEFORMS)}")
-        return self.waveforms[name]
+        if name in WAVEFORMS and name in self.waveforms:
+            return self.waveforms[name]
+        raise self._missing(name, f"its waveforms are {', '.join(vars(self).get('waveforms', ()))}")
 
     def table(self) -> tuple[Column, ...]:
         """Return time and waveforms (n,)."""
@@ -98,7 +98,7 @@ class Simulated(Result):
         return (Column("time", self.time, "s", over=True), *waves)
 
 
-#: What a strip answers with: all but the drive, the electrical ones first, as pictures and checks show them.
+#: Waveforms of the response, i.e. all except the drive; electrical ones first, as in pictures and checks.
 ANSWERS = tuple(
     sorted(
         (waveform for waveform in WAVEFORMS.values() if waveform.name != "voltage"),

@@ -25,7 +25,7 @@ from .state_space import StateSpace
 _BLOCK = 2000
 #: A mode whose part in an output is smaller is not felt.
 _FELT = 1e-13
-#: A drive with fewer edges than one in so many samples is solved from edge to edge, not from sample to sample.
+#: Samples per edge of the drive above which a run is solved from edge to edge, not from sample to sample.
 _FEW_EDGES = 8
 #: Numbers in the exponentials kept at most: an irregular grid asks for as many of them as it has intervals.
 _MOST_KEPT = 20_000_000
@@ -160,7 +160,7 @@ def _shared_widths(grid: Array, edges: Array) -> Array:
 def drive_lines(drive: Drive, starts: Array, widths: Array) -> Array:
     """Return the drive at the ``starts`` [s] (m,) of smooth intervals and its companion there; shape (2, m).
 
-    The companion of a line is its slope; the companion of a sine is what it will be a quarter of a period later.
+    The companion of a line is its slope; the companion of a sine is its value a quarter of a period later.
     """
     if drive.angular_frequency():
         return _at(drive, starts)
@@ -170,14 +170,14 @@ def drive_lines(drive: Drive, starts: Array, widths: Array) -> Array:
 
 
 def _at(drive: Drive, t: Array) -> Array:
-    """The drive at ``t`` and a sine's companion there; zero for a line's, whose slope does not count at a point."""
+    """Return the drive at ``t`` and a sine's companion there, zero for a line, whose slope is not needed."""
     omega = drive.angular_frequency()
     value = drive.value(t)
     return np.stack([value, drive.value(t + np.pi / 2 / omega) if omega else np.zeros_like(value)])
 
 
 def _outputs(system: StateSpace, omega: float, inputs: Array, widths: Array, fractions: Array) -> Iterator[Array]:
-    """Outputs (n, outputs, intervals, points) of blocks of intervals, one after the other.
+    """Return the outputs (n, outputs, intervals, points) of blocks of intervals, one after the other.
 
     ``inputs`` (2, m) at the starts of intervals of ``widths`` (m,), or of one interval more, which has no width: the
     end. The points of an interval are its start and ``fractions`` of its width, the last of which is 1 and begins the
@@ -210,7 +210,7 @@ def _finite(result: Array) -> Array:
 
 
 def _augment(system: StateSpace, omega: float) -> tuple[Array, Array]:
-    """State, drive, its companion and the constant 1 as one autonomous system, and the outputs of it."""
+    """Return the state, drive, its companion and the constant 1 as one autonomous system, and the outputs of it."""
     n, s, _ = system.a.shape
     matrix = np.zeros((n, s + 3, s + 3))
     matrix[:, :s, :s] = system.a
@@ -237,7 +237,7 @@ class _Propagators:
         self._kept: dict[str, Array] = {}
 
     def of(self, interval: int) -> Array:
-        """Exponentials (n, fractions, states, states); widths that do not come again are forgotten."""
+        """Return the exponentials (n, fractions, states, states); widths that do not come again are forgotten."""
         key, width = self._keys[interval], float(self._widths[interval])
         if key not in self._kept:
             if (len(self._kept) + 1) * len(self._fractions) * self._matrix.size > _MOST_KEPT:
@@ -256,5 +256,5 @@ class _Propagators:
 
 
 def _key(width: float) -> str:
-    """A width to 12 digits."""
+    """Return a width to 12 digits."""
     return f"{width:.11e}"

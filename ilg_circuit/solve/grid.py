@@ -40,7 +40,7 @@ _SMOOTH = 0.4
 #: Fewest nodes of a piece that begins or ends with a jump, to which samples and powers are extrapolated.
 _BESIDE_JUMP = 9
 _ORDER = 8
-#: More time points between two edges of the drive than that are no grid that anybody could wait for.
+#: Most time points between two edges of the drive; more would take too long to solve.
 _MOST_POINTS = 1e8
 #: A step never grows beyond this part of the time since the segment began.
 _GROWTH = 0.35
@@ -65,25 +65,25 @@ class Grid:
 
     @cached_property
     def smooth(self) -> Mask:
-        """Which steps lie in a smooth piece: those of a jump do not."""
+        """True for steps in a smooth piece, False for steps of a jump."""
         inside = np.zeros(len(self.nodes), dtype=int)
         np.add.at(inside, self.segments[:, 0], 1)
         np.subtract.at(inside, self.segments[:, 1], 1)
         return np.asarray(np.cumsum(inside)[:-1] > 0)
 
     def parts(self, parts: int) -> NDArray[np.intp]:
-        """Into how many equal steps each step is split where ``parts`` are asked for."""
+        """Return the number of equal steps into which each step is split for ``parts``."""
         return np.where(self.smooth | self.linear, parts, 1)
 
     def subdivided(self, parts: int) -> Array:
-        """The nodes with every step split into ``parts`` equal ones, but for a jump's in a nonlinear circuit."""
+        """Return the nodes with every step split into ``parts`` equal ones, except jumps of a nonlinear circuit."""
         counts = self.parts(parts)
         inner = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
         steps = np.repeat(np.diff(self.nodes) / counts, counts)
         return np.append(np.repeat(self.nodes[:-1], counts) + steps * inner, self.nodes[-1])
 
     def voltages(self, drive: Drive, points: Array) -> Array:
-        """The drive at ``points`` (see `subdivided`): straight lines from node to node, a sine itself."""
+        """Return the drive at ``points`` (see `subdivided`): straight lines from node to node, a sine itself."""
         if drive.angular_frequency():
             return drive.value(points)
         at_nodes = drive.value(self.nodes)
@@ -98,12 +98,12 @@ class Grid:
         return np.asarray(np.interp(points, self.nodes, at_nodes))
 
     def jump_error(self, rates: Array) -> Array:
-        """Error that the length of a jump leaves in modes of ``rates`` [1/s], relative to what it excites in each."""
+        """Return the error by a jump's length in modes of ``rates`` [1/s], relative to the excitation of each."""
         z = self.rise * rates
         return np.asarray(np.minimum(z**4 / 7680 if self.linear else z**2 / 8, 1.0))
 
     def halved(self) -> Grid:
-        """The grid with every step of a smooth piece split in two."""
+        """Return the grid with every step of a smooth piece split in two."""
         counts = np.where(self.smooth, 2, 1)
         place = np.concatenate([[0], np.cumsum(counts)])
         nodes = np.empty(place[-1] + 1)
@@ -114,7 +114,7 @@ class Grid:
         return replace(self, nodes=nodes, index=index, segments=place[self.segments])
 
     def bent(self, bends: Array) -> Grid:
-        """The grid with nodes at ``bends`` [s], ascending, within its pieces, none all but coinciding with another."""
+        """Return the grid with nodes at ``bends`` [s], ascending, within its pieces, none too close to another."""
         right = np.clip(np.searchsorted(self.nodes, bends), 1, len(self.nodes) - 1)
         before, after = bends - self.nodes[right - 1], self.nodes[right] - bends
         width = before + after
@@ -128,7 +128,7 @@ class Grid:
 def design_grid(
     poles: ComplexArray, drive: Drive, samples: Array, theta: float, *, interpolate: bool = True, linear: bool = True
 ) -> Grid:
-    """The grid for a circuit (or several, ``poles`` together) under ``drive`` with results wanted at ``samples``.
+    """Return the grid for a circuit (or several, ``poles`` together) under ``drive``, with results at ``samples``.
 
     ``samples`` [s] ascending, >= 0. ``theta`` sets the fineness. Where samples are much denser than the circuit needs
     they are interpolated (if ``interpolate``), elsewhere they are nodes. A jump of the drive lies in the middle of
@@ -171,7 +171,7 @@ def design_grid(
 
 
 def _rise(breakpoints: Array, jumping: Mask, end: float, rise: float, least: float) -> float:
-    """How long [s] a jump takes: too short for any mode to notice, well within its neighbours, longer than rounding."""
+    """Return the length [s] of a jump: below every mode's time constant, within its neighbours, above rounding."""
     if jumping.any():
         gaps = np.diff(np.concatenate([[0.0], breakpoints, [end]]))
         nearest = float(np.minimum(gaps[:-1], gaps[1:])[jumping].min())
@@ -185,7 +185,7 @@ def _rise(breakpoints: Array, jumping: Mask, end: float, rise: float, least: flo
 
 
 def smooth_intervals(poles: ComplexArray, drive: Drive, end: float) -> Array:
-    """Points from 0 to ``end`` [s] between which every mode and the drive are smooth, breakpoints included."""
+    """Return points from 0 to ``end`` [s] between which every mode and the drive are smooth, breakpoints included."""
     begins = np.concatenate([[0.0], drive.breakpoints(end)])
     ends = np.append(begins[1:], end)
     profile = _profile(poles, drive.angular_frequency(), float((ends - begins).max()), _SMOOTH)
@@ -194,7 +194,7 @@ def smooth_intervals(poles: ComplexArray, drive: Drive, end: float) -> Array:
 
 
 def _profile(poles: ComplexArray, omega: float, longest: float, theta: float) -> Array:
-    """Nodes (without the start) of a segment of length ``longest``, by inverting the count N(t) = integral dt/h(t)."""
+    """Return nodes (without the start) of a segment of length ``longest``, by inverting N(t) = integral dt/h(t)."""
     modes = poles[np.abs(poles) > 0]
     if not longest or (not len(modes) and not omega):
         return np.empty(0)
@@ -216,7 +216,7 @@ def _profile(poles: ComplexArray, omega: float, longest: float, theta: float) ->
 
 
 def representatives(modes: ComplexArray) -> ComplexArray:
-    """Few modes that bound many: of those within a tenth of a decade the fastest, with the slowest decay."""
+    """Return a few modes that bound many: of those within a tenth of a decade the fastest, with the slowest decay."""
     if len(modes) <= 24:
         return modes
     group = np.round(10 * np.log10(np.abs(modes))).astype(int)
@@ -230,7 +230,7 @@ def representatives(modes: ComplexArray) -> ComplexArray:
 
 
 def _cut(profile: Array, length: float) -> Array:
-    """The profile's nodes within a segment, without one so close to its end that the last step would be a sliver."""
+    """Return the profile's nodes within a segment, without one that would make its last step far too short."""
     inside = profile[profile < length]
     last = np.append(0.0, inside)[-2:]
     if len(inside) and length - last[1] < 0.3 * (last[1] - last[0]):
@@ -239,7 +239,7 @@ def _cut(profile: Array, length: float) -> Array:
 
 
 def _launch(first: float, smallest: float) -> Array:
-    """Points from 0 towards ``first``, each step twice the one before, for the start from rest."""
+    """Return the points from 0 towards ``first``, each step twice the one before, for the start from rest."""
     if smallest >= first / 3:
         return np.empty(0)
     count = int(np.ceil(np.log2(first / smallest)))
@@ -247,7 +247,7 @@ def _launch(first: float, smallest: float) -> Array:
 
 
 def _merged(piece: Array, samples: Array, tolerance: float) -> Array:
-    """Nodes and samples together; a node that all but coincides with a sample gives way to it."""
+    """Return nodes and samples together; a node that nearly coincides with a sample is dropped."""
     if not len(samples):
         return piece
     right = np.clip(np.searchsorted(samples, piece), 0, len(samples) - 1)

@@ -50,7 +50,7 @@ def candidates() -> Iterator[Path]:
     if named:
         if not Path(named).is_file():
             raise MissingLibraryError(
-                f"{VARIABLE} is '{named}', which is no file; set it to ngspice's library or unset it"
+                f"{VARIABLE} is '{named}', which is not a file; set it to ngspice's library or unset it"
             )
         yield Path(named)
         return
@@ -62,7 +62,7 @@ def candidates() -> Iterator[Path]:
 
 
 def loads(library: Path) -> bool:
-    """Load a library; False where it cannot be: it is for another processor, or without what it needs."""
+    """Load a library; return False if it cannot be loaded: another processor's, or without its dependencies."""
     _load_neighbours(library)
     return _loaded(library)
 

@@ -66,7 +66,7 @@ class Session:
             try:
                 Shared.ffi = self._ffi
                 self._shared = _quiet_class(Shared.NgSpiceShared)()
-            except Exception as error:  # whatever PySpice, cffi or the linker make of a file that is no such library
+            except Exception as error:  # PySpice, cffi and the linker raise various errors
                 raise SolveError(f"cannot load {self.library}: {first_line(error)}") from None
             finally:
                 Shared.ffi = bare
@@ -97,10 +97,10 @@ class Session:
         Gives ``run(grid, voltages)``: ``grid`` [s] ascends from 0 to ``end``, ``voltages`` [V] (points,) at its points
         are those of the circuit's external source, or (sources, points) of several named Vdrive_0, Vdrive_1, ... It
         returns ``vectors`` at all points after 0, shape (vectors, points). Initial
-        conditions are those of the elements. ``linear=False`` iterates every step until it stands. Raises SolveError
+        conditions are those of the elements. ``linear=False`` iterates every step until it converges. Raises SolveError
         when ngspice rejects the circuit, stops early, or leaves the grid.
         """
-        stop = 1.01 * end  # ngspice leaves out points all but at the end, so its end lies beyond ours
+        stop = 1.01 * end  # ngspice drops points very near its end, so its end lies beyond ours
 
         def run(grid: Array, voltages: Array) -> Array:
             self._command("destroy all")
@@ -121,7 +121,7 @@ class Session:
             yield run
 
     def ac(self, circuit: str, frequencies: Array, vectors: list[str]) -> ComplexArray:
-        """Small-signal ``vectors`` at ``frequencies`` [Hz] about the operating point; shape (vectors, frequencies).
+        """Return small-signal ``vectors`` at ``frequencies`` [Hz] about the operating point (vectors, frequencies).
 
         The circuit's text holds its sources' DC and AC values. Raises SolveError when ngspice rejects it or finds no
         operating point.
@@ -166,13 +166,13 @@ class Session:
         self._position = len(self._grid) - 1
 
     def _raise_kept(self) -> None:
-        """Raise the exception that was kept while ngspice ran, if there is one."""
+        """Raise the exception that occurred in a callback while ngspice ran, if any."""
         kept, self._kept = self._kept, None
         if kept:
             raise kept
 
     def _next_step(self, time: float, delta: Any, _old: float, redo: int, _id: int, where: int, _data: Any) -> int:
-        """ngspice's question before (where = 0) and after each step. Returns 1 to have the step done again."""
+        """Answer ngspice before (where = 0) and after each step. Returns 1 to have the step repeated."""
         if not self._running:  # a run of a user's own simulator
             return redo
         if where or redo:  # a step that did not converge is repeated with ngspice's own shorter one
@@ -188,7 +188,7 @@ class Session:
         return 0
 
     def _source_voltage(self, voltage: Any, time: float, name: Any, _id: int, _data: Any) -> int:
-        """ngspice's question for an external source's voltage, at every Newton iteration."""
+        """Give ngspice the voltage of an external source, at every Newton iteration."""
         if not self._running:
             return 0
         k = self._position
@@ -220,13 +220,13 @@ class Session:
         self._complaints = [*self._shared._stderr, *self._shared._stdout]
 
     def _complaint(self) -> str:
-        """ngspice's own words about what went wrong, in one line."""
+        """Return ngspice's own error message, in one line."""
         lines = [*self._complaints, *self._shared._stderr, *self._shared._stdout]
         telling = [line.strip() for line in lines if "error" in line.lower() or "singular" in line.lower()]
         return "; ".join(telling[:3]) or "it gave no reason"
 
     def _plot(self, kind: str, analysis: str) -> str:
-        """ngspice's name of the results of the run before."""
+        """Return ngspice's name of the results of the previous run."""
         plot: str = self._ffi.string(self._lib.ngSpice_CurPlot()).decode()
         if not plot.startswith(kind):
             raise SolveError(f"ngspice did not run the {analysis}: {self._complaint()}")
@@ -258,7 +258,7 @@ _loaded: list[threading.Event] = []
 
 
 def session() -> Session:
-    """The process's ngspice, loaded at the first call. Raises MissingLibraryError when there is none."""
+    """Return the process's ngspice, loaded at the first call. Raises MissingLibraryError when there is none."""
     with _lock:
         if not _sessions:
             _load()
@@ -309,7 +309,7 @@ class _Keeping:
 
 
 def _quiet_class(base: Any) -> Any:
-    """PySpice's interface, with messages collected and never judged."""
+    """Return PySpice's interface with messages collected and not interpreted."""
     from PySpice.Spice.NgSpice.Shared import ffi
 
     class QuietShared(base):  # type: ignore[misc]

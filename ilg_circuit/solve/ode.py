@@ -21,7 +21,7 @@ _RTOL, _ATOL = 1e-12, 1e-15
 
 
 def port_response(port: Port, drive: Drive, times: Array) -> tuple[Array, Array]:
-    """Current into the port [A] and charge on its ion path [C] at ``times`` [s] (ascending, >= 0), from rest at 0.
+    """Return the current [A] into the port and the charge [C] on its ion path at ``times`` [s], from rest at 0.
 
     States are the charges: q_k' = (v_p - v_k(q_k))/R_k, where v_p solves (u - v_p)/Re = i_electron(v_p) + sum of q_k'.
     Raises SolveError when the integration fails.
@@ -61,7 +61,7 @@ def port_response(port: Port, drive: Drive, times: Array) -> tuple[Array, Array]
 
 
 def _within(drive: Drive, left: float, right: float) -> Callable[[float], float]:
-    """The drive's voltage in a piece in which it is smooth, at both ends the limit from within."""
+    """Return the drive's voltage in a piece in which it is smooth, at both ends the limit from within."""
     if drive.angular_frequency():
         return lambda t: float(drive.value(t))
     start, middle = drive.value([left, (left + right) / 2])
@@ -91,7 +91,7 @@ class _System:
         return float(self._port.electron_current(inner)) + self._ions(inner, q)[0]
 
     def _ions(self, inner: float, q: Array) -> tuple[float, Array]:
-        """Current into the ion path with ``inner`` [V] across it, and the rates of the charges."""
+        """Return the current into the ion path with ``inner`` [V] across it, and the rates of the charges."""
         growth = 2 * self._port.capacitance_slope * np.abs(q) / self._c
         voltages = 2 * q / self._c / (1 + np.sqrt(1 + growth))
         if self._port.ladder is not None:
@@ -101,7 +101,7 @@ class _System:
         return float(currents.sum()), np.asarray(currents)
 
     def _inner(self, terminal: float, q: Array) -> float:
-        """The voltage behind Re. All but the electron path is linear in it."""
+        """Return the voltage behind Re. All but the electron path is linear in it."""
         if not self._port.electrode_resistance:
             return terminal
         at_zero, at_one = (self._ions(across, q)[0] for across in (0.0, 1.0))

@@ -27,7 +27,7 @@ _MOST_PANELS = 20_000
 
 
 def _radau(count: int) -> tuple[Array, Array]:
-    """Nodes on [0, 1] with 0 among them and weights, exact for polynomials of degree 2 count - 2."""
+    """Return the nodes on [0, 1] with 0 among them and weights, exact for polynomials of degree 2 count - 2."""
     series = np.zeros(count + 1)
     series[count - 1 :] = 1.0  # P_(n-1) + P_n
     nodes = np.sort(legendre.legroots(series))
@@ -56,7 +56,7 @@ class Panels:
         return np.asarray(self.starts[:, None] + self.widths[:, None] * FRACTIONS)
 
     def split(self, chosen: Mask, parts: int) -> Panels:
-        """The same with the ``chosen`` (m,) panels cut into equal ``parts``."""
+        """Return the panels with the ``chosen`` (m,) ones cut into equal ``parts``."""
         counts = np.where(chosen, parts, 1)
         widths = np.repeat(self.widths / counts, counts)
         first = np.repeat(np.cumsum(counts) - counts, counts)
@@ -64,7 +64,7 @@ class Panels:
 
 
 def design_panels(poles: ComplexArray, drive: Drive, end: float) -> Panels:
-    """The panels for circuits with ``poles`` [1/s] (any shape, all together) under ``drive`` from 0 to ``end`` [s].
+    """Return panels for circuits with ``poles`` [1/s] (any shape, all together) under ``drive`` to ``end`` [s].
 
     Raises SolveError when a mode rings so fast and so long that more than 20000 would be needed.
     """
@@ -88,7 +88,7 @@ def design_panels(poles: ComplexArray, drive: Drive, end: float) -> Panels:
 
 
 def _tiles(length: float, rates: Array, decays: Array) -> Array:
-    """Widths, each the length over a power of two and aligned to it, that fill a smooth piece from its start on."""
+    """Return widths that fill a smooth piece, each the length over a power of two and aligned to it."""
     with np.errstate(divide="ignore"):
         widest = _FINENESS / rates
     levels = max(math.ceil(math.log2(length / min(float(widest.min()), length))), 0)

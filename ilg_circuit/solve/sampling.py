@@ -37,7 +37,7 @@ def at_samples(grid: Grid, at_nodes: Array, drive: Drive, direct: Array | None =
 
 
 def _interpolated(grid: Grid, at_nodes: Array) -> tuple[Array, Array]:
-    """Values at the samples, and the relative error (n, outputs) of interpolation where samples are not nodes."""
+    """Return values at the samples, and the relative error (n, outputs) of interpolation between nodes."""
     result = np.empty((*at_nodes.shape[:2], len(grid.samples)))
     doubt = np.zeros(at_nodes.shape[:2])
     on_node = grid.index > 0
@@ -59,6 +59,6 @@ def _interpolated(grid: Grid, at_nodes: Array) -> tuple[Array, Array]:
 
 
 def relative(difference: Array, values: Array) -> Array:
-    """Largest difference over largest value, per waveform (last axis reduced); 0 where the waveform is zero."""
+    """Return largest difference over largest value, per waveform (last axis reduced); 0 where the waveform is zero."""
     error, scale = np.abs(difference).max(axis=-1), np.abs(values).max(axis=-1)
     return np.asarray(np.divide(error, scale, out=np.zeros_like(error), where=scale > 0))

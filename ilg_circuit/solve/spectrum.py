@@ -12,9 +12,9 @@ from ..circuit.netlist import GROUND, Element, Netlist, copies, floating_nodes
 from ..errors import InputError
 from .state_space import StateSpace, refined_solve, state_space
 
-#: What gives a part without direct current an operating point has so many times the impedance of a capacitor at the
-#: lowest frequency: an open circuit in the spectrum. A coil, because so large a resistor is lost in rounding beside the
-#: part's own; but a resistor for the charge of a growing capacitance, which is not zero at rest.
+#: Impedance, over that of a capacitor at the lowest frequency, of the element that gives a part without direct current
+#: an operating point: an open circuit in the spectrum. A coil, because so large a resistor would be lost in
+#: rounding; but a resistor for the charge of a growing capacitance, which is not zero at rest.
 _OPEN = 1e13
 
 
@@ -28,14 +28,14 @@ class Spectrum:
     engine: str
 
     def output(self, name: str) -> ComplexArray:
-        """One output (f,), in its unit per volt."""
+        """Return one output (f,), in its unit per volt."""
         return np.asarray(self.values[self.names.index(name)])
 
 
 def spectrum(
     netlist: Netlist, frequency: ArrayLike, *, bias: float = 0.0, inner_bias: float = 0.0, engine: str = "ngspice"
 ) -> Spectrum:
-    """Outputs of ``netlist`` per volt of its drive at ``frequency`` [Hz] about ``bias`` [V] of the drive.
+    """Return the outputs of ``netlist`` per volt of its drive at ``frequency`` [Hz] about ``bias`` [V] of the drive.
 
     The exact engine linearises nonlinear elements at ``inner_bias`` [V] across them; ngspice finds its own operating
     point. Raises InputError for frequencies that are not positive, SolveError when there is no operating point.
@@ -60,7 +60,7 @@ def spectrum(
 
 
 def _ties(netlist: Netlist, lowest: float) -> list[Element]:
-    """To ground from every part without direct current, open circuits from ``lowest`` [Hz] on."""
+    """Return resistors to ground from every part without direct current; open circuits from ``lowest`` [Hz] on."""
     omega = 2 * np.pi * lowest
     smallest = min((e.value for e in netlist.elements if e.kind == "C"), default=1.0)
     charges = {e.nodes[2] for e in netlist.elements if e.law == "charge"}
@@ -74,7 +74,7 @@ def _ties(netlist: Netlist, lowest: float) -> list[Element]:
 
 
 def transfer(system: StateSpace, frequency: Array) -> ComplexArray:
-    """C (s - A)^-1 B + D from the drive to the outputs; shape (n, outputs, f)."""
+    """Return C (s - A)^-1 B + D from the drive to the outputs; shape (n, outputs, f)."""
     n, states, _ = system.a.shape
     result = np.empty((n, system.c.shape[1], len(frequency)), dtype=np.complex128)
     identity = np.eye(states)

@@ -41,7 +41,7 @@ class StateSpace:
         return replace(self, a=self.a[members], b=self.b[members], c=self.c[members], d=self.d[members])
 
     def poles(self) -> ComplexArray:
-        """Eigenvalues of A [1/s], shape (n, s)."""
+        """Return the eigenvalues of A [1/s], shape (n, s)."""
         return np.asarray(np.linalg.eigvals(self.a), dtype=complex)
 
     def steady(self) -> Array:
@@ -91,7 +91,7 @@ def state_space(netlists: Sequence[Netlist]) -> StateSpace:
 
 
 def refined_solve(matrix: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
-    """numpy's `solve`, refined twice: nanovolts beside kilovolts keep their own digits (Skeel 1980)."""
+    """Solve linear equations with two refinements, so that nanovolts beside kilovolts stay accurate (Skeel 1980)."""
     solution = np.linalg.solve(matrix, right)
     for _ in range(2):
         solution = solution - np.linalg.solve(matrix, matrix @ solution - right)
@@ -115,7 +115,7 @@ class _Stamp:
         self.size = len(nodes) + len(self.branch)
 
     def fill(self, values: Array) -> tuple[Array, Array]:
-        """MNA matrix (n, size, size) and right-hand sides (n, size, states + 2)."""
+        """Return the MNA matrix (n, size, size) and right-hand sides (n, size, states + 2)."""
         matrix = np.zeros((len(values), self.size + 1, self.size + 1))
         right = np.zeros((len(values), self.size + 1, self.states + 2))
         for k, element in enumerate(self.elements):
@@ -153,7 +153,7 @@ class _Stamp:
         return matrix[:, :-1, :-1], right[:, :-1]
 
     def rates(self, solution: Array, values: Array) -> Array:
-        """Rows of [A B]: i_C/C and v_L/L."""
+        """Return the rows of [A B]: i_C/C and v_L/L."""
         rows = []
         for k in self.dynamic:
             element = self.elements[k]
@@ -166,7 +166,7 @@ class _Stamp:
         return np.stack(rows, axis=1) if rows else np.zeros((len(values), 0, solution.shape[2]))
 
     def outputs(self, solution: Array, netlists: Sequence[Netlist]) -> Array:
-        """Rows of [C D], one an output."""
+        """Return the rows of [C D], one an output."""
         quantities = {q: self._quantity(solution, q) for q in netlists[0].quantities}
         rows = []
         for k, output in enumerate(netlists[0].outputs):
@@ -186,7 +186,7 @@ class _Stamp:
 
 
 def _transconductance(matrix: Array, nodes: list[int], value: Array) -> None:
-    """Current value (v_c+ - v_c-) from plus to minus; a resistor controls itself."""
+    """Return the current value (v_c+ - v_c-) from plus to minus; a resistor controls itself."""
     plus, minus, control_plus, control_minus = nodes
     for row, sign in ((plus, 1.0), (minus, -1.0)):
         matrix[:, row, control_plus] += sign * value

@@ -41,7 +41,7 @@ _GAIN = 3.0
 #: Rounding of a run, relative to the largest term of an output: what thousands of steps make of a double's 1e-16, at
 #: most, and what is to be reckoned with in any.
 _ROUNDING, _NOISE = 1e-11, 3e-13
-#: Rounding of a nonlinear run: that of Newton's iterations.
+#: Rounding of a nonlinear run, by Newton's iterations.
 _NOISE_NONLINEAR = 5e-11
 #: Half as wide steps make an error an eighth at least, at a kink on which no node lies.
 _HALVED = 8.0
@@ -49,7 +49,7 @@ _HALVED = 8.0
 _FELT = 1e-9
 #: Time constants of the fastest mode in a run from which on it is stiff.
 _STIFF = 3e3
-#: An error is stated so much larger than the estimate.
+#: Factor by which the stated error exceeds the estimate.
 _CAREFUL = 1.5
 #: Samples at which the exact engine's rounding is looked at, and how far it may lie beyond what is seen there.
 _COMPARED, _LIKELY = 40, 10.0
@@ -72,7 +72,7 @@ class Waveforms:
     engine: str
 
     def output(self, name: str, copy: int = 0) -> Array:
-        """One waveform (t,)."""
+        """Return one waveform (t,)."""
         return np.asarray(self.values[copy, self.names.index(name)])
 
 
@@ -162,7 +162,7 @@ def transient(
 
 
 def _rounding(netlist: Netlist, drive: Drive, samples: Array, works: Sequence[Work], values: Array) -> Array:
-    """Errors (n, outputs) of the exact engine: what another order of the elements changes in the first netlist."""
+    """Return errors (n, outputs) of the exact engine: the change by another order of the first netlist's elements."""
     some = np.unique(np.linspace(0, len(samples) - 1, _COMPARED).astype(int))
     other = state_space([replace(netlist, elements=netlist.elements[::-1])])
     again = exact_with_work(other, drive, samples[some], works)
@@ -186,7 +186,7 @@ def sampled_times(drive: Drive, times: ArrayLike) -> Array:
 
 
 def fastest_modes(system: StateSpace) -> Array:
-    """Magnitude [1/s] of the fastest pole of each netlist (n,); next to nothing where there is none."""
+    """Return the magnitude [1/s] of the fastest pole of each netlist (n,); next to nothing where there is none."""
     return np.asarray(np.abs(system.poles()).max(axis=1, initial=1e-300))
 
 
@@ -227,7 +227,7 @@ class _Batch:
         self._judged = [*(not output.probe for output in nets[0].outputs), *(not work.probe for work in works)]
 
     def solved(self, poles: ComplexArray, samples: Array, acceptable: float, interpolate: bool) -> tuple[Array, Array]:
-        """Values (n, outputs, t) and errors (n, outputs), refined until accurate, or ``acceptable`` in the end."""
+        """Return values (n, outputs, t) and errors (n, outputs), refined until accurate, or at last ``acceptable``."""
         accuracy = self._accuracy
         theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
         between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes
@@ -279,7 +279,7 @@ class _Batch:
         )
 
     def _jump_errors(self, grid: Grid, fastest: float, at_nodes: Array) -> Array:
-        """Errors (n, outputs) that the length of jumps leaves: in each mode, times the mode's share of an output.
+        """Return errors (n, outputs) by the length of jumps: in each mode, times the mode's share of an output.
 
         Works have that of the worst output; a nonlinear circuit that of its ``fastest`` mode [1/s].
         """
@@ -295,11 +295,11 @@ class _Batch:
         return np.where(self._judged, errors, 0.0)
 
     def _given(self, found: Array) -> Array:
-        """Without the outputs that are the batch's own."""
+        """Return the netlist without the outputs that the batch added."""
         return np.delete(found, np.s_[self._own : self._own + self._kinks], axis=1)
 
     def _extrapolated(self, grid: Grid, *, stiff: bool) -> tuple[Array, Array, Array]:
-        """Outputs and works at the grid's nodes after 0, their errors, and those allowed.
+        """Return the outputs and works at the grid's nodes after 0, their errors, and those allowed.
 
         By Richardson extrapolation; errors are relative. Allowed is the accuracy, or the rounding of an output that is
         a small difference of large quantities. In a ``stiff`` circuit the fastest modes, over which steps grow, make
@@ -334,7 +334,7 @@ class _Batch:
         return columns[-1], errors, allowed
 
     def _found(self, grid: Grid, parts: int, raw: Array, voltages: Array) -> tuple[Array, Array]:
-        """Outputs and works at the grid's nodes after 0 from a run's vectors, and the sizes of their terms there."""
+        """Return outputs and works at the grid's nodes after 0 from a run's vectors, and the sizes of their terms."""
         nodes = np.cumsum(grid.parts(parts)) - 1
         at_nodes, terms = self._outputs(raw[:, nodes]), self._outputs(np.abs(raw[:, nodes]), absolute=True)
         if not self._works:
@@ -344,7 +344,7 @@ class _Batch:
         return np.concatenate([at_nodes, work], axis=1), np.concatenate([terms, np.abs(work)], axis=1)
 
     def _outputs(self, raw: Array, *, absolute: bool = False) -> Array:
-        """Outputs (n, outputs, points) as sums of ngspice's vectors; ``absolute``: of the terms' sizes."""
+        """Return the outputs (n, outputs, points) as sums of ngspice's vectors; ``absolute``: of the terms' sizes."""
         row = {name: k for k, name in enumerate(self._vector_names)}
         result = np.zeros((len(self._nets), len(self._names), raw.shape[1]))
         for j, output in enumerate(self._nets[0].outputs):
@@ -356,7 +356,7 @@ class _Batch:
         return result
 
     def _zeros(self, grid: Grid, at_nodes: Array) -> Array:
-        """Times [s] at which a charge with a kink at zero passes it, in any of the netlists."""
+        """Return the times [s] at which a charge with a kink at zero passes it, in any of the netlists."""
         found = []
         for charge in at_nodes[:, self._own : self._own + self._kinks].reshape(-1, at_nodes.shape[2]):
             felt = np.maximum(np.abs(charge[:-1]), np.abs(charge[1:])) > _FELT * np.abs(charge).max()
@@ -370,7 +370,7 @@ class _Batch:
         return np.unique(found)
 
     def _errors(self, difference: Array, values: Array) -> Array:
-        """Largest difference over largest value (n, outputs); 0 for what is not judged."""
+        """Return the largest difference over largest value (n, outputs); 0 for what is not judged."""
         return np.where(self._judged, relative(difference, values), 0.0)
 
 

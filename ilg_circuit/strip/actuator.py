@@ -6,12 +6,10 @@ Gel Soft Actuators*.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
 from typing import Any, Self
-
-import numpy as np
 
 from ..errors import InputError, visible, wrong_choice
 from .fields import checked, quantity, validate_quantities
@@ -20,6 +18,7 @@ from .models.branches import branch_endings
 from .models.model import ElectricalModel
 from .models.registry import ADDITIONS, composed, ion_path, ion_path_of_material
 from .port import Port
+from .uncertainty import Uncertainty as Uncertainty
 
 #: First root of cos(x) cosh(x) = -1, the cantilever's eigenvalue in EC (11).
 CANTILEVER_EIGENVALUE = 1.875104068711961
@@ -175,12 +174,12 @@ class Material:
         return composed(ions, tuple(sorted(a.name for a in added)))
 
     def electrical_constants(self) -> dict[str, float]:
-        """The constants of the electrical model beyond resistivities and permittivities, by name."""
+        """Return the constants of the electrical model beyond resistivities and permittivities, by name."""
         known: dict[str, Any] = {name: getattr(self, name) for name in _MODEL_FIELDS}
         return {name: value for name, value in known.items() if value is not None} | dict(self.constants)
 
     def ladder_band(self, default: tuple[float, float] = LADDER_BAND) -> tuple[float, float]:
-        """Band [Hz] over which a ladder holds; ``default`` where the strip says nothing."""
+        """Return the band [Hz] over which a ladder holds; ``default`` where the strip says nothing."""
         return self.ladder_lowest or default[0], self.ladder_highest or default[1]
 
     @property
@@ -189,7 +188,7 @@ class Material:
         return (IonBranch(self.dynamic_resistivity, self.permittivity), *self.further_branches)
 
     def branch_quantities(self) -> list[Quantity]:
-        """The quantities of all ionic branches; the names of those after the first end in ``_2``, ``_3``."""
+        """Return the quantities of all ionic branches; the names of those after the first end in ``_2``, ``_3``."""
         named = zip(self.branches, branch_endings(len(self.branches)), strict=True)
         return [replace(q, name=q.name + ending) for branch, ending in named for q in quantities(branch)]
 
@@ -234,36 +233,12 @@ class Mounting:
             raise wrong_choice("mounting.orientation", self.orientation, ORIENTATIONS)
 
 
-@dataclass(frozen=True)
-class Uncertainty:
-    """What a fit left open: ``covariance`` of the logarithms of the parameters ``names`` of an electrical ``model``.
-
-    ``voltage`` [V] is the largest one of the data, of either sign; None where it is not known.
-    """
-
-    model: str
-    names: tuple[str, ...]
-    covariance: tuple[tuple[float, ...], ...]
-    voltage: float | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "names", tuple(self.names))
-        object.__setattr__(self, "covariance", tuple(tuple(float(x) for x in row) for row in self.covariance))
-        n = len(self.names)
-        if not n or len(self.covariance) != n or any(len(row) != n for row in self.covariance):
-            raise InputError(f"uncertainty.covariance must be a table of {n} by {n} numbers, one row a name")
-        table = np.array(self.covariance)
-        if not np.isfinite(table).all() or (table != table.T).any() or (table.diagonal() < 0).any():
-            raise InputError("uncertainty.covariance must be finite and symmetric, with no negative diagonal")
-        if self.voltage is not None and not (math.isfinite(self.voltage) and self.voltage >= 0):
-            raise InputError(f"uncertainty.voltage is {self.voltage!r}; it must be a number of volts, zero or more")
-
-
 @dataclass(frozen=True, repr=False)
 class Actuator:
-    """One strip. ``coupling`` is None where no displacement was ever measured: then only its circuit is known.
+    """A strip: its sizes ``geometry``, ``material``, ``coupling`` and ``mounting`` against gravity, and a ``name``.
 
-    ``uncertainty`` is that of the fit which it comes from, if it comes from one.
+    ``coupling`` is None if no displacement was measured; then only the circuit is known. ``uncertainty`` is the
+    covariance of the fit that the strip comes from, None for others.
     """
 
     geometry: Geometry
@@ -279,7 +254,7 @@ class Actuator:
         object.__setattr__(self, "name", visible(self.name))
 
     def beam(self, asked: str | None = None, *, loaded: bool = False) -> str:
-        """The beam ``asked`` for; else the one that d(s) was fitted with, a dynamic one under a load."""
+        """Return the beam ``asked`` for; by default the one that d(s) was fitted with, a dynamic one under a load."""
         if asked is not None:
             return asked
         fitted = self.coupling.beam if self.coupling is not None else None
@@ -293,13 +268,18 @@ class Actuator:
 
         Parameters
         ----------
-        values
+        **values : float or str
             Numbers in SI units, or texts with units; ``permittivity_2`` is of a second ionic branch.
+
+        Returns
+        -------
+        Actuator
+            The changed copy.
 
         Raises
         ------
         InputError
-            A key that there is not (the nearest ones are named), a wrong unit, an impossible strip.
+            An unknown key (the nearest ones are named), a wrong unit, an impossible strip.
 
         Examples
         --------
@@ -309,6 +289,29 @@ class Actuator:
         from .changes import with_values
 
         return with_values(self, values)
+
+    def save(self, path: str | Path) -> None:
+        """Write the strip as a TOML file, which `ilg_circuit.load` and all commands read.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     PAPER.with_(thickness="0.4 mm").save(Path(folder) / "thin.toml")
+        """
+        from .file import save_actuator
+
+        save_actuator(self, path)
 
     def describe(
         self, low: str | float = "0.1 mHz", high: str | float = "10 Hz", voltage: str | float | None = None
@@ -340,7 +343,7 @@ class Actuator:
 
     @classmethod
     def from_port(cls, geometry: Geometry, port: Port, *, base: Material, **rest: Any) -> Self:
-        """The strip whose electrical port is the given one: EC (12)-(14) solved for the material.
+        """Return the strip whose electrical port is the given one: EC (12)-(14) solved for the material.
 
         What a circuit does not say (E, density, damping, EI) comes from ``base``. An electrode resistance is put into
         one electrode of 1 um.

@@ -21,6 +21,7 @@ from ..errors import InputError, unknown_name, wrong_choice
 from ..units import parse
 from .actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
 from .models import material_keys
+from .plausible import warn_of_sizes
 
 #: Value of a parameter: a number in SI units, or a word (an orientation).
 Value = float | str
@@ -96,7 +97,9 @@ def with_values(actuator: Actuator, values: Mapping[str, Any]) -> Actuator:
             raise unknown_name("key", key, ["name", *known])
         item = known[key]
         changes.setdefault(item.part, {})[key] = item.value(value) if isinstance(value, str) else item.checked(value)
-    return replace(changed(actuator, changes), name=name)
+    made = replace(changed(actuator, changes), name=name)
+    warn_of_sizes(made, given)
+    return made
 
 
 def changed(actuator: Actuator, changes: Mapping[str, Mapping[str, Any]]) -> Actuator:

@@ -1,4 +1,4 @@
-"""What `ilg-circuit show` tells of an actuator: sizes, lumped elements, and where the model holds."""
+"""The description of an actuator by `ilg-circuit show`: sizes, lumped elements, validity of the model."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ALWAYS = ("beam_damping_ratio",)
 
 
 def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | None = None) -> dict[str, Any]:
-    """A JSON-ready description, SI values with their units. ``band`` [Hz]; ``voltage`` [V] of use, if known."""
+    """Return a JSON-ready description, SI values with their units. ``band`` [Hz]; ``voltage`` [V] of use, if known."""
     lumped = lumped_elements(actuator, band)
     elements = _electrical(lumped.port, actuator.material.model)
     given = actuator.material.bending_stiffness is not None
@@ -59,7 +59,7 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
 def described(
     actuator: Actuator, low: str | float, high: str | float, voltage: str | float | None = None
 ) -> dict[str, Any]:
-    """Return `describe` for numbers or texts with units. Raises InputError for others, and for what is no band."""
+    """Return `describe` for numbers or texts with units. Raises InputError for other texts, and for an empty band."""
     band = si(low, "Hz", argument("low")), si(high, "Hz", argument("high"))
     if not 0 < band[0] < band[1] < math.inf:
         raise InputError(f"band from {low} to {high}: give two frequencies above zero, the lower one first")
@@ -89,7 +89,7 @@ def _headline(actuator: Actuator) -> str:
 
 
 def _rows(actuator: Actuator) -> list[tuple[str, str, str, str]]:
-    """Part, once, name, value and meaning of all quantities but those that are zero by default."""
+    """Return part (once), name, value and meaning of all quantities but those that are zero by default."""
     first, *others = actuator.material.branches
     material = [q for q in quantities(actuator.material) if q.value or q.name in _ALWAYS]
     branches = actuator.material.branch_quantities()[len(quantities(first)) :] if others else []
@@ -105,7 +105,7 @@ def _rows(actuator: Actuator) -> list[tuple[str, str, str, str]]:
 
 
 def _electrical(port: Port, model: ElectricalModel) -> list[Shown]:
-    """The rows of the electrical side: terminals, electrons, ions."""
+    """Return the rows of the electrical side: terminals, electrons, ions."""
 
     def added(of: str) -> list[Shown]:
         return [row for addition in model.additions if addition.of == of for row in addition.shown(port)]

@@ -17,44 +17,44 @@ LARGEST_TENSION = 3e5
 
 
 def resistance(resistivity: float, length: float, width: float, thickness: float) -> float:
-    """Resistance through the thickness [ohm], EC (12), (13): R = rho b/(L w); rho [ohm m], sizes [m]."""
+    """Return the resistance through the thickness [ohm], EC (12), (13): R = rho b/(L w); rho [ohm m], sizes [m]."""
     return resistivity * thickness / (length * width)
 
 
 def capacitance(permittivity: float, length: float, width: float, thickness: float) -> float:
-    """Capacitance of the strip [F], EC (14): C = eps L w/b; eps [F/m], sizes [m]."""
+    """Return the capacitance of the strip [F], EC (14): C = eps L w/b; eps [F/m], sizes [m]."""
     return permittivity * length * width / thickness
 
 
 def tip_stiffness(youngs_modulus: float, width: float, thickness: float, load_distance: float) -> float:
-    """Bending stiffness at the load [N/m], EC (10): K = E w b^3/(4 L_F^3)."""
+    """Return the bending stiffness at the load [N/m], EC (10): K = E w b^3/(4 L_F^3)."""
     return youngs_modulus * width * thickness**3 / (4 * load_distance**3)
 
 
 def tip_mass(density: float, free_length: float, width: float, thickness: float, load_distance: float) -> float:
-    """Equivalent mass at the load [kg], EC (11): m = 3 L0^4 rho_m w b/(L_F^3 Gamma^4), Gamma = 1.8751041."""
+    """Return the equivalent mass at the load [kg], EC (11): m = 3 L0^4 rho_m w b/(L_F^3 Gamma^4), Gamma = 1.8751041."""
     return 3 * free_length**4 * density * width * thickness / (load_distance**3 * CANTILEVER_EIGENVALUE**4)
 
 
 def tip_damping(damping_ratio: float, stiffness: float, mass: float) -> float:
-    """Dashpot in series with the mass [N s/m]: Rm = 2 zeta sqrt(K m); assumed, not in the paper."""
+    """Return the dashpot in series with the mass [N s/m]: Rm = 2 zeta sqrt(K m); assumed, not in the paper."""
     return 2 * damping_ratio * math.sqrt(stiffness * mass)
 
 
 def gravity_ratio(actuator: Actuator) -> float:
-    """Gravity's number, rho_m w b g L0^3/(8 EI): r of a hanging strip, sag over L0 of a horizontal one."""
+    """Return gravity's number, rho_m w b g L0^3/(8 EI): r of a hanging strip, sag over L0 of a horizontal one."""
     g, m = actuator.geometry, actuator.material
     return m.density * g.width * g.thickness * GRAVITY * g.free_length**3 / (8 * bending_stiffness(actuator))
 
 
 def bending_stiffness(actuator: Actuator) -> float:
-    """EI [N m^2] of the strip: as given, or E w b^3/12."""
+    """Return EI [N m^2] of the strip: as given, or E w b^3/12."""
     g, m = actuator.geometry, actuator.material
     return m.youngs_modulus * g.width * g.thickness**3 / 12 if m.bending_stiffness is None else m.bending_stiffness
 
 
 def hanging_stiffness(actuator: Actuator, hung: float = 0.0) -> float:
-    """Stiffness [N/m] that gravity adds at L_F of a hanging strip, ``hung`` [kg] on its tip: K (1/phi - 1).
+    """Return the stiffness [N/m] that gravity adds at L_F of a hanging strip, ``hung`` [kg] on its tip: K (1/phi - 1).
 
     phi is the share of the free deflection at L_F that the tension T = g [rho_m w b (L0 - x) + hung] leaves of the
     linear beam EI (y'' - k0)'' = (T y')'. Its slope and, by reciprocity, phi are ratios of power series with positive
@@ -109,11 +109,11 @@ class Elements:
         return self.stiffness / (self.stiffness + self.gravity)
 
     def ion_impedance(self, s: complex) -> complex:
-        """Zp(s) [ohm] of the ion path near 0 V; for one branch Rd + 1/(C s)."""
+        """Return Zp(s) [ohm] of the ion path near 0 V; for one branch Rd + 1/(C s)."""
         return complex(self.port.ion_impedance(s))
 
     def coupling_factor(self, s: complex) -> complex:
-        """N(s) = (3 L_F^2/b^2) d(s) s Zp(s) [m/C], EC (17); for one branch (1 + Rd C s)/C replaces s Zp."""
+        """Return N(s) = (3 L_F^2/b^2) d(s) s Zp(s) [m/C], EC (17); for one branch (1 + Rd C s)/C replaces s Zp."""
         if self.coupling is None:
             return 0j
         k = self.coupling
@@ -122,7 +122,7 @@ class Elements:
 
 
 def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND, hung: float = 0.0) -> Elements:
-    """The elements of a strip, EC (10)-(14). ``band`` [Hz] is that of a ladder where the strip gives none.
+    """Return the elements of a strip, EC (10)-(14). ``band`` [Hz] is that of a ladder where the strip gives none.
 
     ``hung`` [kg] is the mass on the tip, whose weight adds to ``gravity``.
     """
@@ -143,7 +143,7 @@ def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND,
 
 
 def lumped_port(actuator: Actuator, band: tuple[float, float] = LADDER_BAND) -> Port:
-    """The electrical side of a strip, EC (12)-(14); ``band`` as for `lumped_elements`."""
+    """Return the electrical side of a strip, EC (12)-(14); ``band`` as for `lumped_elements`."""
     g, m = actuator.geometry, actuator.material
     size = (g.length, g.width, g.thickness)
     model, given = m.model, m.electrical_constants()

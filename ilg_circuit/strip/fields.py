@@ -11,7 +11,7 @@ from ..units import require_plausible
 
 
 def quantity(unit: str, meaning: str, *, zero: bool = False, default: Any = ...) -> Any:
-    """A dataclass field that holds an SI float, with its unit and meaning for files, tables and validation."""
+    """Return a dataclass field that holds an SI float, with its unit and meaning for files, tables and validation."""
     metadata = {"unit": unit, "meaning": meaning, "zero": zero}
     return field(metadata=metadata) if default is ... else field(default=default, metadata=metadata)
 

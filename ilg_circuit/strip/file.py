@@ -1,7 +1,7 @@
 """An `Actuator` as a TOML file with units, lossless both ways.
 
-Files are written with ``format = 2``; those without are of version 0.1.0, and read for good. The table [provenance]
-says where a file comes from, and is no part of the actuator.
+Files are written with ``format = 2``. Files without it are from version 0.1.0 and stay readable. The table [provenance]
+states the origin of a file and is not part of the actuator.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from ..provenance import Provenance
 from ..units import format_quantity, likely, parse
 from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting, Uncertainty, quantities
 from .models import electrical_model, material_keys
+from .plausible import warn_of_sizes
 from .specimen import ELECTRICAL, MECHANICAL, Specimen
 
 #: Format of the files that are written; older ones are read as well.
@@ -30,7 +31,7 @@ _SECTIONS: dict[str, type] = {"geometry": Geometry, "material": Material, "coupl
 
 
 def load_actuator(source: str | Path) -> Actuator:
-    """The preset or TOML file that ``source`` names.
+    """Return the preset or TOML file that ``source`` names.
 
     Raises InputError when it is neither, or when the file has unknown keys, missing or wrong units, values out of
     range, or no circuit; the message names the file and the key.
@@ -40,7 +41,7 @@ def load_actuator(source: str | Path) -> Actuator:
 
 
 def load_strip(source: str | Path) -> Actuator | Specimen:
-    """The same; a file without the circuit's constants is a `Specimen`."""
+    """Return the strip of a preset or TOML file; one without the circuit's constants is a `Specimen`."""
     if not isinstance(source, str | Path):
         shown = f"{type(source).__name__} {source!r}"[:60]
         raise InputError(f"a strip is an object, the path of a TOML file or a preset's name, not {shown}")
@@ -57,13 +58,15 @@ def load_strip(source: str | Path) -> Actuator | Specimen:
     except UnicodeDecodeError:
         raise InputError(f"{source}: not a text file; an actuator is a TOML file in UTF-8{_meant(source)}") from None
     try:
-        return _parsed(text)
+        found = _parsed(text)
     except InputError as error:
         raise InputError(f"{source}: {error}{_meant(source)}") from None
+    warn_of_sizes(found)
+    return found
 
 
 def _meant(source: str | Path) -> str:
-    """Return what to do with a file that is no TOML file by its name: it may be a measurement."""
+    """Return advice for a file that is not a TOML file by its name: it may be a measurement."""
     name = Path(source)
     if name.suffix.lower() in ("", ".toml"):
         return ""
@@ -121,7 +124,7 @@ def _parts(table: dict[str, Any]) -> dict[str, Any]:
     return {section: _record(kind, table[section], section) for section, kind in _SECTIONS.items() if section in table}
 
 
-#: A value that is no TOML: a bare number with a decimal comma, or with a unit.
+#: A value that is not valid TOML: a bare number with a decimal comma, or with a unit.
 _BARE = re.compile(r"""\s*([\w-]+)\s*=\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*([^#,"'\[]*?)\s*(?:#.*)?""")
 
 
@@ -143,7 +146,7 @@ def _mistake(text: str, error: str) -> str:
 
 
 def dumps(actuator: Actuator, comment: str = "", provenance: Provenance | None = None) -> str:
-    """TOML text of an actuator; ``loads(dumps(a)) == a`` exactly. ``comment`` becomes ``#`` lines at the top."""
+    """Return an actuator as TOML; ``loads(dumps(a)) == a`` exactly. ``comment`` becomes ``#`` lines at the top."""
     lines = [f"# {visible(line)}".rstrip() for line in comment.splitlines()]
     lines += [f"name = {_toml_string(actuator.name)}", f"format = {FORMAT}"]
     for section in _SECTIONS:
@@ -174,7 +177,7 @@ def save_actuator(
 
 
 def _table(name: str, table: Mapping[str, Any]) -> list[str]:
-    """A TOML table of texts, numbers and one table more."""
+    """Return a TOML table of texts, numbers and one table more."""
     lines = [f"[{name}]"]
     for key, value in table.items():
         if isinstance(value, Mapping):

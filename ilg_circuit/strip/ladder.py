@@ -82,7 +82,7 @@ class Ladder:
         return np.asarray(total)
 
     def ideal(self, s: ArrayLike) -> ComplexArray:
-        """Return the impedance [ohm] of the element that the ladder stands for."""
+        """Return the impedance [ohm] of the element that the ladder approximates."""
         points = np.asarray(s, dtype=complex)
         found = self.ions.element(np.array([self.constants]), points.reshape(-1))
         return np.asarray(found.reshape(points.shape))

@@ -20,7 +20,7 @@ from .ladder import Ladder
 
 
 def hyperbolic_cosine(x: float) -> float:
-    """cosh(x). Raises SolveError where it is beyond all measure, as it is to ngspice."""
+    """Return cosh(x). Raises SolveError where it overflows, as it does in ngspice."""
     try:
         return math.cosh(x)
     except OverflowError:
@@ -86,18 +86,18 @@ class Port:
         return math.inf if self.emission_voltage is None else self.emission_voltage / self.dc_resistance
 
     def electron_current(self, voltage: ArrayLike) -> Array:
-        """Current [A] through the electron path at ``voltage`` [V] across it."""
+        """Return the current [A] through the electron path at ``voltage`` [V] across it."""
         v = np.asarray(voltage, dtype=float)
         if self.emission_voltage is None:
             return v / self.dc_resistance
         return np.asarray(self.saturation_current * np.sinh(v / self.emission_voltage))
 
     def inner_voltage(self, terminal: float) -> float:
-        """Voltage [V] behind Re once the ions are at rest under ``terminal`` [V]."""
+        """Return the voltage [V] behind Re once the ions are at rest under ``terminal`` [V]."""
         return self.voltage_behind(1 / self.electrode_resistance, terminal) if self.electrode_resistance else terminal
 
     def voltage_behind(self, conductance: float, source: float) -> float:
-        """Voltage [V] across the electron path alone, behind a ``conductance`` [S] from a ``source`` [V]."""
+        """Return the voltage [V] across the electron path alone, behind a ``conductance`` [S] from a ``source`` [V]."""
         if self.emission_voltage is None:
             return source * conductance / (conductance + 1 / self.dc_resistance)
         from scipy.optimize import brentq
@@ -112,7 +112,7 @@ class Port:
         return math.copysign(float(root), source)
 
     def linearised(self, inner_voltage: float = 0.0) -> Port:
-        """The port that a small signal meets, at rest under ``inner_voltage`` [V] behind Re."""
+        """Return the port that a small signal meets, at rest under ``inner_voltage`` [V] behind Re."""
         dc = self.dc_resistance
         if self.emission_voltage is not None:
             dc /= hyperbolic_cosine(inner_voltage / self.emission_voltage)
@@ -121,7 +121,7 @@ class Port:
         return replace(self, dc_resistance=dc, branches=branches, emission_voltage=None, capacitance_slope=0.0)
 
     def ion_impedance(self, s: ArrayLike, *, ideal: bool = False) -> ComplexArray:
-        """Zp(s) [ohm] of the ion path near 0 V; ``ideal``: of the element in place of its ladder."""
+        """Return Zp(s) [ohm] of the ion path near 0 V; ``ideal``: of the element in place of its ladder."""
         points = np.asarray(s, dtype=complex)
         if self.ladder is not None:
             diffusion = self.ladder.ideal(points) if ideal else self.ladder.impedance(points)
@@ -129,7 +129,7 @@ class Port:
         return np.asarray(1 / sum(c * points / (1 + r * c * points) for r, c in self.branches))
 
     def ion_elastance(self, s: ArrayLike) -> ComplexArray:
-        """s Zp(s) [1/F], written without the pole of Zp at s = 0."""
+        """Return s Zp(s) [1/F], written without the pole of Zp at s = 0."""
         points = np.asarray(s, dtype=complex)
         if self.ladder is None:
             return np.asarray(1 / sum(c / (1 + r * c * points) for r, c in self.branches))
@@ -139,7 +139,7 @@ class Port:
         )
 
     def impedance(self, s: ArrayLike, bias: float = 0.0, *, ideal: bool = False) -> ComplexArray:
-        """Z(s) [ohm] between the terminals for a small signal about ``bias`` [V], EC (1): L s + Re + Rdc || Zp."""
+        """Return Z(s) [ohm] at the terminals for a small signal about ``bias`` [V], EC (1): L s + Re + Rdc || Zp."""
         points = np.asarray(s, dtype=complex)
         small = self.linearised(self.inner_voltage(bias))
         ion = small.ion_impedance(points, ideal=ideal)

@@ -1,4 +1,4 @@
-"""A strip before any fit: its sizes and what else is known of it, but no circuit.
+"""A strip before any fit: its sizes and other known constants, but no circuit.
 
 Its file is that of an `Actuator` without the constants of the circuit, which `identify` fits.
 """
@@ -28,12 +28,20 @@ ELECTRICAL = ("dc_resistivity", "dynamic_resistivity", "permittivity")
 _COMMENT = 36
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Specimen:
     """A strip whose circuit is not known yet: what `identify` takes beside the data.
 
-    ``known`` holds the keys of [material] that no fit gives, name -> SI value; Young's modulus may be missing, and is
-    then taken to be the paper's.
+    Attributes
+    ----------
+    geometry : Geometry
+        Sizes [m].
+    known : tuple of (str, float)
+        Keys of [material] that no fit gives, with SI values. Without Young's modulus a fit takes the paper's.
+    mounting : Mounting
+        How the strip is held against gravity.
+    name : str
+        Its name.
     """
 
     geometry: Geometry
@@ -48,6 +56,13 @@ class Specimen:
             if key not in MECHANICAL:
                 raise unknown_name("key", str(key), MECHANICAL)
         self.stand_in()  # checks all values
+
+    def __repr__(self) -> str:
+        """Return sizes and known constants as a table."""
+        units = {f.name: f.metadata["unit"] for f in (*fields(Geometry), *fields(Material)) if "unit" in f.metadata}
+        values = {key: value for key, value in (vars(self.geometry) | dict(self.known)).items() if value is not None}
+        rows = [f"  {key:<20}{format_quantity(value, units[key], 6)}" for key, value in values.items()]
+        return "\n".join([f"Specimen '{self.name}': {self.mounting.orientation}, no circuit yet", *rows])
 
     @property
     def modulus_known(self) -> bool:
@@ -83,7 +98,18 @@ class Specimen:
         return "\n".join(lines) + "\n"
 
     def save(self, path: str | Path) -> None:
-        """Write the strip's file, whole or not at all. Raises InputError where it cannot be written."""
+        """Write the strip as a TOML file with a comment on every key.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
         write_text(Path(path), self.to_toml())
 
 

@@ -1,4 +1,4 @@
-"""Where the model holds: every assumption of the two papers as a number, over the band a strip is used in."""
+"""The validity of the model: every assumption of the two papers as a number, over the band of frequencies in use."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def assumptions(
     voltage: float | None = None,
     displacement: float | None = None,
 ) -> Iterator[Assumption]:
-    """The table for use between ``band`` [Hz], up to ``voltage`` [V] and ``displacement`` [m] where known."""
+    """Return the table for use between ``band`` [Hz], up to ``voltage`` [V] and ``displacement`` [m] where known."""
     lumped, g = lumped_elements(actuator, band), actuator.geometry
     s = 2j * np.pi * np.geomspace(*band, 400)
     ion = np.array([lumped.ion_impedance(x) for x in s])
@@ -77,7 +77,7 @@ def assumptions(
 
 
 def gravity(actuator: Actuator) -> Assumption:
-    """Gravity's number, whatever L_F is: sag/L0 of a horizontal strip, else r. Of a weightless one it is harmless."""
+    """Return gravity's number, for any L_F: sag/L0 of a horizontal strip, else r; harmless for a weightless one."""
     ratio, orientation = gravity_ratio(actuator), actuator.mounting.orientation
     if orientation == "horizontal":
         return Assumption("gravity, horizontal: sag/L0", ratio, 0.2, "the strip sags beyond small deflection")
@@ -95,7 +95,7 @@ def gravity(actuator: Actuator) -> Assumption:
 def run_warnings(
     actuator: Actuator, drive: Drive, duration: float, voltage: float, displacement: float | None
 ) -> list[str]:
-    """What fails in a run of ``duration`` [s] that reaches ``voltage`` [V] and ``displacement`` [m] in size."""
+    """Return the assumptions that fail in a run of ``duration`` [s] up to ``voltage`` [V] and ``displacement`` [m]."""
     end = duration or 1.0
     band = (1 / (2 * np.pi * end), max(drive.angular_frequency() / (2 * np.pi), 100 / end))
     rows = assumptions(actuator, band=band, voltage=voltage, displacement=displacement)
@@ -103,7 +103,7 @@ def run_warnings(
 
 
 def deflection_warnings(bent: int) -> list[str]:
-    """What to say where ``bent`` of several designs go beyond what the beam is good for."""
+    """Return the warning for ``bent`` designs, of several, beyond the small-deflection limit."""
     if not bent:
         return []
     designs = "1 design has" if bent == 1 else f"{bent} designs have"

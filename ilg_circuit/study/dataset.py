@@ -36,7 +36,7 @@ from .spec import SweepSpec
 if TYPE_CHECKING:
     from xarray import Dataset
 
-#: Dimension of designs that are no grid.
+#: Dimension of designs that are not a grid.
 DESIGN = "design"
 
 
@@ -110,8 +110,8 @@ class SweepTotals:
     """Totals over ``count`` designs, gathered task by task.
 
     ``bent``: designs beyond the small-deflection limit, if the relative deflection is an output; ``lowest`` and
-    ``highest``: output -> (value, number of the design); ``reasons``: failure reasons that differ in numbers only ->
-    how often, and one of them.
+    ``highest``: output -> (value, number of the design); ``reasons``: reason of failure,
+    numbers left out -> its count and an example.
     """
 
     count: int

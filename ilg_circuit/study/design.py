@@ -36,10 +36,30 @@ _WHOLE = re.compile(r"(\d)\.0(?=\D|$)")
 
 @dataclass(frozen=True, repr=False, eq=False)
 class DesignReport(Result, Warned):
-    """Result of `design`; None for what was not asked for.
+    """The answer to a design problem, as `ilg_circuit.design` and `ilg_circuit.pareto` return it.
 
-    ``design`` with its active constraints and, where it is not feasible, the effect of omitting each requirement;
-    ``sensitivity`` to the fit's uncertainty; a Pareto ``front``; ``sobol`` indices.
+    A part that was not asked for is None.
+
+    Attributes
+    ----------
+    feasible : bool
+        True if the design meets all requirements.
+    design : Design or None
+        The best design.
+    active_constraints : sequence of ActiveConstraint
+        The limits of the design, and the gain from relaxing each by 1 %.
+    without_requirement : sequence of WithoutRequirement
+        For an infeasible design: the effect of omitting each requirement.
+    front : Front or None
+        The Pareto front.
+    sensitivity : Sensitivity or None
+        Propagated uncertainty of the fitted strip.
+    confidence : float or None
+        Probability with which each requirement must be met.
+    sobol : SobolIndices or None
+        Sobol indices of the quantities.
+    warnings : tuple of str
+        Findings as sentences.
     """
 
     presenter: ClassVar[str] = "design"
@@ -59,7 +79,7 @@ class DesignReport(Result, Warned):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Assumptions of the model that fail at the design or on the front, and designs that failed."""
+        """Findings: assumptions of the model that fail at the design or on the front, and failed simulations."""
         design, texts, failed = self.design, [], []
         told: tuple[Finding, ...] = ()
         if design:
@@ -95,9 +115,17 @@ class DesignReport(Result, Warned):
         }
 
     def write_strip(self, path: str | Path) -> None:
-        """Write the best strip as TOML; its comment gives aim, drive, requirements and provenance.
+        """Write the best strip as a TOML file, whose comment gives aim, drive, requirements and provenance.
 
-        Raises InputError where there is no feasible design, and where the file cannot be written.
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+
+        Raises
+        ------
+        InputError
+            There is no feasible design, or the file cannot be written.
         """
         design = self.design
         if design is None or not design.feasible:
@@ -137,54 +165,57 @@ def design(
     count: Counter = uncounted,
     progress: Callable[[int, int], None] | None = None,
 ) -> DesignReport:
-    """Return the strip, within the ranges of ``vary``, that meets requirements and is best, or a Pareto front.
+    """Return the best strip, within the ranges of ``vary``, that meets the requirements, or a Pareto front.
 
     Parameters
     ----------
     strip : Actuator, str or Path
-        What is varied: an object, the path of a TOML file or a preset's name.
+        Strip that is varied: an object, the path of a TOML file or a preset's name.
     drive : str or Drive
         A text such as "step:4V", whose values can be varied too, or a drive.
     duration : float or str
-        How long the run is [s].
+        Duration of the run [s].
     vary : mapping or iterable of str
         ``{"thickness": ("0.2 mm", "1 mm")}`` or texts such as "thickness=0.2mm:1mm"; one value fixes it. Names as in
         `sweep`.
     require : str or iterable of str
-        Requirements such as "displacement_final>=4mm", or "valid" for all assumptions of the model.
+        Requirements on outputs (the names are listed in `sweep`), on varied parameters or on the model's validity:
+        "displacement_final>=4mm", "settling_time<=20s", "relative_deflection<=0.2"; slenderness, window and gravity
+        are validity numbers, and "valid" stands for all of them.
     minimise : str, optional
         Name of the output that is minimised.
     maximise : str, optional
-        Name of the output that is maximised; without an objective the worst margin of the requirements is.
+        Name of the output that is maximised (default: the worst margin of the requirements).
     pareto : str or iterable of str, optional
         Two or three objectives of a front, such as ``["displacement_final", "force_blocked", "min:energy"]``.
     points : int, optional
-        Number of points of the front.
+        Number of points of the front (default: 25 for two objectives, 60 for three).
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
-        What hangs on the tip, such as "mass=1g".
+        Load on the tip, such as "mass=1g".
     engine : {"auto", "exact", "ngspice"}
-        Auto: exact for linear circuits. The answer is always simulated by ngspice.
+        Solver of the search; auto is exact for linear circuits. ngspice always simulates the answer once more.
     seed : int
-        Of the search's starting points.
+        Seed of the starting points of the search.
     sensitivity : bool
-        Propagates the fit's uncertainty to the design.
+        Propagates the uncertainty of the fitted strip to the design.
     confidence : float or str, optional
         Probability with which each requirement must be met.
     sobol : bool
-        Adds Sobol indices of all quantities over the ranges.
+        Adds Sobol indices: the share of each quantity's variance that each parameter causes over its range.
     count : callable
-        Called with the number of simulations since the last call.
+        Function that is called with the number of simulations since its last call.
     progress : callable, optional
-        Called with (done, total) points of the front.
+        Function that is called with (done, total) points of the front.
 
     Returns
     -------
     DesignReport
-        The design, what limits it, what was asked for besides; ``save("strip.toml")`` writes the strip.
+        ``report.design.values`` are the varied parameters [SI], ``report.feasible`` says if all requirements are met,
+        ``report.save("strip.toml")`` writes the strip. See `ilg.results`.
 
     Raises
     ------
@@ -216,12 +247,12 @@ def design(
             probability and not wishes,
             f"{argument('confidence')} is the probability of meeting requirements; give {argument('require')}",
         ),
-        (points and not pareto, f"{argument('points')} goes with {argument('pareto')}"),
+        (points is not None and not pareto, f"{argument('points')} goes with {argument('pareto')}"),
     ):
         if wrong:
             raise InputError(advice)
     template = scenario_template(strip, drive, duration, tip=tip, beam=beam, load=load)
-    template.parsed_drive()  # a text that is no drive fails at once
+    template.parsed_drive()  # raises for a text that is not a drive, before any work
     ranges, fixed = parse_ranges(range_texts(vary))
     space = Space(template, ranges, fixed, resolve_engine(template, ranges, fixed, engine), count)
     named, sense = (minimise, 1) if minimise else (maximise, -1)
@@ -255,13 +286,13 @@ def design(
 
 
 def aim(design: Design) -> str:
-    """Return what the design is best at, as text."""
+    """Return the objective of the design, as text."""
     objective = design.problem.objective
     return objective.text if objective else "largest margin to all requirements"
 
 
 def design_drive(design: Design) -> str:
-    """Return the design's drive as ``--drive`` takes it; as prose where a voltage scales a square wave or a file."""
+    """Return the text of the design's drive; a description if a voltage scales a square wave or a file."""
     space = design.problem.space
     drive = space.template.drive
     values = {**space.fixed, **design.values}

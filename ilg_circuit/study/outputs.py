@@ -95,14 +95,24 @@ def _settled(runs: BatchWaveforms) -> Array:
 _ALL = [
     *_of_waveform("displacement"),
     Output("relative_deflection", "", "largest displacement over L_F; the model holds up to 0.2", _deflection),
-    Output("time_of_peak", "s", "when the motion is largest", lambda runs: runs.motion.peak()[1]),
-    Output("overshoot", "", "how far the motion goes beyond its end, as a part of that", _overshoot),
-    Output("time_of_90", "s", "when the motion first reaches 90 % of its end", lambda runs: runs.motion.reached(0.9)),
-    Output("settling_time", "s", f"from when on the motion stays within {SETTLING_BAND:.0%} of its end", _settled),
-    *_of_waveform("force"),
-    Output("force_blocked", "N", "force at the end, L_F being clamped", lambda runs: runs.curve("force").final, True),
+    Output("time_of_peak", "s", "time at which the motion is largest", lambda runs: runs.motion.peak()[1]),
+    Output("overshoot", "", "how far the motion exceeds its final value, relative to that value", _overshoot),
     Output(
-        "force_blocked_peak", "N", "largest force, L_F being clamped", lambda runs: runs.curve("force").peak()[0], True
+        "time_of_90",
+        "s",
+        "time at which the motion first reaches 90 % of its final value",
+        lambda runs: runs.motion.reached(0.9),
+    ),
+    Output(
+        "settling_time",
+        "s",
+        f"time from which the motion stays within {100 * SETTLING_BAND:g} % of its final value",
+        _settled,
+    ),
+    *_of_waveform("force"),
+    Output("force_blocked", "N", "force at the end with L_F clamped", lambda runs: runs.curve("force").final, True),
+    Output(
+        "force_blocked_peak", "N", "largest force with L_F clamped", lambda runs: runs.curve("force").peak()[0], True
     ),
     *_of_waveform("current"),
     *_of_waveform("charge"),

@@ -153,7 +153,7 @@ def _drive(given: str | Drive, duration: float, changed: Mapping[str, float]) ->
     for name in changed:
         kinds = DRIVE_KEYS[name][2]
         if kind not in kinds:
-            raise InputError(f"{name} is no part of the drive '{text}'; it belongs to {' and '.join(kinds)}")
+            raise InputError(f"{name} is not part of the drive '{text}'; it belongs to {' and '.join(kinds)}")
     drive = given if not isinstance(given, str) else _parsed(rewritten(text, changed), duration)
     if "voltage" not in changed or kind in FIRST_IS_VOLTAGE:
         return drive

@@ -26,11 +26,11 @@ from .problem import DesignProblem, Objective, distinct, slacks
 from .requirements import quantity
 from .search import FEASIBLE, INITIAL_POINTS, Goal, LocalOptimum, Terms, Values, distant, local_search
 
-#: Default number of points of a front of two, of three objectives.
+#: Number of objectives -> default number of points of the front.
 POINTS = {2: 25, 3: 60}
 #: References taken from the initial points before gaps are filled.
 _FIRST = {2: 2, 3: 12}
-#: Weight of the sum of all objectives beside the equal improvement; without it an end may be only weakly optimal.
+#: Weight of the sum of all objectives beside their equal improvement; without it an end may be only weakly optimal.
 _SUM = 1e-3
 #: Relative to the front's extent: tolerance of dominance, and distance below which two points are one.
 _DOMINATED, _SAME = 1e-4, 2e-3
@@ -42,12 +42,25 @@ _CHALLENGERS, _CHALLENGE = 16, 0.02
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Front(Result, Warned):
-    """Points in order of the first objective.
+    """A Pareto front: k designs in order of the first objective, ``report.front``.
 
-    ``parameters``: name -> (k,) [SI]; ``values`` and ``simulated``: quantity -> (k,) [SI], by the search's engine and
-    by ngspice; ``units`` of all of them. ``improvable``: largest improvement in all objectives at once by a random
-    design near a point, relative to the front's extent. ``deflections`` (k,) are largest displacements over the load's
-    distance, NaN without a coupling.
+    Attributes
+    ----------
+    parameters : dict of str to ndarray (k,)
+        Values of the varied parameters [SI].
+    simulated : dict of str to ndarray (k,)
+        Objectives and other quantities, computed by ngspice [SI].
+    values : dict of str to ndarray (k,)
+        The same, computed by the engine of the search.
+    units : dict of str to str
+        SI units of all of them.
+    objectives : tuple of Objective
+        What was minimised or maximised.
+    improvable : float
+        Largest improvement in all objectives at once found by a random design near a point, relative to the extent of
+        the front.
+    deflections : ndarray (k,)
+        Largest displacement over the distance of the load from the clamp; NaN without a coupling.
     """
 
     presenter: ClassVar[str] = "front"
@@ -77,7 +90,7 @@ class Front(Result, Warned):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """That designs exceed the small-deflection limit, if any do."""
+        """The finding that designs exceed the small-deflection limit, if any do."""
         return tuple(Finding("assumption-fails", values={"text": text}) for text in deflection_warnings(self.bent))
 
     def table(self) -> tuple[Column, ...]:
@@ -129,7 +142,7 @@ def pareto_front(
 
     Raises InputError for an impossible number of points, SolveError where no design meets the requirements.
     """
-    front = _FrontInProgress(problem, objectives, points or POINTS[len(objectives)])
+    front = _FrontInProgress(problem, objectives, POINTS[len(objectives)] if points is None else points)
     while front.fill():
         if progress:
             progress(min(len(front.points), front.wanted - 1), front.wanted)

@@ -86,7 +86,7 @@ class PiecewiseLegendre:
         """
         flat = (self._samples * sign[:, None, None]).reshape(len(self.values), -1)
         largest = flat.max(axis=1, keepdims=True)
-        best = (flat >= largest - 1e-12 * np.abs(largest)).argmax(axis=1)  # equal but for rounding counts as equal
+        best = (flat >= largest - 1e-12 * np.abs(largest)).argmax(axis=1)  # equal apart from rounding counts as equal
         panel, sample = np.divmod(best, len(_SAMPLES))
         value, time = self._refined(sign, panel, sample)
         # at a panel's end the peak may lie on the other side, which begins or ends with the same sample

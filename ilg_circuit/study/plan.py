@@ -178,7 +178,7 @@ def grid_plan(texts: Sequence[str]) -> Plan:
         if interval.count is None:
             raise InputError(f"'{text}' does not say how many values; write {text}:20, or give {argument('random')}")
         if interval.count == 1:
-            raise InputError(f"'{text}': one value is no range; write {text.partition(':')[0].strip()}")
+            raise InputError(f"'{text}': one value is not a range; write {text.partition(':')[0].strip()}")
         columns[name] = interval.at(np.linspace(0.0, 1.0, interval.count))
         columns[name][-1:] = interval.high
     return Plan(columns, True, "grid of " + ", ".join(texts))

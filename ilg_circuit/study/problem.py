@@ -1,7 +1,7 @@
 """The inverse problem: the best design, within ranges, that meets requirements.
 
 Without an objective the best design maximises the worst margin: the factor by which every requirement could be
-tighter. Where no design meets every requirement, the nearest one is found: its worst margin is least negative.
+tighter. If no design meets every requirement, the one whose worst margin is least negative is returned.
 """
 
 from __future__ import annotations
@@ -100,11 +100,28 @@ class DesignProblem:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Solution of a design problem: ``values`` [SI] of the varied parameters and the ``scenario`` that they make.
+    """The solution of a design problem, ``report.design``.
 
-    ``exact`` and ``simulated``: quantities by name, from the search's engine and from ngspice; ``error``: ngspice's own
-    error estimate. ``reach``: lowest and highest of each quantity among the initial points, of which ``failures``
-    could not be evaluated.
+    Attributes
+    ----------
+    values : dict of str to float
+        Values of the varied parameters [SI].
+    simulated : dict of str to float
+        Quantities by name, computed by ngspice [SI].
+    exact : dict of str to float
+        The same, computed by the engine of the search.
+    scenario : Scenario
+        The strip, ``scenario.actuator``, and its run.
+    error : float
+        Error of ``simulated`` estimated by ngspice, relative.
+    reach : dict of str to Reach
+        Lowest and highest value of each quantity among the initial points.
+    failures : int
+        Number of initial points that could not be evaluated.
+    problem : DesignProblem
+        Ranges, requirements and objective.
+    search : Search
+        The starts of the search and where they ended.
     """
 
     problem: DesignProblem
@@ -132,6 +149,7 @@ class Design:
 
     @property
     def feasible(self) -> bool:
+        """True if all requirements are met."""
         return all(self.met(r) for r in self.problem.requirements)
 
     @property
@@ -181,7 +199,7 @@ def _why_none(space: Space, problem: DesignProblem, points: Array) -> str:
 
 
 def _search(problem: DesignProblem, points: Array, values: Values) -> Search:
-    """Search by the goal itself; where that ends infeasible, from the point nearest to meeting every requirement."""
+    """Search for the goal; if that ends infeasible, again from the point nearest to meeting all requirements."""
     result = search(problem.goal(), points, values, seed=problem.seed)
     if result.best.feasible:
         return result

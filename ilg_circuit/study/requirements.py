@@ -1,6 +1,6 @@
 """Requirements on a design, such as ``displacement_final>=4mm``, and their margins.
 
-They are on quantities: outputs of the design's run, varied parameters, validity numbers.
+A requirement limits a quantity: an output of the design's run, a varied parameter or a validity number.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Quantity:
 
     @property
     def more_is_better(self) -> bool:
-        """Direction of an objective for which none is given."""
+        """True if an objective without a direction maximises it."""
         return bool(self.outputs) and self.unit in _WANTED_MORE
 
 
@@ -110,13 +110,13 @@ def quantity(name: str, varied: Sequence[str]) -> Quantity:
         return Quantity(name, item.unit, item.meaning, partial(_column, name))
     if name in PARAMETERS:
         raise InputError(
-            f"{name} is not varied, so it stays what it is; add {argument('vary', f'{name}=from:to')}, or ask another"
+            f"{name} is not varied, so it keeps its value; add {argument('vary', f'{name}=from:to')}, or name another"
         )
     raise unknown_name("quantity", name, (*OUTPUTS, *ASSUMPTIONS, *varied))
 
 
 def nothing_asked() -> str:
-    """Return the message for a design of which nothing is asked."""
+    """Return the message for a design without requirement and objective."""
     example = argument("require", "displacement_final>=4mm")
     return f"nothing is asked of the design; give {example}, {argument('minimise')} or {argument('maximise')}"
 

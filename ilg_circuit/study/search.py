@@ -73,7 +73,7 @@ class Terms:
 
 @dataclass(frozen=True, eq=False)
 class Goal:
-    """What is looked for in a ``space``: the best designs as ``judge`` sees their ``quantities``."""
+    """The goal of a search in a ``space``: ``judge`` makes `Terms` from the values of the ``quantities``."""
 
     space: Space
     quantities: tuple[Quantity, ...]
@@ -121,7 +121,7 @@ class Search:
 
     @property
     def spread(self) -> Array:
-        """Largest distance (n,) between the agreeing starts' designs, as fractions of the ranges; large: not unique."""
+        """Largest distance (n,) between the agreeing starts' designs, in fractions of the ranges; 0 if unique."""
         return np.ptp([self.best.point, *(e.point for e in self._agreeing)], axis=0)
 
 
@@ -165,7 +165,7 @@ def local_search(goal: Goal, start: Array) -> LocalOptimum:
     local = _Evaluator(goal)
     first, _ = local.at(start)
     kept, bounded = first.constraints.shape[1], first.maximin.shape[1]
-    extra = int(bounded > 0)  # t is there
+    extra = int(bounded > 0)  # the variable t is added
     of_t = np.zeros((kept + bounded, extra))
     of_t[kept:] = -1.0
 

@@ -149,7 +149,7 @@ def _slopes(design: Design) -> dict[str, Array]:
 def _measure(design: Design, factors: Array) -> tuple[dict[str, Array], int]:
     """Return each quantity (k,) for strips with fitted parameters multiplied by ``factors`` (k, p), and the failures.
 
-    Quantities that take no simulation are sizes that were chosen, which no fit makes uncertain.
+    Quantities that take no simulation are chosen sizes; the fit does not make them uncertain.
     """
     scenario, names = design.scenario, _uncertainty(design).names
     band = transient_band(sample_times(scenario.duration))
@@ -231,7 +231,7 @@ def indices(
     table = np.full((4, len(quantities), len(parameters)), np.nan)
     for k, column in enumerate(values.T):
         if np.isfinite(column).all() and np.ptp(column) > 1e-9 * np.abs(column).max():
-            # a generator: SALib takes seed 0 as none
+            # a generator, because SALib ignores the seed 0
             result = analysis.analyze(problem, column, calc_second_order=False, seed=np.random.default_rng(seed))
             table[:, k] = result["S1"], result["S1_conf"], result["ST"], result["ST_conf"]
     return SobolIndices(quantities, parameters, table[0], table[1], table[2], table[3], len(points))

@@ -27,7 +27,7 @@ def uncounted(count: int) -> None:
 
 #: Digits to which a design's sizes are rounded, so that the printed sizes are the simulated ones.
 _DIGITS = 6
-#: Designs between the lower and the upper ends of all ranges, one of which must be possible.
+#: Number of designs tried between the lower and the upper ends of all ranges, one of which must be possible.
 _TRIED = 33
 
 
@@ -66,7 +66,7 @@ class Space:
     count: Counter = uncounted
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: all but who counts."""
+        """Return the pickled state: all but the counter."""
         return self.__dict__ | {"count": uncounted}
 
     @property

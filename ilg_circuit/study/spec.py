@@ -86,7 +86,7 @@ class SweepSpec:
         if isinstance(self.template.drive, str) and self.template.drive.startswith("file:"):
             # read once and here: where tasks are solved there may be no such file
             object.__setattr__(self, "template", replace(self.template, drive=self.template.parsed_drive()))
-        self.template.parsed_drive()  # raises for a text that is no drive
+        self.template.parsed_drive()  # raises for a text that is not a drive
         _ = self.times
 
     @cached_property
@@ -126,7 +126,7 @@ class SweepSpec:
         digest = hashlib.sha256()
         run = (template.drive_text, template.duration, template.tip, template.usual_beam, template.load)
         settings = (*run, self.engine, self.accuracy)
-        actuator = dumps(template.actuator).replace(f"format = {FORMAT}\n", "", 1)  # the line came after 0.1.0
+        actuator = dumps(template.actuator).replace(f"format = {FORMAT}\n", "", 1)  # 0.1.0 had no such line
         parts: list[str | bytes] = [_RESULTS_OF, actuator]
         parts += map(repr, (settings, self.outputs, self.waveforms, self.samples, self.task_size, self.plan.grid))
         if isinstance(drive, PiecewiseLinear):

@@ -34,10 +34,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SweepResult(Result, Warned):
-    """Result of a sweep: its specification, its file (None: kept in memory) and its totals.
+    """The outputs of many designs of a strip, as `ilg_circuit.sweep` returns them.
 
-    ``resumed`` designs had been solved by an earlier run. ``leftover`` is a folder with finished tasks of another sweep
-    into the same file, None if there is none.
+    Attributes
+    ----------
+    spec : SweepSpec
+        What was solved: the strip, the varied parameters, the outputs.
+    totals : SweepTotals
+        Number of designs and of failures, lowest and highest value of each output.
+    path : Path or None
+        The file, None for a result kept in memory.
+    resumed : int
+        Number of designs that an earlier run had solved.
+    leftover : Path or None
+        A folder with finished tasks of another sweep into the same file.
+    warnings : tuple of str
+        Findings as sentences.
     """
 
     presenter: ClassVar[str] = "sweep"
@@ -51,7 +63,7 @@ class SweepResult(Result, Warned):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What the drive's file leaves open, and that designs exceed the small-deflection limit, if any do."""
+        """Findings on the file of the drive, and on designs beyond the small-deflection limit."""
         texts = deflection_warnings(self.totals.bent)
         told = drive_findings(self.spec.template.parsed_drive())
         return told + tuple(Finding("assumption-fails", values={"text": text}) for text in texts)
@@ -120,63 +132,65 @@ def sweep(
     log: str | Path | None = None,
     provenance: Provenance | None = None,
 ) -> SweepResult:
-    """Return what many designs of one strip do: the values that are varied, and the outputs of each run.
+    """Return the outputs of many designs of a strip: a grid, a random sample or a list of varied values.
 
     Parameters
     ----------
     strip : Actuator, str or Path
-        What is varied: an object, the path of a TOML file or a preset's name.
+        Strip that is varied: an object, the path of a TOML file or a preset's name.
     drive : str or Drive
         A text such as "step:4V", whose values can be varied too, or a drive.
     duration : float or str
-        How long each run is [s].
+        Duration of each run [s].
     vary : mapping or iterable of str
         ``{"thickness": ("0.2 mm", "1 mm", 9)}`` or texts such as "thickness=0.2mm:1mm:9": low, high and a number of
-        points, several of which make a grid. Names are the keys of a strip's file, voltage, period, duty, frequency
-        or rate of the drive, load_mass, load_stiffness, load_damping, orientation.
+        points. Several names make a grid. Names are the keys of a strip's file (length, free_length, width, thickness,
+        load_position, youngs_modulus, density, dc_resistivity, dynamic_resistivity, permittivity and so on);
+        voltage, period, duty, frequency or rate of the drive; load_mass, load_stiffness, load_damping; orientation.
     tip : {"free", "clamped"}
         Whether the tip moves.
     beam : {"dynamic", "static"}, optional
-        With the beam's mass or without it (default: as the coupling was fitted).
+        Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
-        What hangs on the tip, such as "mass=1g".
+        Load on the tip, such as "mass=1g".
     random : int, optional
-        So many random designs within the ranges, in place of a grid.
+        Number of random designs within the ranges, in place of a grid.
     method : {"lhs", "sobol", "uniform"}, optional
         How random designs are drawn (default: Latin hypercube).
     seed : int, optional
-        Of random designs (default 0).
+        Seed of random designs (default 0).
     designs : str or Path, optional
         CSV file with one design a row, in place of ``vary``.
     outputs : str or sequence of str, optional
-        Names of the outputs, such as ["displacement_final", "energy"] (default: all that one run gives).
+        Names of the outputs, such as ["displacement_final", "energy"]; all are listed under Notes (default: all but
+        the blocked forces, which need a second run).
     waveforms : str or sequence of str, optional
-        Waveforms that are kept, such as "displacement".
+        Waveforms to keep, such as "displacement"; they are in ``to_xarray()``.
     samples : int, optional
         Samples of each waveform (default 601).
     engine : {"ngspice", "exact", "auto"}
-        Auto: exact for linear circuits.
+        Solver; auto is exact for linear circuits and ngspice for others.
     accuracy : float
-        Error allowed of ngspice, relative to each maximum.
+        Largest error allowed for ngspice, relative to the maximum of each waveform.
     out : str or Path, optional
         The netCDF file; an interrupted sweep into it goes on where it was. Without it the result stays in memory.
     jobs : int, optional
-        Processes (default: one a core).
+        Number of processes (default: one per core).
     cluster : str, optional
         Workers of a dask cluster: "tcp://HOST:PORT", or "local:4".
     executor : concurrent.futures.Executor, optional
-        Workers of one's own.
+        An executor of your own, whose workers solve the designs.
     progress : callable, optional
-        Called with (done, total) designs.
+        Function that is called with (done, total) designs.
     log : str or Path, optional
-        File to which a line a design is appended: time, number, outcome.
+        File to which one line per design is appended: time, number, outcome.
     provenance : Provenance, optional
-        What the file says of its origin.
+        Origin that is written into the file.
 
     Returns
     -------
     SweepResult
-        ``to_xarray()`` has designs and outputs with units.
+        ``to_dataframe()`` has one row a design; ``to_xarray()`` has the grid, with units. See `ilg.results`.
 
     Raises
     ------
@@ -184,6 +198,34 @@ def sweep(
         A name, a range or an option is not understood, or the file cannot be written.
     SolveError
         Every design fails.
+
+    Notes
+    -----
+    Outputs of a run. L_F is the place of the load (the tip by default); "the motion" is the displacement, or the force
+    if the tip is clamped:
+
+    ===================  =  ==================================================================
+    displacement_final   m  displacement of L_F at the end
+    displacement_peak    m  largest displacement of L_F, with its sign
+    displacement_rms     m  root mean square displacement of L_F
+    relative_deflection  1  largest displacement over L_F; the model holds up to 0.2
+    time_of_peak         s  time at which the motion is largest
+    overshoot            1  how far the motion exceeds its final value, relative to that value
+    time_of_90           s  time at which the motion first reaches 90 % of its final value
+    settling_time        s  time from which the motion stays within 2 % of its final value
+    force_final          N  force on load or clamp at the end
+    force_peak           N  largest force on load or clamp, with its sign
+    force_rms            N  root mean square force on load or clamp
+    force_blocked        N  force at the end with L_F clamped
+    force_blocked_peak   N  largest force with L_F clamped
+    current_final        A  current at the end
+    current_peak         A  largest current, with its sign
+    current_rms          A  root mean square current
+    charge_final         C  charge at the end
+    charge_peak          C  largest charge, with its sign
+    charge_rms           C  root mean square charge
+    energy               J  energy delivered by the source
+    ===================  =  ==================================================================
 
     Examples
     --------
@@ -283,7 +325,7 @@ def _solve(
     progress: Progress,
     log: Log | None,
 ) -> None:
-    """Solve the ``missing`` tasks into the store, in this process where there is no ``pool``; ``done`` designs are."""
+    """Solve the ``missing`` tasks into the store, without a ``pool`` in this process; ``done`` designs are solved."""
     total = spec.plan.count
     progress(done, total)
 

@@ -2,7 +2,7 @@
 
 Electrical models registered from outside the package travel with the tasks.
 
-Workers die: of too little memory, of a crash in ngspice, or because they are killed. loky then fails all submitted
+Workers may die: from lack of memory, from a crash in ngspice, or because they are killed. loky then fails all submitted
 tasks and accepts no more, so few are submitted at a time; these are solved again, one by one, on a new executor. A
 design that kills its worker twice when solved alone is a failed design; the digits of all others stay the same.
 """
@@ -66,7 +66,7 @@ class GivenPool:
     """Workers that solve tasks, here of an ``executor`` made elsewhere.
 
     ``width()`` is their present number; ``deaths`` are the errors raised when a worker died with a task; ``solve`` is
-    what they do with one.
+    the function that solves one task.
     """
 
     def __init__(self, executor: Executor, width: Callable[[], int], deaths: tuple[type[BaseException], ...]) -> None:
@@ -103,7 +103,7 @@ class LokyPool(GivenPool):
         self._executor = _processes(self.width())
 
     def close(self) -> None:
-        """End the workers, whatever they are doing."""
+        """End the workers at once."""
         self._executor.shutdown(wait=True, kill_workers=True)
 
 
@@ -115,7 +115,7 @@ def _processes(workers: int) -> Any:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Start threads and processes that Ctrl-C does not reach; this process ends them."""
+    """Start threads and processes that ignore Ctrl-C; this process ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -127,7 +127,7 @@ def _uninterrupted() -> Iterator[None]:
 
 
 def _solve(task: Any, models: bytes, solve: Callable[[Any], Any]) -> Any:
-    """In a worker: solve a task, with the ``models`` of `packed_models`."""
+    """Solve a task in a worker, with the ``models`` of `packed_models`."""
     unpack_models(models)
     return solve(task)
 
@@ -148,7 +148,7 @@ def local_pool(tasks: int, jobs: int | None, solve: Callable[[Any], Any] = solve
 
 
 def _end_with(parent: int) -> None:
-    """In a worker: exit when the parent process was killed, since nothing would fetch the results."""
+    """Exit, in a worker, when the parent process was killed, since nothing would fetch the results."""
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -194,7 +194,7 @@ def solve_on(
             if running and not suspects:
                 wait(running, return_when=FIRST_COMPLETED)
             collect([f for f in running if f.done()])
-            if suspects:  # the culprit is unknown: all submitted tasks are tried again, one at a time
+            if suspects:  # any submitted task may have killed the worker: all are tried again, one at a time
                 collect(wait(running).done)
                 pool.renew()
                 while suspects:
@@ -206,9 +206,9 @@ def solve_on(
 
 
 def _alone(pool: GivenPool, task: Task) -> Evaluation:
-    """Solve a task alone and whole: the digits of a design depend on those beside it, and no death may change them.
+    """Solve a task alone and whole, because the digits of a design depend on the designs solved with it.
 
-    Only where it kills its workers whole, it is divided to find the designs that do; then it is solved without them.
+    If the whole task kills its workers, it is divided to find the designs that do, and solved without them.
     """
     whole: Evaluation | None = tried(pool, task, _DEATHS_WHOLE)
     if whole is not None:
@@ -230,7 +230,7 @@ def tried(pool: GivenPool, task: Any, times: int = _DEATHS) -> Any:
 
 
 def _divided(pool: GivenPool, task: Task) -> Evaluation:
-    """Solve a task in ever smaller parts, until what kills the workers is a single design."""
+    """Solve a task in ever smaller parts, until the design that kills the workers is isolated."""
     if len(task) == 1:
         return evaluate([KILLED], **task.how)
     middle = len(task) // 2
@@ -264,7 +264,7 @@ def packed_models() -> bytes:
 
 
 def unpack_models(packed: bytes) -> None:
-    """In a worker: register the models of `packed_models` that are not there yet."""
+    """Register, in a worker, the models of `packed_models` that are not there yet."""
     known = {model.name for model in registry.registered()}
     for model in pickle.loads(packed) if packed else ():
         if model.name not in known:

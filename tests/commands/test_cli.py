@@ -292,7 +292,7 @@ def test_without_ngspice(tmp_path: Path, arguments: list[str]) -> None:
     assert done.returncode == 2
     assert len(done.stderr.splitlines()) == 1
     assert f"{VARIABLE} is " in done.stderr
-    assert "which is no file" in done.stderr
+    assert "which is not a file" in done.stderr
     assert list(tmp_path.iterdir()) == []
 
 

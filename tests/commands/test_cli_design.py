@@ -104,7 +104,7 @@ def test_uncertainty_and_indices(run: Run, tmp_path: Path) -> None:
         (("--minimise", "energy", "--sensitivity", *SIZES), ("no [uncertainty]",)),
         (("--minimise", "energy", "--plot", "x.gif", *SIZES), (".png",)),
         (("--minimise", "energy", "--json", "a.x", "--out", "a.x", *SIZES), ("same file",)),
-        (("--minimise", "energy", "--vary", "period=1s:2s"), ("no part of the drive",)),
+        (("--minimise", "energy", "--vary", "period=1s:2s"), ("not part of the drive",)),
     ],
 )
 def test_refusals(run: Run, arguments: tuple[str, ...], hints: tuple[str, ...]) -> None:

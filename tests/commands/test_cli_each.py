@@ -5,12 +5,14 @@ from __future__ import annotations
 import csv
 import json
 import os
+import pickle
 import re
 import signal
 import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,10 +21,10 @@ from synthetic import record, step
 
 import ilg_circuit as ilg
 from ilg_circuit.commands import progress
-from ilg_circuit.errors import InputError
+from ilg_circuit.errors import InputError, written
 from ilg_circuit.files import MARKER
 from ilg_circuit.front import each
-from ilg_circuit.front.each import labels
+from ilg_circuit.front.each import FileTask, fit_file, labels
 from ilg_circuit.front.watch import watch
 from ilg_circuit.report import axes, identification, page
 from ilg_circuit.report import folder as folders
@@ -182,7 +184,7 @@ def test_a_folder_is_watched_until_nothing_comes(run: Run, quick: None) -> None:
     again = run(*call)
     assert again.code == 0
     assert "1 fitted (1 by an earlier run)" in again.out
-    assert_one_line(run("watch", "none"), "'none' is no folder")
+    assert_one_line(run("watch", "none"), "'none' is not a folder")
     with pytest.raises(InputError, match="choose one of rc"):
         watch("in", "in/each.fit", model="rc4")
 
@@ -214,3 +216,12 @@ def test_a_sweep_keeps_a_log(run: Run) -> None:
         assert done.code == 0, done.err
     lines = [line.split(" ", 1)[1] for line in Path("s.log").read_text().splitlines()]
     assert lines == ["design 0: solved", "design 1: solved"] * 2
+
+
+def test_a_worker_writes_arguments_as_the_command_does(tmp_path: Path) -> None:
+    path = tmp_path / "pixels.csv"
+    path.write_text("time_s,voltage_V,current_mA,displacement_px\n0,0,0,0\n1,4,1,2\n", encoding="utf-8")
+    with written({"scale": "--scale"}):
+        task: FileTask = pickle.loads(pickle.dumps(FileTask(path, None, {})))
+    assert "say the size of one: --scale 0.042mm/px" in fit_file(task).error
+    assert "say the size of one: scale='0.042mm/px'" in fit_file(replace(task, spelling={})).error

@@ -167,7 +167,7 @@ def test_new_writes_what_identify_takes_and_the_name_stays(run: Run) -> None:
     write(Path("step.csv"))
     done = run("new", "gel.toml", *SIZES, "--youngs-modulus", "9kPa")
     assert (done.code, done.err) == (0, "")
-    assert_one_line(run("new", "gel.toml", *SIZES), "'gel.toml' is there already; give --force")
+    assert_one_line(run("new", "gel.toml", *SIZES), "'gel.toml' exists already; give --force")
     assert run("new", "gel.toml", *SIZES, "--force", "--name", "gel seven").code == 0
     assert run("identify", "step.csv", "--actuator", "gel.toml", *FIT, "--out", "fitted.toml").code == 0
     strip = load_actuator("fitted.toml")

@@ -66,7 +66,7 @@ WRONG: list[tuple[str, dict[str, Any], dict[str, list[Any]]]] = [
     (
         "pareto",
         RUN | {"vary": VARY, "objectives": ["displacement_final", "force_blocked"]},
-        {"points": ["x"], "colour": [1]},
+        {"points": ["x", 0], "colour": [1]},
     ),
     ("netlist", RUN, {"strip": [3], "drive": [3], "duration": [0, None], "tip": ["x"]}),
     ("library", {"strip": "paper"}, {"strip": [3], "name": [3, "", "1strip"], "beam": ["x", 3]}),
@@ -112,6 +112,13 @@ def test_a_missing_argument_is_named() -> None:
         ilg.simulate("paper", "step:4V", 10, accuray=1)  # type: ignore[call-arg]
 
 
+def test_a_result_names_its_own_way_to_what_pandas_calls_otherwise() -> None:
+    run = ilg.simulate("paper", "step:4V", 10, samples=3, engine="exact")
+    with pytest.raises(AttributeError, match=r"'Response' has no attribute 'to_csv'; use \.save\(\"x\.csv\"\)"):
+        run.to_csv("x.csv")  # type: ignore[attr-defined]
+    assert not hasattr(run, "curent")
+
+
 def test_signatures_stay_for_help_and_editors() -> None:
     assert list(inspect.signature(ilg.simulate).parameters)[:3] == ["strip", "drive", "duration"]
-    assert (ilg.sweep.__doc__ or "").startswith("Return what many designs")
+    assert (ilg.sweep.__doc__ or "").startswith("Return the outputs of many designs")

@@ -35,6 +35,8 @@ def test_every_name_is_there_and_has_help() -> None:
         assert name in dir(ilg)
     with pytest.raises(AttributeError, match="has no attribute 'simulat'"):
         ilg.simulat  # noqa: B018
+    with pytest.raises(AttributeError, match=r"it is ilg_circuit\.results\.Response"):
+        ilg.Response  # noqa: B018
 
 
 def test_the_import_loads_nothing() -> None:
@@ -187,7 +189,7 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     ("impedance", {"strip": "paper", "frequency": ["a"]}, "frequenc"),
     ("sense", {"strip": "paper", "motion": "sine:1V,1Hz", "duration": 1}, "unit 'V' does not measure"),
     ("read", {}, "give paths, a data frame or columns"),
-    ("read", {"time": T, "volts": U}, "'volts' is no array that is read"),
+    ("read", {"time": T, "volts": U}, "'volts' is not a known array"),
     ("read", {"time": T, "voltage": U}, "no column for current"),
     ("read", {"time": T, "voltage": U, "current": CURRENT[:-1]}, "different lengths"),
     ("read", {"time": T, "voltage": U, "current": ["x"] * len(T)}, "holds something else than numbers"),

@@ -138,5 +138,5 @@ def test_models_that_cannot_be(constants: dict[str, str], function: Any, hint: s
 def test_a_model_that_is_there_already() -> None:
     with pytest.raises(ilg.InputError, match="model 'rc2' cannot be registered"):
         ilg.register_model("rc2", lambda s, c: 1 / (c * s), {"c": "1 F"})
-    with pytest.raises(ilg.InputError, match="upper names 'b', which is no constant"):
+    with pytest.raises(ilg.InputError, match="upper names 'b', which is not one of its constants"):
         ilg.register_model("new", lambda s, c: 1 / (c * s), {"c": "1 F"}, upper={"b": 1})

@@ -59,13 +59,20 @@ def returned(function: Callable[..., Any]) -> Any:
 
 
 def test_every_function_is_listed() -> None:
-    functions = {name for name in ilg.__all__ if not isinstance(getattr(ilg, name), type)} - {"PAPER"}
+    functions = {name for name in ilg.__all__ if not isinstance(getattr(ilg, name), type)} - {"PAPER", "results"}
     assert functions == set(RETURNED)
 
 
 @pytest.mark.parametrize(("name", "expected"), RETURNED.items(), ids=list(RETURNED))
 def test_it_returns_the_class_of_its_result(name: str, expected: Any) -> None:
     assert returned(getattr(ilg, name)) == expected
+
+
+def test_the_classes_of_results_are_names_of_one_module() -> None:
+    classes = {cls for cls in RETURNED.values() if isinstance(cls, type) and cls.__module__.startswith("ilg_circuit")}
+    listed = {name: getattr(ilg.results, name) for name in ilg.results.__all__}
+    assert classes <= set(listed.values())
+    assert all(name == cls.__name__ and f"`{name}`" in str(ilg.results.__doc__) for name, cls in listed.items())
 
 
 def test_a_rhythm_and_a_sweep_of_rhythms_are_told_apart() -> None:

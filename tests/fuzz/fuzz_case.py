@@ -28,7 +28,7 @@ import numpy as np
 import track_texts
 
 from ilg_circuit.cli import main
-from ilg_circuit.errors import InputError
+from ilg_circuit.errors import IlgWarning, InputError
 from ilg_circuit.measurements.kind import LOAD_TEST
 from ilg_circuit.measurements.read import read, read_load_test
 from ilg_circuit.strip.actuator import PAPER, Actuator
@@ -160,7 +160,7 @@ def timed(call: Callable[[], int]) -> Outcome:
             wrong = traceback.format_exc(limit=-6)
     if stopped:
         wrong = f"over {LONGEST:g} s of processor time, in {stopped[0]}"
-    told = [w for w in warned if not issubclass(w.category, (ResourceWarning, DeprecationWarning))]
+    told = [w for w in warned if not issubclass(w.category, (ResourceWarning, DeprecationWarning, IlgWarning))]
     if told and not wrong:
         wrong = f"warning: {told[0].category.__name__}: {told[0].message} ({told[0].filename}:{told[0].lineno})"
     return Outcome(code, time.process_time() - begin, wrong)

@@ -66,7 +66,7 @@ def test_an_unlikely_position_is_a_drop_out(tmp_path: Path) -> None:
 
 PLAIN = "time_s,x_px,y_px\n" + table(T, X_PX, Y_PX)
 REFUSED: dict[str, tuple[str, Mapping[str, Any], str]] = {
-    "pixels without a scale": (PLAIN, {}, "column 'x_px' is in pixels; say the size of one: --scale 0.042mm/px"),
+    "pixels without a scale": (PLAIN, {}, "column 'x_px' is in pixels; say the size of one: scale='0.042mm/px'"),
     "a scale without pixels": (
         "time_s,displacement_mm\n" + table(T, Y),
         {"scale": PIXEL},
@@ -74,11 +74,11 @@ REFUSED: dict[str, tuple[str, Mapping[str, Any], str]] = {
     ),
     "a scale that is none": (PLAIN, {"scale": "0.042mm"}, "write the size of a pixel, such as 0.042mm/px"),
     "a scale of nothing": (PLAIN, {"scale": "0mm/px"}, "scale 0 must be more than zero"),
-    "frames without a rate": (deeplabcut(), {"part": "tip", "scale": PIXEL}, "give the camera's rate: --fps 25"),
-    "a rate beside times": (PLAIN, {"scale": PIXEL, "fps": 25}, "the file has times; leave --fps out"),
-    "several points": (deeplabcut(), {"scale": PIXEL}, "tracks 2 points: base, tip; choose one with --part tip"),
+    "frames without a rate": (deeplabcut(), {"part": "tip", "scale": PIXEL}, "give the camera's rate: fps=25"),
+    "a rate beside times": (PLAIN, {"scale": PIXEL, "fps": 25}, "the file has times; leave out fps"),
+    "several points": (deeplabcut(), {"scale": PIXEL}, "tracks 2 points: base, tip; choose one with part='tip'"),
     "no such point": (deeplabcut(), {"part": "top"}, "no point 'top'; it tracks base, tip"),
-    "a point of a plain file": (PLAIN, {"part": "tip", "scale": PIXEL}, "--part tip: no points have names in it"),
+    "a point of a plain file": (PLAIN, {"part": "tip", "scale": PIXEL}, "part='tip': no points have names in it"),
     "no such axis": (PLAIN, {"scale": PIXEL, "axis": "z"}, "write x, y, -x, -y or an angle"),
     "an axis of a displacement": (
         "time_s,displacement_mm\n" + table(T, Y),

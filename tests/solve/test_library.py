@@ -22,14 +22,14 @@ def test_the_variable_comes_first(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
 
 def test_a_variable_that_names_nothing_is_told_in_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv(VARIABLE, str(tmp_path / "none.so"))
-    with pytest.raises(MissingLibraryError, match=rf"{VARIABLE} is '.*none\.so', which is no file") as caught:
+    with pytest.raises(MissingLibraryError, match=rf"{VARIABLE} is '.*none\.so', which is not a file") as caught:
         find_library()
     assert "\n" not in str(caught.value)
 
 
 def test_a_variable_that_names_a_folder_is_no_library(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv(VARIABLE, str(tmp_path))
-    with pytest.raises(MissingLibraryError, match="which is no file"):
+    with pytest.raises(MissingLibraryError, match="which is not a file"):
         find_library()
 
 

@@ -167,7 +167,7 @@ def test_a_file_of_a_model_that_is_not_installed() -> None:
     ("attributes", "hint"),
     [
         ({"name": "rc2"}, "model 'rc2' cannot be registered"),
-        ({"name": "a+b"}, "give a word that is no other model's name"),
+        ({"name": "a+b"}, "give a word that is not another model's name"),
         ({"name": "diffusing"}, "has the material keys of 'warburg'"),
         (
             {"name": "odd", "material": (Parameter("diffusion_time", "", "ohm m"),)},
@@ -187,7 +187,7 @@ def test_what_cannot_be_registered(attributes: dict[str, object], hint: str) -> 
 
 @pytest.mark.parametrize(
     ("text", "hint"),
-    [("toy_package:none", "cannot be loaded"), ("json:dumps", "is no IonPath"), ("nowhere:x", "cannot be loaded")],
+    [("toy_package:none", "cannot be loaded"), ("json:dumps", "is not an IonPath"), ("nowhere:x", "cannot be loaded")],
 )
 def test_entry_points_that_are_none(toy: str, tmp_path: Path, text: str, hint: str) -> None:
     file = tmp_path / "toy_package-1.0.dist-info" / "entry_points.txt"

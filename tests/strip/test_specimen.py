@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from command import Run
 
 import ilg_circuit as ilg
 from ilg_circuit.errors import InputError, nearest, wrong_choice
@@ -38,6 +39,22 @@ def test_what_it_stands_for_is_the_paper_strip_of_these_sizes() -> None:
     assert stand_in.material.youngs_modulus == 9000.0
     assert stand_in.material.dc_resistivity == PAPER.material.dc_resistivity
     assert stand_in.coupling is None
+
+
+def test_an_unusual_size_is_warned_of_where_a_strip_is_made_or_loaded(tmp_path: Path, run: Run) -> None:
+    with pytest.warns(ilg.IlgWarning, match="length is 35 m; usual strips have 1 mm to 500 mm: check the unit") as told:
+        ilg.new_strip(**SIZES | {"length": "35 m"}).save(tmp_path / "long.toml")
+    assert Path(told[0].filename) == Path(__file__)
+    with pytest.warns(ilg.IlgWarning, match="length is 35 m"):
+        load_strip(tmp_path / "long.toml")
+    with pytest.warns(ilg.IlgWarning, match="thickness is 500 mm") as told:
+        ilg.PAPER.with_(thickness="0.5 m", width="6 mm")
+    assert len(told) == 1
+    sizes = [f"--{key.replace('_', '-')}={value}" for key, value in SIZES.items()]
+    done = run("new", "x.toml", *sizes, "--width=5m")
+    assert done.code == 0
+    assert done.err.count("width is 5 m") == 1
+    assert "UserWarning" not in done.err
 
 
 def test_what_needs_a_circuit_says_which_command_gives_it(tmp_path: Path) -> None:

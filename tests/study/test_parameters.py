@@ -76,7 +76,7 @@ def test_a_drive_of_one_s_own_can_be_scaled() -> None:
     scenario = apply(replace(BASE, drive=own), {"voltage": 3.0})
     assert scenario.drive.value([5.0, 10.0]).tolist() == [-1.5, -3.0]
     assert apply(replace(BASE, drive=own), {"thickness": 1e-3}).drive is own
-    with pytest.raises(InputError, match="no part of the drive 'file:own'"):
+    with pytest.raises(InputError, match="not part of the drive 'file:own'"):
         apply(replace(BASE, drive=own), {"period": 3.0})
 
 

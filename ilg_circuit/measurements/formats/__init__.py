@@ -2,7 +2,7 @@
 
 To add one, write a module with `NAME`, `KINDS`, `recognises` and `read` (the protocol `Format`) and put it into
 `FORMATS`; a binary one has `NAME`, `opens` and `lines` (the protocol `Binary`) and stands in `BINARIES`. The last of
-`FORMATS`, `csv`, takes whatever no other recognises: its errors say what a file needs.
+`FORMATS`, `csv`, takes all files that no other format recognises; its errors say what a file needs.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Binary(Protocol):
     """What the module of a binary format holds: it turns the bytes of a file into lines that one of `FORMATS` reads."""
 
     def opens(self, raw: bytes) -> bool:
-        """Tell whether the bytes of a file are of this format."""
+        """Return True if the bytes of a file are of this format."""
 
     NAME: str
 

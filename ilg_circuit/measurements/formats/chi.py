@@ -37,7 +37,7 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
     Raises
     ------
     InputError
-        The settings that tell them are missing, or a cell is no number.
+        The settings that tell them are missing, or a cell is not a number.
     """
     row = _header(lines)
     if row is None:

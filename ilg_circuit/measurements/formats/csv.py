@@ -41,7 +41,7 @@ def recognises(lines: Sequence[str], said: Said = NOTHING) -> Kind:
 
 
 def holds_table(lines: Sequence[str], said: Said = NOTHING) -> bool:
-    """Tell whether lines hold a table of any kind that can be read."""
+    """Return True if lines hold a table of any kind that can be read."""
     return any((found := find_layout(lines, kind.told(said))) is not None and found.complete for kind in KINDS)
 
 
@@ -57,7 +57,7 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
     Raises
     ------
     InputError
-        A column or a unit is missing, a cell is no number, times repeat or decrease; see `table.parse_table`.
+        A column or a unit is missing, a cell is not a number, times repeat or decrease; see `table.parse_table`.
     """
     layout = find_layout(lines, kind)
     if kind == SPECTRUM and (layout is None or not layout.columns):

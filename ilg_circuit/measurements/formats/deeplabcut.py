@@ -28,7 +28,7 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
     Raises
     ------
     InputError
-        Several body parts and none chosen, or a cell is no number.
+        Several body parts and none chosen, or a cell is not a number.
     """
     head = {cells[0].lower(): cells[1:] for cells in map(_cells, lines[:4]) if cells[0].lower() in _NAMES}
     individuals = head.get("individuals", [""] * len(head["bodyparts"]))

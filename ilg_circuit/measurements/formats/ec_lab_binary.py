@@ -12,7 +12,7 @@ NAME = "EC-Lab mpr"
 
 
 def opens(raw: bytes) -> bool:
-    """Tell whether the bytes of a file begin as EC-Lab's do."""
+    """Return True if the bytes of a file begin as EC-Lab's do."""
     return raw.startswith(b"BIO-LOGIC MODULAR FILE")
 
 

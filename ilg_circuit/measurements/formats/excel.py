@@ -20,7 +20,7 @@ _MOST_COLUMNS = 1000
 
 
 def opens(raw: bytes) -> bool:
-    """Tell whether the bytes of a file are those of a workbook."""
+    """Return True if the bytes of a file are those of a workbook."""
     return raw.startswith(b"PK\x03\x04") and b"xl/" in raw
 
 

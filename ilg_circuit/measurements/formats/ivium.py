@@ -11,7 +11,7 @@ NAME = "Ivium"
 
 
 def opens(raw: bytes) -> bool:
-    """Tell whether the bytes of a file have Ivium's table."""
+    """Return True if the bytes of a file have Ivium's table."""
     return b"primary_data" in raw and b"Version=" in raw[:4000]
 
 

@@ -39,7 +39,7 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
     Raises
     ------
     InputError
-        Several trajectories and none chosen, lengths without a unit, or a cell is no number.
+        Several trajectories and none chosen, lengths without a unit, or a cell is not a number.
     """
     found = _header(lines)
     assert found is not None

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 
-from ...errors import InputError
+from ...errors import InputError, argument
 
 
 def point_of(labels: Sequence[str], wanted: str | None, name: str) -> str:
@@ -22,4 +21,4 @@ def point_of(labels: Sequence[str], wanted: str | None, name: str) -> str:
     listed = ", ".join(label[:40] for label in labels[:20])
     if wanted is not None:
         raise InputError(f"{name}: no point '{wanted[:40]}'; it tracks {listed}")
-    raise InputError(f"{name}: tracks {len(labels)} points: {listed}; choose one with --part {shlex.quote(labels[-1])}")
+    raise InputError(f"{name}: tracks {len(labels)} points: {listed}; choose one with {argument('part', labels[-1])}")

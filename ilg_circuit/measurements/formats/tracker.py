@@ -12,7 +12,7 @@ from .points import point_of
 NAME = "Tracker"
 KINDS: tuple[Kind, ...] = (TRACK,)
 
-#: The table begins within so many lines.
+#: Number of lines within which the table begins.
 _WITHIN = 8
 #: Tracker counts in seconds; its lengths are in what it was calibrated to.
 _KNOWN = {"t": ("time", "s")}
@@ -29,7 +29,7 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
     Raises
     ------
     InputError
-        Several tracks and none chosen, lengths without a unit, or a cell is no number.
+        Several tracks and none chosen, lengths without a unit, or a cell is not a number.
     """
     found = _header(lines)
     assert found is not None

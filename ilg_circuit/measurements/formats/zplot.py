@@ -27,7 +27,7 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
     Raises
     ------
     InputError
-        The row of names or one of its columns is missing, or a cell is no number.
+        The row of names or one of its columns is missing, or a cell is not a number.
     """
     start = next((k for k, line in enumerate(lines) if "freq(hz)" in line.lower()), None)
     if start is None:

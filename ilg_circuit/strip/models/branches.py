@@ -96,7 +96,7 @@ class Branches(IonPath):
         return [x for pair in pairs for x in pair]
 
     def spectrum_starts(self, z: ComplexArray, omega: Array, random: np.random.Generator) -> Array:
-        """Y = 1/Rdc + sum of C s/(1 + tau s), linear in 1/Rdc and every C once the time constants are given."""
+        """Return Y = 1/Rdc + sum of C s/(1 + tau s), linear in 1/Rdc and every C once the time constants are given."""
         s, low, high = 1j * omega[:, None], np.log(0.3 / omega[-1]), np.log(10 / omega[0])
         found = []
         for _ in range(SETS):

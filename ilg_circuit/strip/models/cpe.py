@@ -61,7 +61,7 @@ class ConstantPhase(LadderPath):
         return constants["dynamic_resistivity"], constants["permittivity"], constants["cpe_exponent"]
 
     def starts_from_branches(self, pairs: Sequence[Pair]) -> list[float]:
-        """As large as the capacitance at the slowest branch's frequency."""
+        """Return starts with the capacitance of the branches at the frequency of the slowest one."""
         slowest = max(r * c for r, c in pairs)
         coefficient = sum(c for _, c in pairs) * slowest ** (_EXPONENT - 1)
         return [0.8 / sum(1 / r for r, _ in pairs), coefficient, _EXPONENT]
@@ -84,7 +84,7 @@ class ConstantPhase(LadderPath):
         ]
 
     def library(self, port: Port, area_over_thickness: float) -> LibraryText:
-        """The sections keep their proportions: resistances go with 1/Q, capacitances with Q."""
+        """Return the ladder's text. Sections keep their proportions: resistances go with 1/Q, capacitances with Q."""
         ladder = port.ladder
         assert ladder is not None
         q = ladder.constants[0]
@@ -105,9 +105,10 @@ def cpe_impedance(s: ArrayLike, coefficient: float | Array, exponent: float | Ar
 
 
 def _ladder(coefficient: float, exponent: float, band: tuple[float, float], sections: int) -> Ladder:
-    """Trapezoidal rule over ln(lambda), which converges exponentially; beyond both ends the sums are closed.
+    """Return the ladder by the trapezoidal rule over ln(lambda), which converges exponentially.
 
-    The ends reach so far beyond the band that capacitor and resistor are right to half the error allowed there.
+    Beyond both ends the sums are closed. The ends reach so far beyond the band that capacitor and resistor are right
+    to half the error allowed there.
     """
     below = (LADDER_ERROR / 2) ** (1 / (2 - exponent))
     above = (LADDER_ERROR / 2) ** (-1 / (1 + exponent))

@@ -22,11 +22,11 @@ from .starts import amounts, scattered
 
 #: Units of constants, and of their keys in [material].
 UNITS = {"ohm": "ohm m", "F": "F/m", "s": "s", "Hz": "Hz", "": ""}
-#: Starting values lie within so many decades of the typical ones.
+#: Decades about the typical values within which starting values lie.
 _DECADES = 1.5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class GivenPath(LadderPath):
     """A series resistance and an element of impedance ``function`` (s, *constants); ``typical`` are values (k,)."""
 
@@ -36,6 +36,11 @@ class GivenPath(LadderPath):
     typical: tuple[float, ...]
     text: str = ""
     auto: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return name, equation and typical values in a line."""
+        values = (f"{p.name} {x:g} {p.unit}".rstrip() for p, x in zip(self.own, self.typical, strict=True))
+        return f"<model {self.name}: {self.text}; typically {', '.join(values)}>"
 
     @property
     def name(self) -> str:
@@ -53,7 +58,7 @@ class GivenPath(LadderPath):
         s = 2j * np.pi * np.geomspace(1e-3, 1e3, 7)
         try:
             found = np.asarray(self.function(s, *self.typical), dtype=complex)
-        except Exception as error:  # whatever a user's function does wrong
+        except Exception as error:  # a user's function may raise anything
             raise InputError(
                 f"model '{self.name}': its impedance fails at typical values: {first_line(error)}"
             ) from error
@@ -109,7 +114,7 @@ class GivenPath(LadderPath):
         return scattered(z, random, start)
 
     def _charged(self) -> str:
-        """Return the constant that a strip's permittivity stands for: in F, or in ohm beside a time constant."""
+        """Return the constant from which a strip's permittivity is computed: in F, or in ohm beside a time constant."""
         name = self._first("F") or (self._first("s") and self._first("ohm"))
         if not name:
             raise InputError(f"model '{self.name}' needs a constant in F, or one in ohm and one in s: it stores charge")

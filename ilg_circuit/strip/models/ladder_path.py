@@ -1,4 +1,4 @@
-"""An ion path of a series resistance and an element that a ladder stands for: diffusion, constant phase, arcs."""
+"""An ion path of a series resistance and an element approximated by a ladder: diffusion, constant phase, arcs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SERIES = Parameter("series_resistance", "Rs", "ohm", "before the diffusing ions"
 
 
 class LadderPath(IonPath):
-    """An ion path of a series resistance and an element that a ladder stands for.
+    """An ion path of a series resistance and an element approximated by a ladder.
 
     A subclass gives the closed form of the element as `element`, and its constants' way to the material. ``title`` is
     what texts call the element; ``below_band`` says whether the ladder holds below its band too.

@@ -1,4 +1,4 @@
-"""What an electrical model is: an ion path beside the electron path, and what else is not an ohmic resistor.
+"""Electrical models: an ion path in parallel with the electron path, and additions that are not ohmic resistors.
 
     Z(s) = Re + 1/(1/Rdc + 1/Zp(s))
 
@@ -51,7 +51,7 @@ class LibraryText:
 
 
 class IonPath(ABC):
-    """The path of the ions: one subclass for each kind, usually without any fields.
+    """The path of the ions in an electrical model: one subclass for each kind, usually without fields.
 
     ``library_note`` is what the header of a library says of a ladder's range.
     ``material`` are the keys in the section [material] of a strip's file that this path has beyond
@@ -117,7 +117,7 @@ class IonPath(ABC):
 
     @property
     def branch_counts(self) -> tuple[int, ...]:
-        """Return the numbers of relaxations to look for in a record, in turn, where a fit starts."""
+        """Return the numbers of relaxations that a fit's start looks for in a record, one after the other."""
         return 2, 1
 
     def order(self, values: Array) -> np.ndarray:
@@ -311,7 +311,7 @@ class ElectricalModel:
         return index
 
     def ladders(self, typical: Array, band: tuple[float, float]) -> Ladders:
-        """Return ladders over ``band`` [Hz] that stay the same but for their values while a fit moves parameters.
+        """Return ladders over ``band`` [Hz] whose structure stays the same while a fit moves parameters.
 
         ``typical`` (n,) are the values from which it starts.
         """

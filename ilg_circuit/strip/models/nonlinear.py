@@ -1,4 +1,4 @@
-"""What is not linear beside the ions: an electron path that follows a sinh law, capacitances that grow with voltage.
+"""Nonlinear additions to a model: an electron path that follows a sinh law, capacitances that grow with voltage.
 
 sinh       i = (Vt/Rdc) sinh(v/Vt): two antiparallel diodes; Rdc is the resistance near 0 V
 growing    q = C (v + k v abs(v)/2)  (Zubieta and Bonert 2000)

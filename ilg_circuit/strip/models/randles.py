@@ -72,7 +72,7 @@ class Randles(LadderPath):
         return constants["dynamic_resistivity"], r, t, alpha, tau / constants["permittivity"], tau, a
 
     def starts_from_branches(self, pairs: Sequence[Pair]) -> list[float]:
-        """The interface takes half of the fast resistance; diffusion as for a Warburg element."""
+        """Return starts: the interface takes half of the fast resistance; diffusion as for a Warburg element."""
         fast = 1 / sum(1 / r for r, _ in pairs)
         constants = [r * c for r, c in pairs]
         tau = np.pi**2 / 4 * max(constants)

@@ -35,13 +35,13 @@ def register(model: IonPath) -> IonPath:
     Raises InputError for a name or a set of material keys that is taken, or a key that is another's in another unit.
     """
     if not model.name.isidentifier() or model.name in MODELS:
-        raise InputError(f"model '{model.name}' cannot be registered: give a word that is no other model's name")
+        raise InputError(f"model '{model.name}' cannot be registered: give a word that is not another model's name")
     keys = {p.name: p for p in model.material}
     known = _known_keys()
     for other in MODELS.values():
         if {p.name for p in other.material} == keys.keys():
             raise InputError(
-                f"model '{model.name}' has the material keys of '{other.name}': a file could not tell them"
+                f"model '{model.name}' has the material keys of '{other.name}': a file could not distinguish them"
             )
     for name, key in keys.items():
         if name in known and known[name].unit != key.unit:
@@ -95,7 +95,7 @@ def ion_path(port: Port) -> IonPath:
 
 
 def ion_path_of_material(keys: Set[str], branches: int = 1) -> IonPath:
-    """Return the ion path that a material with these ``keys`` of models, and so many branches, is of.
+    """Return the ion path of a material with these ``keys`` of models and this number of branches.
 
     Raises InputError where there is none, or more than one.
     """
@@ -139,10 +139,10 @@ def load_entry_points() -> None:
         loaded.add(entry.name)
         try:
             model = entry.load()
-        except Exception as error:  # whatever another package does wrong
+        except Exception as error:  # another package may raise anything
             why = first_line(error)
             raise InputError(f"electrical model '{entry.name}' ({entry.value}) cannot be loaded: {why}") from error
         if not isinstance(model, IonPath):
-            raise InputError(f"electrical model '{entry.name}' ({entry.value}) is no IonPath; see strip.models")
+            raise InputError(f"electrical model '{entry.name}' ({entry.value}) is not an IonPath; see strip.models")
         if MODELS.get(model.name) != model:
             register(model)

@@ -76,7 +76,7 @@ class Warburg(LadderPath):
         return constants["dynamic_resistivity"], tau / constants["permittivity"], tau
 
     def starts_from_branches(self, pairs: Sequence[Pair]) -> list[float]:
-        """The slowest mode of a diffusing admittance has the time constant 4 tau/pi^2."""
+        """Return starts from the slowest branch: a diffusing admittance has the time constant 4 tau/pi^2."""
         tau = np.pi**2 / 4 * max(r * c for r, c in pairs)
         return [1 / sum(1 / r for r, _ in pairs), tau / sum(c for _, c in pairs), tau]
 
@@ -101,7 +101,7 @@ class Warburg(LadderPath):
         ]
 
     def library(self, port: Port, area_over_thickness: float) -> LibraryText:
-        """The sections keep their proportions: resistances go with Rw = tau/C, capacitances with C."""
+        """Return the ladder's text. Sections keep proportions: resistances go with Rw = tau/C, capacitances with C."""
         ladder = port.ladder
         assert ladder is not None
         ohm, tau = ladder.constants
@@ -129,7 +129,7 @@ def coth_over(x: ComplexArray, resistance: float | Array) -> ComplexArray:
 
 @lru_cache(maxsize=64)
 def _unit_ladder(decade: int, lowest: float, sections: int | None) -> Ladder:
-    """The ladder for Rw = 1 ohm, tau = 1 s and angular frequencies from ``lowest`` to 10^decade rad/s."""
+    """Return the ladder for Rw = 1 ohm, tau = 1 s and angular frequencies from ``lowest`` to 10^decade rad/s."""
     highest = 10.0**decade
     band = (lowest / (2 * np.pi), highest / (2 * np.pi))
     rates, weights, rest = _modes(highest * LADDER_ERROR ** (-2 / 3))
@@ -143,7 +143,7 @@ def _unit_ladder(decade: int, lowest: float, sections: int | None) -> Ladder:
 
 
 def _modes(highest: float) -> tuple[Array, Array, float]:
-    """Rates and weights of the unit element's relaxations up to ``highest`` [rad/s], resistance of those above."""
+    """Return rates, weights of the unit element's relaxations up to ``highest`` [rad/s], resistance of the others."""
     last = math.sqrt(highest) / math.pi
     k = np.arange(1, min(_DISCRETE_MODES, max(int(last), 1)) + 1, dtype=float)
     rates, weights = (k * np.pi) ** 2, np.full(len(k), 2.0)
@@ -157,7 +157,7 @@ def _modes(highest: float) -> tuple[Array, Array, float]:
 
 
 def _gathered(rates: Array, weights: Array, sections: int) -> tuple[Array, Array]:
-    """At most ``sections`` relaxations for many: Gauss quadrature on blocks of equal ratio."""
+    """Return at most ``sections`` relaxations for many, by Gauss quadrature on blocks of equal ratio."""
     blocks = -(-sections // ORDER)
     edges = np.geomspace(rates[0] * 0.999, rates[-1] * 1.001, blocks + 1)
     nodes, masses = [], []

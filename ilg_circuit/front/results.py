@@ -1,0 +1,144 @@
+"""The classes of what the front door returns, for annotations and for ``help``.
+
+    import ilg_circuit as ilg
+
+    def peak(run: ilg.results.Response) -> float: ...
+
+    help(ilg.results.Identification)
+
+All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_xarray``, ``to_dict``, ``plot``,
+``figure`` and ``save``.
+
+===================  ================================================================================================
+`Actuator`           a strip, from `ilg.load`, or ``fit.actuator``
+`Specimen`           a strip that has no circuit yet, from `ilg.new_strip`
+`Response`           waveforms of a run, from `ilg.simulate`
+`Impedance`          impedance over frequency, from `ilg.impedance`
+`Sensed`             voltage or current of a strip that is moved, from `ilg.sense`
+`Record`             measured waveforms, from `ilg.read`
+`Spectrum`           a measured impedance, from `ilg.read`
+`LoadTest`           measured stress over stretch, from `ilg.read`
+`Identification`     the fit of a strip, from `ilg.identify`
+`Estimate`           a fitted parameter with its error and interval, as in ``fit["capacitance"]``
+`Batch`              fits of many files, from `ilg.identify_each`
+`FileFit`            one row of a `Batch`
+`FitResult`          the fit of a curve, from `ilg.fit_curve`
+`Characterisation`   a hyperelastic material, from `ilg.ogden`
+`SweepResult`        the outputs of many designs, from `ilg.sweep`
+`DesignReport`       a design, or a front of designs, from `ilg.design` and `ilg.pareto`
+`Design`             the design itself, ``report.design``
+`Front`              the trade-off between objectives, ``report.front``
+`RhythmRun`          the outputs of neurons, from `ilg.cpg`
+`RhythmSweep`        rhythms over the neurons' constants, from `ilg.cpg`
+`ArmResult`          the motion of a soft arm, from `ilg.arm`
+`Motion`             positions of an arm over time, ``moved.motion``
+`SpiceText`          a SPICE deck or subcircuit, from `ilg.netlist` and `ilg.library`
+`IonPath`            an electrical model, from `ilg.register_model`
+`Finding`            one warning of a result, with a code and numbers
+===================  ================================================================================================
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..arms.motion import Motion
+    from ..arms.run import ArmResult
+    from ..circuit.text import SpiceText
+    from ..findings import Finding
+    from ..fit.estimate import Estimate
+    from ..fit.result import FitResult
+    from ..hyperelastic.characterisation import Characterisation
+    from ..identification.batch import Batch, FileFit
+    from ..identification.identification import Identification
+    from ..measurements.load_test import LoadTest
+    from ..measurements.record import Record
+    from ..measurements.spectrum import Spectrum
+    from ..oscillators.run import RhythmRun
+    from ..oscillators.sweep import RhythmSweep
+    from ..result import Result
+    from ..simulation.impedance import Impedance
+    from ..simulation.response import Response
+    from ..simulation.sensing import Sensed
+    from ..strip.actuator import Actuator
+    from ..strip.models import IonPath
+    from ..strip.specimen import Specimen
+    from ..study.design import DesignReport
+    from ..study.pareto import Front
+    from ..study.problem import Design
+    from ..study.sweep import SweepResult
+
+__all__ = [
+    "Actuator",
+    "ArmResult",
+    "Batch",
+    "Characterisation",
+    "Design",
+    "DesignReport",
+    "Estimate",
+    "FileFit",
+    "Finding",
+    "FitResult",
+    "Front",
+    "Identification",
+    "Impedance",
+    "IonPath",
+    "LoadTest",
+    "Motion",
+    "Record",
+    "Response",
+    "Result",
+    "RhythmRun",
+    "RhythmSweep",
+    "Sensed",
+    "Specimen",
+    "Spectrum",
+    "SpiceText",
+    "SweepResult",
+]
+
+_PLACES = {
+    "arms.motion": ("Motion",),
+    "arms.run": ("ArmResult",),
+    "circuit.text": ("SpiceText",),
+    "findings": ("Finding",),
+    "fit.estimate": ("Estimate",),
+    "fit.result": ("FitResult",),
+    "hyperelastic.characterisation": ("Characterisation",),
+    "identification.batch": (
+        "Batch",
+        "FileFit",
+    ),
+    "identification.identification": ("Identification",),
+    "measurements.load_test": ("LoadTest",),
+    "measurements.record": ("Record",),
+    "measurements.spectrum": ("Spectrum",),
+    "oscillators.run": ("RhythmRun",),
+    "oscillators.sweep": ("RhythmSweep",),
+    "result": ("Result",),
+    "simulation.impedance": ("Impedance",),
+    "simulation.response": ("Response",),
+    "simulation.sensing": ("Sensed",),
+    "strip.actuator": ("Actuator",),
+    "strip.models": ("IonPath",),
+    "strip.specimen": ("Specimen",),
+    "study.design": ("DesignReport",),
+    "study.pareto": ("Front",),
+    "study.problem": ("Design",),
+    "study.sweep": ("SweepResult",),
+}
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any:
+        for place, names in _PLACES.items():
+            if name in names:
+                found = globals()[name] = getattr(import_module(f"ilg_circuit.{place}"), name)
+                return found
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
