@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,8 @@ from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, axis_label, blank, e
 SNAPSHOT_TIMES = (0.5, 0.7, 1.0, 1.5)
 #: Most frames that an animation gets; a GIF of more is too large to be shown anywhere.
 MOST_FRAMES = 400
+#: Colours of a GIF: the last frame, which has all that is drawn, chooses them.
+_GIF_COLOURS = 48
 #: Below this ratio of its extents a motion is drawn with different scales along x and y.
 _FLAT = 0.25
 #: Colours of the first and the last snapshot.
@@ -155,7 +157,7 @@ def animate(
     point moves with the arm. At most `MOST_FRAMES` frames: a longer motion has fewer a second. Raises InputError for a
     path or a portrait that cannot be used.
     """
-    from matplotlib.animation import FFMpegWriter, PillowWriter
+    from matplotlib.animation import FFMpegWriter
 
     target = Path(path)
     require_animation(target)
@@ -184,7 +186,7 @@ def animate(
     heading.set_text(title(motion))
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
-    kind: Any = FFMpegWriter if target.suffix.lower() == ".mp4" else PillowWriter
+    kind: Any = FFMpegWriter if target.suffix.lower() == ".mp4" else _gif_writer()
     writer = kind(fps=(count - 1) / duration)
     with replacing(target) as temporary, writer.saving(figure, str(temporary), dpi=100):
         for frame in frames:
@@ -196,6 +198,22 @@ def animate(
             if portrait is not None:
                 point.set_data([portrait[0][frame]], [portrait[1][frame]])
             writer.grab_frame()
+
+
+@lru_cache(maxsize=1)
+def _gif_writer() -> Any:
+    """Return the writer of GIFs: all frames share a few colours, which makes the file a third as large."""
+    from matplotlib.animation import PillowWriter
+    from PIL.Image import Dither, Quantize
+
+    class FewColours(PillowWriter):
+        def finish(self) -> None:
+            frames: list[Any] = vars(self)["_frames"]
+            palette = frames[-1].quantize(_GIF_COLOURS, Quantize.MAXCOVERAGE)
+            frames[:] = [frame.quantize(palette=palette, dither=Dither.NONE) for frame in frames]
+            super().finish()
+
+    return FewColours
 
 
 def title(motion: Motion) -> str:

@@ -46,7 +46,7 @@ def run(folder: Path) -> Iterator[str]:
     square = simulate(PAPER, PiecewiseLinear.square(-4.0, 4.0, 60.0, 300.0), sample_times(300.0))
     save(square.figure(), folder / "square.png")
     yield f"4  square wave, dynamic beam -> {folder / 'square.png'}"
-    _measure(response, folder / "measured.csv")
+    write_text(folder / "measured.csv", measured(response))
     yield f"5  the step as an instrument would record it, with noise and rest -> {folder / 'measured.csv'}"
     result = identify(read_record(folder / "measured.csv", onset="first-level"), base=PAPER)
     write_actuator(result, folder / "fitted.toml")
@@ -59,8 +59,8 @@ def run(folder: Path) -> Iterator[str]:
     yield f"7  for plain SPICE -> {folder / 'strip.cir'} (ngspice -b runs it), {folder / 'strip.lib'}"
 
 
-def _measure(response: Response, path: Path) -> None:
-    """A CSV file as a potentiostat and a camera would write it."""
+def measured(response: Response) -> str:
+    """Return the CSV file that a potentiostat and a camera would write of ``response``: with noise, and a rest."""
     random = np.random.default_rng(20190401)
     rest = np.arange(-_REST, 0.0, 0.5)
     time = np.concatenate([rest, response.time]) + _REST
@@ -71,4 +71,4 @@ def _measure(response: Response, path: Path) -> None:
         columns.append(clean + noise * random.standard_normal(len(time)))
     rows = ["time_s,voltage_V,current_mA,displacement_mm"]
     rows += [f"{t:.2f},{u:.4f},{1e3 * i:.5f},{1e3 * y:.5f}" for t, u, i, y in zip(time, *columns, strict=True)]
-    write_text(path, "\n".join(rows) + "\n")
+    return "\n".join(rows) + "\n"
