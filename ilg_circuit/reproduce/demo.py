@@ -1,4 +1,4 @@
-"""The whole flow once: simulate the paper's strip, check it, measure it with noise, identify it, hand it out."""
+"""The whole flow once: simulate the paper's strip, check it, measure it with noise, identify it, show all of it."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ from ..measurements.read import read_record
 from ..report import check as checked
 from ..report.axes import save
 from ..report.identification import write_actuator
+from ..report.page import write_page
 from ..simulation.check import check, require_agreement
 from ..simulation.response import Response, sample_times, simulate
 from ..strip.actuator import PAPER
 from ..strip.file import save_actuator
+from .demo_page import PAGE, demo_page, next_commands
 from .run import make_folder
 
 #: The demonstration's noise, in parts of each waveform's maximum.
@@ -57,6 +59,9 @@ def run(folder: Path) -> Iterator[str]:
     write_text(folder / "strip.cir", deck(response.netlist, drive, 300.0, PAPER))
     write_text(folder / "strip.lib", library(PAPER))
     yield f"7  for plain SPICE -> {folder / 'strip.cir'} (ngspice -b runs it), {folder / 'strip.lib'}"
+    write_page(demo_page(folder, response, square, result), folder / PAGE)
+    yield f"8  the pictures, what they mean and what to do next -> {folder / PAGE}: open it in a browser"
+    yield f"next: {next_commands(folder)[0][1]}"
 
 
 def measured(response: Response) -> str:
