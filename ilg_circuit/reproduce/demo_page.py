@@ -106,8 +106,8 @@ _STRIP = (
 _STEP = (
     "Displacement, charge and current after a voltage of 4 V is switched on. The current begins at the voltage over "
     "the strip's smallest resistance and falls as the ions charge the electrodes; what is left at the end flows "
-    "through the electron path. The tip overshoots and creeps back: that is the coupling d(s), fitted to the paper's strip. "
-    "ngspice solved the circuit; the exact solver and the closed forms agree with it, as the lines in the terminal say."
+    "through the electron path. The tip overshoots and creeps back: that is the coupling d(s), fitted to the paper's "
+    "strip. ngspice solved the circuit; the exact solver and the closed forms agree, as the terminal's lines say."
 )
 _SQUARE = (
     "The same strip under a square wave of both signs, here with the mass of the strip: the dynamic beam. At each "
