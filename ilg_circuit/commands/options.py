@@ -227,12 +227,25 @@ def output_options(
 
 
 def result_options(plot: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The options --json, --plot, --report; see `outputs`."""
+    """The options --json, --plot (with --size and --style), --report; see `outputs`."""
+    return _together(
+        group(
+            "Output",
+            click.option("--json", type=JSON, help="JSON file to write; - for stdout, and nothing else there."),
+        ),
+        plot_option(plot),
+        group("Output", click.option("--report", type=PAGE, help="HTML page to write, with all results.")),
+    )
+
+
+def plot_option(plot: str, *more: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """The option --plot, ``more`` options for pictures, and how large these are and how they look; see `emit`."""
     return group(
         "Output",
-        click.option("--json", type=JSON, help="JSON file to write; - for stdout, and nothing else there."),
         click.option("--plot", type=PICTURE, help=plot),
-        click.option("--report", type=PAGE, help="HTML page to write, with all results."),
+        *more,
+        click.option("--size", metavar="SIZE", help="Width of pictures, or width and height: 85mm, or 85mm,60mm."),
+        click.option("--style", type=FILE, help="Matplotlib style file for pictures."),
     )
 
 
