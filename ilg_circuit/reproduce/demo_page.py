@@ -53,7 +53,8 @@ def next_commands(folder: Path) -> list[tuple[str, str]]:
          f"identify {made('measured.csv')} --actuator {made('paper.toml')} --out {made('own.toml')} "
          f"--report {made('own.html')} --table {made('own.tex')}"),
         ("Describe a strip of your own.",
-         f"new {made('strip.toml')} --length 40mm --free-length 35mm --width 5mm --thickness 0.4mm"),
+         f"new {made('strip.toml')} --length 40mm --free-length 35mm --width 5mm --thickness 0.4mm "
+         "--youngs-modulus 8kPa"),
         ("Predict what the fitted strip does under another voltage, as a picture for a column of a paper.",
          f"simulate {made('own.toml')} --drive square:-2V..2V,60s --duration 120s --band "
          f"--plot {made('prediction.pdf')} --size 85mm"),
