@@ -5,6 +5,7 @@
 PYTHON ?= python3
 bin := .venv/bin
 pip := $(bin)/python -m pip --disable-pip-version-check --no-input -q
+# --no-compile below: Python compiles a module when it is first imported; to compile all of them takes twice as long.
 
 # The same everywhere: text is UTF-8 whatever the caller's locale (each of the two where the other does not reach), pip
 # installs into .venv whatever its settings, and no other project's packages get in.
@@ -27,8 +28,9 @@ endif
 .PHONY: help setup demo test lint fuzz mutants peers bench clean FORCE
 
 help:
-	@echo 'make setup   installs the package and ngspice into .venv (ngspice only where the system has none), fetches what'
-	@echo '             ilg-circuit page carries where npm is there'
+	@echo 'make setup   installs the package and what its commands need into .venv, and ngspice where there is none: as'
+	@echo '             root, or by a sudo without password, as a package of the system, else into .venv. Fetches by npm'
+	@echo '             what ilg-circuit page carries'
 	@echo 'make demo    runs the whole flow once, results in demo/'
 	@echo 'make test    runs the tests'
 	@echo 'make lint    checks style and types'
@@ -82,8 +84,8 @@ clean:
 	@touch $@
 
 .venv/.stamp-package: pyproject.toml .venv/.stamp-venv
-	@echo 'Installing the package into .venv'
-	@$(pip) install -e .
+	@echo 'Installing the package into .venv, with what all its commands need'
+	@$(pip) install --no-compile -e '.[all]'
 	@touch $@
 
 .venv/.stamp-dev: .venv/.stamp-package

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from .errors import InputError
 from .extras import require_dataframe, require_netcdf
 from .files import write_csv, writing_netcdf
 from .provenance import Provenance
@@ -191,7 +192,7 @@ class Result:
             curve.add_to(whole, number)
         return whole
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path, *, size: Any = None, style: str | Path | None = None) -> None:
         """Write the result; the suffix of ``path`` says as what. A file is replaced whole or not at all.
 
         Parameters
@@ -200,6 +201,10 @@ class Result:
             ``.csv`` (the table with full precision), ``.json`` (`to_dict` with the provenance), ``.png``, ``.pdf``,
             ``.svg`` (the picture), ``.html`` (the page), ``.nc`` (`to_xarray`), and ``.toml`` of a result that makes a
             strip. A fit of a strip is written as a folder with all of it, too: ``step.fit/``.
+        size : str or pair of float, optional
+            Size of a picture: "85mm", "85mm,60mm", or width and height [m].
+        style : str or Path, optional
+            Path of a matplotlib style file for a picture.
 
         Raises
         ------
@@ -216,7 +221,9 @@ class Result:
         ...     print((Path(folder) / "rhythms.csv").read_text().splitlines()[0])
         inhibition,oscillates,period_s,amplitude
         """
-        _doors().save(self, path)
+        from .report.look import chosen
+
+        _doors().save(self, path, chosen(size, style))
 
     def write_csv(self, path: str | Path) -> None:
         """Write the columns as CSV with full precision, whatever the file's name ends in."""
@@ -230,19 +237,33 @@ class Result:
         with writing_netcdf(Path(path)) as file, self.to_xarray() as data:
             data.load().dump_to_store(H5NetCDFStore(file))
 
-    def plot(self, ax: Any = None, what: str = "", **style: Any) -> Any:
+    def plot(
+        self,
+        *panel: Any,
+        ax: Any = None,
+        what: str | Sequence[str] = "",
+        size: Any = None,
+        style: str | Path | None = None,
+        **curve: Any,
+    ) -> Any:
         """Draw the result and return the axes; nothing is saved, and nothing shown before ``plt.show()``.
 
         Parameters
         ----------
-        ax : matplotlib.axes.Axes, optional
-            Matplotlib axes on which one panel is drawn. Left out, the whole picture is drawn through pyplot, as a
-            notebook shows it.
-        what : str
-            Name of the panel, such as ``current`` of a response or ``bode`` of an impedance; the most telling one if
-            left out.
-        **style : Any
-            Of the panel's main curve, such as ``color`` and ``label``.
+        *panel : Axes, array of Axes, str or list of str
+            ``ax`` or ``what``, or both, without their names: ``plot("current")``, ``plot(ax)``.
+        ax : matplotlib.axes.Axes or array of these, optional
+            Matplotlib axes on which one panel is drawn, or an array of axes, one for each panel. Left out, the whole
+            picture is drawn through pyplot, as a notebook shows it.
+        what : str or list of str
+            Name of the panel, such as ``current`` of a response or ``bode`` of an impedance, or several names; the most
+            telling one if left out, or as many as there are axes.
+        size : str or pair of float, optional
+            Size of the figure: "85mm", "85mm,60mm", or width and height [m].
+        style : str or Path, optional
+            Path of a matplotlib style file.
+        **curve : Any
+            Properties of the panel's main curve, such as ``color`` and ``label``.
 
         Returns
         -------
@@ -265,7 +286,19 @@ class Result:
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('time [s]', 'current [mA]')
         """
-        return _doors().plot(self, ax, what, style)
+        for given in panel:
+            named = isinstance(given, str) or (
+                isinstance(given, list | tuple) and all(isinstance(x, str) for x in given)
+            )
+            if named and what == "":
+                what = given
+            elif not named and ax is None:
+                ax = given
+            else:
+                raise InputError("plot takes axes (ax) and the name of a panel (what), each once")
+        from .report.look import chosen
+
+        return _doors().plot(self, ax, what, chosen(size, style), curve)
 
     def summary(self) -> str:
         """Return the result as text for a terminal.

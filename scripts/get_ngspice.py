@@ -1,4 +1,4 @@
-"""Makes ngspice's shared library available to this Python and says in one line what it did.
+"""Makes ngspice's shared library available to this Python, and says what it will do before it does it.
 
 In this order: a library that is already there; Debian's package, as root or with a sudo that asks for no password; the
 same package unpacked into the virtual environment, which needs no rights; Homebrew.
@@ -53,6 +53,7 @@ def install_with_apt() -> str | None:
         as_root = ["sudo", "-n"]
     else:
         return None
+    say("there is none here: installing the system's package libngspice0 with apt-get", *as_root)
     apt = [*as_root, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-o", "DPkg::Lock::Timeout=60"]
     run(*apt, "update", check=False)  # one unreachable source need not stop the installation
     run(*apt, "install", "-y", "--no-install-recommends", "libngspice0")
@@ -63,6 +64,7 @@ def unpack_with_apt() -> str | None:
     """Lets apt work in a folder of its own, as anybody may, and keeps the libraries that the system lacks."""
     if not (shutil.which("apt-get") and shutil.which("dpkg-deb")):
         return None
+    say("there is none here: unpacking Debian's package libngspice0 into .venv, the system stays as it is")
     with tempfile.TemporaryDirectory() as folder:
         room = Path(folder)
         for name in ("state/lists/partial", "cache/archives/partial", "debs", "root", "kept"):
@@ -94,8 +96,14 @@ def unpack_with_apt() -> str | None:
 def install_with_brew() -> str | None:
     if not shutil.which("brew"):
         return None
+    say("there is none here: installing Homebrew's package libngspice")
     run("brew", "install", "libngspice")
     return "installed Homebrew's libngspice"
+
+
+def say(what: str, *through: str) -> None:
+    """Prints what will be done next, before it is done; ``through`` names the program that gives the rights."""
+    print(f"ngspice: {what}{f', through {through[0]}' if through else ''}", flush=True)
 
 
 def run(*command: str, check: bool = True, cwd: Path | None = None) -> str:

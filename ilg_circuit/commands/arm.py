@@ -11,8 +11,8 @@ import click
 from ..extras import require_arm
 from .emit import emit, say
 from .help import group
-from .options import NUMBER, SEED
-from .paths import ANY, MOTION, PICTURE, LongCommand
+from .options import NUMBER, SEED, plot_option
+from .paths import ANY, MOTION, LongCommand
 from .progress import ProgressBar
 
 
@@ -121,8 +121,8 @@ from .progress import ProgressBar
     "Output",
     click.option("--out", type=MOTION, required=True, help="netCDF file to write."),
     click.option("--animate", "animation", type=ANY, help="Animation to write (.gif, or .mp4 where ffmpeg is)."),
-    click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg)."),
 )
+@plot_option("Picture to write (.png, .pdf, .svg).")
 def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **options: Any) -> None:
     """Move a soft arm and write its motion.
 

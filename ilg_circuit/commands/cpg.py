@@ -9,8 +9,8 @@ import click
 from ..errors import InputError
 from .emit import emit
 from .help import group
-from .options import NUMBER
-from .paths import DECK, FILE, PICTURE, TABLE, LongCommand
+from .options import NUMBER, plot_option
+from .paths import DECK, FILE, TABLE, LongCommand
 from .progress import ProgressBar
 
 
@@ -71,7 +71,10 @@ from .progress import ProgressBar
 @group(
     "Output",
     click.option("--out", type=TABLE, help="CSV file to write."),
-    click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg)."),
+)
+@plot_option("Picture to write (.png, .pdf, .svg).")
+@group(
+    "Output",
     click.option("--netlist", type=DECK, help="SPICE deck to write; it runs in plain ngspice -b."),
     click.option("--json", "as_json", is_flag=True, help="Print JSON."),
 )

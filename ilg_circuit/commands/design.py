@@ -9,7 +9,7 @@ import click
 from ..errors import InputError, SolveError
 from .emit import emit
 from .help import group
-from .options import DRIVE_TABLE, SEED, actuator_argument, run_options
+from .options import DRIVE_TABLE, SEED, actuator_argument, plot_option, run_options
 from .paths import JSON, PICTURE, STRIP, TABLE, LongCommand, force_option
 from .progress import ProgressBar
 
@@ -76,7 +76,9 @@ from .progress import ProgressBar
     click.option("--json", type=JSON, help="JSON file to write."),
     click.option("--out", type=STRIP, help="TOML file of the best strip."),
     click.option("--front", type=TABLE, help="CSV file of the front."),
-    click.option("--plot", type=PICTURE, help="Picture of the front, or of the design without one (.png, .pdf, .svg)."),
+)
+@plot_option(
+    "Picture of the front, or of the design without one (.png, .pdf, .svg).",
     click.option("--sobol-plot", type=PICTURE, help="Picture of the Sobol indices."),
 )
 @force_option

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
@@ -18,13 +19,15 @@ from ..errors import visible
 from ..files import write_json
 from ..provenance import Provenance, command_line, provenance
 from ..result import Result
-from .paths import STDOUT
+from .paths import STDOUT, picture_look
 
 if TYPE_CHECKING:
     from ..simulation.check import Difference
 
 #: Options -> files to write; None where an option was not given.
 Outputs = Mapping[str, Path | None]
+#: Options whose files are pictures, or hold some that go into papers.
+_PICTURES = ("--plot", "--sobol-plot", "--animate", "--folder")
 
 
 class Emitted(Protocol):
@@ -72,26 +75,9 @@ def emit(
 
         load_plainly()
     for option, path in outputs.items():
-        if path is None:
-            continue
-        if writers and option in writers:
-            writers[option](made, path)
-            continue
-        assert isinstance(made, Result), f"{option} needs a writer"
-        if option == "--out":
-            made.write_csv(path)
-        elif option == "--json" and path == STDOUT:
-            say(json.dumps(plain_data(made), indent=2))
-        elif option == "--json":
-            write_json(path, plain_data(made))
-        elif option == "--plot":
-            from ..report.axes import save
-
-            save((shown or {}).get(option, Result.figure)(made), path, made.provenance)
-        else:
-            from ..report.page import write_page
-
-            write_page((shown or {}).get(option, Result.page)(made), path, made.provenance)
+        if path is not None:
+            with _look_of(option):
+                _write(made, option, path, writers or {}, shown or {})
     if as_json and isinstance(made, Result):
         say(json.dumps(plain_data(made), indent=2))
     else:
@@ -101,6 +87,43 @@ def emit(
     if checks := getattr(made, "checks", ()):
         show_check(checks)
     return made
+
+
+def _write(
+    made: Any,
+    option: str,
+    path: Path,
+    writers: Mapping[str, Callable[[Any, Path], object]],
+    shown: Mapping[str, Callable[[Any], Any]],
+) -> None:
+    """Write what one option asks for: see `emit`."""
+    if option in writers:
+        writers[option](made, path)
+        return
+    assert isinstance(made, Result), f"{option} needs a writer"
+    if option == "--out":
+        made.write_csv(path)
+    elif option == "--json" and path == STDOUT:
+        say(json.dumps(plain_data(made), indent=2))
+    elif option == "--json":
+        write_json(path, plain_data(made))
+    elif option == "--plot":
+        from ..report.axes import save
+
+        save(shown.get(option, Result.figure)(made), path, made.provenance)
+    else:
+        from ..report.page import write_page
+
+        write_page(shown.get(option, Result.page)(made), path, made.provenance)
+
+
+def _look_of(option: str) -> AbstractContextManager[None]:
+    """Return the context in which an option's file is written: pictures are of the size and style asked for."""
+    if option not in _PICTURES:
+        return nullcontext()
+    from ..report.look import look
+
+    return look(picture_look(click.get_current_context()))
 
 
 def origin(inputs: Iterable[str | Path | None] = (), seed: int | None = None) -> Provenance:

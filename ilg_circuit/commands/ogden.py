@@ -11,8 +11,8 @@ from ..errors import InputError
 from ..measurements.load_test import BRANCHES
 from .emit import emit
 from .help import group
-from .options import NUMBER, reading_options
-from .paths import FILE, PAGE, PICTURE, STRIP, LongCommand, force_option
+from .options import NUMBER, plot_option, reading_options
+from .paths import FILE, PAGE, STRIP, LongCommand, force_option
 
 
 @click.command(
@@ -72,7 +72,10 @@ from .paths import FILE, PAGE, PICTURE, STRIP, LongCommand, force_option
 @group(
     "Output",
     click.option("--json", "as_json", is_flag=True, help="Print JSON."),
-    click.option("--plot", type=PICTURE, help="Picture of data, fit and predictions (.png, .pdf, .svg)."),
+)
+@plot_option("Picture of data, fit and predictions (.png, .pdf, .svg).")
+@group(
+    "Output",
     click.option("--report", type=PAGE, help="HTML page with all results."),
     click.option(
         "--actuator",

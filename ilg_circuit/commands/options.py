@@ -232,12 +232,25 @@ def output_options(
 
 
 def result_options(plot: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Return the options --json, --plot, --report; see `outputs`."""
+    """Return the options --json, --plot (with --size and --style), --report; see `outputs`."""
+    return _together(
+        group(
+            "Output",
+            click.option("--json", type=JSON, help="JSON file to write; - for stdout, and nothing else there."),
+        ),
+        plot_option(plot),
+        group("Output", click.option("--report", type=PAGE, help="HTML page to write, with all results.")),
+    )
+
+
+def plot_option(plot: str, *more: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return the options --plot, --size and --style, with ``more`` options for pictures; see `emit`."""
     return group(
         "Output",
-        click.option("--json", type=JSON, help="JSON file to write; - for stdout, and nothing else there."),
         click.option("--plot", type=PICTURE, help=plot),
-        click.option("--report", type=PAGE, help="HTML page to write, with all results."),
+        *more,
+        click.option("--size", metavar="SIZE", help="Width of pictures, or width and height: 85mm, or 85mm,60mm."),
+        click.option("--style", type=FILE, help="Matplotlib style file for pictures."),
     )
 
 

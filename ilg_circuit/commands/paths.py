@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -21,6 +21,9 @@ from ..errors import IlgWarning, InputError, nearest, visible, written
 from ..files import require_writable
 from .help import HelpedCommand, group
 from .stopping import start_limit
+
+if TYPE_CHECKING:
+    from ..report.look import Look
 
 #: The name of a file that means stdout.
 STDOUT = Path("-")
@@ -86,7 +89,7 @@ FOLDER = OutputFolder("a folder")
 FOLDER.name = "folder"
 ANY = OutputFile()
 
-_FORCE = "ilg_circuit.force"
+_FORCE, _LOOK = "ilg_circuit.force", "ilg_circuit.look"
 
 
 def forced(context: click.Context) -> bool:
@@ -146,6 +149,7 @@ class Command(HelpedCommand):
             kind = option.type
             assert isinstance(kind, OutputFile)
             kind.require(path, option.opts[0])
+        _take_look(ctx, outputs)
         return super().invoke(ctx)
 
 
@@ -165,6 +169,29 @@ def _warnings_in_lines() -> Iterator[None]:
         warnings.simplefilter("always", IlgWarning)
         others, warnings.showwarning = warnings.showwarning, show
         yield
+
+
+def _take_look(context: click.Context, outputs: list[tuple[click.Parameter, Path]]) -> None:
+    """Take ``--size`` and ``--style`` from the options; `picture_look` returns what they say. Raises InputError."""
+    size, style = (context.params.pop(name, None) for name in ("size", "style"))
+    if size is None and style is None:
+        return
+    drawn = any(option.type is PICTURE or option.name == "animation" for option, _ in outputs)
+    if not drawn and "folder" not in context.params:
+        raise InputError("--size and --style are for pictures; give --plot with the name of one")
+    from ..report.axes import load_plainly
+    from ..report.look import chosen
+
+    load_plainly()
+    context.meta[_LOOK] = chosen(size, style, ("--size", "--style"))
+
+
+def picture_look(context: click.Context) -> Look:
+    """Return how large the pictures of a command are, and how they look."""
+    from ..report.look import Look
+
+    found: Look = context.meta.get(_LOOK, Look())
+    return found
 
 
 class LongCommand(Command):

@@ -26,10 +26,12 @@ def reproduce(outdir: Path | None, only: str | None, listed: bool) -> int:
     """Remake every table and figure of both papers, and compare.
 
     OUTDIR, made if absent, gets index.html (one page that opens offline), a picture for each figure, and reproduce.json
-    with every number. Exit code 1 where an item could not be made or does not agree; the page says why.
+    with every number. Each item says whose error it is: the paper's in print, or our run's. Exit code 1 where our run
+    is off or could not be made; the page says why.
     """
     from ..report.axes import load_plainly
     from ..reproduce import output_folder, run, select, write
+    from ..reproduce.items import WHOSE
 
     items = select(only)
     if listed:
@@ -43,7 +45,7 @@ def reproduce(outdir: Path | None, only: str | None, listed: bool) -> int:
     outcomes = run(items, ProgressBar("item"))
     written = write(outcomes, outdir, origin())
     for outcome in outcomes:
-        say(f"{outcome.item.id:<10}{outcome.status:<10}{outcome.agreement}")
+        say(f"{outcome.item.id:<10}{WHOSE[outcome.status]:<16}{outcome.agreement}")
     say(f"{len(written)} files in '{outdir}'; open {written[-1]}")
     failed = [outcome.item.id for outcome in outcomes if outcome.status == "fails"]
     if failed:

@@ -9,8 +9,8 @@ import click
 from ..errors import InputError
 from .emit import emit, origin
 from .help import group
-from .options import DRIVE_TABLE, NUMBER, SEED, actuator_argument, run_options
-from .paths import FILE, LOG, PICTURE, SWEEP, LongCommand
+from .options import DRIVE_TABLE, NUMBER, SEED, actuator_argument, plot_option, run_options
+from .paths import FILE, LOG, SWEEP, LongCommand
 from .progress import ProgressBar
 
 
@@ -74,7 +74,9 @@ from .progress import ProgressBar
     click.option("--samples", type=int, metavar="N", help="Samples of each waveform.  [default: 601]"),
     click.option("--out", type=SWEEP, required=True, help="netCDF file to write; or CSV (.csv)."),
     click.option("--log", type=LOG, help="File to which one line per design is appended: time, number, outcome."),
-    click.option("--plot", type=PICTURE, help="Picture to write (.png, .pdf, .svg)."),
+)
+@plot_option(
+    "Picture to write (.png, .pdf, .svg).",
     click.option("--plot-outputs", metavar="NAMES", help="Outputs in the picture.  [default: up to four that differ]"),
 )
 def sweep(actuator: str, **options: Any) -> None:

@@ -13,7 +13,8 @@ from ..arms.run import ArmResult
 from ..arrays import Array
 from ..units import format_quantity
 from . import motion as motions
-from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, blank, engineering, scaled
+from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, blank, engineering, heading, scaled
+from .look import beside
 
 
 def summary(result: ArmResult) -> str:
@@ -112,8 +113,8 @@ def reach_figure(found: Reached) -> Figure:
     from matplotlib.patches import Circle
 
     motion = found.motion
-    whole = blank((10.0, 4.8))
-    left, right = whole.subplots(1, 2)
+    whole = blank((10.0, 4.8), stacked=9.0)
+    left, right = whole.subplots(2 // beside(2), beside(2))
     at = int(np.abs(motion.time - found.time).argmin())
     for panel in (left, right):
         _visited(found, panel)
@@ -130,10 +131,12 @@ def reach_figure(found: Reached) -> Figure:
     low, high = low - edge, high + edge
     right.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     right.locator_params(axis="x", nbins=5)
-    right.set_title("the places visited; scales of x and y differ", fontsize=9)
-    whole.legend(*left.get_legend_handles_labels(), loc="outside lower center", fontsize=8, ncols=3, frameon=False)
+    right.set_title("the places visited; scales of x and y differ", fontsize="small")
+    whole.legend(
+        *left.get_legend_handles_labels(), loc="outside lower center", fontsize="small", ncols=beside(3), frameon=False
+    )
     away, there = format_quantity(found.distance, "m", 3), "reached" if found.reached else "not reached"
-    whole.suptitle(f"{motions.title(motion)}, {found.coupled.mode} coupling: target {there}, {away} left", fontsize=10)
+    heading(whole, f"{motions.title(motion)}, {found.coupled.mode} coupling: target {there}, {away} left")
     return whole
 
 

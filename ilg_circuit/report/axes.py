@@ -1,10 +1,11 @@
-"""Colours, units and panels of all pictures, and the one way to write them."""
+"""Colours, units and panels of all pictures, and the one way to write them; `look` says how large they are."""
 
 from __future__ import annotations
 
 import contextlib
 import logging
 import os
+import re
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -13,6 +14,7 @@ from contextvars import ContextVar
 from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
 from weakref import WeakKeyDictionary
 
@@ -22,6 +24,7 @@ from ..arrays import Array
 from ..errors import InputError, visible
 from ..files import replacing, require_writable
 from ..provenance import Provenance
+from .look import beside, files, finish, narrow, sized
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -34,11 +37,19 @@ Figure: TypeAlias = "matplotlib.figure.Figure"
 Panels: TypeAlias = Mapping[str, Callable[..., Any]]
 
 _PREFIXES = ((1e-15, "f"), (1e-12, "p"), (1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
-BLUE, ORANGE, GREY = "#1f5fa8", "#d1601f", "#6b6b6b"
+#: Okabe and Ito's colours, which the colour-blind tell apart, in an order of alternating lightness: in grey, too, the
+#: first ones differ. Curves that only their colour would tell apart have a style of line each (`STYLES`).
+BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#6b6b6b"
 #: Axes of designs over more than this ratio are logarithmic.
 DECADES = 8.0
 #: Of the curves of a panel.
-COLOURS = (BLUE, ORANGE, "#3a8f4d", "#8b4fa8", "#b0892c", "#3f8f96", "#c2427a", "#444444")
+COLOURS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8c7a00")
+#: Of the lines of these curves, in the same order.
+STYLES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1.5)), (0, (3, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 2, 2, 2)))
+#: How a fit is drawn.
+FIT: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "label": "fit"}
+#: Sharpness [points an inch] of a picture on a screen, and of one whose size was given, for print.
+_SCREEN, _PRINT = 150, 300
 
 
 #: Whether new figures are pyplot's, which a notebook shows.
@@ -89,9 +100,15 @@ def through_pyplot() -> Iterator[None]:
         _PYPLOT.reset(token)
 
 
-def blank(size: tuple[float, float], dpi: int = 150) -> Figure:
-    """Return an empty figure of ``size`` [inch]: one that needs no display, or pyplot's within `through_pyplot`."""
-    how: dict[str, Any] = {"figsize": size, "layout": "constrained"}
+def blank(size: tuple[float, float], dpi: int = _SCREEN, *, stacked: float | None = None) -> Figure:
+    """Return an empty figure of ``size`` [inch]: one that needs no display, or pyplot's within `through_pyplot`.
+
+    Another size that was asked for counts; ``stacked`` is the height where panels stand one above the other.
+    """
+    now = sized(size, stacked=stacked)
+    how: dict[str, Any] = {"figsize": now, "layout": "constrained"}
+    if now != size:
+        dpi = max(dpi, _PRINT)
     if _PYPLOT.get():
         from matplotlib import pyplot
 
@@ -157,7 +174,8 @@ def new_figure(rows: int, heights: list[float]) -> tuple[Figure, list[Axes]]:
 
 
 def tiles(count: int, columns: int, height: float, width: float) -> tuple[Figure, list[Axes]]:
-    """Return a figure with ``count`` panels of ``width`` and ``height`` [inch] in rows of ``columns``."""
+    """Return a figure with ``count`` panels of ``width`` and ``height`` [inch] in rows of at most ``columns``."""
+    columns = beside(columns)
     rows = -(-count // columns)
     figure, panels = grid(rows, columns, (max(width * columns, 5.5), height * rows + 0.9))
     for panel in panels.flat[count:]:
@@ -174,7 +192,8 @@ def plain(panel: Axes) -> None:
 def legend_above(panel: Axes) -> None:
     """Place the legend above the panel, where it hides nothing."""
     panel.legend(
-        fontsize=7.5, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=6, handlelength=1.2,
+        fontsize="small", frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3 if narrow() else 6,
+        handlelength=1.8,
         columnspacing=1.2, borderaxespad=0.1,
     )  # fmt: skip
 
@@ -183,8 +202,31 @@ def legend_below(figure: Figure, panels: Iterable[Axes]) -> None:
     """Give a figure one legend below, in two columns, with every label of its ``panels`` once."""
     found = [panel.get_legend_handles_labels() for panel in panels]
     handles = {label: handle for some, labels in found for handle, label in zip(some, labels, strict=True)}
-    style: dict[str, Any] = {"ncols": 2, "frameon": False, "fontsize": 8}
+    style: dict[str, Any] = {"ncols": beside(2), "frameon": False, "fontsize": "small"}
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", **style)
+
+
+def heading(figure: Figure, text: str) -> None:
+    """Write a heading over a figure, in as many lines as it needs."""
+    figure.suptitle(_wrapped(text, figure.get_figwidth(), "medium"), fontsize="medium")
+
+
+def caption(panel: Axes, text: str) -> None:
+    """Write a caption over a panel, in as many lines as it needs."""
+    columns = panel.get_gridspec().ncols if panel.get_gridspec() else 1  # type: ignore[union-attr]
+    width = panel.figure.get_figwidth() / columns - 0.4  # type: ignore[union-attr]
+    panel.set_title(_wrapped(text, width, "small"), fontsize="small", loc="left")
+
+
+def _wrapped(text: str, width: float, size: str) -> str:
+    from matplotlib.font_manager import FontProperties
+
+    # a text in two parts is broken between them
+    letters = width * 72 / (0.58 * float(FontProperties(size=size).get_size_in_points()))
+    most = max(int(letters), 20)
+    parts = [text] if len(text) <= most else re.split(r"(?<=[:;]) ", text)
+    lines = [line for part in parts for line in wrap(part, most, break_long_words=False, break_on_hyphens=False)]
+    return "\n".join(lines)
 
 
 def axis_label(name: str, unit: str) -> str:
@@ -233,7 +275,9 @@ def save(figure: Figure, path: str | Path, provenance: Provenance | None = None)
     require_picture(target)
     suffix = target.suffix[1:].lower()
     picture = BytesIO()  # matplotlib leaves files open that it could not write
-    figure.savefig(picture, format=suffix, metadata=_metadata(provenance or Provenance(), suffix))
+    with files():
+        finish(figure, COLOURS)
+        figure.savefig(picture, format=suffix, metadata=_metadata(provenance or Provenance(), suffix))
     with replacing(target) as temporary:
         temporary.write_bytes(picture.getbuffer())
 

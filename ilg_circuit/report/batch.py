@@ -12,6 +12,7 @@ from ..fit.estimate import Estimate
 from ..identification.batch import Batch, FileFit
 from ..units import format_quantity
 from .axes import BLUE, Axes, Figure, Panels, grid
+from .look import beside
 from .page import Grid, Page, Prose, Section, picture
 from .parameter_table import batch_rows, estimate_text
 from .tables import aligned
@@ -105,7 +106,7 @@ def _draw(axes: Axes, batch: Batch, name: str, style: dict[str, Any]) -> Axes:
     how: dict[str, Any] = {"fmt": "o", "ms": 4, "color": BLUE, "capsize": 2} | style
     axes.errorbar(at, values, yerr=bars, **how)
     unit = found[0][1].unit
-    axes.set_ylabel(f"{name.replace('_', ' ')}{f' [{unit}]' if unit else ''}", fontsize=8)
+    axes.set_ylabel(f"{name.replace('_', ' ')}{f' [{unit}]' if unit else ''}", fontsize="small")
     axes.set_xlabel("file")
     axes.set_xlim(0.5, len(batch) + 0.5)
     axes.locator_params(axis="x", integer=True)
@@ -119,7 +120,7 @@ def figure(batch: Batch) -> Figure:
     drawn = list(panels(batch).values())
     if not drawn:
         raise InputError("there is nothing to draw: no file was fitted")
-    columns = min(2, len(drawn))
+    columns = beside(min(2, len(drawn)))
     rows = -(-len(drawn) // columns)
     made, axes = grid(rows, columns, (4.6 * columns, 2.3 * rows))
     for draw, panel in zip(drawn, axes.flat, strict=False):

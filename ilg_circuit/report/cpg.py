@@ -13,7 +13,8 @@ from ..oscillators.flow import Flow, sampled
 from ..oscillators.network import Network
 from ..oscillators.outcome import Rhythm
 from ..oscillators.run import RhythmRun
-from .axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, Panels, blank, legend_above, plain
+from .axes import BLUE, COLOURS, GREY, ORANGE, STYLES, Axes, Figure, Panels, blank, heading, legend_above, plain
+from .look import narrow
 
 #: Most neurons drawn as curves; more are drawn as a map over time.
 _MOST_LINES = 6
@@ -68,11 +69,16 @@ def _oscillates(result: RhythmRun) -> str:
 
 def figure(result: RhythmRun) -> Figure:
     """Return outputs over time, the drive output beneath, and its phase portrait with the limit cycle."""
-    figure = blank((10.5, 4.8))
-    grid = figure.add_gridspec(2, 2, width_ratios=[1.75, 1.0], height_ratios=[1.25, 1.0])
+    figure = blank((10.5, 4.8), stacked=8.0)
+    if narrow():
+        grid = figure.add_gridspec(3, 1, height_ratios=[1.25, 1.0, 1.8])
+        right: Any = (2, 0)
+    else:
+        grid = figure.add_gridspec(2, 2, width_ratios=[1.75, 1.0], height_ratios=[1.25, 1.0])
+        right = (slice(None), 1)
     upper = figure.add_subplot(grid[0, 0])
     lower = figure.add_subplot(grid[1, 0], sharex=upper)
-    portrait = figure.add_subplot(grid[:, 1])
+    portrait = figure.add_subplot(grid[right])
     for panel in (upper, lower, portrait):
         plain(panel)
     _outputs(result, upper)
@@ -82,7 +88,7 @@ def figure(result: RhythmRun) -> Figure:
     _portrait(result, portrait)
     figure.align_ylabels([upper, lower])
     cycle = f"period {result.period:.6g} s, amplitude {result.amplitude:.6g}" if result.period else ""
-    figure.suptitle(f"{result.network.size} neurons: {cycle or result.rhythm.outcome}", fontsize=10)
+    heading(figure, f"{result.network.size} neurons: {cycle or result.rhythm.outcome}")
     return figure
 
 
@@ -107,7 +113,7 @@ def _drive(result: RhythmRun, panel: Axes, **style: Any) -> Axes:
     if units > 1:
         panel.plot(result.time, result.unit_outputs[:, -1], color=ORANGE, linewidth=1.2, label=f"unit {units} (head)")
         legend_above(panel)
-    panel.set_ylabel("output $y_1 - y_2$" if units == 1 else "unit outputs")
+    panel.set_ylabel("output y_1 − y_2" if units == 1 else "unit outputs")
     return _last_periods(result, panel)
 
 
@@ -116,9 +122,9 @@ def _outputs(result: RhythmRun, panel: Any, **style: Any) -> Axes:
     n = result.network.size
     if n <= _MOST_LINES:
         for k in range(n):
-            look = {"color": COLOURS[k], "linewidth": 1.2, "label": f"neuron {k + 1}"} | style
+            look = {"color": COLOURS[k], "linestyle": STYLES[k], "linewidth": 1.2, "label": f"neuron {k + 1}"} | style
             panel.plot(result.time, result.outputs[:, k], **look)
-        panel.set_ylabel("outputs $y_k$")
+        panel.set_ylabel("outputs y_k")
         legend_above(panel)
         return _last_periods(result, panel)
     units = len(result.network.units)
@@ -158,7 +164,7 @@ def _portrait(result: RhythmRun, panel: Axes) -> Axes:
             fillstyle=fill,
         )
     extensor, flexor = network.units[0]
-    across, up = (f"${state}_{{{extensor + 1}}} - {state}_{{{flexor + 1}}}$" for state in "xv")
+    across, up = (f"{state}_{extensor + 1} − {state}_{flexor + 1}" for state in "xv")
     panel.set(xlabel=across, ylabel=up)
     legend_above(panel)
     return panel

@@ -64,7 +64,7 @@ def _data(fit: FitResult, k: int, panel: Axes, **style: Any) -> Axes:
         panel.plot(x, getattr(curve.measured, part), ".", color=GREY, markersize=4, label=f"data{end}")
         panel.plot(x[order], getattr(curve.fitted, part)[order], **look)
     panel.set(xlabel="x", ylabel=axis_label(curve.quantity, curve.unit))
-    panel.legend(frameon=False, fontsize=8)
+    panel.legend(frameon=False, fontsize="small")
     return panel
 
 

@@ -23,11 +23,14 @@ from .axes import (
     DECADES,
     GREY,
     ORANGE,
+    STYLES,
     Axes,
     Figure,
     Panels,
     axis_label,
+    caption,
     engineering,
+    heading,
     legend_below,
     logarithmic,
     tiles,
@@ -39,8 +42,6 @@ from .tables import aligned
 _UNIQUE = 0.02
 #: A quantity that varies by less than this over the ranges does not depend on the varied parameters.
 _SAME = 5e-3
-#: Line styles by which coinciding lines can be told apart.
-_STYLES = ("-", (0, (5, 2)), "-.", (0, (1, 1)))
 _SLICE = 61
 
 
@@ -235,7 +236,7 @@ def panels(report: DesignReport) -> Panels:
 
 
 def _one_slice(design: Design, j: int, panel: Axes, **style: Any) -> Axes:
-    _slice(design, j, panel, **style).legend(frameon=False, fontsize=8)
+    _slice(design, j, panel, **style).legend(frameon=False, fontsize="small")
     return panel
 
 
@@ -250,7 +251,7 @@ def design_figure(design: Design) -> Figure:
             panel.set_ylabel("")
     legend_below(figure, axes[:1])
     title = "design" if design.feasible else "nearest design (not all requirements are met)"
-    figure.suptitle(f"{title}: shaded, a requirement is missed", fontsize=10)
+    heading(figure, f"{title}: shaded, a requirement is missed")
     return figure
 
 
@@ -275,7 +276,7 @@ def _slice(design: Design, j: int, panel: Axes, **style: Any) -> Axes:
         # of an equality how far off, instead of a tolerance's sliver
         score = np.log(np.abs(column / r.limit)) if r.relation == "=" else r.score(column)
         met = np.exp(np.clip(score, -4, 4))
-        look: dict[str, Any] = {"color": COLOURS[k % len(COLOURS)], "linestyle": _STYLES[k % len(_STYLES)]}
+        look: dict[str, Any] = {"color": COLOURS[k % len(COLOURS)], "linestyle": STYLES[k % len(STYLES)]}
         panel.plot(factor * x, met, **(look | {"linewidth": 1.6, "label": r.text} | style))
     if problem.objective:
         name = problem.objective.quantity.name
@@ -302,7 +303,7 @@ def sobol_figure(found: SobolIndices) -> Figure:
     for k, panel in enumerate(axes):
         _bars(found, k, panel)
     legend_below(figure, axes)
-    figure.suptitle("Sobol indices over the ranges, 95 % intervals", fontsize=10)
+    heading(figure, "Sobol indices over the ranges, 95 % intervals")
     return figure
 
 
@@ -321,5 +322,5 @@ def _bars(found: SobolIndices, k: int, panel: Axes, **style: Any) -> Axes:
     panel.set_yticks(y, found.parameters)
     panel.invert_yaxis()
     panel.set(xlabel="part of the variance", xlim=(0, max(1.0, panel.get_xlim()[1])))
-    panel.set_title(found.quantities[k], fontsize=9, loc="left")
+    caption(panel, found.quantities[k])
     return panel

@@ -8,7 +8,7 @@ first), ``summary(result)`` and ``figure(result)``, which draws by the same func
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from html import escape
 from importlib import import_module
@@ -20,12 +20,14 @@ import numpy as np
 from ..errors import IlgError, InputError, first_line, unknown_name
 from ..files import require_writable, write_csv, write_json
 from ..result import Result
-from . import axes
+from . import axes, look
 from .page import Listing, Page, Section, picture, png, write_page
 from .tables import aligned
 
 #: Most lines of a result in a console, and most characters of one.
 _LINES, _WIDTH = 10, 118
+#: Suffixes of pictures, and panels that are drawn on one pair of axes or on one.
+_DRAWN, _PAIRS = (".png", ".pdf", ".svg"), ("bode",)
 #: Size [inch] and sharpness [points an inch] of the picture in a notebook; one whose URI would be longer is left out.
 _SMALL, _SHARPNESS, _LONGEST = (5.4, 3.3), 88, 98_000
 
@@ -81,22 +83,47 @@ def _thumbnail(result: Result) -> str:
     return f'<img alt="{about}" src="data:image/png;base64,{image}">' if len(image) < _LONGEST else ""
 
 
-def plot(result: Result, ax: Any, what: str, style: Mapping[str, Any]) -> Any:
-    """Draw the whole picture through pyplot, or one panel: see `Result.plot`."""
-    if ax is None and not what and not style:
-        with axes.through_pyplot():
-            return _one_or_array(_presenter(result).figure(result).axes)
-    draw = _main(result, what)
-    if ax is None:
-        with axes.through_pyplot():
-            ax = axes.blank((6.4, 4.0)).subplots()
-            axes.plain(ax)
-            return _drawn(draw, ax, style)
-    from matplotlib.axes import Axes
+def plot(result: Result, ax: Any, what: Any, look_now: look.Look, style: Mapping[str, Any]) -> Any:
+    """Draw the whole picture through pyplot, or panels: see `Result.plot`."""
+    names = [what] if isinstance(what, str) else [*what]
+    with look.look(look_now):
+        if ax is None and len(names) == 1 and not names[0] and not style:
+            with axes.through_pyplot():
+                figure = _presenter(result).figure(result)
+                look.finish(figure, axes.COLOURS)
+                return _one_or_array(figure.axes)
+        if ax is None:
+            with axes.through_pyplot():
+                figure = axes.blank((6.4, 4.0 if len(names) == 1 else 2.4 * len(names)))
+                places = list(np.ravel(figure.subplots(len(names), 1)))
+                for place in places:
+                    axes.plain(place)
+                drawn = _on(result, places if len(places) > 1 else places[0], names, style)
+                look.finish(figure, axes.COLOURS)
+                return drawn
+        from matplotlib.axes import Axes
 
-    if not all(isinstance(panel, Axes) for panel in np.ravel(ax)):
-        raise InputError(f"ax is {type(ax).__name__}; give matplotlib axes, such as those of plt.subplots()")
-    return _drawn(draw, ax, style)
+        if np.size(ax) == 0 or not all(isinstance(panel, Axes) for panel in np.ravel(ax)):
+            raise InputError(f"ax is {type(ax).__name__}; give matplotlib axes, such as those of plt.subplots()")
+        if look_now.width is not None:
+            raise InputError(
+                "size is for a figure of its own; leave ax out, or give the size to plt.subplots(figsize=)"
+            )
+        return _on(result, ax, names, style)
+
+
+def _on(result: Result, ax: Any, names: Sequence[str], style: Mapping[str, Any]) -> Any:
+    """Draw panels on axes: one, those that ``names`` name, or as many as there are axes in the picture's order."""
+    places = list(np.ravel(np.array(ax, dtype=object)))
+    if len(names) == 1 and (len(places) == 1 or names[0] in _PAIRS):
+        return _drawn(_main(result, names[0]), places[0] if len(places) == 1 else ax, style)
+    known = list(_presenter(result).panels(result))
+    chosen = [name for name in known if name not in _PAIRS] if [*names] == [""] else names
+    if len(places) > len(chosen) or ([*names] != [""] and len(places) != len(chosen)):
+        raise InputError(f"ax has {len(places)} axes for the panels {', '.join(chosen)}; give one for each")
+    return np.array(
+        [_drawn(_main(result, name), place, style) for place, name in zip(places, chosen, strict=False)], dtype=object
+    )
 
 
 def _main(result: Result, what: str = "") -> Callable[..., Any]:
@@ -134,21 +161,25 @@ def page(result: Result) -> Page:
     return Page(type(result).__name__, module.headline(result), module.facts(result)[: _LINES - 2], warnings, sections)
 
 
-def save(result: Result, path: str | Path) -> None:
+def save(result: Result, path: str | Path, look_now: look.Look = look.OWN) -> None:
     """Write the result as what the suffix of ``path`` says: see `Result.save`."""
     target = Path(path)
     presenter = _presenter(result)
     if hasattr(presenter, "save_folder") and (str(path).endswith(("/", os.sep, ".fit")) or target.is_dir()):
-        presenter.save_folder(result, target)
+        with look.look(look_now):
+            presenter.save_folder(result, target)
         return
+    if look_now != look.OWN and target.suffix.lower() not in _DRAWN:
+        raise InputError(f"size and style are for pictures, and '{path}' is none; end its name in {', '.join(_DRAWN)}")
 
     def write_picture(place: Path) -> None:
-        axes.save(result.figure(), place, result.provenance)
+        with look.look(look_now):
+            axes.save(result.figure(), place, result.provenance)
 
     writers: dict[str, Callable[[Path], object]] = {
         ".csv": lambda place: write_csv(place, result.columns()),
         ".json": lambda place: write_json(place, result.to_dict() | {"provenance": result.provenance.to_dict()}),
-        **dict.fromkeys((".png", ".pdf", ".svg"), write_picture),
+        **dict.fromkeys(_DRAWN, write_picture),
         ".html": lambda place: write_page(result.page(), place, result.provenance),
         ".nc": result.write_netcdf,
     }

@@ -11,7 +11,7 @@ from ..arrays import Array
 from ..fit.criteria import autocorrelations
 from ..fit.estimate import Estimate, Method
 from ..units import format_quantity
-from .axes import BLUE, GREY, new_figure
+from .axes import BLUE, GREY, caption, new_figure
 from .page import Grid, Picture, Prose, Section, picture
 
 #: What tables say of the intervals of each method: in a terminal, and in a page.
@@ -161,7 +161,7 @@ def autocorrelation_picture(parts: Sequence[tuple[str, Array]]) -> Picture:
         panel.vlines(np.arange(len(values)), 0.0, values, color=BLUE, linewidth=2.0)
         panel.axhline(0.0, color=GREY, linewidth=0.8)
         panel.set_ylabel("correlation")
-        panel.set_title(name, fontsize=9, loc="left")
+        caption(panel, name)
         panel.set_ylim(min(-0.3, float(values.min()) - 0.05), 1.05)
     axes[-1].set_xlabel("lag [samples]; grey: 95 % of white noise")
     return picture(figure, "autocorrelation of the residuals over the lag")

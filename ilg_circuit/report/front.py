@@ -16,17 +16,22 @@ from .axes import (
     COLOURS,
     DECADES,
     ORANGE,
+    STYLES,
     Axes,
     Figure,
     Panels,
     axis_label,
     engineering,
+    heading,
     logarithmic,
     scaled,
     tiles,
     wide,
 )
 from .tables import aligned
+
+#: Marks of the parameters along a front, in the order of their colours.
+_MARKS = "os^Dv<>p"
 
 
 def headline(front: Front) -> str:
@@ -64,7 +69,7 @@ def figure(front: Front, design: Design | None = None) -> Figure:
     trade_off(front, design, panel)
     parameters(front, beside)
     aims, _, _ = headline(front).rpartition("; ")
-    figure.suptitle(f"Pareto front of {len(front)} designs: {aims}", fontsize=10)
+    heading(figure, f"Pareto front of {len(front)} designs: {aims}")
     return figure
 
 
@@ -98,7 +103,7 @@ def trade_off(front: Front, design: Design | None, panel: Axes, **style: Any) ->
         if wide(values, DECADES):
             logarithmic(panel, axis)
     if panel.get_lines():
-        panel.legend(frameon=False, fontsize=8)
+        panel.legend(frameon=False, fontsize="small")
     return panel
 
 
@@ -111,13 +116,18 @@ def parameters(front: Front, panel: Axes, **style: Any) -> Axes:
         factor, label = engineering(column, front.units[parameter])
         largest = float(np.abs(column).max()) or 1.0
         text = f"{parameter} / {factor * largest:.4g} {label}".rstrip()
-        look: dict[str, Any] = {"color": COLOURS[k % len(COLOURS)], "linestyle": line, "marker": "o", "markersize": 3}
+        look: dict[str, Any] = {
+            "color": COLOURS[k % len(COLOURS)],
+            "linestyle": STYLES[k % len(STYLES)] if line else "",
+            "marker": _MARKS[k % len(_MARKS)],
+            "markersize": 3.5,
+        }
         panel.plot(x, column / largest, **(look | {"linewidth": 1.0, "label": text} | style))
     if wide(x, DECADES):
         logarithmic(panel, "x")
     bottom = min(0.0, panel.get_ylim()[0])
     panel.set(xlabel=axis_label(name, unit), ylabel="parameter / its largest on the front", ylim=(bottom, 1.3))
-    panel.legend(frameon=False, fontsize=8, loc="upper center", ncols=2)
+    panel.legend(frameon=False, fontsize="small", loc="upper center", ncols=2)
     return panel
 
 

@@ -12,17 +12,35 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, ComplexArray, Mask
+from ..arrays import Array, Mask
 from ..identification.current import CurrentData
 from ..identification.identification import Identification
 from ..identification.impedance import ImpedanceData
 from ..identification.observation_fit import ObservationFit
 from ..units import format_quantity
-from .axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, Panels, blank, engineering, new_figure, plain, scaled
+from .axes import (
+    BLUE,
+    COLOURS,
+    FIT,
+    GREY,
+    ORANGE,
+    STYLES,
+    Axes,
+    Figure,
+    Panels,
+    blank,
+    caption,
+    engineering,
+    heading,
+    new_figure,
+    plain,
+    scaled,
+)
+from .look import beside
+from .spectrum_figure import nyquist, phase, size, spectrum_figure
 
-#: How a fit is drawn, and one of several files together.
-_FIT: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "label": "fit"}
-_JOINT: dict[str, Any] = _FIT | {"label": "joint fit"}
+#: How the fit of several files together is drawn.
+_JOINT: dict[str, Any] = FIT | {"label": "joint fit"}
 #: Files are drawn in two columns where there are more.
 _ONE_COLUMN = 3
 #: Axes are logarithmic over more than that, of time and of anything else.
@@ -34,7 +52,7 @@ def figure(result: Identification) -> Figure:
     if not result.single:
         return _several(result)
     first = result.port.data[0]
-    return _spectrum(result, first) if isinstance(first, ImpedanceData) else _record(result)
+    return spectrum_figure(result, first) if isinstance(first, ImpedanceData) else _record(result)
 
 
 def _record(result: Identification) -> Figure:
@@ -44,7 +62,7 @@ def _record(result: Identification) -> Figure:
     for name, upper, lower in zip(names, axes[::2], axes[1::2], strict=False):
         _fit(result, name, upper)
         _fit_residuals(result, name, lower)
-    axes[0].set_title(f"{result.port.data[0].source}: model {result.model}", fontsize=10, loc="left")
+    caption(axes[0], f"{result.port.data[0].source}: model {result.model}")
     if "displacement" in names:
         _annotate(axes[2], result)
     _drive(result, axes[-1])
@@ -61,8 +79,8 @@ def panels(result: Identification) -> Panels:
         every = {name: partial(_together, result, name) for name in quantities}
         return {**every, "comparison": partial(_comparison, result.observations)}
     if isinstance(first, ImpedanceData):
-        halves = {"size": partial(_size, result), "phase": partial(_phase, result)}
-        return {"nyquist": partial(_nyquist, result), **halves}
+        halves = {"size": partial(size, result), "phase": partial(phase, result)}
+        return {"nyquist": partial(nyquist, result), **halves}
 
     def over_time(draw: Callable[..., None], panel: Axes, **style: Any) -> Axes:
         draw(panel, **style)
@@ -89,7 +107,7 @@ def _fit(result: Identification, name: str, panel: Axes, **style: Any) -> None:
     """Draw data and fit over time, dashed where the fit does not go."""
     t, data, fitted, unit, window = _drawn_over_time(result)[name]
     factor, label = scaled(panel.yaxis, data, unit)
-    look: dict[str, Any] = _FIT | style
+    look: dict[str, Any] = FIT | style
     panel.plot(t, factor * data, ".", color=GREY, markersize=2.5, label="measured")
     inside = t <= window
     panel.plot(t[inside], factor * fitted[inside], **look)
@@ -97,7 +115,7 @@ def _fit(result: Identification, name: str, panel: Axes, **style: Any) -> None:
         beyond: dict[str, Any] = {"linestyle": "--", "linewidth": 1.0, "label": "beyond the fit"}
         panel.plot(t[~inside], factor * fitted[~inside], **(look | beyond))
     panel.set_ylabel(f"{name} [{label}]")
-    panel.legend(frameon=False, fontsize=8)
+    panel.legend(frameon=False, fontsize="small")
 
 
 def _fit_residuals(result: Identification, name: str, panel: Axes) -> None:
@@ -150,7 +168,7 @@ def _annotate(panel: Any, result: Identification) -> None:
 
     what = "peak" if metrics.peak is not None else "final value"
     part = f"first {format_quantity(metrics.until, 's', 3)}: " if metrics.record is not None else ""
-    panel.set_title(f"{part}{what} {words(metrics.measured)}; model {words(metrics.model)}", fontsize=8, loc="left")
+    caption(panel, f"{part}{what} {words(metrics.measured)}; model {words(metrics.model)}")
     if metrics.peak is not None:
         (moved,) = result.coupling.individual
         at, height = metrics.peak
@@ -158,109 +176,7 @@ def _annotate(panel: Any, result: Identification) -> None:
         position = metrics.rest + moved.data.sign * height
         marker = "v" if moved.data.sign > 0 else "^"
         panel.plot(at, factor * position, marker, color=ORANGE, markersize=5, label="peak")
-        panel.legend(frameon=False, fontsize=8)
-
-
-def _spectrum(result: Identification, data: ImpedanceData) -> Figure:
-    """Bode plot, residuals of the fit and of the Kramers-Kronig check over frequency; Nyquist plots beside them."""
-    drawn = blank((11.0, 8.2))
-    columns = drawn.add_gridspec(1, 2, width_ratios=[1.25, 1.0])
-    left = columns[0].subgridspec(4, 1, height_ratios=[1.3, 1.1, 1.0, 1.0])
-    size = drawn.add_subplot(left[0])
-    phase, misfit, check = (drawn.add_subplot(left[k], sharex=size) for k in (1, 2, 3))
-    z, f = data.measured.impedance, data.measured.frequency
-    bad = data.check.bad
-    # where the lowest frequencies dwarf the others, these have a plot of their own
-    within = _corner(z)
-    twice = within < 0.4 * float(np.abs(z).max())
-    right = columns[1].subgridspec(2 if twice else 1, 1)
-    planes = [drawn.add_subplot(right[k]) for k in range(2 if twice else 1)]
-    _size(result, size)
-    _phase(result, phase)
-    (o,) = result.observations
-    relative = np.asarray(o.residuals / np.abs(o.data), dtype=complex)
-    _parts(misfit, o.abscissa, relative, "fit residual\n[% of abs(Z)]")
-    _parts(check, f[~bad], data.check.residuals[~bad], "Kramers-Kronig\nresidual [% of abs(Z)]")
-    check.set_xlabel("frequency [Hz]")
-    for panel in (size, phase, misfit):
-        panel.tick_params(labelbottom=False)
-        panel.set_xlabel("")
-    for panel, largest in zip(planes, (None, within), strict=False):
-        _nyquist(result, panel, largest)
-    for panel in (size, phase, misfit, check, *planes):
-        plain(panel)
-    drawn.align_ylabels([size, phase, misfit, check])
-    share = data.relative_rms(result.fit.residuals_of(0))
-    drawn.suptitle(f"{data.source}: model {result.model}, {share:.2%} rms", fontsize=10)
-    return drawn
-
-
-def _spectra(result: Identification) -> tuple[Array, ComplexArray, Mask, Array, ComplexArray]:
-    """Frequency, measured impedance, what was left out; frequencies close together and the fit there."""
-    data = result.port.data[0]
-    assert isinstance(data, ImpedanceData)
-    f = data.measured.frequency
-    dense = np.geomspace(f[0], f[-1], 400)
-    fit = result.port.port.impedance(2j * np.pi * dense, ideal=True)
-    return f, data.measured.impedance, data.check.bad, dense, fit
-
-
-def _points(panel: Axes, x: Array, y: Array, bad: Mask) -> None:
-    panel.plot(x[~bad], y[~bad], "o", color=GREY, markersize=3.5, label="measured")
-    if bad.any():
-        panel.plot(x[bad], y[bad], "x", color=ORANGE, markersize=6, label="left out")
-
-
-def _size(result: Identification, panel: Axes, **style: Any) -> Axes:
-    f, z, bad, dense, fit = _spectra(result)
-    factor, label = scaled(panel.yaxis, np.abs(z), "\N{OHM SIGN}")
-    _points(panel, f, factor * np.abs(z), bad)
-    panel.loglog(dense, factor * np.abs(fit), **_FIT | style)
-    panel.set(xlabel="frequency [Hz]", ylabel=f"abs(Z) [{label}]")
-    panel.legend(frameon=False, fontsize=8)
-    return panel
-
-
-def _phase(result: Identification, panel: Axes, **style: Any) -> Axes:
-    f, z, bad, dense, fit = _spectra(result)
-    _points(panel, f, np.degrees(np.angle(z)), bad)
-    panel.semilogx(dense, np.degrees(np.angle(fit)), **_FIT | style)
-    panel.set(xlabel="frequency [Hz]", ylabel="phase [deg]")
-    return panel
-
-
-def _parts(panel: Any, f: Array, relative: ComplexArray, name: str) -> None:
-    panel.axhline(0.0, color=GREY, linewidth=0.8)
-    panel.semilogx(f, 100 * relative.real, "o-", color=BLUE, markersize=2.5, linewidth=0.8, label="real part")
-    panel.semilogx(f, 100 * relative.imag, "s-", color=ORANGE, markersize=2.5, linewidth=0.8, label="imaginary part")
-    panel.set_ylabel(name)
-    panel.legend(frameon=False, fontsize=7, ncols=2)
-
-
-def _nyquist(result: Identification, panel: Axes, largest: float | None = None, **style: Any) -> Axes:
-    """Draw -Im Z over Re Z; ``largest`` [ohm]: only what lies within it."""
-    _, z, bad, _, fit = _spectra(result)
-    shown = np.abs(z) if largest is None else np.array([largest])
-    factor, label = scaled(panel.xaxis, shown, "\N{OHM SIGN}")
-    _points(panel, factor * z.real, -factor * z.imag, bad)
-    panel.plot(factor * fit.real, -factor * fit.imag, **_FIT | style)
-    panel.set_xlabel(f"Re Z [{label}]")
-    panel.set_ylabel(f"-Im Z [{label}]")
-    panel.set_aspect("equal", adjustable="box" if largest else "datalim")
-    if largest is None:
-        panel.set_title("Nyquist", fontsize=9, loc="left")
-        return panel
-    inside = factor * z[np.abs(z) <= largest]
-    room = 0.05 * float(np.ptp(inside.real) + np.ptp(inside.imag))
-    panel.set_xlim(float(inside.real.min()) - room, float(inside.real.max()) + room)
-    panel.set_ylim(-float(inside.imag.max()) - room, -float(inside.imag.min()) + room)
-    panel.set_title("Nyquist, upper frequencies", fontsize=9, loc="left")
-    return panel
-
-
-def _corner(z: ComplexArray) -> float:
-    """Return a size [ohm] within which the upper two thirds of the frequencies lie."""
-    return 1.1 * float(np.max(np.abs(z)[len(z) // 3 :]))
+        panel.legend(frameon=False, fontsize="small")
 
 
 def _several(result: Identification) -> Figure:
@@ -268,7 +184,7 @@ def _several(result: Identification) -> Figure:
     from .identification import files
 
     rows_of = result.observations
-    columns = 1 if len(rows_of) <= _ONE_COLUMN else 2
+    columns = 1 if len(rows_of) <= _ONE_COLUMN else beside(2)
     rows = -(-len(rows_of) // columns)
     below = 0.6 + 0.22 * len(rows_of)
     drawn = blank((7.5 if columns == 1 else 11.0, 2.6 * rows + below + 0.6), dpi=130)
@@ -282,15 +198,15 @@ def _several(result: Identification) -> Figure:
         _waveforms(upper, o)
         voltage = format_quantity(o.voltage, "V", 3)
         title = f"{o.source}: {o.quantity}, {'about ' * (o.quantity == 'impedance')}{voltage}"
-        upper.set_title(title, fontsize=8, loc="left")
+        caption(upper, title)
         _residuals(lower, o)
         upper.tick_params(labelbottom=False)
         for panel in (upper, lower):
             plain(panel)
         if not k:
-            upper.legend(frameon=False, fontsize=7)
+            upper.legend(frameon=False, fontsize="small")
     _comparison(rows_of, drawn.add_subplot(grid[rows, :]))
-    drawn.suptitle(f"{files(result)} together: model {result.model}", fontsize=10)
+    heading(drawn, f"{files(result)} together: model {result.model}")
     return drawn
 
 
@@ -298,9 +214,14 @@ def _together(result: Identification, quantity: str, panel: Axes, **style: Any) 
     """Draw one quantity of all files, each with the joint fit in a colour of its own."""
     rows = [o for o in result.observations if o.quantity == quantity]
     for k, o in enumerate(rows):
-        _waveforms(panel, o, {"color": COLOURS[k % len(COLOURS)], "label": o.source} | style, alone=False)
+        _waveforms(
+            panel,
+            o,
+            {"color": COLOURS[k % len(COLOURS)], "linestyle": STYLES[k % len(STYLES)], "label": o.source} | style,
+            alone=False,
+        )
     panel.set_xlabel("frequency [Hz]" if quantity == "impedance" else "time since the onset [s]")
-    panel.legend(frameon=False, fontsize=7)
+    panel.legend(frameon=False, fontsize="small")
     return panel
 
 
@@ -321,8 +242,8 @@ def _waveforms(panel: Any, o: ObservationFit, style: Mapping[str, Any] = _JOINT,
         panel.plot(x, factor * sizes[shown], **look)
     if spectrum and np.ptp(np.log(np.abs(o.data))) > np.log(_DECADE):
         panel.set_yscale("log")
-    panel.set_ylabel(f"{'abs(Z)' if spectrum else o.quantity}\n[{label}]", fontsize=8)
-    panel.tick_params(labelsize=7)
+    panel.set_ylabel(f"{'abs(Z)' if spectrum else o.quantity}\n[{label}]", fontsize="small")
+    panel.tick_params(labelsize="small")
 
 
 def _residuals(panel: Any, o: ObservationFit) -> None:
@@ -340,9 +261,9 @@ def _residuals(panel: Any, o: ObservationFit) -> None:
         else:
             panel.plot(x, share, ".", color=colour, markersize=2)
     panel.axhline(0.0, color=GREY, linewidth=0.8)
-    panel.set_ylabel("residual\n[%]", fontsize=8)
-    panel.set_xlabel("frequency [Hz]" if spectrum else "time since the onset [s]", fontsize=8)
-    panel.tick_params(labelsize=7)
+    panel.set_ylabel("residual\n[%]", fontsize="small")
+    panel.set_xlabel("frequency [Hz]" if spectrum else "time since the onset [s]", fontsize="small")
+    panel.tick_params(labelsize="small")
 
 
 def _abscissa(panel: Any, o: ObservationFit) -> tuple[Array, Mask]:
@@ -375,11 +296,11 @@ def _comparison(rows: tuple[ObservationFit, ...], panel: Any) -> Axes:
         panel.set_xscale("log")
     else:
         panel.set_xlim(0.0, 1.1 * max(shares) or 1.0)
-    panel.set_yticks(places, [f"{o.source}, {o.quantity}" for o in rows], fontsize=7)
+    panel.set_yticks(places, [f"{o.source}, {o.quantity}" for o in rows], fontsize="small")
     panel.set_ylim(-0.6, len(rows) - 0.4)
-    panel.set_xlabel("rms of the residuals [% of peak current, abs(Z), span of the displacement]", fontsize=8)
-    panel.tick_params(labelsize=7)
+    panel.set_xlabel("rms of the residuals [% of peak current, abs(Z), span of the displacement]", fontsize="small")
+    panel.tick_params(labelsize="small")
     panel.grid(alpha=0.25, linewidth=0.6, which="both")
     panel.spines[["top", "right"]].set_visible(False)
-    panel.legend(frameon=False, fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    panel.legend(frameon=False, fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
     return panel

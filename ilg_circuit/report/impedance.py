@@ -11,7 +11,8 @@ import numpy as np
 from ..arrays import Array, ComplexArray
 from ..simulation.impedance import Impedance
 from ..units import format_quantity
-from .axes import BLUE, ORANGE, Axes, Figure, Panels, blank, plain, scaled
+from .axes import BLUE, ORANGE, Axes, Figure, Panels, blank, heading, plain, scaled
+from .look import narrow
 from .page import Page, Prose, Section, picture
 
 _OHM = "\N{OHM SIGN}"
@@ -39,16 +40,19 @@ def text(result: Impedance) -> str:
 
 def figure(result: Impedance) -> Figure:
     """Return a Bode (size and phase over frequency) and a Nyquist plot; the electrical port's closed form dashed."""
-    figure = blank((10.0, 4.8))
-    grid = figure.add_gridspec(2, 2, width_ratios=[1.15, 1.0])
-    size, phase, plane = (figure.add_subplot(grid[place]) for place in ((0, 0), (1, 0), (slice(None), 1)))
+    figure = blank((10.0, 4.8), stacked=8.0)
+    if narrow():
+        size, phase, plane = figure.subplots(3, 1, height_ratios=[1.0, 0.8, 1.6])
+    else:
+        grid = figure.add_gridspec(2, 2, width_ratios=[1.15, 1.0])
+        size, phase, plane = (figure.add_subplot(grid[place]) for place in ((0, 0), (1, 0), (slice(None), 1)))
     bode(result, (size, phase))
     size.set_xlabel("")
-    size.legend(frameon=False, fontsize=8)
+    size.legend(frameon=False, fontsize="small")
     nyquist(result, plane)
     for panel in (size, phase, plane):
         plain(panel)
-    figure.suptitle(f"{result.actuator.name}: impedance about {result.bias:g} V", fontsize=10)
+    heading(figure, f"{result.actuator.name}: impedance about {result.bias:g} V")
     return figure
 
 
@@ -116,7 +120,7 @@ def nyquist(result: Impedance, panel: Axes, **style: Any) -> Axes:
         labelled.append(z)
         panel.plot(z.real, -z.imag, "o", color=style.get("color", BLUE), markersize=4)
         name = format_quantity(float(decade), "Hz", 3)
-        panel.annotate(name, (z.real, -z.imag), (4, 4), textcoords="offset points", fontsize=8)
+        panel.annotate(name, (z.real, -z.imag), (4, 4), textcoords="offset points", fontsize="small")
     return panel
 
 

@@ -12,7 +12,7 @@ from ..measurements.record import Record
 from ..measurements.spectrum import Spectrum
 from ..result import Column
 from ..units import format_quantity
-from .axes import ORANGE, Axes, Figure, Panels, curve, new_figure
+from .axes import ORANGE, Axes, Figure, Panels, curve, heading, new_figure
 from .tables import aligned
 
 Data = Record | Spectrum
@@ -59,7 +59,7 @@ def figure(data: Data) -> Figure:
         if panel is not axes[-1]:
             panel.set_xlabel("")
     figure.align_ylabels(axes)
-    figure.suptitle(headline(data), fontsize=10)
+    heading(figure, headline(data))
     return figure
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +16,32 @@ from ..arrays import Array
 from ..errors import InputError
 from ..files import replacing, require_writable
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, axis_label, blank, engineering, legend_above, plain, scaled
+from .axes import (
+    BLUE,
+    COLOURS,
+    GREY,
+    ORANGE,
+    Axes,
+    Figure,
+    Panels,
+    axis_label,
+    blank,
+    engineering,
+    heading,
+    legend_above,
+    plain,
+    scaled,
+)
+from .look import beside, finish, narrow
 
 #: Times of the snapshots in CPG Fig. 10(c) [s].
 SNAPSHOT_TIMES = (0.5, 0.7, 1.0, 1.5)
 #: Most frames that an animation gets; a GIF of more is too large to be shown anywhere.
 MOST_FRAMES = 400
+#: Sharpness [points an inch] of an animation on a screen, and of one whose size was given.
+_FRAME, _MOST_SHARP = 100, 200
+#: Colours of a GIF: the last frame, which has all that is drawn, chooses them.
+_GIF_COLOURS = 48
 #: Below this ratio of its extents a motion is drawn with different scales along x and y.
 _FLAT = 0.25
 #: Colours of the first and the last snapshot.
@@ -63,14 +83,17 @@ def figure(motion: Motion, snapshots: ArrayLike = SNAPSHOT_TIMES) -> Figure:
 
     Snapshots after the end of the motion are left out; if none is left, the arm is drawn at its end.
     """
-    figure = blank((9.5, 5.6))
-    grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
-    shape, tip, force = (figure.add_subplot(grid[place]) for place in (np.s_[:, 0], np.s_[0, 1], np.s_[1, 1]))
+    figure = blank((9.5, 5.6), stacked=9.0)
+    if narrow():
+        shape, tip, force = figure.subplots(3, 1, height_ratios=[1.9, 1.0, 1.0])
+    else:
+        grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
+        shape, tip, force = (figure.add_subplot(grid[place]) for place in (np.s_[:, 0], np.s_[0, 1], np.s_[1, 1]))
     _shapes(motion, snapshots, shape)
     _tip(motion, tip)
     tip.set_xlabel("")
     _tension(motion, force)
-    figure.suptitle(f"{title(motion)}: {motion.text}", fontsize=10)
+    heading(figure, f"{title(motion)}: {motion.text}")
     return figure
 
 
@@ -96,7 +119,7 @@ def _shapes(motion: Motion, snapshots: ArrayLike, panel: Axes, **style: Any) -> 
     look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.0, "label": "tip's path"} | style
     panel.plot(*(scale * motion.tip).T, **look)
     _frame(panel, scale, motion, unit)
-    panel.legend(fontsize=8, loc="best", framealpha=0.85)
+    panel.legend(fontsize="small", loc="best", framealpha=0.85)
     return panel
 
 
@@ -155,7 +178,7 @@ def animate(
     point moves with the arm. At most `MOST_FRAMES` frames: a longer motion has fewer a second. Raises InputError for a
     path or a portrait that cannot be used.
     """
-    from matplotlib.animation import FFMpegWriter, PillowWriter
+    from matplotlib.animation import FFMpegWriter
 
     target = Path(path)
     require_animation(target)
@@ -165,28 +188,30 @@ def animate(
     count = int(np.clip(np.floor(duration * frames_per_second) + 1, 2, MOST_FRAMES))
     times = np.linspace(motion.time[0], motion.time[-1], count)
     frames = np.abs(motion.time - times[:, None]).argmin(axis=1)
-    figure = blank((5.6, 4.2) if portrait is None else (8.4, 4.2), dpi=100)
-    axes: Any = figure.subplots(1, 1 if portrait is None else 2, squeeze=False)
-    stage = axes[0, 0]
+    count_of = 1 if portrait is None else 2
+    figure = blank((2.8 * (count_of + 1), 4.2), dpi=_FRAME, stacked=4.2 * count_of)
+    columns = beside(count_of)
+    stage, *sides = figure.subplots(count_of // columns, columns, squeeze=False).flat
     scale, unit = engineering(motion.positions, "m")
     path_line = stage.plot([], [], color=ORANGE, linewidth=0.9)[0]
     body = stage.fill([0, 0, 0], [0, 0, 0], facecolor="#9ecae1", edgecolor=BLUE, linewidth=1.2)[0]
     rods = stage.plot([], [], color=BLUE, linewidth=0.5)[0]
     _frame(stage, scale, motion, unit)
-    heading = stage.set_title("", fontsize=10)
+    heading = stage.set_title("", fontsize="medium")
     if portrait is not None:
-        side = axes[0, 1]
+        (side,) = sides
         side.plot(*portrait, color=GREY, linewidth=0.9)
         point = side.plot([], [], "o", color=ORANGE, markersize=6)[0]
         side.set(xlabel=portrait_labels[0], ylabel=portrait_labels[1])
         side.grid(alpha=0.25, linewidth=0.6)
     # the layout is computed once: for every frame it would take most of the time and make the picture tremble
     heading.set_text(title(motion))
+    finish(figure, COLOURS)
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
-    kind: Any = FFMpegWriter if target.suffix.lower() == ".mp4" else PillowWriter
+    kind: Any = FFMpegWriter if target.suffix.lower() == ".mp4" else _gif_writer()
     writer = kind(fps=(count - 1) / duration)
-    with replacing(target) as temporary, writer.saving(figure, str(temporary), dpi=100):
+    with replacing(target) as temporary, writer.saving(figure, str(temporary), dpi=min(figure.dpi, _MOST_SHARP)):
         for frame in frames:
             nodes = scale * motion.positions[frame]
             path_line.set_data(*(scale * motion.tip[: frame + 1]).T)
@@ -196,6 +221,22 @@ def animate(
             if portrait is not None:
                 point.set_data([portrait[0][frame]], [portrait[1][frame]])
             writer.grab_frame()
+
+
+@lru_cache(maxsize=1)
+def _gif_writer() -> Any:
+    """Return the writer of GIFs: all frames share a few colours, which makes the file a third as large."""
+    from matplotlib.animation import PillowWriter
+    from PIL.Image import Dither, Quantize
+
+    class FewColours(PillowWriter):
+        def finish(self) -> None:
+            frames: list[Any] = vars(self)["_frames"]
+            palette = frames[-1].quantize(_GIF_COLOURS, Quantize.MAXCOVERAGE)
+            frames[:] = [frame.quantize(palette=palette, dither=Dither.NONE) for frame in frames]
+            super().finish()
+
+    return FewColours
 
 
 def title(motion: Motion) -> str:
@@ -230,7 +271,7 @@ def _frame(axes: Axes, scale: float, motion: Motion, unit: str) -> None:
     low, high = centre - half, centre + half
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
     if flat:
-        axes.text(0.02, 0.02, "scales of x and y differ", transform=axes.transAxes, fontsize=8, color=GREY)
+        axes.text(0.02, 0.02, "scales of x and y differ", transform=axes.transAxes, fontsize="small", color=GREY)
     else:
         axes.set_aspect("equal", adjustable="box")
     clamp = scale * motion.positions[0, 0]

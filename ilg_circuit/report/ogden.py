@@ -21,7 +21,7 @@ from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
 from ..units import format_quantity
 from . import estimates
-from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, engineering, new_figure, scaled
+from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, caption, engineering, new_figure, scaled
 from .page import Grid, Page, Prose, Section, picture, repetition
 
 _STYLES = {"uniaxial": (BLUE, "o"), "equibiaxial": (ORANGE, "s"), "planar": ("#2e8b57", "^")}
@@ -140,8 +140,8 @@ def _stresses(result: Characterisation, panel: Axes, **style: Any) -> Axes:
     panel.set(xlabel="stretch [1]", ylabel=f"nominal stress [{unit}]")
     if beyond:
         panel.plot([], [], "--", color=GREY, linewidth=1.0, label="beyond the readings")
-    panel.legend(frameon=False, fontsize=8)
-    panel.set_title(f"{fit.name}: E = {_stress(fit.material.youngs_modulus)}", fontsize=10, loc="left")
+    panel.legend(frameon=False, fontsize="small")
+    caption(panel, f"{fit.name}: E = {_stress(fit.material.youngs_modulus)}")
     return panel
 
 

@@ -51,10 +51,11 @@ class Grid:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture in the page; ``about`` says what it shows to those who cannot see it."""
+    """A picture in the page, as base64; ``about`` says what it shows to those who cannot see it."""
 
-    png: str
+    data: str
     about: str
+    media: str = "image/png"
     kind: ClassVar[str] = "picture"
 
 

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arrays import Array
+from ..drive import Drive
 from ..simulation.waveforms import ANSWERS, WAVEFORMS
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, curve, new_figure
+from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, caption, curve, heading, legend_above, new_figure
 from .energy import section as energy_section
 from .page import Grid, Page, Section, picture
 from .tables import aligned
@@ -21,6 +23,10 @@ if TYPE_CHECKING:
     from ..simulation.waveforms import Simulated, Waveform
 
 _NORMAL_95 = 1.96
+#: Thickness of a line, relative to the height of its panel.
+_LINE = 0.015
+#: A time this much of the run before a jump is drawn on it.
+_ROUNDING = 1e-9
 _HEADER = ("quantity", "at the end", "largest", "at")
 
 
@@ -37,6 +43,7 @@ def headline(response: Response) -> str:
 def text(response: Response) -> str:
     """Return all that a user sees: what was simulated, the waveforms, the energies, the error, the comparison."""
     lines = [headline(response), response.summary(), response.account.summary(), *solved_by(response)]
+    lines += [note] if (note := swings(response)) else []
     return "\n".join([*lines, *(compared_line(part) for part in response.compared)])
 
 
@@ -63,12 +70,14 @@ def figure(response: Response) -> Figure:
     figure, axes = new_figure(len(shown) + 1, [1.5] * len(shown) + [1.0])
     for panel, waveform in zip(axes, shown, strict=False):
         _waveform(response, waveform, panel)
+        if waveform.name == "displacement" and (note := swings(response)):
+            caption(panel, note)
     if response.stderr or response.compared:
-        axes[0].legend(frameon=False, fontsize=8)
+        legend_above(axes[0])
     _drive(response, axes[-1])
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
-    figure.suptitle(f"{response.netlist.title}: {response.drive.text}", fontsize=10)
+    heading(figure, f"{response.netlist.title}: {response.drive.text}")
     return figure
 
 
@@ -96,19 +105,79 @@ def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any)
     time, values, error = response.time, response.waveforms[waveform.name], response.stderr.get(waveform.name)
     if part is not None:  # its drive jumps where the record does
         time, values, error, style = part.time, part.predicted, part.stderr, {"label": "predicted"} | style
-    factor = curve(panel, time, values, waveform.name, waveform.unit, **style)
+    jumps = _jumps(response.drive, time) if waveform.name == "current" else np.empty(0)
+    if error is not None:
+        style = {"linewidth": 0.9} | style
+    factor = curve(panel, *_with_jumps(time, values, jumps), waveform.name, waveform.unit, **style)
     if part is not None:
         label = f"measured, {part.source}"
         panel.plot(time, factor * part.measured, ".", color=GREY, markersize=2.5, label=label, zorder=1)
     if error is not None:
-        edges = (factor * (values - _NORMAL_95 * error), factor * (values + _NORMAL_95 * error))
-        look: dict[str, Any] = {"alpha": 0.25, "linewidth": 0, "label": "95 % band of the fit"}
-        panel.fill_between(time, *edges, color=style.get("color", BLUE), **look)
+        _band(panel, time, factor * values, factor * _NORMAL_95 * error, style.get("color", BLUE))
+
+
+def swings(response: Response) -> str:
+    """Return what a reader of the displacement asks: why it swings after jumps of the drive. Nothing where it does not.
+
+    The tip's mass and the stiffness of beam, gravity and load are an inductor and capacitors in series.
+    """
+    moving = [element for element in response.netlist.elements if element.role.mechanical]
+    mass = sum(element.value for element in moving if element.name.startswith("L"))
+    if not mass or not len(_jumps(response.drive, response.time)) + bool(response.voltage[0]):
+        return ""
+    stiffness = sum(1 / element.value for element in moving if element.name.startswith("C"))
+    frequency = format_quantity(float(np.sqrt(stiffness / mass)) / (2 * np.pi), "Hz", 2)
+    return f"dynamic beam: after a jump of the voltage the strip swings at its own {frequency}"
+
+
+def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) -> None:
+    """Draw a 95 % band with edges that can be seen in print, and say so where the curve's line hides all of it."""
+    hidden = 2 * float(np.nanmax(reach)) < _LINE * float(np.ptp(values) or 1.0)
+    label = f"95 % band of the fit{', within the line' if hidden else ''}"
+    panel.fill_between(time, values - reach, values + reach, color=colour, alpha=0.3, linewidth=0, label=label)
+    for edge in (values - reach, values + reach):
+        panel.plot(time, edge, color=colour, linewidth=0.5, alpha=0.8, label="_")
+
+
+def _with_jumps(time: Array, values: Array, jumps: Array) -> tuple[Array, Array]:
+    """Return a curve with two points at each of the ``jumps`` [s]: the values on both sides, so that it is vertical.
+
+    Samples are right limits. The left limit goes on from the samples before the jump, the right one from those after.
+    """
+    ends = np.searchsorted(time, jumps - _ROUNDING * time[-1]).tolist()
+    pieces = [slice(a, b) for a, b in zip([0, *ends], [*ends, len(time)], strict=True)]
+    x, y = [time[pieces[0]]], [values[pieces[0]]]
+    for at, before, after in zip(jumps.tolist(), pieces, pieces[1:], strict=False):
+        for piece, first in ((before, -2), (after, 0)):
+            if time[piece].size:
+                x.append(np.array([at]))
+                y.append(np.array([_continued(time[piece], values[piece], at, first)]))
+        x.append(time[after])
+        y.append(values[after])
+    return np.concatenate(x), np.concatenate(y)
+
+
+def _jumps(drive: Drive, time: Array) -> Array:
+    """Return the times [s] at which a drive jumps within ``time``, its end included."""
+    jumps = drive.jumps(float(time[-1]) * (1 + _ROUNDING))
+    return np.minimum(jumps[jumps > time[0]], time[-1])
+
+
+def _continued(time: Array, values: Array, at: float, first: int) -> float:
+    """Return the line through two samples, the ``first`` one and the next, at a time; an only sample's value."""
+    if len(time) < 2:
+        return float(values[0])
+    (t0, t1), (y0, y1) = time[first:][:2], values[first:][:2]
+    return float(y0 + (y1 - y0) / (t1 - t0) * (at - t0))
 
 
 def _drive(response: Response, panel: Axes, **style: Any) -> None:
     """Draw the drive with zero in sight."""
-    curve(panel, response.time, response.voltage, "voltage", "V", **{"color": ORANGE} | style)
+    drive, time = response.drive, response.time
+    edges = _jumps(drive, time)
+    before = np.maximum(edges - _ROUNDING * time[-1], 0.0)
+    drawn = np.unique(np.concatenate([time, before, edges]))
+    curve(panel, drawn, drive.value(drawn), "voltage", "V", **{"color": ORANGE} | style)
     panel.use_sticky_edges = False
     panel.update_datalim([(response.time[0], 0.0)])
     panel.autoscale_view()

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..simulation.sensing import Sensed
 from ..simulation.waveforms import WAVEFORMS
-from .axes import ORANGE, Axes, Figure, Panels, curve, new_figure
+from .axes import ORANGE, Axes, Figure, Panels, curve, heading, new_figure
 from .page import Grid, Page, Section, picture
 from .response import largest, over_time, solved_by
 
@@ -40,7 +40,7 @@ def figure(sensed: Sensed) -> Figure:
         _waveform(sensed, name, panel)
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
-    figure.suptitle(f"{sensed.actuator.name}, {sensed.terminals} terminals: {sensed.motion.text}", fontsize=10)
+    heading(figure, f"{sensed.actuator.name}, {sensed.terminals} terminals: {sensed.motion.text}")
     return figure
 
 

@@ -20,18 +20,21 @@ from .axes import (
     COLOURS,
     GREY,
     ORANGE,
+    STYLES,
     Axes,
     Figure,
     Panels,
     axis_label,
     engineering,
     grid,
+    heading,
     legend_below,
     round_levels,
     scaled,
     tiles,
     wide,
 )
+from .look import narrow
 from .tables import aligned
 
 if TYPE_CHECKING:
@@ -53,8 +56,6 @@ _MOST_REASONS = 5
 _MOST_NAMED = 3
 #: Ratio of largest to smallest value from which an axis is logarithmic.
 _WIDE = 30
-#: Line styles by which coinciding curves can be told apart.
-_DASHES = ("-", "--", ":", "-.")
 #: Groups of equal size over which the medians of a scatter are taken.
 _GROUPS = 12
 #: Most designs in a scatter, evenly chosen.
@@ -138,19 +139,19 @@ def _output(result: SweepResult, name: str, panel: Axes, **style: Any) -> Axes:
     with result.to_xarray() as data:
         chosen = data[[name]].load()
     if DESIGN in chosen.dims:
-        _dots(chosen, name, _strongest(chosen, name), panel, **style).legend(frameon=False, fontsize=8)
+        _dots(chosen, name, _strongest(chosen, name), panel, **style).legend(frameon=False, fontsize="small")
         return panel
     axes = _axes(chosen)
     if _few(chosen, axes):
         lines = _curves(chosen, name, axes, panel, **style)
         for family in axes[1:]:
             title, texts = _members(chosen[family])
-            panel.legend(lines, texts, title=title, fontsize=8, title_fontsize=8, frameon=False)
+            panel.legend(lines, texts, title=title, fontsize="small", title_fontsize="small", frameon=False)
         return panel
     chosen, named = _held(chosen, axes)
     _map(chosen, name, axes, panel, **style)
     if named:
-        panel.set_title(f"{panel.get_title()} at {named}", fontsize=8)
+        panel.set_title(f"{panel.get_title()} at {named}", fontsize="small")
     return panel
 
 
@@ -172,7 +173,7 @@ def dataset_figure(data: Dataset, outputs: tuple[str, ...] = ()) -> Figure:
     note = f"; {failed} designs failed" if failed else ""
     tip = "" if data.attrs["tip"] == "free" else ", clamped tip"
     name = data.attrs["title"].partition(": ")[2]
-    drawn.suptitle(f"{name}, {data.attrs['duration_s']:g} s{tip}{note}", fontsize=10)
+    heading(drawn, f"{name}, {data.attrs['duration_s']:g} s{tip}{note}")
     return drawn
 
 
@@ -225,8 +226,9 @@ def _lines(data: Dataset, names: list[str], axes: list[str]) -> Figure:
         panel.label_outer()
     for family in axes[1:]:
         title, texts = _members(data[family])
-        style: dict[str, Any] = {"title": title, "fontsize": 8, "title_fontsize": 8, "frameon": False}
-        figure.legend(panels[0, 0].get_lines(), texts, loc="outside right upper", **style)
+        style: dict[str, Any] = {"title": title, "fontsize": "small", "title_fontsize": "small", "frameon": False}
+        place = {"loc": "outside lower center", "ncols": 3} if narrow() else {"loc": "outside right upper"}
+        figure.legend(panels[0, 0].get_lines(), texts, **place, **style)
     figure.align_ylabels(panels[:, 0])
     return figure
 
@@ -240,7 +242,7 @@ def _curves(data: Dataset, name: str, axes: list[str], panel: Any, **style: Any)
     table = np.moveaxis(values, data[name].dims.index(over), 0).reshape(len(x), -1)
     curves = []
     for k, curve in enumerate(table.T):
-        look = marks | {"color": COLOURS[k % len(COLOURS)], "linestyle": _DASHES[k % len(_DASHES)]} | style
+        look = marks | {"color": COLOURS[k % len(COLOURS)], "linestyle": STYLES[k % len(STYLES)]} | style
         curves += panel.plot(x, curve, **look)
     panel.set(xlabel=label, ylabel=title.replace(" [", "\n["))
     _logarithmic(panel, "x", x)
@@ -267,7 +269,7 @@ def _maps(data: Dataset, names: list[str], axes: list[str]) -> Figure:
     for panel, name in zip(panels, names, strict=True):
         _map(data, name, axes, panel)
     if named:
-        figure.supxlabel(f"at {named}", fontsize=8)
+        figure.supxlabel(f"at {named}", fontsize="small")
     return figure
 
 
@@ -284,9 +286,9 @@ def _map(data: Dataset, name: str, axes: list[str], panel: Any, **style: Any) ->
     if np.isfinite(table).all() and np.ptp(table) > 0 and not words:
         levels = round_levels(table) if is_wide else 7
         lines = panel.contour(x, y, table, levels=levels, colors="white", linewidths=0.8)
-        panel.clabel(lines, fontsize=7, fmt="%.4g")
+        panel.clabel(lines, fontsize="small", fmt="%.4g")
     panel.figure.colorbar(shaded, ax=panel)
-    panel.set_title(title, fontsize=9)
+    panel.set_title(title, fontsize="small")
     panel.set(xlabel=x_label, ylabel=y_label)
     _logarithmic(panel, "x", x)
     _logarithmic(panel, "y", y)

@@ -13,7 +13,7 @@ from ..oscillators.network import ADAPTATION, ADAPTATION_TIME, INHIBITION, RISE_
 from ..oscillators.outcome import Rhythm
 from ..oscillators.rhythm import rhythm
 from ..oscillators.run import run
-from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, grid
+from ..report.axes import BLUE, COLOURS, GREY, ORANGE, Axes, Figure, caption, grid
 from ..report.cpg import draw_cycle, plane
 from .items import Check, Reproduction, largest_ratio, rows
 from .paper_runs import PaperRuns, period_of
@@ -52,9 +52,9 @@ def add_legends(figure: Figure, letters: str = "") -> None:
     """Add a legend to each panel of ``figure`` that has labels, and the ``letters`` that the paper's panels have."""
     for panel in figure.axes:
         if panel.get_legend_handles_labels()[0]:
-            panel.legend(frameon=False, fontsize=8)
+            panel.legend(frameon=False, fontsize="small")
     for letter, panel in zip(letters, figure.axes, strict=False):
-        panel.set_title(f"({letter})", fontsize=10, loc="left")
+        caption(panel, f"({letter})")
 
 
 def by_ngspice(network: Network) -> tuple[Check, Check]:
@@ -100,9 +100,9 @@ def _figure(pair: Rhythm, trio: Rhythm) -> Figure:
     for (left, right), found, name in zip(axes, (pair, trio), ("two neurons", "three neurons"), strict=True):
         states = sampled(Flow(found.network), found.start, times)
         draw_neurons(left, times, np.maximum(states[:, : found.network.size], 0))
-        left.set_title(f"{name}: period {found.period:.4f} s", fontsize=10)
+        left.set_title(f"{name}: period {found.period:.4f} s", fontsize="medium")
         draw_portrait(right, found, BLUE, "cycle")
-        right.set_title("phase portrait", fontsize=10)
+        right.set_title("phase portrait", fontsize="medium")
     add_legends(figure)
     return figure
 

@@ -1,4 +1,4 @@
-"""The whole flow once: simulate the paper's strip, check it, measure it with noise, identify it, hand it out."""
+"""The whole flow once: simulate the paper's strip, check it, measure it with noise, identify it, show all of it."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ from ..measurements.read import read_record
 from ..report import check as checked
 from ..report.axes import save
 from ..report.identification import write_actuator
+from ..report.page import write_page
 from ..simulation.check import check, require_agreement
 from ..simulation.response import Response, sample_times, simulate
 from ..strip.actuator import PAPER
 from ..strip.file import save_actuator
+from .demo_page import PAGE, demo_page, next_commands
 from .run import make_folder
 
 #: The demonstration's noise, in parts of each waveform's maximum.
@@ -46,7 +48,7 @@ def run(folder: Path) -> Iterator[str]:
     square = simulate(PAPER, PiecewiseLinear.square(-4.0, 4.0, 60.0, 300.0), sample_times(300.0))
     save(square.figure(), folder / "square.png")
     yield f"4  square wave, dynamic beam -> {folder / 'square.png'}"
-    _measure(response, folder / "measured.csv")
+    write_text(folder / "measured.csv", measured(response))
     yield f"5  the step as an instrument would record it, with noise and rest -> {folder / 'measured.csv'}"
     result = identify(read_record(folder / "measured.csv", onset="first-level"), base=PAPER)
     write_actuator(result, folder / "fitted.toml")
@@ -57,10 +59,13 @@ def run(folder: Path) -> Iterator[str]:
     write_text(folder / "strip.cir", deck(response.netlist, drive, 300.0, PAPER))
     write_text(folder / "strip.lib", library(PAPER))
     yield f"7  for plain SPICE -> {folder / 'strip.cir'} (ngspice -b runs it), {folder / 'strip.lib'}"
+    write_page(demo_page(folder, response, square, result), folder / PAGE)
+    yield f"8  the pictures, what they mean and what to do next -> {folder / PAGE}: open it in a browser"
+    yield f"next: {next_commands(folder)[0][1]}"
 
 
-def _measure(response: Response, path: Path) -> None:
-    """A CSV file as a potentiostat and a camera would write it."""
+def measured(response: Response) -> str:
+    """Return the CSV file that a potentiostat and a camera would write of ``response``: with noise, and a rest."""
     random = np.random.default_rng(20190401)
     rest = np.arange(-_REST, 0.0, 0.5)
     time = np.concatenate([rest, response.time]) + _REST
@@ -71,4 +76,4 @@ def _measure(response: Response, path: Path) -> None:
         columns.append(clean + noise * random.standard_normal(len(time)))
     rows = ["time_s,voltage_V,current_mA,displacement_mm"]
     rows += [f"{t:.2f},{u:.4f},{1e3 * i:.5f},{1e3 * y:.5f}" for t, u, i, y in zip(time, *columns, strict=True)]
-    write_text(path, "\n".join(rows) + "\n")
+    return "\n".join(rows) + "\n"

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..drive import PiecewiseLinear
-from ..report.axes import ORANGE, Axes, grid, round_levels
+from ..report.axes import ORANGE, Axes, grid, heading, round_levels
 from ..simulation import closed_forms as formulas
 from ..solve.transient import transient
 from ..strip.actuator import PAPER, Actuator
@@ -67,7 +67,7 @@ def _map(panel: Axes, x: str, y: str, tip: str = "free") -> tuple[Array, dict[st
     panel.grid(visible=False)
     panel.contourf(*surface, levels=np.logspace(low, high, 25), norm="log", cmap="Blues")
     lines = panel.contour(*surface, levels=round_levels(shown), colors="black", linewidths=0.8)
-    panel.clabel(lines, fmt=lambda v: f"{v:g} {unit}", fontsize=8)
+    panel.clabel(lines, fmt=lambda v: f"{v:g} {unit}", fontsize="small")
     panel.plot(*(1e3 * getattr(PAPER.geometry, name) for name in (x, y)), "o", color=ORANGE, markersize=6)
     panel.set(xlabel=_SIZES[x][1], ylabel=_SIZES[y][1])
     return values, sizes, (float(p), float(q))
@@ -81,7 +81,7 @@ def figure_12(runs: PaperRuns) -> Reproduction:
     widths = _SIZES["width"][0]
     of_width = at_rest([sized(width=w) for w in widths.tolist()])
     width_effect = float(np.ptp(of_width) / of_width.mean())
-    figure.suptitle("displacement at rest, 4 V; the dot is the paper's sample", fontsize=10)
+    heading(figure, "displacement at rest, 4 V; the dot is the paper's sample")
     return Reproduction(
         checks=(
             Check(f"displacement of {y.size} designs by ngspice", "(37)", largest_ratio(y, closed), _LIMIT),
@@ -119,8 +119,8 @@ def figure_13(runs: PaperRuns) -> Reproduction:
         worst = max(worst, largest_ratio(force, closed))
         powers += law
         count += force.size
-        panel.set_title(title, fontsize=10)
-    figure.suptitle("clamped force at rest, 4 V; the dot is the paper's sample", fontsize=10)
+        panel.set_title(title, fontsize="medium")
+    heading(figure, "clamped force at rest, 4 V; the dot is the paper's sample")
     return Reproduction(
         checks=(Check(f"force of {count} designs by ngspice", "(39), constant corrected", worst, _LIMIT),),
         holds=(bool(np.allclose(powers, (1, 1, -1, 1, -1, 1), atol=_LIMIT)), False),

@@ -16,10 +16,12 @@ from .published import Published, half_a_digit, published
 
 #: Statuses of an item and their meaning, best first.
 STATUSES = {
-    "agrees": "our run agrees, and nothing here contradicts the paper",
-    "differs": "our run agrees with what the paper's equations recompute to; what it prints or claims differs",
-    "fails": "our run disagrees, or could not be made",
+    "agrees": "our run agrees with the paper as printed",
+    "differs": "our run agrees with the corrected equation; what the paper prints or claims is off",
+    "fails": "our run is off, or could not be made",
 }
+#: Whose error it is, in two words.
+WHOSE = {"agrees": "agrees", "differs": "paper is off", "fails": "our run is off"}
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,34 @@ class Row:
         return abs(float(printed) - float(recomputed)) > rounding * 1.000001
 
     @property
+    def printed_error(self) -> float | None:
+        """Printed less recomputed number, relative to that (absolute where it is zero); None where one is missing."""
+        if not (self.paper.printed and self.paper.recomputed):
+            return None
+        reference = float(self.paper.recomputed)
+        return (float(self.paper.printed) - reference) / (reference or 1.0)
+
+    @property
+    def outcome(self) -> str:
+        """Whose error it is: one of `STATUSES`, or ``unchecked`` where there is nothing to compare with."""
+        if not self.paper.recomputed:
+            return "unchecked"
+        if not self.agrees:
+            return "fails"
+        return "differs" if self.contradicts else "agrees"
+
+    @property
+    def verdict(self) -> str:
+        """The outcome as a sentence, with the error's size."""
+        if self.outcome == "fails":
+            return f"our value is off by {_size(self.difference)}"
+        if self.outcome == "differs":
+            return f"agrees with the corrected equation; the printed value is off by {_size(self.printed_error)}"
+        return {"agrees": "agrees with the printed value", "unchecked": "nothing to compare with"}[self.outcome]
+
+    @property
     def reason(self) -> str:
+        """Why the printed number is off, and what to know of ours."""
         return "; ".join(text for text in (self.paper.reason, self.note) if text)
 
     def to_dict(self) -> dict[str, Any]:
@@ -70,8 +99,20 @@ class Row:
             "ours": self.ours if math.isfinite(self.ours) else None,
             "difference": self.difference,
             "agrees": self.agrees,
+            "outcome": self.outcome,
+            "printed_error": self.printed_error,
+            "verdict": self.verdict,
             "reason": self.reason,
         }
+
+
+def _size(error: float | None) -> str:
+    """Return a relative error as text: in percent, as a factor if large, as a plain number if tiny."""
+    if error is None or not math.isfinite(error):
+        return "an unknown amount"
+    if abs(error) < 1e-4:
+        return f"{error:+.2g}"
+    return f"a factor of {1 + error:.3g}" if error > 1 else f"{100 * error:+.2g} %"
 
 
 @dataclass(frozen=True)
@@ -171,20 +212,36 @@ class Outcome:
 
     @property
     def agreement(self) -> str:
-        """The worst number of each kind, as text."""
+        """Whose error it is, and the worst number of each kind, as text."""
         if self.reproduction is None:
             return f"not made: {self.failure}"
-        words, made = [], self.made
+        made = self.made
+        words = [self._whose_error()] if self.status != "agrees" else []
         compared = [row for row in made.rows if row.paper.recomputed]
         if compared:
             words.append(f"{sum(row.agrees for row in compared)} of {len(compared)} numbers to the digits given")
         if made.checks:
             worst = max(made.checks, key=lambda c: c.difference / c.limit)
             words.append(f"{worst.what}: {worst.difference:.1e} from {worst.reference}")
-        denied = sum(claim.holds is False for claim in made.claims)
-        if denied:
-            words.append(f"{denied} of {len(made.claims)} claims not borne out")
         return "; ".join(words)
+
+    def _whose_error(self) -> str:
+        """The sentence of an item with an error: the paper's worst number and its claims, or our own worst number."""
+        wrong = [row for row in self.made.rows if row.outcome == self.status]
+        error = "difference" if self.status == "fails" else "printed_error"
+        wrong.sort(key=lambda row: abs(getattr(row, error) or 0.0), reverse=True)
+        parts = []
+        if wrong:
+            name = wrong[0].paper.item.replace("_", " ")
+            whose = "our" if self.status == "fails" else "the printed"
+            parts.append(f"{whose} {name} is off by {_size(getattr(wrong[0], error))}")
+            parts += [f"{len(wrong) - 1} more number{'s' * (len(wrong) > 2)} off"] if len(wrong) > 1 else []
+        if self.status == "fails":
+            return ", ".join(parts) or "our run is off"
+        claims = [claim.holds for claim in self.made.claims]
+        if denied := claims.count(False):
+            parts.append(f"{denied} of {len(claims)} claims {'do' if denied > 1 else 'does'} not hold")
+        return f"agrees with the corrected equation; {', '.join(parts)}"
 
     def to_dict(self) -> dict[str, Any]:
         made = self.made

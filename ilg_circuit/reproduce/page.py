@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..report.page import fill, png
-from .items import STATUSES, Outcome, Row
+from .items import STATUSES, WHOSE, Outcome, Row
 from .published import Published, misprints
 
 _PAPERS = {
     "EC": "Electromechanical Coupling Model for Ionic Liquid Gel Soft Actuators",
     "CPG": "Motion Simulation of Ionic Liquid Gel Soft Actuators Based on CPG Control",
 }
-#: Sign and word of a status, for readers who see no colour.
-_SIGNS = {"agrees": "● agrees", "differs": "▲ paper differs", "fails": "✖ fails"}
+#: Sign and words of a status, for readers who see no colour.
+_SIGNS = {status: f"{sign} {WHOSE[status]}" for status, sign in zip(STATUSES, "●▲✖", strict=True)}
 
 
 def page(outcomes: Sequence[Outcome]) -> str:

@@ -249,7 +249,9 @@ def test_every_panel_can_be_named(kind: type[Result]) -> None:
     with pytest.raises(InputError, match="unknown panel 'nonsense'"):
         result.plot(what="nonsense")
     with pytest.raises(InputError, match="ax is str; give matplotlib axes"):
-        result.plot("left")
+        result.plot(ax="left")
+    with pytest.raises(InputError, match="each once"):
+        result.plot("left", "right")
     with pytest.raises(InputError, match="cannot draw with flavour"):
         result.plot(flavour=3)
     assert not pyplot.get_fignums()

@@ -68,15 +68,36 @@ def test_statuses() -> None:
 
 
 def test_agreement_in_words() -> None:
-    made = Reproduction(
-        rows=(Row(NUMBER, 0.1751), Row(NUMBER, 0.2)),
-        checks=(Check("near", "x", 1e-9, 1e-6), Check("current", "(30)", 5e-7, 1e-6)),
-        claims=(Claim("so", False, ""), Claim("so too", True, "")),
+    checks = (Check("near", "x", 1e-9, 1e-6), Check("current", "(30)", 5e-7, 1e-6))
+    claims = (Claim("so", False, ""), Claim("so too", True, ""))
+    right, wrong = Row(NUMBER, 0.1751), Row(NUMBER, 0.2)
+    assert Outcome(ITEM, Reproduction((right,), checks, claims)).agreement == (
+        "agrees with the corrected equation; the printed force is off by a factor of 1.05e+03, 1 of 2 claims does not "
+        "hold; 1 of 1 numbers to the digits given; current: 5.0e-07 from (30)"
     )
-    assert Outcome(ITEM, made).agreement == (
-        "1 of 2 numbers to the digits given; current: 5.0e-07 from (30); 1 of 2 claims not borne out"
+    assert Outcome(ITEM, Reproduction((right, wrong), checks)).agreement == (
+        "our force is off by +14 %; 1 of 2 numbers to the digits given; current: 5.0e-07 from (30)"
     )
     assert Outcome(ITEM, None, "no ngspice").agreement == "not made: no ngspice"
+
+
+@pytest.mark.parametrize(
+    ("printed", "recomputed", "ours", "outcome", "verdict"),
+    [
+        ("0.1751", "0.1751", 0.1751, "agrees", "agrees with the printed value"),
+        ("0.20", "0.1751", 0.1751, "differs",
+         "agrees with the corrected equation; the printed value is off by +14 %"),
+        ("0.17510", "0.17511", 0.17511, "differs",
+         "agrees with the corrected equation; the printed value is off by -5.7e-05"),
+        ("0.20", "0.1751", 0.20, "fails", "our value is off by +14 %"),
+        ("0.20", "0.1751", float("nan"), "fails", "our value is off by an unknown amount"),
+        ("0.20", "", 0.20, "unchecked", "nothing to compare with"),
+    ],
+)  # fmt: skip
+def test_whose_error_it_is(printed: str, recomputed: str, ours: float, outcome: str, verdict: str) -> None:
+    row = Row(replace(NUMBER, printed=printed, recomputed=recomputed), ours)
+    assert (row.outcome, row.verdict) == (outcome, verdict)
+    assert (row.to_dict()["outcome"], row.to_dict()["verdict"]) == (outcome, verdict)
 
 
 def test_json_has_no_nan() -> None:
