@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import MISSING, fields
+from pathlib import Path
 from typing import ClassVar
 
 from docutils import nodes
@@ -17,6 +20,8 @@ from ilg_circuit.measurements.formats import BINARIES, FORMATS
 from ilg_circuit.simulation.drives import FORMS
 from ilg_circuit.strip.actuator import Coupling, Geometry, IonBranch, Material, Mounting
 from ilg_circuit.strip.models.registry import ADDITIONS, MODELS
+
+ROOT = Path(__file__).parents[2]
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -73,7 +78,7 @@ def strip_keys() -> str:
             default = "" if item.default in (None, MISSING) else f"{item.default:g}"
             left_out = "required" if needed else default or "may be left out"
             rows.append((f"`{item.name}`", item.metadata["unit"] or "–", item.metadata["meaning"], left_out))
-        parts += [f"### `{section}`", table(("key", "unit", "meaning", "default"), rows)] if rows else []
+        parts += [f"## `{section}`", table(("key", "unit", "meaning", "default"), rows)] if rows else []
     rows = [
         (f"`{p.name}`", p.unit or "–", p.meaning, model.name)
         for model in (*MODELS.values(),)
@@ -85,7 +90,7 @@ def strip_keys() -> str:
         for a in ADDITIONS.values()
         if a.parameter.name not in {item.name for item in fields(Material)}
     ]
-    parts += ["### Further keys of models, in `[material]`", table(("key", "unit", "meaning", "model"), rows)]
+    parts += ["## Further keys of models, in `[material]`", table(("key", "unit", "meaning", "model"), rows)]
     return "\n\n".join(parts)
 
 
@@ -114,16 +119,80 @@ def commands() -> str:
     )
 
 
+def misprints() -> str:
+    """Return what cannot stand as the papers print it."""
+    rows = (
+        (f"{row['paper']} {row['where']}", row["printed"], row["correct"] or "–", row["reason"])
+        for row in _rows("misprints.csv")
+    )
+    return table(("where", "printed", "correct", "why"), rows)
+
+
+def recomputed() -> str:
+    """Return the numbers that differ from what the papers print, with the reason."""
+    files = ("ec_table1.csv", "ec_table2.csv", "ec_table3.csv", "ec_curves.csv", "ec_points.csv", "cpg_rhythm.csv")
+    rows = (
+        (
+            row["item"],
+            row["equation_or_table"],
+            f"{row['printed'] or '–'} {row['unit']}",
+            row["recomputed"],
+            row["reason"],
+        )
+        for file in files
+        for row in _rows(file)
+        if row["reason"] and row["recomputed"]
+    )
+    return table(("item", "where", "printed", "recomputed", "why"), rows)
+
+
+def _rows(file: str) -> list[dict[str, str]]:
+    with (ROOT / "data" / file).open(encoding="utf-8", newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
 class FromCode(SphinxDirective):
     """``{from-code} NAME``: what the function of that name returns, read as Markdown."""
 
     required_arguments = 1
     known: ClassVar[dict[str, Callable[[], str]]] = {
-        one.__name__: one for one in (drives, formats, columns, strip_keys, findings, front_door, commands)
+        one.__name__: one
+        for one in (drives, formats, columns, strip_keys, findings, front_door, commands, misprints, recomputed)
     }
 
     def run(self) -> list[nodes.Node]:
         made: list[nodes.Node] = self.parse_text_to_nodes(self.known[self.arguments[0]](), allow_section_headings=True)
+        return made
+
+
+class Drawing(SphinxDirective):
+    """``{drawing} NAME``: a drawing of `drawings/` within the page, so that it takes its colours, and its meaning below."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        path = ROOT / "docs" / "drawings" / f"{self.arguments[0]}.svg"
+        self.env.note_dependency(path)
+        drawn = path.read_text(encoding="utf-8")
+        meaning = re.search(r"<desc[^>]*>(.*)</desc>", drawn)
+        assert meaning is not None
+        return [nodes.raw("", f'{drawn}<p class="ilg-caption">{meaning[1]}</p>', format="html")]
+
+
+class ExamplePicture(SphinxDirective):
+    """``{example-picture} NAME``: the first picture of an example, where the gallery was run."""
+
+    required_arguments = 1
+    option_spec: ClassVar[dict[str, Callable[[str], str]]] = {"alt": str}
+
+    def run(self) -> list[nodes.Node]:
+        name = self.arguments[0]
+        path = ROOT / "docs" / "gallery" / "images" / f"sphx_glr_{name}_001.png"
+        if not path.is_file():
+            return []
+        link = f"/gallery/images/{path.name}"
+        lines = f"```{{image}} {link}\n:alt: {self.options['alt']}\n:class: ilg-picture\n```"
+        made: list[nodes.Node] = self.parse_text_to_nodes(lines)
         return made
 
 
@@ -135,6 +204,8 @@ def escape(app: Sphinx, context: object, lines: list[str]) -> None:
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the directive ``from-code``."""
     app.add_directive("from-code", FromCode)
+    app.add_directive("drawing", Drawing)
+    app.add_directive("example-picture", ExamplePicture)
     for part in ("description", "arguments", "options", "epilog"):
         app.connect(f"sphinx-click-process-{part}", escape)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
