@@ -166,7 +166,7 @@ class FromCode(SphinxDirective):
 
 
 class Drawing(SphinxDirective):
-    """``{drawing} NAME``: a drawing of `drawings/` within the page, so that it takes its colours, and its meaning below."""
+    """``{drawing} NAME``: a drawing of `drawings/` within the page, with its meaning below."""
 
     required_arguments = 1
 

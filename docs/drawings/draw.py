@@ -159,9 +159,9 @@ def transformer() -> tuple[str, str, int, list[str]]:
     """Return the transformer analogue."""
     return (
         "Transformer analogue",
-        "On the left the electrical port: u, Rdc across it, and Zp = Rd + 1/(C s) in series with a transformer of ratio "
-        "N. On the right the mechanical side, where force is a voltage and velocity a current: the stiffness K as a "
-        "capacitor 1/K, the mass m as an inductor with the damping Rm, and the tip's terminals F and v.",
+        "On the left the electrical port: u, Rdc across it, and Zp = Rd + 1/(C s) in series with a transformer of "
+        "ratio N. On the right the mechanical side, where force is a voltage and velocity a current: the stiffness K "
+        "as a capacitor 1/K, the mass m as an inductor with the damping Rm, and the tip's terminals F and v.",
         260,
         [
             terminal(60, 50),
@@ -215,11 +215,11 @@ def two_port() -> tuple[str, str, int, list[str]]:
     """Return the strip as a two-port."""
     return (
         "The strip as a two-port",
-        "A box with the electrical terminals u, i on its left and the mechanical ones F, v on its right. Driven from the "
-        "left with a load on the right it is an actuator; moved from the right it is a sensor. Both ways share one N.",
+        "A box with the electrical terminals u, i on its left and the mechanical ones F, v on its right. Driven from "
+        "the left with a load on the right it is an actuator; moved from the right it is a sensor. Both share N.",
         220,
         [
-            '<rect x="250" y="50" width="240" height="130" rx="8" fill="none" stroke="currentColor" stroke-width="2.4"/>',
+            '<rect x="250" y="50" width="240" height="130" rx="8" fill="none" stroke="currentColor" stroke-width="2"/>',
             text(370, 105, "strip"),
             text(370, 135, "Z_p,  N(s),  K,  m", size=16),
             line((150, 75), (250, 75)),
