@@ -60,7 +60,7 @@ html_theme_options = {
     "footer_end": [],
     "secondary_sidebar_items": ["page-toc"],
 }
-html_sidebars = {"index": []}
+html_sidebars = {"index": [], "tutorial/*": [], "genindex": [], "search": []}
 copyright = "ilg_circuit contributors, GPL-3.0-or-later"
 
 sphinx_gallery_conf = {
@@ -71,6 +71,7 @@ sphinx_gallery_conf = {
     "within_subsection_order": "gallery.example_order",
     "image_scrapers": ("gallery.pictures",),
     "reset_modules": ("matplotlib",),
+    "capture_repr": (),
     "remove_config_comments": True,
     "show_memory": False,
     "show_signature": False,

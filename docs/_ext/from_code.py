@@ -95,8 +95,13 @@ def strip_keys() -> str:
 
 
 def findings() -> str:
-    """Return every code of a finding with its sentence; names in braces are filled with numbers."""
-    return table(("code", "sentence"), ((f"`{code}`", f"`` {text} ``") for code, text in SENTENCES.items()))
+    """Return every code of a finding with its sentence; names in italics are filled with what was found."""
+
+    def shown(sentence: str) -> str:
+        options = re.sub(r"\{(--[\w-]+):?([^}]*)\}", r"\1 \2", re.sub(r"([*_<])", r"\\\1", sentence))
+        return re.sub(r"\{([\w\\]+)(?:[^{}]|\{[^{}]*\})*\}", r"*\1*", options)
+
+    return table(("code", "sentence"), ((f"`{code}`", shown(text)) for code, text in SENTENCES.items()))
 
 
 def front_door() -> str:
@@ -176,7 +181,9 @@ class Drawing(SphinxDirective):
         drawn = path.read_text(encoding="utf-8")
         meaning = re.search(r"<desc[^>]*>(.*)</desc>", drawn)
         assert meaning is not None
-        return [nodes.raw("", f'{drawn}<p class="ilg-caption">{meaning[1]}</p>', format="html")]
+        return [
+            nodes.raw("", f'<div class="ilg-drawn">{drawn}</div><p class="ilg-caption">{meaning[1]}</p>', format="html")
+        ]
 
 
 class ExamplePicture(SphinxDirective):
