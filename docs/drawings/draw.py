@@ -24,7 +24,7 @@ def text(x: float, y: float, words: str, anchor: str = "middle", size: int = 17,
     while "_" in rest:
         before, _, rest = rest.partition("_")
         low, rest = rest[1:].split("}", 1) if rest.startswith("{") else (rest[0], rest[1:])
-        shown += f'{before}<tspan dy="4" font-size="{size - 5}">{low}</tspan><tspan dy="-4"> </tspan>'
+        shown += f'{before}<tspan dy="4" font-size="{size - 5}">{low}</tspan><tspan dy="-4">&#8203;</tspan>'
     return (
         f'<text x="{x:g}" y="{y:g}" text-anchor="{anchor}" font-size="{size}" style="fill:{color}">{shown}{rest}</text>'
     )
@@ -252,9 +252,9 @@ def svg(title: str, meaning: str, height: int, parts: list[str], name: str) -> s
             f'aria-labelledby="{name}-title {name}-meaning" font-family="sans-serif" color="#555">',
             f'<title id="{name}-title">{title}</title>',
             f'<desc id="{name}-meaning">{meaning}</desc>',
-            '<defs><marker id="head" viewBox="0 0 10 10" refX="8" refY="5" markerWidth="7" markerHeight="7" '
+            f'<defs><marker id="{name}-head" viewBox="0 0 10 10" refX="8" refY="5" markerWidth="7" markerHeight="7" '
             'orient="auto-start-reverse"><path d="M0,0 L10,5 L0,10 z" fill="currentColor"/></marker></defs>',
-            *parts,
+            *(part.replace("url(#head)", f"url(#{name}-head)") for part in parts),
             "</svg>\n",
         )
     )
