@@ -6,6 +6,7 @@ import csv
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import MISSING, fields
+from importlib import import_module
 from pathlib import Path
 from typing import ClassVar
 
@@ -98,7 +99,11 @@ def findings() -> str:
     """Return every code of a finding with its sentence; names in italics are filled with what was found."""
 
     def shown(sentence: str) -> str:
-        options = re.sub(r"\{(--[\w-]+):?([^}]*)\}", r"\1 \2", re.sub(r"([*_<])", r"\\\1", sentence))
+        options = re.sub(
+            r"\{(--[\w-]+)\}",
+            r"`\1`",
+            re.sub(r"\{(--[\w-]+):([^}]*)\}", r"`\1 \2`", re.sub(r"([*_<])", r"\\\1", sentence)),
+        )
         return re.sub(r"\{([\w\\]+)(?:[^{}]|\{[^{}]*\})*\}", r"*\1*", options)
 
     return table(("code", "sentence"), ((f"`{code}`", shown(text)) for code, text in SENTENCES.items()))
@@ -117,11 +122,16 @@ def front_door() -> str:
 
 
 def commands() -> str:
-    """Return the documentation of every command with all its options."""
-    return "\n\n".join(
-        f"```{{eval-rst}}\n.. click:: ilg_circuit.commands.{name}:{name}\n   :prog: ilg-circuit {name}\n```"
-        for name in COMMANDS
-    )
+    """Return the documentation of every command: its help, examples and options."""
+    parts = []
+    for name in COMMANDS:
+        module = import_module(f"ilg_circuit.commands.{name}")
+        examples = "\n".join(f"ilg-circuit {example}" for example in getattr(module, name).examples)
+        parts += [
+            f"```{{eval-rst}}\n.. click:: {module.__name__}:{name}\n   :prog: ilg-circuit {name}\n```",
+            f"**Examples of `{name}`**\n\n```bash\n{examples}\n```" if examples else "",
+        ]
+    return "\n\n".join(parts)
 
 
 def misprints() -> str:
