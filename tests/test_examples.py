@@ -27,7 +27,7 @@ NEEDS = {
     "profile_and_mcmc": "emcee",
 }
 #: Notebooks that are run; the cells of the others are those of their scripts, which are run.
-BOOKS = ("fit_a_dataframe", "simulate_and_plot")
+BOOKS = ("load_a_strip", "parameters_and_errors")
 
 
 def needing(script: Path) -> None:
@@ -36,7 +36,7 @@ def needing(script: Path) -> None:
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda p: p.stem)
-def test_example_runs(script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_example_runs(script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, brisk: None) -> None:
     needing(script)
     import matplotlib
 
@@ -60,7 +60,6 @@ def test_an_example_imports_the_front_door_alone(script: Path) -> None:
 
 
 def test_notebooks_run(tmp_path: Path) -> None:
-    pytest.importorskip("pandas", reason="an extra of the package")
     books = [str(ROOT / "examples" / "notebooks" / f"{name}.ipynb") for name in BOOKS]
     command = [sys.executable, str(Path(__file__).with_name("run_notebooks.py")), str(tmp_path), *books]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)

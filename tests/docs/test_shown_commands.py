@@ -6,14 +6,17 @@ import re
 import shlex
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command import Run
 from given_files import MAKERS
-from shown import PAGES, ROOT, Block, blocks, given, name
+from shown import PAGES, README, ROOT, Block, blocks, given, name
 
 from ilg_circuit.browser.assets import FOLDER
-from ilg_circuit.strip.file import loads
+from ilg_circuit.strip.actuator import PAPER
+from ilg_circuit.strip.elements import lumped_elements
+from ilg_circuit.strip.file import load_actuator, loads
 
 #: What a page needs besides the package.
 NEEDS = {"arm": "numba", "sweep": "loky"}
@@ -53,15 +56,29 @@ def work_through(block: Block, run: Run, space: dict[str, object]) -> None:
             loads(block.code)
 
 
+@pytest.fixture
+def drafts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are written small and without a layout, which takes most of their time; other tests look at them."""
+    import matplotlib
+
+    matplotlib.use("agg")
+    from matplotlib.figure import Figure
+
+    saved = Figure.savefig
+
+    def draft(figure: Figure, target: Any, **how: Any) -> None:
+        figure.set_layout_engine("none")
+        saved(figure, target, **how | {"dpi": 20})
+
+    monkeypatch.setattr(Figure, "savefig", draft)
+
+
 @pytest.mark.parametrize("page", SHOWING, ids=name)
-def test_what_a_page_shows_runs(page: Path, run: Run, brisk: None) -> None:
+def test_what_a_page_shows_runs(page: Path, run: Run, brisk: None, drafts: None) -> None:
     if page.stem in NEEDS:
         pytest.importorskip(NEEDS[page.stem], reason="an extra of the package")
     if page.stem == "strip_page" and not (FOLDER / "made_from.txt").is_file():
         pytest.skip("the files that a page carries were not fetched (scripts/get_page_assets.py, which needs npm)")
-    import matplotlib
-
-    matplotlib.use("agg")
     from matplotlib import pyplot
 
     for file in given(page):
@@ -70,6 +87,21 @@ def test_what_a_page_shows_runs(page: Path, run: Run, brisk: None) -> None:
     for block in blocks(page):
         work_through(block, run, space)
     pyplot.close("all")
+    if page == README:
+        check_the_first_fit()
+
+
+def check_the_first_fit() -> None:
+    """From a CSV file to a fitted strip, picture, table and report: the README's path ends where it says."""
+    made = {path.name for path in Path("step.fit").iterdir()}
+    assert made >= {"fitted.toml", "fit.json", "fit.png", "report.html", "parameters.csv"}
+    fitted = load_actuator("step.fit/fitted.toml")
+    port, truth = (lumped_elements(strip).port for strip in (fitted, PAPER))
+    assert fitted.name == "strip"
+    assert port.dc_resistance == pytest.approx(truth.dc_resistance, rel=0.03)
+    assert port.branches[0] == pytest.approx(truth.branches[0], rel=0.03)
+    assert Path("run.png").is_file()
+    assert "ilg_strip" in Path("strip.lib").read_text()
 
 
 def test_blocks_are_found() -> None:
