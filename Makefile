@@ -25,7 +25,7 @@ anew := FORCE
 endif
 endif
 
-.PHONY: help setup demo test lint fuzz mutants peers bench clean FORCE
+.PHONY: help setup demo docs docs-quick test lint fuzz mutants peers bench clean FORCE
 
 help:
 	@echo 'make setup   installs the package and what its commands need into .venv, and ngspice where there is none: as'
@@ -33,11 +33,13 @@ help:
 	@echo '             what ilg-circuit page carries'
 	@echo 'make demo    runs the whole flow once, results in demo/'
 	@echo 'make test    runs the tests'
+	@echo 'make docs    builds the documentation, gallery included, into docs/_build/html'
+	@echo 'make docs-quick  the same without running the examples'
 	@echo 'make lint    checks style and types'
 	@echo 'make fuzz    runs 20000 random commands and 50000 damaged files; hours, goes on where it stopped'
 	@echo 'make mutants counts how many of 300 small faults in the engine the tests notice; hours, goes on likewise'
 	@echo 'make peers   installs other programs that the tests compare with'
-	@echo 'make bench   measures every figure of the README again, beside its peers; most of an hour'
+	@echo 'make bench   measures every figure that is stated again, beside its peers; most of an hour'
 	@echo 'make clean   removes .venv and everything generated'
 	@echo 'PYTHON=python3.12 after any of them chooses the Python.'
 
@@ -48,6 +50,13 @@ demo: setup
 
 test: setup .venv/.stamp-dev
 	$(bin)/python -m pytest --numprocesses 2 --dist loadfile
+
+# Warnings are errors. Nothing is fetched: packages come from PyPI before, what a strip's page carries by npm.
+docs: setup .venv/.stamp-docs
+	$(bin)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+
+docs-quick: setup .venv/.stamp-docs
+	$(bin)/python -m sphinx -W --keep-going -q -b html -D plot_gallery=0 docs docs/_build/quick
 
 lint: .venv/.stamp-dev
 	$(bin)/python -m ruff check .
@@ -70,7 +79,7 @@ bench: setup .venv/.stamp-bench
 	$(bin)/python benchmarks/all.py
 
 clean:
-	rm -rf .venv build dist demo ilg_circuit/browser/assets .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv build dist demo docs/_build docs/gallery ilg_circuit/browser/assets .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/.stamp-venv: $(anew)
@@ -91,6 +100,11 @@ clean:
 .venv/.stamp-dev: .venv/.stamp-package
 	@echo 'Installing the tools for tests and checks into .venv'
 	@$(pip) install -e '.[dev]'
+	@touch $@
+
+.venv/.stamp-docs: .venv/.stamp-package
+	@echo 'Installing the tools for the documentation into .venv'
+	@$(pip) install -e '.[docs]'
 	@touch $@
 
 .venv/.stamp-bench: .venv/.stamp-package

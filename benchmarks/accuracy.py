@@ -1,4 +1,4 @@
-"""The README's figures that are no times: measured again with the package's own calls.
+"""Figures of the documentation that are no times: measured again with the package's own calls.
 
 Third-party measurements are looked for beside the project, in ../shared/data; without them their figures are left out.
 

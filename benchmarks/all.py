@@ -1,4 +1,4 @@
-"""`make bench`: every page of results, and every figure that the README states, measured again in one run.
+"""`make bench`: every page of results, and every figure that the documentation states, measured again in one run.
 
 Writes FIGURES.md, one table of all. Each script has a process of its own, one after the other. The coverage of
 intervals takes most of an hour: `--sets 0` leaves it out, another number makes it so many data sets a model.

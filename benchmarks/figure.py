@@ -1,4 +1,4 @@
-"""A figure that the README states, measured again."""
+"""A figure that the documentation states, measured again."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Figure:
-    """``stated`` is the README's own wording, to the letter; ``measured`` what came out now, ``peer`` another's way."""
+    """``stated`` is a page's own wording, to the letter; ``measured`` what came out now, ``peer`` another's way."""
 
     stated: str
     measured: str

@@ -1,9 +1,11 @@
-# %% [markdown]
-# # Which strip bends by 4 mm with the least energy?
-#
-# A design within ranges that meets requirements, and the trade-off of force and displacement.
+"""
+Which strip bends by 4 mm with the least energy?
+================================================
 
-# %%
+A design within ranges that meets requirements. The report says which limits hold it back, and what 1 % more room
+would gain. ngspice simulates the answer again.
+"""
+
 import ilg_circuit as ilg
 
 ranges = {"thickness": ("0.2 mm", "1 mm"), "voltage": ("1 V", "4 V")}
@@ -16,5 +18,6 @@ report.save("designed.toml")
 print(ilg.load("designed.toml"))
 
 # %%
-front = ilg.pareto("paper", "step:4V", "300 s", ranges, ["displacement_final", "force_blocked"], points=5)
-axes = front.plot()
+
+# sphinx_gallery_alt = "The run of the designed strip: its displacement reaches the 4 mm that were required."
+axes = report.plot()

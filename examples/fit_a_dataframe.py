@@ -1,10 +1,11 @@
-# %% [markdown]
-# # From a measured step to the strip
-#
-# The table has a column for each quantity, named with its unit as in a CSV file. Here it is simulated, with noise and a
-# camera's resting readings; a path of a file works as well as the data frame.
+"""
+From a measured step to the strip
+=================================
 
-# %%
+The table has a column for each quantity, named with its unit as in a CSV file. Here it is simulated, with noise and
+a camera's resting readings; the path of a file works as well as the data frame.
+"""
+
 import numpy as np
 import pandas as pd
 
@@ -24,14 +25,18 @@ frame = pd.DataFrame(
 )
 
 # %%
+# The displacement is fitted by d(s), whose parameters begin with ``coupling_``.
 fit = ilg.identify(frame, "paper")
 print(fit.summary())
 print(*fit.warnings, sep="\n")
 
 # %%
+
+# sphinx_gallery_alt = "Measured and fitted current and displacement after a step of 4 V, with their residuals."
 axes = fit.plot()
 
 # %%
+# What is saved is a strip, and can be simulated.
 fit.save("fitted.toml")
 again = ilg.simulate("fitted.toml", "step:4V", "60 s", samples=7)
 print(again.to_dataframe()[["time_s", "current_A", "displacement_m"]])

@@ -1,10 +1,12 @@
-# %% [markdown]
-# # A strip behind a driver of one's own
-#
-# The strip as a PySpice subcircuit in a user's circuit: a supply of 5 V, a switch of 10 ohm, pulses. The third pin is
-# the tip's: at ground it is free.
+"""
+A strip behind a driver of one's own
+====================================
 
-# %%
+The strip as a PySpice subcircuit in a user's circuit: a supply of 5 V, a switch of 10 ohm, pulses. The third pin is
+the tip's: at ground it is free.
+"""
+
+import matplotlib.pyplot as plt
 import numpy as np
 from PySpice.Spice.Netlist import Circuit
 
@@ -24,9 +26,10 @@ found = simulator.transient(step_time=0.02, end_time=20, use_initial_condition=T
 current = -np.array(found["Vpulses"])
 print(f"at most {1e3 * current.max():.0f} mA, {1e3 * abs(current.min()):.0f} mA back into the supply")
 
-# %% [markdown]
-# The same strip for other programs: a deck that `ngspice -b` runs, a library with parameters.
-
-# %%
-print(ilg.netlist("paper", "step:4V", "300 s")[:60])
-print(len(ilg.library("paper").splitlines()), "lines of library")
+# sphinx_gallery_alt = "Voltage at the strip and current from the driver over two pulses of 2 s; it discharges between."
+figure, panels = plt.subplots(2, sharex=True, layout="constrained")
+panels[0].plot(np.array(found.time), np.array(found["strip"]), color="#0072B2")
+panels[0].set_ylabel("voltage at the strip [V]")
+panels[1].plot(np.array(found.time), 1e3 * current, color="#D55E00")
+panels[1].set_ylabel("current [mA]")
+panels[1].set_xlabel("time [s]")

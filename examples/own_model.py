@@ -1,10 +1,11 @@
-# %% [markdown]
-# # An electrical model of one's own
-#
-# A function of s and the constants is all: the impedance of what lies in series with Rs, beside Rdc. Fits, simulations
-# and files know the model by its name.
+"""
+An electrical model of one's own
+================================
 
-# %%
+A function of s and the constants is all: the impedance of what lies in series with Rs, beside Rdc. Fits,
+simulations and files know the model by its name.
+"""
+
 import numpy as np
 
 import ilg_circuit as ilg
@@ -26,6 +27,11 @@ impedance *= 1 + 0.002 * np.random.default_rng(4).normal(size=len(s))
 fit = ilg.identify(frequency=frequency, impedance=impedance, strip="paper", model="arc")
 for name in ("dc_resistance", "series_resistance", *typical):
     print(f"{name:18} {fit[name].value:8.4g} +- {fit[name].stderr:.1g} {fit[name].unit}")
+
+# %%
+
+# sphinx_gallery_alt = "The spectrum with the fit of the depressed arc in Bode and Nyquist plots, and the residuals."
+axes = fit.plot()
 
 # %%
 run = ilg.simulate(fit.actuator, "step:1V", "60 s", engine="exact", beam="static")

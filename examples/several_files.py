@@ -1,9 +1,10 @@
-# %% [markdown]
-# # Several measurements of one strip, fitted together
-#
-# Two steps and a spectrum: one set of parameters for all, and each set of data predicted from the others.
+"""
+Several measurements of one strip, fitted together
+==================================================
 
-# %%
+Two steps and a spectrum: one set of parameters for all, and each set of data predicted from the others.
+"""
+
 import numpy as np
 
 import ilg_circuit as ilg
@@ -25,4 +26,6 @@ fit = ilg.identify(data, "paper", model="rc")
 print(fit.summary())
 
 # %%
+
+# sphinx_gallery_alt = "Two measured currents and a spectrum with the joint fit, and a table of residuals as bars."
 axes = fit.plot()

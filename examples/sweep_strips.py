@@ -1,9 +1,12 @@
-# %% [markdown]
-# # Many strips at once
-#
-# A random sweep over geometry and stiffness: which strips move far and push hard? Needs the extra `study`.
+"""
+Many strips at once
+===================
 
-# %%
+A random sweep over geometry and stiffness: which strips move far and push hard? A sweep needs the extra ``study``.
+"""
+
+import matplotlib.pyplot as plt
+
 import ilg_circuit as ilg
 
 found = ilg.sweep(
@@ -27,3 +30,10 @@ print(f"{small.sizes['design']} of 200 strips stay within small deflection; the 
 print(
     f"b = {1e3 * best.thickness:.2f} mm, L0 = {1e3 * best.free_length:.1f} mm, E = {best.youngs_modulus / 1e3:.1f} kPa"
 )
+
+# sphinx_gallery_alt = "Blocked force over displacement of 200 strips; within small deflection they are filled."
+figure, axes = plt.subplots()
+axes.loglog(1e3 * data.displacement_peak, 1e6 * data.force_blocked, "o", color="#0072B2", fillstyle="none")
+axes.loglog(1e3 * small.displacement_peak, 1e6 * small.force_blocked, "o", color="#0072B2")
+axes.set_xlabel("peak displacement [mm]")
+axes.set_ylabel("blocked force [uN]")

@@ -34,7 +34,10 @@ ROOMS = ("solve", "circuit", "fit", "arms")
 #: Processor time [s] that the tests of a mutant may take; one that makes them endless is noticed.
 LONGEST = 300
 #: What tests need besides the package.
-_COPIED = ("ilg_circuit", "tests", "data", "netlists", "pyproject.toml", "examples", "docs", "README.md", "scripts")
+_COPIED = (
+    *("ilg_circuit", "tests", "data", "netlists", "pyproject.toml", "examples", "docs", "README.md", "scripts"),
+    *("benchmarks", "CHANGELOG.md", "Makefile"),
+)
 
 _SWAPPED: dict[type[ast.AST], type[ast.AST]] = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Pow: ast.Mult, ast.Mod: ast.Mult,

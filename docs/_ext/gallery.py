@@ -1,0 +1,76 @@
+"""The gallery: its order, its pictures with alternative texts, and a folder of its own to run in."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+from sphinx.errors import ExtensionError
+from sphinx_gallery.scrapers import matplotlib_scraper
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+#: Examples from the first simulation to the arm.
+ORDER = (
+    "load_a_strip",
+    "simulate_and_plot",
+    "drives_by_name",
+    "two_engines_agree",
+    "impedance_spectrum",
+    "strip_as_a_sensor",
+    "loads_and_energy",
+    "gravity",
+    "fit_a_dataframe",
+    "fit_a_spectrum",
+    "two_clocks",
+    "several_files",
+    "choose_a_model",
+    "nonlinear_strip",
+    "outliers_by_name",
+    "parameters_and_errors",
+    "profile_and_mcmc",
+    "prediction_with_a_band",
+    "sweep_strips",
+    "map_of_a_sweep",
+    "design_a_strip",
+    "pareto_front",
+    "netlists",
+    "own_driver",
+    "own_model",
+    "youngs_modulus",
+    "rhythm",
+    "soft_arm",
+    "interactive_page",
+)
+#: What a picture shows, for those who do not see it: in the cell that draws it.
+_ALT = re.compile(r'^# sphinx_gallery_alt = "(.+)"$', re.MULTILINE)
+
+
+def example_order(file: str) -> int:
+    """Return the place of an example. Raises ExtensionError for one that is not in `ORDER`."""
+    name = Path(file).stem
+    if name not in ORDER:
+        raise ExtensionError(f"{file}: give the example its place in ORDER of docs/_ext/gallery.py")
+    return ORDER.index(name)
+
+
+def pictures(block: Any, block_vars: dict[str, Any], gallery_conf: Any, **settings: Any) -> str:
+    """Return the pictures of a cell with the text that its comment gives. Raises ExtensionError where it has none."""
+    made: str = matplotlib_scraper(block, block_vars, gallery_conf, bbox_inches="tight", **settings)
+    if not made:
+        return ""
+    text = _ALT.search(block.content)
+    if text is None:
+        raise ExtensionError(f'{block_vars["src_file"]}: a picture without # sphinx_gallery_alt = "what it shows"')
+    return re.sub(r":alt:.*", lambda _: f":alt: {text[1]}", made)
+
+
+def copy_examples(into: Path) -> Path:
+    """Copy the examples into a folder, where they may leave files, and return it."""
+    shutil.rmtree(into, ignore_errors=True)
+    into.mkdir(parents=True)
+    for file in (*EXAMPLES.glob("*.py"), EXAMPLES / "GALLERY_HEADER.rst"):
+        shutil.copy(file, into)
+    return into
