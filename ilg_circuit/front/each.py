@@ -243,7 +243,7 @@ def _tasks(
         raise InputError(f"'{again}' is given twice; give each file once")
     base, rest = checked(strip, options)
     by_file: dict[str, Sequence[Given | None]] = {}
-    for name in ("onset", "bias"):
+    for name in ("onset", "bias", "drive"):
         if isinstance(rest.get(name), Mapping):
             by_file[name] = values_of(rest.pop(name), files, name)
     what = "" if base is None else base.to_toml() if isinstance(base, Specimen) else dumps(base)

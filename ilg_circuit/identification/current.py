@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,6 +99,11 @@ class CurrentData:
         """Largest voltage applied [V], with its sign."""
         values = self.drive.values
         return float(values[np.argmax(np.abs(values))])
+
+    @property
+    def delay(self) -> float | Literal["fit"]:
+        """How much later [s] the displacement's clock reads: one of its own is not known."""
+        return "fit" if self.record.own_clock else 0.0
 
     @property
     def level(self) -> float | None:

@@ -19,6 +19,7 @@ from .displacement_metrics import DisplacementMetrics
 from .kramers_kronig import KramersKronig
 from .observation_fit import ObservationFit
 from .port_fit import PortFit
+from .port_model import Measured
 
 #: Of fit.json.
 SCHEMA_VERSION = 2
@@ -31,14 +32,15 @@ class Identification(Estimated, Warned, Result):
     ``fit`` is that of all observations in one parameter space; ``port`` and ``coupling`` are views of it, with the
     individual fits of the files. ``parameters`` are the strip's: of those that each file has for itself the geometric
     mean, the single ones being in ``own`` by file. ``observations`` are the currents and impedances in the order given,
-    then the displacements.
+    then the displacements. Of displacements alone, whose drive was stated, there is no ``port``: the circuit of
+    ``actuator`` was not fitted. ``films`` are the files of these.
     """
 
     presenter: ClassVar[str] = "identification"
 
     actuator: Actuator
     fit: FitResult
-    port: PortFit
+    port: PortFit | None
     coupling: CouplingFit | None
     parameters: Mapping[str, Estimate]
     own: Mapping[str, Mapping[str, Estimate]]
@@ -50,21 +52,28 @@ class Identification(Estimated, Warned, Result):
     findings: tuple[Finding, ...]
     engine: str
     seed: int | None = None
+    films: tuple[str, ...] = ()
 
     @property
     def model(self) -> str:
-        """Name of the electrical model."""
-        return self.port.kind.name
+        """Name of the electrical model; of a coupling alone ``d(s)``."""
+        return self.port.kind.name if self.port is not None else "d(s)"
+
+    @property
+    def data(self) -> tuple[Measured, ...]:
+        """What was fitted, one quantity a file: currents and impedances, then displacements alone."""
+        moved = self.coupling.data if self.coupling is not None else ()
+        return (*(self.port.data if self.port is not None else ()), *(d for d in moved if d.source in self.films))
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """The files, in the order given."""
-        return tuple(d.source for d in self.port.data)
+        """The files in the order given, those of displacements alone last."""
+        return (*(d.source for d in (self.port.data if self.port is not None else ())), *self.films)
 
     @property
     def single(self) -> bool:
         """True if one file was given."""
-        return len(self.port.data) == 1
+        return len(self.sources) == 1
 
     @property
     def success(self) -> bool:

@@ -9,7 +9,7 @@ from typing import overload
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..findings import Finding
 from .formats import BINARIES, FORMATS, Format, bare, csv
 from .kind import LOAD_TEST, RECORD, SPECTRUM, TRACK, Kind
@@ -59,7 +59,8 @@ def read(
         return load_test_of(_table(file, format_, kind), mode)
     if kind == TRACK:
         raise InputError(
-            f"{file.name}: holds a displacement alone; give it by --displacement beside a file of voltage and current"
+            f"{file.name}: holds a displacement alone; give it by {argument('displacement')} beside a file of voltage "
+            f"and current, or state what drove it: {argument('drive', 'step:2V')}"
         )
     table = _table(file, format_, kind)
     return spectrum_of(table) if kind == SPECTRUM else record_of(table, onset)
