@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from ..errors import InputError
+from ..files import outdated_by_failure
 from ..front.each_file import by_file
 from ..front.films import by_file as drives_by_file
 from .each import fit_each
@@ -125,7 +126,7 @@ def fit_together(context: click.Context, data: tuple[Path, ...], options: dict[s
     if folder is not None:
         require_own(folder, data, force=force)
     films = options["displacement"] = list(options["displacement"]) or None
-    with ProgressBar("evaluation", doing="fitting") as bar:
+    with ProgressBar("evaluation", doing="fitting") as bar, outdated_by_failure(folder):
         result = fit(list(data), actuator, progress=bar.count, **options)
     if all(d.quantity == "impedance" for d in result.data) and given(context, "engine"):
         say("warning: spectra are fitted by their closed form: --engine has no effect on them", err=True)

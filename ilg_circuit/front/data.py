@@ -60,7 +60,7 @@ def read(
     fps: float | None = None,
     axis: str | None = None,
     **arrays: ArrayLike,
-) -> Any:
+) -> Measured | list[Measured]:
     """Return measured data, ready for a fit: one set, or a list where several are given.
 
     Parameters

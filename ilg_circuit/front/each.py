@@ -14,7 +14,7 @@ from typing import Any
 from .. import __version__
 from ..errors import IlgError, InputError, first_line
 from ..extras import require_study
-from ..files import MARKER, Log, locked, marked, remove_leftovers, require_writable, write_json
+from ..files import MARKER, Log, locked, marked, outdated_by_failure, remove_leftovers, require_writable, write_json
 from ..fit.intervals import require_method
 from ..identification.batch import Batch, FileFit
 from ..measurements.said import said_of
@@ -156,7 +156,8 @@ def fit_file(task: FileTask) -> FileFit:
     """Return the fit of one file, written to its folder, or the error that it ended in."""
     path = str(task.path)
     try:
-        fit = identify(task.path, task.strip, **task.options)
+        with outdated_by_failure(task.folder):
+            fit = identify(task.path, task.strip, **task.options)
         fit = replace(fit, provenance=provenance(task.call or fit.provenance.call, [task.path], fit.seed))
         content = fit.to_dict()
         if task.folder is not None:

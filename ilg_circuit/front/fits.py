@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from inspect import signature
 from typing import Any, Literal
 
@@ -25,6 +25,7 @@ from .given import Driven, Given, Strip, quantity
 from .strips import measured_strip
 
 
+@checked
 def identify(
     data: Source | Sequence[Source] | None = None,
     strip: Strip | Specimen | None = None,
@@ -52,7 +53,7 @@ def identify(
     density: Given | None = None,
     bending_stiffness: Given | None = None,
     orientation: str | None = None,
-    progress: Any = None,
+    progress: Callable[..., Any] | None = None,
     displacement: Any = None,
     drive: Driven | Mapping[str, Driven] | None = None,
     scale: Given | None = None,
@@ -177,7 +178,7 @@ def identify(
         base=base,
         model=model,
         electrode_resistance=resistance if resistance in (None, "fit") else quantity(resistance, "ohm", "Re"),
-        own=own,
+        own=[own] if isinstance(own, str) else own,
         bias=_biases(bias, sets, data),
         engine=engine,
         intervals=intervals,
@@ -273,9 +274,12 @@ def ogden(
         raise InputError(f"no test was given; give at least one of {names}")
     how: dict[str, Any] = {"columns": columns, "units": units, "part": part, "cycle": cycle}
     how |= {"length": length, "section": section}
-    tests = [read(source, mode=mode, **how) for mode, source in given.items() if source is not None]
-    for test in tests:
-        if not isinstance(test, LoadTest):
+    tests: list[LoadTest] = []
+    for mode, source in given.items():
+        test = read(source, mode=mode, **how) if source is not None else None
+        if isinstance(test, LoadTest):
+            tests.append(test)
+        elif test is not None:
             raise InputError(f"a test is a {type(test).__name__}; give a load test: columns stretch and stress")
     return characterise(
         tests,

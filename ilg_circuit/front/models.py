@@ -24,6 +24,7 @@ def register_model(
     *,
     upper: Mapping[str, float] | None = None,
     auto: bool = False,
+    replace: bool = False,
 ) -> IonPath:
     """Add an electrical model, Z = Re + Rdc || (Rs + element), and return it: fits, runs and files then know its name.
 
@@ -41,6 +42,9 @@ def register_model(
         Upper limits of constants, such as 1 for an exponent; all are positive.
     auto : bool
         True if the choice of a model for spectra tries it too.
+    replace : bool
+        True if it may take the place of a model of that name that was registered before, as in a cell of a notebook
+        that runs again; never that of one of the package.
 
     Returns
     -------
@@ -79,7 +83,9 @@ def register_model(
         Parameter(key, key, unit, f"of model {name}", upper=limits.get(key, math.inf)) for key, unit in units.items()
     )
     text = f"Z = Re + Rdc || (Rs + {name}(s; {', '.join(constants)}))"
-    return register(GivenPath(name, impedance, parameters, typical, text, ("spectrum",) if auto else ()))
+    return register(
+        GivenPath(name, impedance, parameters, typical, text, ("spectrum",) if auto else ()), replace=replace
+    )
 
 
 def _unit(model: str, key: str, value: str | float) -> str:

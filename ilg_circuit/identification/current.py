@@ -30,7 +30,7 @@ from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
 from .modal import Ports, modal_currents
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
-from .start import model_start, thinned
+from .start import FewerRelaxations, model_start, thinned
 from .stored import decaying_terms
 
 #: Records of more rows are tried on so many of them; the model that is chosen is then fitted to all.
@@ -244,6 +244,8 @@ class CurrentData:
         stored = self.nuisance[t >= 0, int(self.has_offset) :]
         try:
             return model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held, stored)
+        except FewerRelaxations as error:
+            raise InputError(f"{self.source}: {error}, or {argument('model', 'auto')}") from error
         except InputError as error:
             raise InputError(
                 f"{self.source}: {error}, from {self.channel.zero:.6g} s on: look at the clamp, and at the columns of "

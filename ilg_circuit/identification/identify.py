@@ -9,9 +9,10 @@ from typing import Literal
 import numpy as np
 
 from ..arrays import one_thread
-from ..errors import InputError, SolveError, argument
+from ..errors import InputError, SolveError, argument, unknown_name, wrong_choice
 from ..findings import Finding
 from ..fit.bootstrap import SEED
+from ..fit.estimate import Estimates
 from ..fit.identifiability import DETERMINED
 from ..fit.intervals import require_method, uncertainties
 from ..fit.problem import Progress
@@ -25,7 +26,7 @@ from ..measurements.spectrum import Spectrum
 from ..provenance import Provenance
 from ..strip.actuator import LONGEST_NAME, PAPER, PRESETS, Actuator
 from ..strip.elements import lumped_elements, lumped_port
-from ..strip.models import electrical_model
+from ..strip.models import electrical_model, registry
 from ..strip.specimen import Specimen
 from ..units import format_quantity
 from .coupling_fit import CouplingFit, fit_coupling
@@ -62,6 +63,8 @@ from .selection import fit_best, fit_named
 from .statistics import statistics_of, told
 
 Data = Record | Spectrum | Film
+#: What predicts, and how points of a spectrum are weighted.
+ENGINES, WEIGHTINGS = ("ngspice", "exact"), ("modulus", "unit")
 
 
 @one_thread()
@@ -121,6 +124,9 @@ def identify(
     method = require_method(intervals)
     if model != "auto":
         electrical_model(model)
+    for what, given, allowed in (("engine", engine, ENGINES), ("weighting", weighting, WEIGHTINGS)):
+        if given not in allowed:
+            raise wrong_choice(argument(what), given, allowed)
     files = [data] if isinstance(data, Record | Spectrum | Film) else list(data)
     every = tuple(_until(d, until) for d in _data(files, engine, bias, weighting))
     sources = [d.source for d in every]
@@ -137,6 +143,8 @@ def identify(
             d.require_electrode_resistance(held)
     ports, about_readings = _without_outliers(ports, held)
     names = frozenset(own)
+    if ports and model == "auto":
+        _require_known(names, ports)
     port, candidates, findings = _fit_port(ports, model, held, names - set(NAMES), progress)
     findings += [note.about(d.source) for d in films for note in d.notes]
     actuator = _actuator(port, strip, base, sources)
@@ -188,9 +196,9 @@ def identify(
         fit=fit,
         port=port,
         coupling=coupling,
-        parameters=parameters,
+        parameters=Estimates(parameters),
         own=each,
-        derived=derived,
+        derived=Estimates(derived),
         statistics=statistics_of(port, coupling, fit, rows, candidates, estimated) | told(joint.judgement),
         correlations=correlations(fit),
         observations=tuple(rows),
@@ -201,6 +209,16 @@ def identify(
         seed=SEED if any(e.bootstrap is not None or e.ci95_mcmc for e in parameters.values()) else None,
         provenance=Provenance(call=f"identify({', '.join(sources)}, {_how(model, films)})"),
     )
+
+
+def _require_known(own: frozenset[str], data: Sequence[PortData]) -> None:
+    """Raise InputError for a parameter that no model which is tried has."""
+    kinds = {"spectrum" if d.quantity == "impedance" else "record" for d in data}
+    models = dict.fromkeys(name for kind in sorted(kinds) for name in registry.candidates(kind))
+    known = dict.fromkeys([*(n for m in models for n in electrical_model(m).names), *NAMES])
+    for name in sorted(own):
+        if name not in known:
+            raise unknown_name("parameter", name, known, f"{argument('own')}=")
 
 
 def _how(model: str, films: Sequence[FilmData]) -> str:
@@ -216,7 +234,7 @@ def _fitted_ends(port: PortFit | None) -> tuple[float, float] | None:
     if port is None:
         return None
     made = port.port
-    return made.high_frequency_resistance, made.capacitance
+    return made.high_frequency_resistance, made.capacitance if port.kind.ions.stores else 0.0
 
 
 def _data(
