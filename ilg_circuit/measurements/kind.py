@@ -99,7 +99,10 @@ RECORD = Kind(
             ),
         ),
         "current": ("A", ("<i>", "current", "i", "im", "amps", "strom", "courant", *_ASIAN["current"])),
-        "displacement": ("m", ("displacement", "deflection", "position", "weg", "auslenkung", *_ASIAN["displacement"])),
+        "displacement": (
+            "m",
+            ("displacement", "deflection", "position", "tip", "weg", "auslenkung", *_ASIAN["displacement"]),
+        ),
         "force": ("N", ("force", "kraft")),
         "charge": ("C", ("charge", "ladung")),
     },
