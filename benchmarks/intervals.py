@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from figure import Figure
 from sets import (
+    ALONE,
     CORRELATED,
     FILMED,
     LEVELS,
@@ -27,6 +28,8 @@ from sets import (
     STEPS,
     Case,
     Trial,
+    alone_trial,
+    alone_truth,
     correlated_trial,
     displacement_trial,
     displacement_truth,
@@ -79,6 +82,7 @@ GROUPS = {
     "displacement": Group(("d(s)",), displacement_trial, _displacement),
     "displacement, onset stated": Group(("d(s)",), partial(displacement_trial, given=True), _displacement),
     "camera": Group(tuple(FILMED), filmed_trial, filmed_truth, (0.93, 1.0)),
+    "displacement alone": Group(tuple(ALONE), alone_trial, alone_truth, (0.93, 1.0)),
     "autocorrelated, onset stated": Group(tuple(CORRELATED), correlated_trial, _truths(CORRELATED), (0.90, 0.97)),
 }
 

@@ -17,6 +17,7 @@ from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.current import currents
 from ilg_circuit.identification.modal import modal_currents
 from ilg_circuit.identification.motion import Motion
+from ilg_circuit.measurements.film import film_of
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.table import Table
@@ -307,5 +308,42 @@ def filmed_trial(model: str) -> Trial:
         film = Track("camera.csv", clock.onset + FILMED_LATE + rate * t, moved)
         found = identify(with_track(record, film), model="rc", base=PAPER, engine="exact")
         return Drawn(intervals_of(found), clock.fraction)
+
+    return trial
+
+
+#: Displacements alone: the drive of `FILMED` that is stated, which beam moves, and whether the onset is stated too.
+ALONE = {
+    "step": ("step", "static", False),
+    "square": ("square", "static", False),
+    "step, dynamic beam": ("step", "dynamic", False),
+    "step, onset stated": ("step", "static", True),
+}
+
+
+def alone_truth(model: str) -> dict[str, float]:
+    delay = {} if ALONE[model][2] else {"displacement_delay": ALONE_LATE}
+    return {**displacement_truth(), **delay}
+
+
+#: How much later a camera's clock reads [s] than that of a drive which nobody measured.
+ALONE_LATE = 12.3
+
+
+def alone_trial(model: str) -> Trial:
+    """The paper's strip filmed at 25 Hz for 90 s under a drive that is stated, from 5 to 8 s before it on."""
+    coupling = np.array(list(displacement_truth().values()))
+    drive, beam, stated = ALONE[model]
+    motion, volts = Motion(PAPER, beam, "exact"), FILMED[drive]
+
+    def trial(k: int) -> Drawn:
+        random = random_of(f"alone {model}", k)
+        t = np.arange(-random.uniform(5.0, 8.0), FILMED_TIME - 1.0, 1 / FILMED_RATES[1])
+        moved = np.zeros(len(t))
+        moved[t >= 0] = motion.displacements(volts, t[t >= 0], coupling[None])[0]
+        moved += MOVED_NOISE * float(np.ptp(moved)) * noise_of(random, len(t)) + 1e-3 * random.uniform(-1.0, 1.0)
+        film = film_of(Track("camera.csv", ALONE_LATE + t, moved), volts)
+        found = identify(replace(film, delay=ALONE_LATE if stated else None), base=PAPER, engine="exact")
+        return Drawn(intervals_of(found), 0.0)
 
     return trial

@@ -16,7 +16,7 @@ from io import FileIO, StringIO
 from pathlib import Path
 from typing import Any
 
-from .errors import InputError, argument, visible
+from .errors import IlgError, InputError, argument, one_line, visible
 
 #: Files and folders that this process removes at its end, also if it is killed by a signal.
 _temporaries: set[Path] = set()
@@ -100,6 +100,8 @@ def _unwritable(path: Path, error: OSError | ValueError) -> InputError:
 
 #: File that marks a folder as made by this package: JSON with its ``files`` and its ``inputs``.
 MARKER = ".ilg-fit.json"
+#: File in such a folder where a later run failed.
+OUTDATED = "OUTDATED.txt"
 
 
 def marked(folder: Path) -> dict[str, Any]:
@@ -134,6 +136,28 @@ def require_folder(path: Path, *, force: bool = False, inputs: Iterable[Path] = 
         raise InputError(
             f"'{path}' {made} ({others[0]}); give {argument('force')} to replace it, or another {argument('folder')}"
         )
+
+
+@contextmanager
+def outdated_by_failure(path: Path | None) -> Iterator[None]:
+    """Mark a folder of results as an earlier run's, by the file `OUTDATED` in it, where the block ends in an error.
+
+    The error's line then tells it. A folder that is not this package's stays as it is.
+    """
+    try:
+        yield
+    except IlgError as error:
+        if path is None or not (marker := marked(path)):
+            raise
+        text = f"The last run made no fit: {error}\nThe other files in this folder are those of an earlier run.\n"
+        try:
+            write_text(path / OUTDATED, text)
+            files = sorted({*marker.get("files", ()), OUTDATED})
+            write_json(path / MARKER, {**marker, "files": files, "key": ""})
+        except (OSError, InputError):
+            raise error from None
+        error.args = (one_line(f"{error}; '{path}' is of an earlier run, as {OUTDATED} in it tells"),)
+        raise
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import instrument_texts
 import record_texts
@@ -11,6 +12,7 @@ from track_texts import TRACKS
 
 from ilg_circuit.measurements.formats import BINARIES, FORMATS, Format
 from ilg_circuit.measurements.kind import LOAD_TEST, RECORD, SPECTRUM, TRACK, Kind
+from ilg_circuit.measurements.text import decoded
 
 Texts = dict[str, Callable[[], str]]
 
@@ -19,10 +21,15 @@ def load_test() -> str:
     return "stretch,stress_kPa\n" + "".join(f"{1 + k / 20},{k * 3.7}\n" for k in range(30))
 
 
+def text_of(file: Callable[[], str | bytes]) -> str:
+    content = file()
+    return decoded(content) if isinstance(content, bytes) else content
+
+
 def texts(files: dict[str, Callable[[], str | bytes]]) -> Texts:
-    """Return those of files that are no bytes."""
-    bytes_ = {binary.NAME for binary in BINARIES}
-    return {n: text for n, text in files.items() if n.split(",")[0] not in bytes_ and "UTF-16" not in n}  # type: ignore[misc]
+    """Return those of files that are text, in whatever encoding."""
+    binaries = {binary.NAME for binary in BINARIES}
+    return {name: partial(text_of, file) for name, file in files.items() if name.split(",")[0] not in binaries}
 
 
 #: name of a kind -> "format" or "format, variant" -> text

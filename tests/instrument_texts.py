@@ -189,6 +189,18 @@ STEPS: dict[str, Callable[[], Content]] = {
     "EC-Lab, a column that was not measured": lambda: (
         "time/s\tcontrol/V\tEce/V\tI/mA\tcycle number\n" + table(step(0, 1, "x", 2, "0.0", scale=MILLI), "\t")
     ),
+    "CSV, Japanese in Shift-JIS": lambda: (
+        "経過時間(秒),印加電圧(V),電流(mA)\n" + table(step(0, 1, 2, scale=MILLI))
+    ).encode("cp932"),
+    "CSV, Japanese in EUC": lambda: ("時間/s,電圧/V,電流/A\n" + table(step(0, 1, 2))).encode("euc_jp"),
+    "CSV, Chinese in GBK": lambda: ("时间(s),电压(V),电流(A)\n" + table(step(0, 1, 2))).encode("gbk"),
+    "CSV, Korean, UTF-16 without a mark": lambda: ("시간[s]\t전압[V]\t전류[A]\n" + table(step(0, 1, 2), "\t")).encode(
+        "utf-16-le"
+    ),
+    "CSV, German in Windows-1252": lambda: (
+        "Zeit [s];Spannung [V];Strom [\u00b5A];Pr\u00fcfk\u00f6rper\n"
+        + table(step(0, 1, 2, "L\u00e4nge", scale=MICRO), ";")
+    ).encode("cp1252"),
     "CSV, Squidstat": lambda: "Elapsed Time (s),Voltage (V),Current (A)\n" + table(step(0, 1, 2)),
     "CSV, Ivium's export": lambda: "time /s\tE /V\ti /A\n" + table(step(0, 1, 2), "\t"),
     "CSV, German": lambda: "Zeit [s];Spannung [V];Strom [mA]\n" + table(step(0, 1, 2, scale=MILLI), ";", True),
@@ -219,6 +231,10 @@ SPECTRA: dict[str, Callable[[], Content]] = {
     "VersaStudio": lambda: versastudio(spectrum=True),
     "PalmSens session": lambda: pssession(spectrum=True),
     "Ivium": lambda: ivium(spectrum=True),
+    "Elchemea Analytical": lambda: (
+        "Elchemea\ncell 7\n2021-03-01 12:00\n36 points\n25.0\n"
+        + "".join(f"{f:.12E} {z.real:.12E} {z.imag:.12E}\n" for f, z in zip(F.tolist(), Z.tolist(), strict=True))
+    ),
     "EC-Lab mpr": lambda: mpr([(32, "<f4", F), (37, "<f4", Z.real), (38, "<f4", -Z.imag)]),
     "Excel": lambda: xlsx(
         (

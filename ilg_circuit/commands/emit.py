@@ -85,7 +85,7 @@ def emit(
     for line in getattr(made, "warnings", ()) if warnings is None else warnings:
         say(f"warning: {line}", err=True)
     if checks := getattr(made, "checks", ()):
-        show_check(checks)
+        show_check(checks, err=outputs.get("--json") == STDOUT)
     return made
 
 
@@ -137,10 +137,10 @@ def plain_data(result: Result) -> dict[str, Any]:
     return result.to_dict() | {"provenance": result.provenance.to_dict()}
 
 
-def show_check(differences: Sequence[Difference]) -> None:
-    """Print the ``differences`` from other solutions. Raises SolveError where one is too large."""
+def show_check(differences: Sequence[Difference], *, err: bool = False) -> None:
+    """Print the ``differences`` from other solutions, to stderr with ``err``. Raises SolveError for a large one."""
     from ..report.check import summary
     from ..simulation.check import require_agreement
 
-    say(summary(differences))
+    say(summary(differences), err=err)
     require_agreement(differences)

@@ -8,7 +8,9 @@ from typing import Any
 import click
 
 from ..errors import InputError
+from ..files import outdated_by_failure
 from ..front.each_file import by_file
+from ..front.films import by_file as drives_by_file
 from .each import fit_each
 from .emit import emit, say
 from .help import argument, group
@@ -22,6 +24,7 @@ from .progress import ProgressBar
     examples=(
         "identify step.csv --length 35mm --free-length 30mm --width 5mm --thickness 0.5mm",
         "identify current.csv --displacement camera.csv --scale 0.042mm/px --actuator strip.toml --out fitted.toml",
+        "identify camera.csv --drive step:2V --scale 0.042mm/px --actuator strip.toml",
         "identify monday.csv tuesday.csv --each --actuator strip.toml --table all.csv",
     ),
 )
@@ -59,6 +62,16 @@ from .progress import ProgressBar
     ),
 )
 @displacement_options
+@group(
+    "Displacement",
+    click.option(
+        "--drive",
+        multiple=True,
+        metavar="DRIVE",
+        help="The voltage under which DATA was filmed that holds a displacement alone: step:2V, file:drive.csv, or any "
+        "other form of simulate; or FILE=step:2V.",
+    ),
+)
 @reading_options
 @output_options("TOML file for the fitted actuator.", "Picture of data, fit and residuals (.png, .pdf, .svg).", STRIP)
 @group(
@@ -91,6 +104,7 @@ def identify(context: click.Context, /, data: tuple[Path, ...], each: bool, **op
     options |= sizes(options)
     for name in ("bias", "onset"):
         options[name] = by_file(options[name]) or None
+    options["drive"] = drives_by_file(options["drive"]) or None
     if each:
         fit_each(context, data, options)
         return
@@ -115,9 +129,9 @@ def fit_together(context: click.Context, data: tuple[Path, ...], options: dict[s
     if folder is not None:
         require_own(folder, data, force=force)
     films = options["displacement"] = list(options["displacement"]) or None
-    with ProgressBar("evaluation", doing="fitting") as bar:
+    with ProgressBar("evaluation", doing="fitting") as bar, outdated_by_failure(folder):
         result = fit(list(data), actuator, progress=bar.count, **options)
-    if all(d.quantity == "impedance" for d in result.port.data) and given(context, "engine"):
+    if all(d.quantity == "impedance" for d in result.data) and given(context, "engine"):
         say("warning: spectra are fitted by their closed form: --engine has no effect on them", err=True)
     text, told = short_text(result, folder, note) if folder is not None and not verbose else (None, None)
     emit(

@@ -137,6 +137,13 @@ class Estimate:
         return entry | ({"held": self.fixed_because} if self.fixed_because else {})
 
 
+class Estimates(dict[str, Estimate]):
+    """Estimates by name; a name that is not there is an InputError which lists those that are."""
+
+    def __missing__(self, name: str) -> Estimate:
+        raise unknown_name("parameter", str(name), self)
+
+
 class Estimated:
     """Mixin of results that have estimates: by name, and as a table."""
 

@@ -32,13 +32,15 @@ class Problem:
     """``observations`` to be predicted by ``parameters``; those in ``per_record`` have one value a source.
 
     ``fixed`` are values of parameters, by label, that a fit does not move. A label is a parameter's name, with its
-    source in brackets where it is per record.
+    source in brackets where it is per record. In a ``rough`` problem, whose minimum another one takes up, derivatives
+    are one-sided.
     """
 
     observations: tuple[Observation, ...]
     parameters: tuple[Parameter, ...]
     per_record: frozenset[str] = frozenset()
     fixed: Mapping[str, float] = field(default_factory=dict)
+    rough: bool = False
 
     @cached_property
     def labelled(self) -> tuple[tuple[str, Parameter], ...]:
@@ -116,6 +118,7 @@ class Problem:
         """Return the prediction (samples,) and its derivatives (samples, n) by the coordinates ``x`` (n,).
 
         Derivatives that an observation does not give are central differences; their 2 n + 1 sets are predicted at once.
+        In a ``rough`` problem they are forward ones.
         """
         n = len(x)
         steps = np.concatenate([np.zeros((1, n)), _STEP * np.eye(n), -_STEP * np.eye(n)])
@@ -127,6 +130,9 @@ class Problem:
                 above, below = self.predictions(x + np.array([step, -step]))
                 slopes[:, k] = (above - below) / (2 * _STEP)
             return self.predictions(x[None])[0], slopes
+        if self.rough:
+            sets = self.predictions(x + steps[: n + 1])
+            return sets[0].copy(), ((sets[1:] - sets[0]) / _STEP).T
         sets = self.predictions(x + steps)
         slopes = sets[1 : n + 1] - sets[n + 1 :]
         slopes /= 2 * _STEP

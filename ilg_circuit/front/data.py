@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import InputError, argument, checked
 from ..measurements.columns import read_data
+from ..measurements.film import Film
 from ..measurements.load_test import LoadTest
 from ..measurements.onset import Stated
 from ..measurements.read import read as read_file
@@ -21,9 +22,11 @@ from ..measurements.spectrum import Spectrum
 from ..measurements.track import Track, beside, read_track, track_data
 from ..units import si
 from .each_file import values_of
+from .films import film
+from .given import Driven
 
 #: One set of data that was read.
-Measured: TypeAlias = Record | Spectrum | LoadTest
+Measured: TypeAlias = Record | Spectrum | LoadTest | Film
 #: One set of data: a path, what was read of one, or columns by header: a data frame or a mapping of arrays.
 Source: TypeAlias = "str | Path | Measured | Mapping[str, ArrayLike] | Any"
 
@@ -57,7 +60,7 @@ def read(
     fps: float | None = None,
     axis: str | None = None,
     **arrays: ArrayLike,
-) -> Any:
+) -> Measured | list[Measured]:
     """Return measured data, ready for a fit: one set, or a list where several are given.
 
     Parameters
@@ -144,18 +147,25 @@ def sets_of(
     onset: Stated | str | Mapping[str, Stated | str] = None,
     said: Said = NOTHING,
     displacement: Any = None,
+    drive: Driven | Mapping[str, Driven] | None = None,
+    until: float | None = None,
 ) -> list[Measured]:
     """Return the sets of data of one source or of several, read where they are not; ``onset`` may be by file.
 
-    A ``displacement`` of its own, or a list of them, is set beside the records.
+    A ``displacement`` of its own, or a list of them, is set beside the records. A source with a ``drive``, which may be
+    by file too, is a displacement alone, used ``until`` so long [s] after the onset.
     """
     several = list(data) if isinstance(data, list | tuple) else [data]
     if not several:
         raise InputError("no data were given; give paths, data frames, or what ilg.read returned")
     onsets = values_of(onset, several, "onset") if isinstance(onset, Mapping) else [onset] * len(several)
+    drives = values_of(drive, several, "drive") if isinstance(drive, Mapping) else [drive] * len(several)
     names = [f"data {k + 1}" if len(several) > 1 else "data" for k in range(len(several))]
     own = said if displacement is None else said.of_data
-    found = [_read(s, None, onset_of(at), own, name) for s, at, name in zip(several, onsets, names, strict=True)]
+    found = [
+        _read(s, None, onset_of(at), own, name) if driven is None else _film(s, driven, onset_of(at), said, name, until)
+        for s, driven, at, name in zip(several, drives, onsets, names, strict=True)
+    ]
     return found if displacement is None else beside(found, _tracks(displacement, said.of_track))
 
 
@@ -220,8 +230,27 @@ def by_header(arrays: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
     return found
 
 
-def _read(source: Source, mode: str | None, onset: Stated, said: Said, name: str) -> Measured:
+def _film(source: Source, drive: Driven, onset: Stated, said: Said, name: str, until: float | None) -> Film:
+    """Return a displacement alone under its drive. Raises InputError for data with a voltage of their own."""
     if isinstance(source, Record | Spectrum | LoadTest):
+        raise InputError(
+            f"{source.source}: is a {type(source).__name__}, which needs no {argument('drive')}; that is for a "
+            "displacement alone"
+        )
+    if isinstance(source, Film):
+        return source
+    return film(
+        source if isinstance(source, str | Path) else _columns(source),
+        drive,
+        name,
+        onset=onset,
+        said=said,
+        until=until,
+    )
+
+
+def _read(source: Source, mode: str | None, onset: Stated, said: Said, name: str) -> Measured:
+    if isinstance(source, Record | Spectrum | LoadTest | Film):
         return source
     if isinstance(source, str | Path):
         return read_file(source, onset=onset, said=said) if mode is None else read_load_test(source, mode, said)

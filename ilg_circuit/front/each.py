@@ -14,7 +14,7 @@ from typing import Any
 from .. import __version__
 from ..errors import IlgError, InputError, argument, first_line, spelling, written
 from ..extras import require_study
-from ..files import MARKER, Log, locked, marked, remove_leftovers, require_writable, write_json
+from ..files import MARKER, Log, locked, marked, outdated_by_failure, remove_leftovers, require_writable, write_json
 from ..fit.intervals import require_method
 from ..identification.batch import Batch, FileFit
 from ..measurements.said import said_of
@@ -161,7 +161,8 @@ def fit_file(task: FileTask) -> FileFit:
     path = str(task.path)
     try:
         with written(task.spelling):
-            fit = identify(task.path, task.strip, **task.options)
+            with outdated_by_failure(task.folder):
+                fit = identify(task.path, task.strip, **task.options)
             fit = replace(fit, provenance=provenance(task.call or fit.provenance.call, [task.path], fit.seed))
             content = fit.to_dict()
             if task.folder is not None:
@@ -248,7 +249,7 @@ def _tasks(
         raise InputError(f"'{again}' is given twice; give each file once")
     base, rest = checked(strip, options)
     by_file: dict[str, Sequence[Given | None]] = {}
-    for name in ("onset", "bias"):
+    for name in ("onset", "bias", "drive"):
         if isinstance(rest.get(name), Mapping):
             by_file[name] = values_of(rest.pop(name), files, name)
     what = "" if base is None else base.to_toml() if isinstance(base, Specimen) else dumps(base)

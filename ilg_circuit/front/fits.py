@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from inspect import signature
 from typing import Any, Literal
 
@@ -21,10 +21,11 @@ from ..measurements.spectrum import Spectrum
 from ..strip.specimen import Specimen
 from .data import Source, by_header, one_of, read, sets_of
 from .each_file import values_of
-from .given import Given, Strip, quantity
+from .given import Driven, Given, Strip, quantity
 from .strips import measured_strip
 
 
+@checked
 def identify(
     data: Source | Sequence[Source] | None = None,
     strip: Strip | Specimen | None = None,
@@ -52,8 +53,9 @@ def identify(
     density: Given | None = None,
     bending_stiffness: Given | None = None,
     orientation: str | None = None,
-    progress: Any = None,
+    progress: Callable[..., Any] | None = None,
     displacement: Any = None,
+    drive: Driven | Mapping[str, Driven] | None = None,
     scale: Given | None = None,
     fps: float | None = None,
     axis: str | None = None,
@@ -106,6 +108,11 @@ def identify(
         Called after each evaluation.
     displacement : str, Path, DataFrame, mapping, tuple of two arrays, or list of these; optional
         The displacement of each record on a clock of its own, see `read`.
+    drive : str, tuple, Drive or mapping, optional
+        The voltage under which data hold a displacement alone, such as "step:2V", see `simulate`; or a mapping from
+        the name of a file to it. Such data are columns of time and displacement, or x and y; what is fitted is the
+        coupling and how much later their clock reads than the drive's, unless ``onset`` (when the drive's voltage
+        began, by their clock) or ``displacement_delay`` states it. The circuit stays that of ``strip``.
     scale : str or float, optional
         Size of a camera's pixel, see `read`.
     fps : float, optional
@@ -175,7 +182,14 @@ def identify(
     )
     arrays, displacement = one_of(arrays, displacement)
     said = said_of(columns, units, part, cycle, scale=scale, rate=fps, axis=axis)
-    given = sets_of(by_header(arrays) if data is None else data, onset, said, displacement)
+    end = None if until is None else quantity(until, "s", "until")
+    if drive is not None and displacement is not None:
+        raise InputError(
+            f"{argument('displacement')} stands beside a record, {argument('drive')} in place of one: give one of them"
+        )
+    if drive is not None and onset is not None and displacement_delay is not None:
+        raise InputError(f"{argument('onset')} and {argument('displacement_delay')} say the same: give one of them")
+    given = sets_of(by_header(arrays) if data is None else data, onset, said, displacement, drive, end)
     sets = [each for each in given if not isinstance(each, LoadTest)]
     if len(sets) < len(given):
         raise InputError("a load test cannot determine a circuit; fit it by ilg.ogden, or the command ogden")
@@ -185,13 +199,13 @@ def identify(
         base=base,
         model=model,
         electrode_resistance=resistance if resistance in (None, "fit") else quantity(resistance, "ohm", "Re"),
-        own=own,
+        own=[own] if isinstance(own, str) else own,
         bias=_biases(bias, sets, data),
         engine=engine,
         intervals=intervals,
         weighting=weighting,
         displacement_delay=delay if delay in (None, "fit") else quantity(delay, "s", "displacement_delay"),
-        until=None if until is None else quantity(until, "s", "until"),
+        until=end,
         progress=progress,
     )
 
@@ -281,9 +295,12 @@ def ogden(
         raise InputError(f"no test was given; give at least one of {names}")
     how: dict[str, Any] = {"columns": columns, "units": units, "part": part, "cycle": cycle}
     how |= {"length": length, "section": section}
-    tests = [read(source, mode=mode, **how) for mode, source in given.items() if source is not None]
-    for test in tests:
-        if not isinstance(test, LoadTest):
+    tests: list[LoadTest] = []
+    for mode, source in given.items():
+        test = read(source, mode=mode, **how) if source is not None else None
+        if isinstance(test, LoadTest):
+            tests.append(test)
+        elif test is not None:
             raise InputError(f"a test is a {type(test).__name__}; give a load test: columns stretch and stress")
     return characterise(
         tests,

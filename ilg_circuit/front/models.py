@@ -24,6 +24,7 @@ def register_model(
     *,
     upper: Mapping[str, float] | None = None,
     auto: bool = False,
+    replace: bool = False,
 ) -> IonPath:
     """Add an electrical model of one's own and return it; fits, runs and files then accept its name.
 
@@ -45,6 +46,9 @@ def register_model(
         Name of a constant -> its upper limit, such as ``{"exponent": 1}``. All constants are positive.
     auto : bool
         True if ``identify(..., model="auto")`` is to try it on spectra too.
+    replace : bool
+        True to replace a model of that name that was registered before, as a notebook's cell does that runs again. A
+        model of the package is never replaced.
 
     Returns
     -------
@@ -83,7 +87,9 @@ def register_model(
         Parameter(key, key, unit, f"of model {name}", upper=limits.get(key, math.inf)) for key, unit in units.items()
     )
     text = f"Z = Re + Rdc || (Rs + {name}(s; {', '.join(constants)}))"
-    return register(GivenPath(name, impedance, parameters, typical, text, ("spectrum",) if auto else ()))
+    return register(
+        GivenPath(name, impedance, parameters, typical, text, ("spectrum",) if auto else ()), replace=replace
+    )
 
 
 def _unit(model: str, key: str, value: str | float) -> str:

@@ -17,7 +17,7 @@ from ..fit.fitting import fit_near
 from ..fit.problem import Problem
 from ..fit.result import FitResult
 from ..measurements.record import Channel
-from .current import CurrentData
+from .film import FilmData, Moving
 from .motion import COUPLING, DisplacementData, Motion, RateOf
 from .start import CouplingSearch, thinned
 
@@ -40,7 +40,7 @@ _INSIDE = 0.9
 _PARTS = 60
 
 
-def in_step(record: CurrentData, delay: float | Literal["fit"]) -> tuple[CurrentData, RateOf | None]:
+def in_step(record: Moving, delay: float | Literal["fit"]) -> tuple[Moving, RateOf | None]:
     """Return a record with its displacement on the voltage's clock, roughly where ``delay`` is to be fitted.
 
     Beside it stand the rate of the displacement's clock, again roughly, and where it has no say of the delay; None
@@ -103,17 +103,19 @@ def _likeliest(
     return at(place), fit_near(problem(place), found.values)
 
 
-def _moved(record: CurrentData, zero: float) -> CurrentData:
+def _moved(record: Moving, zero: float) -> Moving:
     """Return a record whose displacement begins where its clock reads ``zero`` [s]."""
     channel = record.record.displacement
     assert channel is not None
     moved = replace(channel, time=channel.time + (channel.zero - zero), zero=zero)
     if not (moved.time >= 0).any():
         raise InputError("the displacement ends before the voltage begins: is its delay right?")
+    if isinstance(record, FilmData):
+        return replace(record, record=replace(record.record, displacement=moved))
     return replace(record, record=replace(record.record, displacement=moved))
 
 
-def _gains(record: CurrentData, channel: Channel, end: float) -> Callable[[float, RateOf], float]:
+def _gains(record: Moving, channel: Channel, end: float) -> Callable[[float, RateOf], float]:
     """Return the function that gives the squares which d(s) explains by how late a clock is, and its rate.
 
     ``end`` [s] is the last time that it is asked for.

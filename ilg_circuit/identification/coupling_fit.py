@@ -17,8 +17,8 @@ from ..fit.fitting import fit
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..strip.actuator import Actuator, Coupling
-from .current import CurrentData
 from .displacement import DisplacementFit, fit_displacement
+from .film import Moving
 from .motion import COUPLING, NAMES, DisplacementData, Motion
 from .port_model import sigma_of
 from .port_start import combined
@@ -50,7 +50,7 @@ class CouplingFit:
 
 
 def fit_coupling(
-    records: Sequence[CurrentData],
+    records: Sequence[Moving],
     actuator: Actuator,
     per_record: frozenset[str],
     progress: Progress = None,
@@ -67,8 +67,7 @@ def fit_coupling(
         if record.record.displacement is None:
             continue
         try:
-            late = delay if delay is not None else "fit" if record.record.own_clock else 0.0
-            fits.append(fit_displacement(record, actuator, progress, late))
+            fits.append(fit_displacement(record, actuator, progress, record.delay if delay is None else delay))
         except IlgError as error:
             findings.append(Finding("displacement-not-fitted", record.source, {"reason": str(error)}))
     fits, against = _of_one_sign(fits)

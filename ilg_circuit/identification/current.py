@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ from ..units import format_quantity
 from .current_search import fit_from_several, search_starts
 from .modal import Ports, modal_currents
 from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed, port_problem
-from .start import model_start, thinned
+from .start import FewerRelaxations, model_start, thinned
 from .stored import decaying_terms
 
 #: Number of rows on which models are tried; the chosen model is then fitted to all rows.
@@ -40,6 +41,8 @@ _ONSET_ROWS = 400
 _ROUGH = 1e-5
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
 _NONLINEAR_ACCURACY = 1e-6
+#: The same in a fit that only finds out which of several starts is best.
+_ROUGH_ACCURACY = 1e-3
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,8 @@ class CurrentData:
 
     ``share`` (-0.5 to 0.5) is where in the record's bracket the excitation is taken to begin, 0 in the middle;
     ``left_out`` are the rows of the record's current that are no measurement of this strip; ``only`` are those that a
-    trial makes do with, None for all. Readings later than ``until`` [s] after the onset are not fitted.
+    trial makes do with, None for all. Readings later than ``until`` [s] after the onset are not fitted. ``accuracy`` is
+    that of a nonlinear model's transients.
     """
 
     record: Record
@@ -58,6 +62,7 @@ class CurrentData:
     left_out: tuple[int, ...] = ()
     only: NDArray[np.intp] | None = None
     until: float = math.inf
+    accuracy: float = _NONLINEAR_ACCURACY
 
     quantity = "current"
     unit = "A"
@@ -98,6 +103,11 @@ class CurrentData:
         """Largest voltage applied [V], with its sign."""
         values = self.drive.values
         return float(values[np.argmax(np.abs(values))])
+
+    @property
+    def delay(self) -> float | Literal["fit"]:
+        """How much later [s] the displacement's clock reads: one of its own is not known."""
+        return "fit" if self.record.own_clock else 0.0
 
     @property
     def level(self) -> float | None:
@@ -176,7 +186,7 @@ class CurrentData:
 
     def _by_engine(self, model: PortModel) -> Predict:
         t, ports = self.since, self.ports(model)
-        return lambda values: currents(ports(values), self.drive, t, self.engine)
+        return lambda values: currents(ports(values), self.drive, t, self.engine, self.accuracy)
 
     def modal(self, model: PortModel, t: Array) -> Predict:
         """Return the prediction of a linear model at ``t`` [s] since the onset as a sum of modes."""
@@ -238,6 +248,8 @@ class CurrentData:
         stored = self.nuisance[t >= 0, int(self.has_offset) :]
         try:
             return model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held, stored)
+        except FewerRelaxations as error:
+            raise InputError(f"{self.source}: {error}, or {argument('model', 'auto')}") from error
         except InputError as error:
             raise InputError(
                 f"{self.source}: {error}, from {self.channel.zero:.6g} s on: look at the clamp, and at the columns of "
@@ -249,7 +261,9 @@ class CurrentData:
         model = PortModel(kind, held, tuple(start.tolist()))
         problem = port_problem((self,), model, (1.0,))
         if not kind.linear:
-            return IndividualFit(self, model, fit_from_several(problem, start, progress))
+            cheap = port_problem((replace(self, accuracy=_ROUGH_ACCURACY),), model, (1.0,))
+            found = fit_from_several(problem, replace(cheap, rough=True), start, progress)
+            return IndividualFit(self, model, found)
         # multi-start by few samples, then the fit of all
         values, starts, check = search_starts(problem, lambda at: self.modal(model, at), self.since, start)
         model = PortModel(kind, held, tuple(values.tolist()))
@@ -267,12 +281,17 @@ def _at_rest(ports: Sequence[Port], voltage: float) -> Array:
     return np.array([float(port.electron_current(port.inner_voltage(voltage))) if voltage else 0.0 for port in ports])
 
 
-def currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: str) -> Array:
-    """Return currents [A] (ports, samples) into ``ports`` of one model at ``t`` [s], steady before the onset at 0."""
+def currents(
+    ports: Sequence[Port], drive: PiecewiseLinear, t: Array, engine: str, nonlinear: float = _NONLINEAR_ACCURACY
+) -> Array:
+    """Return currents [A] (ports, samples) into ``ports`` of one model at ``t`` [s], steady before the onset at 0.
+
+    ``nonlinear`` is the error of a nonlinear model's, relative to the largest current.
+    """
     after = t >= 0
     result = np.repeat(_at_rest(ports, drive.rest)[:, None], len(t), axis=1)
     linear = ports[0].linear
-    accuracy = DEFAULT_ACCURACY if linear else _NONLINEAR_ACCURACY
+    accuracy = DEFAULT_ACCURACY if linear else nonlinear
     netlists = [port_netlist(port, rest=drive.rest) for port in ports]
     found = transient(netlists, drive, t[after], engine=engine, accuracy=accuracy, acceptable=10 * accuracy)
     result[:, after] = found.values[:, 0]

@@ -33,7 +33,9 @@ _ROUNDING = 1e-11
 #: Factor by which the final residuals may exceed those of the start, which uses other samples.
 _COME_BACK = 1.5
 #: Where every fit needs ngspice: starts besides the suggested one, how far scattered, and which ends are one.
-_FEW, _NEAR, _SAME_MISFIT = 2, 0.5, 1e-5
+_FEW, _NEAR, _SAME_MISFIT = 2, 0.5, 1e-3
+#: They end at this tolerance, and are one too where all that they leave is the roughness of the solver.
+_TRIAL, _NOTHING = 1e-4, 1e-3
 
 
 def search_starts(
@@ -70,9 +72,10 @@ def search_starts(
     return cheap.scales.values(found.best.parameters), summary, check
 
 
-def fit_from_several(problem: Problem, start: Array, progress: Progress, seed: int = 0) -> FitResult:
+def fit_from_several(problem: Problem, rough: Problem, start: Array, progress: Progress, seed: int = 0) -> FitResult:
     """Return the best fit from ``start`` and a few starts around it, where there is no closed form to search with.
 
+    The ``rough`` problem is the same by cheaper predictions: from where the best of its fits ends the fit goes on.
     Raises SolveError where none of them converges.
     """
     random = np.random.default_rng(seed)
@@ -82,14 +85,19 @@ def fit_from_several(problem: Problem, start: Array, progress: Progress, seed: i
     failures: list[IlgError] = []
     for x in starts:
         try:
-            fits.append(fit(problem, problem.scales.values(x), progress))
+            fits.append(fit(rough, rough.scales.values(x), progress, _TRIAL))
         except (InputError, SolveError) as error:
             failures.append(error)
-    if not fits:
-        raise failures[0]
-    best = min(fits, key=lambda found: found.rmse)
-    agreeing = sum(found.rmse <= best.rmse * (1 + _SAME_MISFIT) for found in fits)
-    return with_starts(best, StartSummary(len(starts), agreeing))
+    fits.sort(key=lambda found: found.rmse)
+    for found in fits:
+        try:
+            best = fit(problem, found.values, progress)
+        except (InputError, SolveError) as error:
+            failures.append(error)
+            continue
+        same = max(found.rmse * (1 + _SAME_MISFIT), _NOTHING * rough.observations[0].size)
+        return with_starts(best, StartSummary(len(starts), sum(other.rmse <= same for other in fits)))
+    raise failures[-1 if fits else 0]
 
 
 def _thinned_problem(problem: Problem, at_times: Callable[[Array], Predict], t: Array) -> Problem:

@@ -27,8 +27,8 @@ from ..solve.transient import DEFAULT_ACCURACY
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_elements
 from .clock import in_step, likeliest_clock
-from .current import CurrentData
 from .displacement_findings import displacement_findings
+from .film import Moving
 from .motion import COUPLING, DisplacementData, Motion, RateOf
 from .outliers import left_out, spikes
 from .port_model import BRACKET
@@ -116,7 +116,7 @@ class _Attempt:
 
 
 def fit_displacement(
-    record: CurrentData, actuator: Actuator, progress: Progress = None, delay: float | Literal["fit"] = 0.0
+    record: Moving, actuator: Actuator, progress: Progress = None, delay: float | Literal["fit"] = 0.0
 ) -> DisplacementFit:
     """Return the fit of d(s) to the displacement of a strip whose circuit is known.
 
@@ -140,7 +140,7 @@ def fit_displacement(
 
 
 def _likeliest_delay(
-    record: CurrentData, actuator: Actuator, progress: Progress, delays: tuple[float, float], rate: RateOf | None
+    record: Moving, actuator: Actuator, progress: Progress, delays: tuple[float, float], rate: RateOf | None
 ) -> _WindowSearch:
     """Return the search with the one of a few delays that leaves least of the longest stretch."""
     tried: list[tuple[float, float, _Attempt, _WindowSearch]] = []
@@ -158,7 +158,7 @@ def _likeliest_delay(
     return search.at_clock(*likeliest_clock(found.data, found.motion, found.fit)) if found.motion.linear else search
 
 
-def delay_bounds(record: CurrentData) -> tuple[float, float]:
+def delay_bounds(record: Moving) -> tuple[float, float]:
     """Return between which delays [s] of a camera one is looked for."""
     most = min(_MOST_DELAY * record.record.duration, _LONGEST_DELAY)
     return -most, most
@@ -169,7 +169,7 @@ class _WindowSearch:
 
     def __init__(
         self,
-        record: CurrentData,
+        record: Moving,
         actuator: Actuator,
         progress: Progress,
         delay: float,

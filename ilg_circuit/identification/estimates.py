@@ -41,11 +41,12 @@ def uncertainty_of(model: str, fit: FitResult, more: Array, voltage: float | Non
 
 
 def parameter_estimates(
-    fit: FitResult, port: PortFit, intervals: Uncertainties, uncertainty: Uncertainty
+    fit: FitResult, port: PortFit | None, intervals: Uncertainties, uncertainty: Uncertainty
 ) -> tuple[Estimates, dict[str, Estimates]]:
     """Return the strip's parameters, and by file those that each has for itself (above: their geometric mean)."""
     errors = dict(zip(uncertainty.names, np.sqrt(np.diag(np.array(uncertainty.covariance))).tolist(), strict=True))
-    values, fixed, per_record = port.values, port.fixed, fit.problem.per_record
+    per_record = fit.problem.per_record
+    values, fixed = (port.values, port.fixed) if port is not None else ({}, {})
     found: Estimates = {}
     own: dict[str, Estimates] = {}
     labelled = fit.problem.labelled
@@ -60,7 +61,7 @@ def parameter_estimates(
                 label = f"{p.name}[{source}]"
                 assert any(label == known for known, _ in labelled)
                 own.setdefault(source, {})[p.name] = intervals.estimates[label]
-    if port.model.held is not None:
+    if port is not None and port.model.held is not None:
         electrode = Estimate(port.model.held, "ohm", fixed_because=_held_because(port))
         names = list(port.kind.names)
         before = {name: found.pop(name) for name in names}

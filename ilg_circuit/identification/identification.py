@@ -19,6 +19,7 @@ from .displacement_metrics import DisplacementMetrics
 from .kramers_kronig import KramersKronig
 from .observation_fit import ObservationFit
 from .port_fit import PortFit
+from .port_model import Measured
 
 #: Of fit.json.
 SCHEMA_VERSION = 2
@@ -56,6 +57,9 @@ class Identification(Estimated, Warned, Result):
         The fit of all observations in one parameter space.
     port, coupling : PortFit, CouplingFit or None
         Views of the electrical and the electromechanical part, with the individual fits of each set of data.
+        There is no port of displacements alone, whose drive was stated: the circuit was not fitted.
+    films : tuple of str
+        Files of displacements alone.
     engine : str
         What checked the fitted circuit.
     seed : int or None
@@ -66,7 +70,7 @@ class Identification(Estimated, Warned, Result):
 
     actuator: Actuator
     fit: FitResult
-    port: PortFit
+    port: PortFit | None
     coupling: CouplingFit | None
     parameters: Mapping[str, Estimate]
     own: Mapping[str, Mapping[str, Estimate]]
@@ -78,21 +82,28 @@ class Identification(Estimated, Warned, Result):
     findings: tuple[Finding, ...]
     engine: str
     seed: int | None = None
+    films: tuple[str, ...] = ()
 
     @property
     def model(self) -> str:
-        """Name of the electrical model."""
-        return self.port.kind.name
+        """Name of the electrical model; of a coupling alone ``d(s)``."""
+        return self.port.kind.name if self.port is not None else "d(s)"
+
+    @property
+    def data(self) -> tuple[Measured, ...]:
+        """What was fitted, one quantity a file: currents and impedances, then displacements alone."""
+        moved = self.coupling.data if self.coupling is not None else ()
+        return (*(self.port.data if self.port is not None else ()), *(d for d in moved if d.source in self.films))
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """The files, in the order given."""
-        return tuple(d.source for d in self.port.data)
+        """The files in the order given, those of displacements alone last."""
+        return (*(d.source for d in (self.port.data if self.port is not None else ())), *self.films)
 
     @property
     def single(self) -> bool:
         """True if one file was given."""
-        return len(self.port.data) == 1
+        return len(self.sources) == 1
 
     @property
     def success(self) -> bool:

@@ -9,14 +9,16 @@ from typing import Literal
 import numpy as np
 
 from ..arrays import one_thread
-from ..errors import InputError, SolveError, argument
+from ..errors import InputError, SolveError, argument, unknown_name, wrong_choice
 from ..findings import Finding
 from ..fit.bootstrap import SEED
+from ..fit.estimate import Estimates
 from ..fit.identifiability import DETERMINED
 from ..fit.intervals import require_method, uncertainties
 from ..fit.problem import Progress
 from ..fit.result import FitResult
 from ..fit.selection import Candidate
+from ..measurements.film import Film
 from ..measurements.prepare import LEAST_CURRENT
 from ..measurements.proportion import proportion_findings
 from ..measurements.record import Record
@@ -24,7 +26,7 @@ from ..measurements.spectrum import Spectrum
 from ..provenance import Provenance
 from ..strip.actuator import LONGEST_NAME, PAPER, PRESETS, Actuator
 from ..strip.elements import lumped_elements, lumped_port
-from ..strip.models import electrical_model
+from ..strip.models import electrical_model, registry
 from ..strip.specimen import Specimen
 from ..units import format_quantity
 from .coupling_fit import CouplingFit, fit_coupling
@@ -38,6 +40,7 @@ from .estimates import (
     port_quantities,
     uncertainty_of,
 )
+from .film import FilmData, Moving, driven_strip, film_findings, require_films, with_known
 from .identification import Identification
 from .impedance import ImpedanceData, Weighting
 from .joint import joined
@@ -59,7 +62,9 @@ from .port_model import Measured, PortData
 from .selection import fit_best, fit_named
 from .statistics import statistics_of, told
 
-Data = Record | Spectrum
+Data = Record | Spectrum | Film
+#: What predicts, and how points of a spectrum are weighted.
+ENGINES, WEIGHTINGS = ("ngspice", "exact"), ("modulus", "unit")
 
 
 @one_thread()
@@ -81,12 +86,12 @@ def identify(
     """Return what records and spectra of one strip say of it.
 
     The port is fitted to all currents and impedances, the coupling d(s) to all displacements; the last step is one fit
-    of all observations.
+    of all observations. Of films alone the circuit stays the strip's.
 
     Parameters
     ----------
     data
-        One record or spectrum, or several.
+        One record, spectrum or film, or several.
     base
         Geometry, E and density (default: the paper's, with a finding). Its name is that of the fitted strip, unless
         it is a preset.
@@ -105,7 +110,7 @@ def identify(
         Of spectra, see `impedance.ImpedanceData`.
     displacement_delay
         How much later [s] the clock of the displacement reads than the voltage's; "fit" for one more unknown (default:
-        fitted where the displacement is of a file of its own, else 0).
+        fitted where the displacement is of a file of its own, else 0). Of a film: how much later than its drive's.
     until
         Time [s] since the onset up to which records are fitted; later readings are left out of everything.
 
@@ -119,91 +124,134 @@ def identify(
     method = require_method(intervals)
     if model != "auto":
         electrical_model(model)
-    files = [data] if isinstance(data, Record | Spectrum) else list(data)
-    ports = tuple(_until(d, until) for d in _port_data(files, engine, bias, weighting))
+    for what, given, allowed in (("engine", engine, ENGINES), ("weighting", weighting, WEIGHTINGS)):
+        if given not in allowed:
+            raise wrong_choice(argument(what), given, allowed)
+    files = [data] if isinstance(data, Record | Spectrum | Film) else list(data)
+    every = tuple(_until(d, until) for d in _data(files, engine, bias, weighting))
+    sources = [d.source for d in every]
+    ports = tuple(d for d in every if not isinstance(d, FilmData))
+    films = [d for d in every if isinstance(d, FilmData)]
     strip = base.stand_in() if isinstance(base, Specimen) else base or PAPER
     standing = lumped_port(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
     held = None if isinstance(standing, str) else standing
+    if not ports:
+        require_films(model, own, held)
+        strip = driven_strip(base, strip, held)
     if held is not None:
         for d in ports:
             d.require_electrode_resistance(held)
     ports, about_readings = _without_outliers(ports, held)
     names = frozenset(own)
-    trial = tuple(d.trial() for d in ports)
-    port, candidates, findings = _fit_port(trial, model, held, names - set(NAMES), progress)
-    port = on_all_rows(port, progress)
-    actuator = _actuator(port, strip, base, ports)
-    records = [d for d in ports if isinstance(d, CurrentData)]
+    if ports and model == "auto":
+        _require_known(names, ports)
+    port, candidates, findings = _fit_port(ports, model, held, names - set(NAMES), progress)
+    findings += [note.about(d.source) for d in films for note in d.notes]
+    actuator = _actuator(port, strip, base, sources)
+    records: list[Moving] = [*(d for d in ports if isinstance(d, CurrentData)), *films]
     coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress, displacement_delay)
+    if port is None and coupling is None:
+        raise InputError("; ".join(str(f) for f in about_coupling))
     names = names if len(files) > 1 else frozenset()  # of one file all parameters are its own
     try:
         joint = joined(port, coupling, actuator, names, progress)
     except SolveError as error:
-        if coupling is None:
+        if coupling is None or port is None:
             raise
         about_coupling.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
         joint = joined(port, None, actuator, names, progress)
     fit, port, coupling, onsets = joint.fit, joint.port, joint.coupling, joint.onsets
-    actuator = _actuator(port, strip, base, ports)
+    actuator = _actuator(port, strip, base, sources)
     if coupling is not None:
         coupling = replace(coupling, motion=replace(coupling.motion, actuator=actuator))
         actuator = replace(actuator, coupling=coupling.coupling)
     highest = max((abs(d.voltage) for d in records), default=None)
-    uncertainty = uncertainty_of(port.kind.name, fit, onsets.covariance(fit), highest)
-    actuator = replace(actuator, uncertainty=uncertainty)
+    circuit = port.kind if port is not None else strip.material.model
+    uncertainty = uncertainty_of(circuit.name, fit, onsets.covariance(fit), highest)
+    known = uncertainty if port is not None else with_known(uncertainty, strip.uncertainty)
+    actuator = replace(actuator, uncertainty=known)
     estimated = onsets.widened(fit, uncertainties(fit, method, progress))
     parameters, each = parameter_estimates(fit, port, estimated, uncertainty)
-    derived = port_quantities(port, fit, uncertainty, onsets)
+    derived = port_quantities(port, fit, uncertainty, onsets) if port is not None else {}
     rows, without = _observations(port, coupling, fit, progress)
     rows = [onsets.told(row) for row in rows]
-    if len(ports) == 1:
+    if len(files) == 1:
         derived = {**{n: e for o in rows for n, e in o.derived.items()}, **derived}
     if until is not None and records:
         findings.append(Finding("fitted-until", values={"until": until}))
-    findings += [*about_readings, *port_findings(port, candidates)]
+    findings += [*about_readings, *(port_findings(port, candidates) if port is not None else ())]
     findings += misfit_findings(rows)
-    if len(ports) > 1:
+    if len(files) > 1:
         findings += consistency_findings([r for r in rows if r.quantity != "displacement"], without)
-    findings += [*about_coupling, *base_findings(base, coupling)]
+    findings += [*about_coupling, *(base_findings(base, coupling) if port is not None else film_findings(base))]
     findings += clock_findings(records, onsets) if coupling is not None else []
     findings += estimated.findings
-    area, made = strip.geometry.length * strip.geometry.width, port.port
-    resistance = made.high_frequency_resistance
-    findings += proportion_findings(files, resistance, made.capacitance, area, strip.geometry.length)
-    if len(ports) == 1:
-        findings = [replace(f, subject="") if f.subject == ports[0].source else f for f in findings]
+    findings += proportion_findings(
+        files, _fitted_ends(port), strip.geometry.length * strip.geometry.width, strip.geometry.length
+    )
+    if len(files) == 1:
+        findings = [replace(f, subject="") if f.subject == sources[0] else f for f in findings]
     return Identification(
         actuator=actuator,
         fit=fit,
         port=port,
         coupling=coupling,
-        parameters=parameters,
+        parameters=Estimates(parameters),
         own=each,
-        derived=derived,
+        derived=Estimates(derived),
         statistics=statistics_of(port, coupling, fit, rows, candidates, estimated) | told(joint.judgement),
         correlations=correlations(fit),
         observations=tuple(rows),
         candidates=candidates,
         findings=tuple(findings),
         engine=engine if records else ports[0].engine,
+        films=tuple(d.source for d in films),
         seed=SEED if any(e.bootstrap is not None or e.ci95_mcmc for e in parameters.values()) else None,
-        provenance=Provenance(call=f"identify({', '.join(d.source for d in ports)}, model={model!r})"),
+        provenance=Provenance(call=f"identify({', '.join(sources)}, {_how(model, films)})"),
     )
 
 
-def _port_data(
+def _require_known(own: frozenset[str], data: Sequence[PortData]) -> None:
+    """Raise InputError for a parameter that no model which is tried has."""
+    kinds = {"spectrum" if d.quantity == "impedance" else "record" for d in data}
+    models = dict.fromkeys(name for kind in sorted(kinds) for name in registry.candidates(kind))
+    known = dict.fromkeys([*(n for m in models for n in electrical_model(m).names), *NAMES])
+    for name in sorted(own):
+        if name not in known:
+            raise unknown_name("parameter", name, known, f"{argument('own')}=")
+
+
+def _how(model: str, films: Sequence[FilmData]) -> str:
+    """Return the arguments of the call: the drives of films, or the model."""
+    drives = dict.fromkeys(d.drive.text for d in films)
+    return ", ".join(
+        [*(f"drive={text!r}" for text in drives), *([] if drives and model == "auto" else [f"model={model!r}"])]
+    )
+
+
+def _fitted_ends(port: PortFit | None) -> tuple[float, float] | None:
+    """Return resistance at high frequency [ohm] and capacitance [F] of a port, if one was fitted."""
+    if port is None:
+        return None
+    made = port.port
+    return made.high_frequency_resistance, made.capacitance if port.kind.ions.stores else 0.0
+
+
+def _data(
     files: Sequence[Data], engine: str, bias: Sequence[float] | None, weighting: Weighting
-) -> tuple[PortData, ...]:
-    """Return the port data of every file. Raises InputError where two hold the same readings, or there are none."""
+) -> tuple[PortData | FilmData, ...]:
+    """Return the data of every file. Raises InputError where two hold the same readings, or there are none."""
     if not files:
         raise InputError("an identification needs at least one record or spectrum")
     sources = [f.source for f in files]
     # files told apart where folders hold files of the same name
     labels = [s if sources.count(s) == 1 else f"{s} ({sources[: k + 1].count(s)})" for k, s in enumerate(sources)]
-    found: list[PortData] = []
+    found: list[PortData | FilmData] = []
     for file, label, volts in zip(files, labels, bias or [0.0] * len(files), strict=True):
         if isinstance(file, Spectrum):
             found.append(ImpedanceData.of(replace(file, source=label), volts, label, weighting))
+        elif isinstance(file, Film):
+            found.append(FilmData(file, engine, label))
         else:
             found.append(CurrentData(file, engine, label))
     for k, d in enumerate(found):
@@ -213,10 +261,12 @@ def _port_data(
     return tuple(found)
 
 
-def _until(data: PortData, until: float | None) -> PortData:
+def _until(data: PortData | FilmData, until: float | None) -> PortData | FilmData:
     """Return the data up to ``until`` [s] since the onset. Raises InputError where too few readings are left."""
-    if until is None or not isinstance(data, CurrentData):
+    if until is None or not isinstance(data, CurrentData | FilmData):
         return data
+    if isinstance(data, FilmData):
+        return replace(data, until=until)
     cut = replace(data, until=until)
     count = int((cut.abscissa >= 0).sum())
     if count < LEAST_CURRENT:
@@ -239,6 +289,16 @@ def _without_outliers(data: tuple[PortData, ...], held: float | None) -> tuple[t
 
 
 def _fit_port(
+    data: tuple[PortData, ...], model: str, held: float | None, per_record: frozenset[str], progress: Progress
+) -> tuple[PortFit | None, tuple[Candidate, ...], list[Finding]]:
+    """Return the port's fit to all rows, the candidates and first findings; no fit without data of a port."""
+    if not data:
+        return None, (), []
+    port, candidates, findings = _tried(tuple(d.trial() for d in data), model, held, per_record, progress)
+    return on_all_rows(port, progress), candidates, findings
+
+
+def _tried(
     data: tuple[PortData, ...], model: str, held: float | None, per_record: frozenset[str], progress: Progress
 ) -> tuple[PortFit, tuple[Candidate, ...], list[Finding]]:
     """Return the port's fit, the candidates and first findings; Re held at zero where it is not determined."""
@@ -266,11 +326,15 @@ def _fit_port(
     return *fit_named(data, model, 0.0, per_record, progress), notes
 
 
-def _actuator(port: PortFit, strip: Actuator, base: Actuator | Specimen | None, data: Sequence[PortData]) -> Actuator:
-    name = data[0].source.rsplit(".", 1)[0][:LONGEST_NAME] if len(data) == 1 else "joint fit"
+def _actuator(
+    port: PortFit | None, strip: Actuator, base: Actuator | Specimen | None, sources: Sequence[str]
+) -> Actuator:
+    name = sources[0].rsplit(".", 1)[0][:LONGEST_NAME] if len(sources) == 1 else "joint fit"
     if base is not None and base.name not in PRESETS:
         name = base.name
     coupling = strip.coupling if base is not None else None
+    if port is None:
+        return replace(strip, coupling=coupling, name=name, uncertainty=None)
     how = {"coupling": coupling, "mounting": strip.mounting, "name": name}
     try:
         return Actuator.from_port(strip.geometry, port.port, base=strip.material, **how)
@@ -279,19 +343,23 @@ def _actuator(port: PortFit, strip: Actuator, base: Actuator | Specimen | None, 
 
 
 def _observations(
-    port: PortFit, coupling: CouplingFit | None, fit: FitResult, progress: Progress
+    port: PortFit | None, coupling: CouplingFit | None, fit: FitResult, progress: Progress
 ) -> tuple[list[ObservationFit], LeftOut]:
     """Return the rows of all observations, and the ports' fits without each file in turn."""
-    without = leave_one_port_out(port, progress)
-    pairs = zip(port.data, port.individual, strict=True)
-    own: list[tuple[str, Measured, FitResult]] = [(i.model.kind.name, d, i.fit) for d, i in pairs]
-    rows = observation_fits(port.data, own, port.fit, without, fit, 0)
-    for k, d in enumerate(port.data):
-        check = d.check if isinstance(d, ImpedanceData) else None
-        rows[k] = replace(rows[k], derived=file_quantities(d, fit, k), check=check)
+    rows: list[ObservationFit] = []
+    without: LeftOut = []
+    own: list[tuple[str, Measured, FitResult]]
+    if port is not None:
+        without = leave_one_port_out(port, progress)
+        pairs = zip(port.data, port.individual, strict=True)
+        own = [(i.model.kind.name, d, i.fit) for d, i in pairs]
+        rows = observation_fits(port.data, own, port.fit, without, fit, 0)
+        for k, d in enumerate(port.data):
+            check = d.check if isinstance(d, ImpedanceData) else None
+            rows[k] = replace(rows[k], derived=file_quantities(d, fit, k), check=check)
     if coupling is None:
         return rows, without
-    first, ratio = len(port.data), lumped_elements(coupling.motion.actuator).bending_ratio
+    first, ratio = len(rows), lumped_elements(coupling.motion.actuator).bending_ratio
     own = [("d(s)", i.data, i.fit) for i in coupling.individual]
     left_out = leave_one_out(coupling.fit, progress)
     moved = observation_fits(coupling.data, own, coupling.fit, left_out, fit, first)

@@ -28,19 +28,20 @@ from .port_model import Measured, PortData, PortModel, sigma_of
 class Joint:
     """The fit of all observations: currents and impedances in their order, then displacements.
 
-    ``port`` and ``coupling`` are views of it; ``onsets`` are the intervals in which the voltage jumped.
-    ``judgement`` says how far the engine of record would move the answer, None where it made it.
+    ``port`` and ``coupling`` are views of it, None where no file is of theirs; ``onsets`` are what the readings leave
+    open of when the voltage jumped. ``judgement`` says how far the engine of record would move the answer, None where
+    it made it.
     """
 
     fit: FitResult
-    port: PortFit
+    port: PortFit | None
     coupling: CouplingFit | None
     onsets: Onsets
     judgement: Judgement | None
 
 
 def joined(
-    port: PortFit,
+    port: PortFit | None,
     coupling: CouplingFit | None,
     actuator: Actuator,
     per_record: frozenset[str],
@@ -51,17 +52,22 @@ def joined(
     Without an electrode resistance they share no parameter, and their fits are those of the components. Raises
     SolveError where the common fit or the engine fails.
     """
-    together = coupling is not None and port_matters(actuator, port.model)
-    data: tuple[Measured, ...] = (*port.data, *(coupling.data if coupling is not None else ()))
+    together = port is not None and coupling is not None and port_matters(actuator, port.model)
+    ports = port.data if port is not None else ()
+    data: tuple[Measured, ...] = (*ports, *(coupling.data if coupling is not None else ()))
     motion = None if coupling is None else coupling.motion
-    if motion is not None and together:
+    if port is not None and motion is not None and together:
         typical = tuple(port.values[name] for name in port.kind.names)
         motion = replace(motion, actuator=actuator, port=replace(port.model, typical=typical))
-    observe = partial(_observation, port.model, motion)
-    found = _fit_all(port, coupling, data, motion, per_record, progress) if together else _composed(port, coupling)
-    found, data, onsets = settled(found, data, observe, costly=not port.kind.linear, progress=progress)
+    observe = partial(_observation, None if port is None else port.model, motion)
+    if port is not None and together:
+        found = _fit_all(port, coupling, data, motion, per_record, progress)
+    else:
+        found = _composed(port, coupling)
+    linear = port.kind.linear if port is not None else motion is not None and motion.linear
+    found, data, onsets = settled(found, data, observe, costly=not linear, progress=progress)
     judgement = None
-    if any(d.engine == "ngspice" for d in data) and port.kind.linear:
+    if any(d.engine == "ngspice" for d in data) and linear:
         few = [d.trial() if isinstance(d, PortData) else d for d in data]
         pairs = zip(few, found.problem.observations, strict=True)
         record = replace(found.problem, observations=tuple(observe(d, o.sigma, of_record=True) for d, o in pairs))
@@ -82,17 +88,21 @@ def _rows(data: Sequence[Measured], few: Sequence[Measured]) -> NDArray[np.intp]
 
 
 def _observation(
-    model: PortModel, motion: Motion | None, data: Measured, sigma: float | Array, *, of_record: bool = False
+    model: PortModel | None, motion: Motion | None, data: Measured, sigma: float | Array, *, of_record: bool = False
 ) -> Observation:
     if isinstance(data, DisplacementData):
         assert motion is not None
         return data.observation(motion, sigma, of_record=of_record)
     assert isinstance(data, PortData)
+    assert model is not None
     return data.observation(model, sigma, of_record=of_record)
 
 
-def _composed(port: PortFit, coupling: CouplingFit | None) -> FitResult:
+def _composed(port: PortFit | None, coupling: CouplingFit | None) -> FitResult:
     """Return the fit of all that the fits of port and coupling make side by side."""
+    if port is None:
+        assert coupling is not None
+        return coupling.fit
     if coupling is None:
         return port.fit
     problems = (port.fit.problem, coupling.fit.problem)
@@ -127,13 +137,15 @@ def _fit_all(
 
 def _views(
     found: FitResult,
-    port: PortFit,
+    port: PortFit | None,
     coupling: CouplingFit | None,
     data: Sequence[Measured],
     together: bool,
     onsets: Onsets,
     judgement: Judgement | None,
 ) -> Joint:
+    if port is None:
+        return Joint(found, None, coupling and replace(coupling, fit=found), onsets, judgement)
     count, total = len(port.data), len(data)
     moved = tuple(d for d in data[:count] if isinstance(d, PortData))
     if together or coupling is None:

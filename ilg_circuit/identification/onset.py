@@ -24,7 +24,7 @@ from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
 from ..measurements.record import Channel
 from .clock import MOST_RATE
-from .current import CurrentData
+from .film import Moving
 from .motion import DisplacementData
 from .observation_fit import ObservationFit
 from .port_model import BRACKET, Measured
@@ -310,7 +310,7 @@ def _refitted(found: FitResult, k: int, observe: Observe, data: DisplacementData
     return with_starts(fit_near(problem, found.values, progress), found.starts)
 
 
-def clock_findings(records: Sequence[CurrentData], onsets: Onsets) -> list[Finding]:
+def clock_findings(records: Sequence[Moving], onsets: Onsets) -> list[Finding]:
     """Return findings on displacements of files of their own whose clock's rate is taken to be the voltage's."""
     told = {clock.data.source for clock in onsets.clocks if clock.rate is not None}
     return [Finding("clock-rate-assumed", d.source) for d in records if d.record.own_clock and d.source not in told]

@@ -93,6 +93,10 @@ def _refined(
     return (g, np.exp(found.x)) if (g > 0).all() else None
 
 
+class FewerRelaxations(InputError):
+    """A current shows fewer relaxations than a model has."""
+
+
 def model_start(
     model: ElectricalModel,
     t: Array,
@@ -103,7 +107,8 @@ def model_start(
 ) -> Array:
     """Return starting values (n,) of ``model``'s parameters in their order; arguments as for `current_start`.
 
-    Where the record does not show as many relaxations as the model looks for first, it may do with fewer.
+    Where the record does not show as many relaxations as the model looks for first, it may do with fewer. Raises
+    FewerRelaxations where it shows less than that, InputError where it shows none.
     """
     *counts, last = model.ions.branch_counts
 
@@ -114,7 +119,17 @@ def model_start(
     for count in counts:
         with suppress(InputError):
             return start(count)
-    return start(last)
+    try:
+        return start(last)
+    except InputError:
+        for fewer in range(last - 1, 0, -1):
+            with suppress(InputError):
+                current_start(t, current, drive, electrode_resistance, fewer, nuisance)
+                break
+        else:
+            raise
+    shown = f"{fewer} relaxation{'s' * (fewer > 1)}"
+    raise FewerRelaxations(f"the current shows {shown}, and model {model.name} has {last}: take a simpler one")
 
 
 class CouplingSearch:

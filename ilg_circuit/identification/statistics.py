@@ -18,7 +18,7 @@ from .port_fit import PortFit
 
 
 def statistics_of(
-    port: PortFit,
+    port: PortFit | None,
     coupling: CouplingFit | None,
     fit: FitResult,
     rows: Sequence[ObservationFit],
@@ -27,24 +27,56 @@ def statistics_of(
 ) -> dict[str, Any]:
     """Return the statistics of the port, with "displacement" those of the coupling.
 
-    Of a single file rmse is in its unit; of several all residuals are over their sigmas.
+    Of a single file rmse is in its unit; of several all residuals are over their sigmas. Without a port they are those
+    of the coupling throughout.
     """
+    count = len(port.data) if port is not None else 0
+    statistics = _port_statistics(port, rows, candidates) if port is not None else _without_port(fit, rows)
+    if coupling is not None:
+        statistics["displacement"] = _displacement_statistics(coupling, fit, rows, count)
+    details = {p.problem.observations[0].quantity: d for p, d in zip(fit.parts, intervals.details, strict=False)}
+    if details:
+        flat = next(iter(details.values())) if list(details) == ["impedance"] else {}
+        statistics["intervals"] = {**details, **flat}
+    return statistics
+
+
+#: What is not told of every kind of fit.
+_UNKNOWN = (
+    "rmse_over_peak",
+    "relative_rms",
+    "complex_rms",
+    "worst_window",
+    "independent",
+    "weighting",
+    "displacement",
+)
+
+
+def _without_port(fit: FitResult, rows: Sequence[ObservationFit]) -> dict[str, Any]:
+    """Return the statistics of displacements alone, by the names of a port's."""
+    rmse = float(np.sqrt(np.mean(fit.residuals**2)))
+    statistics: dict[str, Any] = {"rmse": rmse, "rmse_unit": "", "aic": None, "bic": None, "n": len(fit.residuals)}
+    statistics |= dict.fromkeys(_UNKNOWN)
+    if len(rows) == 1:
+        statistics |= dict(rows[0].statistics) | {"rmse_unit": rows[0].unit}
+    return statistics | {
+        "evaluations": fit.parts[0].evaluations,
+        "starts": fit.starts.starts,
+        "starts_agreeing": fit.starts.agreeing,
+        "relative_offset": fit.parts[0].offset,
+        "identifiability": None,
+    }
+
+
+def _port_statistics(port: PortFit, rows: Sequence[ObservationFit], candidates: Sequence[Candidate]) -> dict[str, Any]:
     chosen = next(c for c in candidates if c.chosen)
     count = len(port.data)
     port_fit, single = port.fit, count == 1
     samples = slice(0, port_fit.problem.slices[count - 1].stop)
     statistics: dict[str, Any] = {"rmse": float(np.sqrt(np.mean(port_fit.residuals[samples] ** 2))), "rmse_unit": ""}
     statistics |= {"aic": None, "bic": chosen.bic, "n": samples.stop}
-    unknown = (
-        "rmse_over_peak",
-        "relative_rms",
-        "complex_rms",
-        "worst_window",
-        "independent",
-        "weighting",
-        "displacement",
-    )
-    statistics |= dict.fromkeys(unknown)
+    statistics |= dict.fromkeys(_UNKNOWN)
     if single:
         first = port.data[0]
         statistics |= dict(rows[0].statistics) | {"rmse_unit": first.unit}
@@ -62,20 +94,13 @@ def statistics_of(
             }
         else:
             statistics["rmse_over_peak"] = rows[0].rms_joint / first.size
-    statistics |= {
+    return statistics | {
         "evaluations": port_fit.parts[0].evaluations,
         "starts": chosen.starts,
         "starts_agreeing": chosen.starts_agreeing,
         "relative_offset": port_fit.parts[0].offset,
         "identifiability": chosen.identifiability.to_dict() if chosen.identifiability else None,
     }
-    if coupling is not None:
-        statistics["displacement"] = _displacement_statistics(coupling, fit, rows, count)
-    details = {p.problem.observations[0].quantity: d for p, d in zip(fit.parts, intervals.details, strict=False)}
-    if details:
-        flat = next(iter(details.values())) if list(details) == ["impedance"] else {}
-        statistics["intervals"] = {**details, **flat}
-    return statistics
 
 
 def told(judgement: Judgement | None) -> dict[str, Any]:

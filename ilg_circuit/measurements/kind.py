@@ -77,19 +77,32 @@ class Kind:
         return all(q in readable for q in (*self.required, *self.way(readable)))
 
 
+#: quantity -> its Japanese, Chinese and Korean names.
+_ASIAN = {
+    "time": ("時間", "経過時間", "时间", "시간"),
+    "voltage": ("電圧", "印加電圧", "電位", "電壓", "电压", "전압"),
+    "current": ("電流", "电流", "전류"),
+    "displacement": ("変位", "位移", "변위"),
+    "frequency": ("周波数", "频率", "주파수"),
+}
+
 RECORD = Kind(
     "record",
     {
-        "time": ("s", ("time", "t", "t_nominal", "zeit", "temps", "x_value", "elapsed")),
+        "time": ("s", ("time", "t", "t_nominal", "zeit", "temps", "x_value", "elapsed", *_ASIAN["time"])),
         "voltage": (
             "V",
             (
                 *("ewe-ece", "<ewe>", "ewe", "voltage", "potential", "u", "volt", "volts", "vf", "v", "e", "control"),
                 *("working_electrode", "ecell", "spannung", "potenzial", "tension"),
+                *_ASIAN["voltage"],
             ),
         ),
-        "current": ("A", ("<i>", "current", "i", "im", "amps", "strom", "courant")),
-        "displacement": ("m", ("displacement", "deflection", "position", "weg", "auslenkung")),
+        "current": ("A", ("<i>", "current", "i", "im", "amps", "strom", "courant", *_ASIAN["current"])),
+        "displacement": (
+            "m",
+            ("displacement", "deflection", "position", "tip", "weg", "auslenkung", *_ASIAN["displacement"]),
+        ),
         "force": ("N", ("force", "kraft")),
         "charge": ("C", ("charge", "ladung")),
     },
@@ -114,7 +127,7 @@ _RE_Y, _IM_Y = ("re(y)", "y'", "yre", "y_re", "yreal", "conductance"), ("im(y)",
 SPECTRUM = Kind(
     "spectrum",
     {
-        "frequency": ("Hz", ("frequency", "freq", "f", "frequenz")),
+        "frequency": ("Hz", ("frequency", "freq", "f", "frequenz", *_ASIAN["frequency"])),
         "re": ("ohm", (*_RE, "resistance")),
         "minus_im": ("ohm", (*(f"{sign}{word}" for sign in _MINUS for word in _IM), "im(-z)")),
         "im": ("ohm", (*_IM, "reactance")),

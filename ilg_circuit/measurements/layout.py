@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
-from ..errors import InputError
+from ..errors import InputError, argument
 from ..findings import Finding
 from .cells import LONGEST_LINE, clock, is_mark, is_number, split
 from .header import Column, chosen, columns_of, is_unit_row
-from .kind import PREAMBLE, Kind
+from .kind import EDGE, PREAMBLE, RECORD, TRACK, Kind
 from .said import options
 from .suggest import suggestion
 
@@ -153,6 +153,7 @@ def choose(
         where = f"line {line}: " if line > 1 else ""
         raise InputError(
             f"{name}: {where}{_missing(quantity, layout, left)}; columns are written like {kind.example}{how}"
+            f"{_alone(layout, kind, taken)}"
         )
     if kind.said.scale is not None and all(c.unit != "px" for c in taken.values()):
         lengths = ", ".join(f"'{c.title.strip()[:40]}' is in {c.unit}" for c in taken.values())
@@ -192,6 +193,22 @@ def _missing(quantity: str, layout: Layout, left: Sequence[str]) -> str:
     filled = [repr(title[:40]) for title in left if title][:20]
     spoken = "the imaginary part" if quantity in ("im", "minus_im") else quantity
     return f"no column for {spoken}" + (f"; not understood: {', '.join(filled)}" if filled else "")
+
+
+def _alone(layout: Layout, kind: Kind, taken: Collection[str]) -> str:
+    """Return what to do with a file that holds a displacement and nothing of a record beside it, if it is one."""
+    if kind != RECORD or "current" in taken or kind.repeats == EDGE:
+        return ""
+    titles = [title for title in layout.titles if title.strip()]
+    found = {c.quantity for c in columns_of(titles, [""] * len(titles), TRACK)}
+    if not TRACK.complete(found):
+        return ""
+    if "voltage" in taken:
+        return f"; a displacement without a current takes its own voltage as {argument('drive', 'file:')}FILE"
+    return (
+        f"; of a displacement alone state what drove it: {argument('drive', 'step:2V')}, or give it beside a record: "
+        f"{argument('displacement')}"
+    )
 
 
 def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:

@@ -84,7 +84,7 @@ def prepare(table: Table, onset: Stated = None) -> Record:
         notes.append(Finding("onset-assumed", values={"at": found.time}))
     if int(current.rest.sum()) < LEAST_REST:
         notes.append(Finding("offset-assumed"))
-    step = _step_level(drive.drive)
+    step = step_level(drive.drive)
     if step is not None:
         notes += current_drift(current.time, current.values, step - found.rest)
     displacement, missing = _displacement(table, found)
@@ -154,7 +154,7 @@ def _channel(t: Array, values: Array, onset: Onset, between: Bracket) -> Channel
     return Channel(time, values, (bracket[0] - middle, bracket[1] - middle), middle)
 
 
-def _step_level(drive: PiecewiseLinear) -> float | None:
+def step_level(drive: PiecewiseLinear) -> float | None:
     """Return the level of a step, whose voltage stays within 5 % of its height; None for another drive."""
     start = float(drive.values[0])
     height = start - drive.rest
@@ -175,7 +175,7 @@ def _require_response(current: Channel, drive: PiecewiseLinear, name: str) -> No
     """Raise InputError for a record without a transient: the voltage is constant and the current does not change."""
     if float(np.abs(current.values).max()) < _LEAST_READING:
         raise InputError(f"{name}: no step in the record: the current is zero throughout")
-    if _step_level(drive) is None:
+    if step_level(drive) is None:
         return
     if _steady(current.until(np.inf)):
         raise InputError(

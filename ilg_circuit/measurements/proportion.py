@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ..findings import Finding
+from .film import Film
 from .record import Record
 from .spectrum import Spectrum
 
@@ -21,28 +22,23 @@ _OF_THE_PORT = ("current", "voltage", "time", "re", "im", "frequency")
 
 
 def proportion_findings(
-    data: Sequence[Record | Spectrum], resistance: float, capacitance: float, area: float, length: float
+    data: Sequence[Record | Spectrum | Film], port: tuple[float, float] | None, area: float, length: float
 ) -> list[Finding]:
     """Return findings where what was measured or fitted is out of all proportion to the strip.
 
     Parameters
     ----------
     data
-        The records and spectra that were fitted.
-    resistance, capacitance
-        Of the fitted port, at high frequency [ohm] and in all [F].
+        The records, spectra and films that were fitted.
+    port
+        Resistance at high frequency [ohm] and capacitance in all [F] of the port, if it was fitted; a capacitance of
+        zero is that of a model without any.
     area, length
         Of the strip [m2], [m].
     """
-    found = []
-    small = resistance < _LEAST_RESISTANCE or resistance * area < _LEAST_AREAL_RESISTANCE
-    large = capacitance > _MOST_CAPACITANCE or capacitance > _MOST_AREAL_CAPACITANCE * area
-    faint = capacitance < _LEAST_AREAL_CAPACITANCE * area or resistance * area > _MOST_AREAL_RESISTANCE
-    if small or large or faint:
-        values = {"resistance": resistance, "capacitance": capacitance, "columns": _columns(data, _OF_THE_PORT)}
-        found.append(Finding("port-out-of-proportion", values={**values, "area_cm2": area * 1e4}))
-    for record in (d for d in data if isinstance(d, Record)):
-        current = float(np.abs(record.current.values).max(initial=0.0))
+    found = [] if port is None else _of_the_port(data, *port, area)
+    for record in (d for d in data if isinstance(d, Record | Film)):
+        current = float(np.abs(record.current.values).max(initial=0.0)) if isinstance(record, Record) else 0.0
         if current > _MOST_DENSITY * area and not found:
             values = {"current": current, "area_cm2": area * 1e4, "columns": _columns([record], ("current",))}
             found.append(Finding("current-out-of-proportion", record.source, values))
@@ -58,7 +54,20 @@ def proportion_findings(
     return found
 
 
-def _columns(data: Iterable[Record | Spectrum], quantities: Sequence[str]) -> list[str]:
+def _of_the_port(
+    data: Sequence[Record | Spectrum | Film], resistance: float, capacitance: float, area: float
+) -> list[Finding]:
+    """Return the finding on a port that no strip of an ``area`` [m2] has, if there is one."""
+    small = resistance < _LEAST_RESISTANCE or resistance * area < _LEAST_AREAL_RESISTANCE
+    large = capacitance > _MOST_CAPACITANCE or capacitance > _MOST_AREAL_CAPACITANCE * area
+    faint = 0 < capacitance < _LEAST_AREAL_CAPACITANCE * area or resistance * area > _MOST_AREAL_RESISTANCE
+    if small or large or faint:
+        values = {"resistance": resistance, "capacitance": capacitance, "columns": _columns(data, _OF_THE_PORT)}
+        return [Finding("port-out-of-proportion", values={**values, "area_cm2": area * 1e4})]
+    return []
+
+
+def _columns(data: Iterable[Record | Spectrum | Film], quantities: Sequence[str]) -> list[str]:
     """Return the columns of some quantities with their units, as their files have them; else the quantities."""
     headers = [d.headers for d in data]
     named = [f"'{h[q][0]}' (unit {h[q][1]})" for q in quantities for h in headers if q in h]

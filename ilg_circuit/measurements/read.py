@@ -60,7 +60,7 @@ def read(
     if kind == TRACK:
         raise InputError(
             f"{file.name}: holds a displacement alone; give it by {argument('displacement')} beside a file of voltage "
-            "and current"
+            f"and current, or state what drove it: {argument('drive', 'step:2V')}"
         )
     table = _table(file, format_, kind)
     return spectrum_of(table) if kind == SPECTRUM else record_of(table, onset)

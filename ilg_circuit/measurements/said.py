@@ -60,6 +60,16 @@ class Said:
         return replace(self, columns=columns, units=units, part=None, cycle=None)
 
     @property
+    def of_film(self) -> Said:
+        """What is said of a displacement's file that stands alone, so that its quantities need no prefix."""
+        columns, units = (
+            {_own(q): text for q, text in sorted(d.items(), key=lambda each: _of_track(each[0]))}
+            for d in (self.columns, self.units)
+        )
+        whole = replace(self, columns=columns, units=units)
+        return replace(whole.of_track, columns=columns, part=self.part, cycle=self.cycle)
+
+    @property
     def of_data(self) -> Said:
         """The statements on the other file, without those on the displacement's own file."""
         columns, units = ({q: text for q, text in d.items() if not _of_track(q)} for d in (self.columns, self.units))

@@ -173,6 +173,18 @@ def with_track(record: Record, track: Track) -> Record:
     """
     if record.displacement is not None:
         raise InputError(f"{record.source}: has a displacement itself; leave out that of {track.source}, or its column")
+    channel, notes = moving(track)
+    length = next((track.headers[q] for q in ("displacement", "x", "y") if q in track.headers), None)
+    headers = {**record.headers, "displacement": length} if length else record.headers
+    about = tuple(note.about(track.source) for note in notes)
+    return replace(record, displacement=channel, own_clock=True, notes=(*record.notes, *about), headers=headers)
+
+
+def moving(track: Track) -> tuple[Channel, tuple[Finding, ...]]:
+    """Return a track as a channel whose zero is where the tip begins to move, with findings on it.
+
+    Raises InputError where too few readings are left from there on.
+    """
     zero, rests = beginning(track.time, track.values)
     time = track.time - zero
     rest = track.values[time < 0]
@@ -186,10 +198,7 @@ def with_track(record: Record, track: Track) -> Record:
     notes = [*track.notes, *rest_drift(channel.time, channel.values, "displacement", "m")]
     if not rests:
         notes.append(Finding("track-without-rest"))
-    length = next((track.headers[q] for q in ("displacement", "x", "y") if q in track.headers), None)
-    headers = {**record.headers, "displacement": length} if length else record.headers
-    about = tuple(note.about(track.source) for note in notes)
-    return replace(record, displacement=channel, own_clock=True, notes=(*record.notes, *about), headers=headers)
+    return channel, tuple(notes)
 
 
 def beside(files: Sequence[Any], tracks: Sequence[Track]) -> list[Any]:

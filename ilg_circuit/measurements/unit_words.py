@@ -22,7 +22,7 @@ _OHM = re.compile(r"ohms?\b|[\u03a9\u2126]", re.IGNORECASE)
 #: The reference electrode behind a unit or a name.
 REFERENCE = re.compile(r"[ (]{1,3}(?:vs|versus)\b.*", re.IGNORECASE)
 _WRITTEN_OUT = {
-    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("sec", "secs", "second", "seconds", "秒", "초"), "s"),
     **dict.fromkeys(("msec", "msecs", "millisecond", "milliseconds"), "ms"),
     **dict.fromkeys(("minute", "minutes", "mins"), "min"),
     **dict.fromkeys(("hr", "hrs", "hour", "hours"), "h"),

@@ -17,6 +17,8 @@ from .parameter_table import estimate_text, write_table
 FILES = ("fitted.toml", "fit.json", "fit.png", "report.html", "parameters.csv")
 #: Most lines of parameters, widest line, and most warnings of the short text.
 _LINES, _WIDTH, _WARNINGS = 5, 112, 2
+#: Derived quantities that were fitted too.
+_CLOCK = ("displacement_delay", "displacement_clock_rate")
 
 
 def save_folder(fit: Identification, path: str | Path, *, force: bool = False, key: str = "") -> None:
@@ -74,7 +76,8 @@ def short_text(fit: Identification, folder: str | Path, note: str = "") -> tuple
     misfit = ", ".join(f"{name} {o.rms_joint / o.size:.2%} of its {SIZE[name]}" for name, o in worst.items())
     head = headline(fit)
     lines = [head if len(head) <= _WIDTH + 8 else f"{head[: _WIDTH + 5]}..."]
-    lines += _packed([f"{name} = {estimate_text(e)}" for name, e in fit.parameters.items()])
+    clock = {name: e for name, e in fit.derived.items() if name in _CLOCK and e.stderr is not None}
+    lines += _packed([f"{name} = {estimate_text(e)}" for name, e in {**fit.parameters, **clock}.items()])
     lines.append(f"misfit (rms): {misfit}" if fit.success else f"misfit (rms): {misfit}: NO SUCCESS")
     more = f"; {left} more warning{'s' * (left > 1)} there" if left else ""
     lines.append(f"{folder}/: {', '.join(FILES)}{f' ({note})' if note else ''}{more}")

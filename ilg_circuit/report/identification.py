@@ -16,8 +16,10 @@ from .. import __version__
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..fit.selection import Candidate
+from ..identification.current import CurrentData
 from ..identification.displacement_metrics import TAIL, DisplacementMetrics
 from ..identification.identification import Identification
+from ..identification.motion import DisplacementData
 from ..identification.observation_fit import SIZE, ObservationFit
 from ..simulation.step_metrics import SETTLING_BAND, StepMetrics
 from ..strip.file import dumps, save_actuator
@@ -80,16 +82,21 @@ def summary(result: Identification) -> str:
 
 def headline(result: Identification) -> str:
     """Return what was measured, and the model."""
-    first = result.port.data[0]
+    first = result.data[0]
     if not result.single:
         return f"{files(result)} together, model {result.model}, {_engines(result)}"
     if first.quantity == "impedance":
         f = first.abscissa
         low, high = (format_quantity(float(x), "Hz", 4) for x in (f[0], f[-1]))
         what = f"spectrum of {len(f)} points, {low} to {high}"
+    elif result.port is None and isinstance(first, DisplacementData):
+        drive = first.drive.text
+        beam = f"{result.coupling.motion.beam} beam, " if result.coupling else ""
+        return f"{first.source}: displacement under {drive}, as stated; coupling d(s), {beam}{_engines(result)}"
     else:
         onset = format_quantity(result.derived["onset"].value, "s", 6)
-        step = f"step of {format_quantity(first.level, 'V', 5)} at" if first.level is not None else "waveform from"
+        level = first.level if isinstance(first, CurrentData) else None
+        step = f"step of {format_quantity(level, 'V', 5)} at" if level is not None else "waveform from"
         what = f"{step} {onset}"
     return f"{first.source}: {what}; model {result.model}, {_engines(result)}"
 
@@ -106,14 +113,18 @@ def _worst(result: Identification) -> str:
 
 def files(result: Identification) -> str:
     """Return how many records and spectra."""
-    spectra = sum(d.quantity == "impedance" for d in result.port.data)
-    records = len(result.port.data) - spectra
-    counts = [(records, "record", "records"), (spectra, "spectrum", "spectra")]
+    kinds = [d.quantity for d in result.data]
+    spectra, films = kinds.count("impedance"), kinds.count("displacement")
+    counts = [
+        (len(kinds) - spectra - films, "record", "records"),
+        (spectra, "spectrum", "spectra"),
+        (films, "displacement alone", "displacements alone"),
+    ]
     return " and ".join(f"{n} {one if n == 1 else many}" for n, one, many in counts if n)
 
 
 def _engines(result: Identification) -> str:
-    engines = dict.fromkeys(d.engine for d in result.port.data)
+    engines = dict.fromkeys(d.engine for d in result.data)
     return " and ".join(name if name == "closed form" else f"{name} in the loop" for name in engines)
 
 
@@ -141,7 +152,7 @@ def page(result: Identification) -> Page:
         Section("Data, fit and residuals", [picture(figure(result), "measurements, fit, prediction, residuals")]),
         *_check_sections(result),
         Section("Residuals of every file", [_comparison(result), *(Prose(n) for n in comparison_notes(result))]),
-        Section("Candidates", [_candidates(result), Prose(f"{_basis(result)}.")]),
+        *([Section("Candidates", [_candidates(result), Prose(f"{_basis(result)}.")])] if result.candidates else []),
         parameter_section(result.parameters),
         *(parameter_section(found, f"Parameters of {source} by itself") for source, found in result.own.items()),
         derived_section(result.derived),
@@ -274,7 +285,7 @@ def _comparison(result: Identification) -> Grid:
 def _window_rows(result: Identification) -> Iterator[tuple[str, list[tuple[str, str, str]]]]:
     """Yield a window of time, and rms, its share and the count of samples of each quantity."""
     windows, by_quantity = result.residual_windows, {o.quantity: o for o in result.observations}
-    for w in windows["current"]:
+    for w in next(iter(windows.values())):
         cells = []
         for name, o in by_quantity.items():
             part = next((x for x in windows[name] if x.start == w.start), None)

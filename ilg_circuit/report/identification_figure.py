@@ -16,6 +16,7 @@ from ..arrays import Array, Mask
 from ..identification.current import CurrentData
 from ..identification.identification import Identification
 from ..identification.impedance import ImpedanceData
+from ..identification.motion import DisplacementData
 from ..identification.observation_fit import ObservationFit
 from ..units import format_quantity
 from .axes import (
@@ -51,7 +52,7 @@ def figure(result: Identification) -> Figure:
     """Return the picture of a record, a spectrum, or several files."""
     if not result.single:
         return _several(result)
-    first = result.port.data[0]
+    first = result.data[0]
     return spectrum_figure(result, first) if isinstance(first, ImpedanceData) else _record(result)
 
 
@@ -62,9 +63,10 @@ def _record(result: Identification) -> Figure:
     for name, upper, lower in zip(names, axes[::2], axes[1::2], strict=False):
         _fit(result, name, upper)
         _fit_residuals(result, name, lower)
-    caption(axes[0], f"{result.port.data[0].source}: model {result.model}")
+    title = f"{result.sources[0]}: model {result.model}"
     if "displacement" in names:
-        _annotate(axes[2], result)
+        _annotate(axes[2 * names.index("displacement")], result)
+    caption(axes[0], title)
     _drive(result, axes[-1])
     _since_onset(result, axes[-1])
     drawn.align_ylabels(axes)
@@ -73,7 +75,7 @@ def _record(result: Identification) -> Figure:
 
 def panels(result: Identification) -> Panels:
     """Return what draws each measured quantity with its fit on axes, a spectrum as a Nyquist plot first."""
-    first = result.port.data[0]
+    first = result.data[0]
     if not result.single:
         quantities = dict.fromkeys(o.quantity for o in result.observations)
         every = {name: partial(_together, result, name) for name in quantities}
@@ -93,9 +95,10 @@ def panels(result: Identification) -> Panels:
 
 def _drawn_over_time(result: Identification) -> dict[str, tuple[Array, Array, Array, str, float]]:
     """Of a single record's quantities: time, data, fit, unit, and the time [s] beyond which the fit does not go."""
-    current = result.port.data[0]
-    assert isinstance(current, CurrentData)
-    waves = {"current": (current.abscissa, current.data, result.observations[0].fitted, "A", np.inf)}
+    current = result.data[0]
+    waves = {}
+    if isinstance(current, CurrentData):
+        waves["current"] = (current.abscissa, current.data, result.observations[0].fitted, "A", np.inf)
     if result.coupling is not None:
         moved = result.coupling.individual[0]
         channel = moved.data.channel
@@ -129,11 +132,12 @@ def _fit_residuals(result: Identification, name: str, panel: Axes) -> None:
 
 
 def _drive(result: Identification, panel: Axes, **style: Any) -> None:
-    current = result.port.data[0]
-    assert isinstance(current, CurrentData)
-    after = current.abscissa[current.abscissa >= 0]
+    first = result.data[0]
+    assert isinstance(first, CurrentData | DisplacementData)
+    drive = first.record.drive if isinstance(first, CurrentData) else first.drive
+    after = first.abscissa[first.abscissa >= 0]
     look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.2} | style
-    panel.plot(after, current.record.drive.value(after), **look)
+    panel.plot(after, drive.value(after), **look)
     panel.set_ylabel("voltage [V]")
     low, high = panel.get_ylim()
     panel.set_ylim(min(low, 0.0), max(high, 0.0) * 1.05)
@@ -141,10 +145,9 @@ def _drive(result: Identification, panel: Axes, **style: Any) -> None:
 
 def _since_onset(result: Identification, panel: Axes) -> None:
     """Name the axis of time, which is logarithmic for a step."""
-    current = result.port.data[0]
-    assert isinstance(current, CurrentData)
-    if current.level is not None:
-        after = current.abscissa[current.abscissa > 0]
+    first = result.data[0]
+    if isinstance(first, CurrentData) and first.level is not None:
+        after = first.abscissa[first.abscissa > 0]
         panel.set_xscale("log")
         panel.set_xlim(after[0], after[-1])
     panel.set_xlabel("time since the onset [s]")

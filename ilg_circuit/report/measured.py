@@ -1,4 +1,4 @@
-"""Shows measured data: a record over time, an impedance spectrum."""
+"""Shows measured data: a record over time, a displacement alone, an impedance spectrum."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..measurements.film import Film
 from ..measurements.record import Record
 from ..measurements.spectrum import Spectrum
 from ..result import Column
@@ -15,7 +16,7 @@ from ..units import format_quantity
 from .axes import ORANGE, Axes, Figure, Panels, curve, heading, new_figure
 from .tables import aligned
 
-Data = Record | Spectrum
+Data = Record | Spectrum | Film
 
 
 def headline(data: Data) -> str:
@@ -23,6 +24,9 @@ def headline(data: Data) -> str:
     if isinstance(data, Spectrum):
         ends = " to ".join(format_quantity(float(f), "Hz", 3) for f in data.frequency[[0, -1]])
         return f"{data.source}: impedance at {len(data.frequency)} frequencies, {ends}"
+    if isinstance(data, Film):
+        lasts = format_quantity(data.duration, "s", 4)
+        return f"{data.source}: a displacement over {lasts} under {data.drive.text}, as stated"
     what = f"a step of {format_quantity(data.step, 'V', 3)}" if data.step is not None else "a waveform"
     return f"{data.source}: {what}, {format_quantity(data.duration, 's', 4)} from an onset at {data.onset:.6g} s"
 

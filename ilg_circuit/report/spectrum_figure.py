@@ -55,7 +55,8 @@ def spectrum_figure(result: Identification, data: ImpedanceData) -> Figure:
 
 def _spectra(result: Identification) -> tuple[Array, ComplexArray, Mask, Array, ComplexArray]:
     """Frequency, measured impedance, what was left out; frequencies close together and the fit there."""
-    data = result.port.data[0]
+    data = result.data[0]
+    assert result.port is not None
     assert isinstance(data, ImpedanceData)
     f = data.measured.frequency
     dense = np.geomspace(f[0], f[-1], 400)

@@ -5,6 +5,8 @@ Curved ones are drawn by `LINES` lines or more in each period, so that they lie 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..arrays import Array
@@ -65,6 +67,14 @@ def chirp(amplitude: float, low: float, high: float, duration: float) -> Rows:
     times = np.concatenate(rows)
     _require(len(times) < _MOST_ROWS, _too_many(high, duration))
     return times, amplitude * np.sin(2 * np.pi * low / rate * np.expm1(rate * times))
+
+
+def sampled(value: Callable[[Array], Array], angular_frequency: float, duration: float) -> Rows:
+    """Return the rows of a curve of one ``angular_frequency`` [rad/s] over ``duration`` [s]."""
+    lines = np.ceil(duration * angular_frequency / (2 * np.pi) * LINES)
+    _require(lines < _MOST_ROWS, _too_many(angular_frequency / (2 * np.pi), duration))
+    times = np.linspace(0.0, duration, max(int(lines), 1) + 1)
+    return times, value(times)
 
 
 def multisine(peak: float, low: float, high: float, duration: float, tones: int = 10) -> Rows:

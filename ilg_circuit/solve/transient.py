@@ -20,7 +20,7 @@ from ..arrays import Array, ComplexArray
 from ..circuit.netlist import Netlist, Output, copies
 from ..drive import Drive, PiecewiseLinear, drive_times
 from ..errors import InputError, SolveError, argument
-from .grid import Grid, design_grid, lagrange
+from .grid import Grid, design_grid
 from .modes import modes_of
 from .sampling import at_samples, relative
 from .state_space import StateSpace, state_space
@@ -376,10 +376,16 @@ class _Batch:
 
 def _zero(t: Array, q: Array, left: float, right: float) -> float:
     """Return where between ``left`` and ``right`` the polynomial through (t, q) is zero, by bisection."""
-    size = np.sign(q[np.searchsorted(t, left)])
+    size = float(np.sign(q[np.searchsorted(t, left)]))
+    divided = q.copy()  # Newton's form; plain numbers, as each is asked for by itself
+    for order in range(1, len(t)):
+        divided[order:] = (divided[order:] - divided[order - 1 : -1]) / (t[order:] - t[:-order])
+    last, *others = zip(reversed(divided.tolist()), reversed(t.tolist()), strict=True)
     for _ in range(60):
-        middle = (left + right) / 2
-        if size * float((lagrange(t, np.array([middle]), len(t)) @ q)[0]) > 0:
+        middle, value = (left + right) / 2, last[0]
+        for amount, node in others:
+            value = amount + (middle - node) * value
+        if size * value > 0:
             left = middle
         else:
             right = middle

@@ -178,6 +178,19 @@ def test_new_writes_what_identify_takes_and_the_name_stays(run: Run) -> None:
     assert (thin.thickness, thin.length) == (0.0004, 0.036)
 
 
+def test_a_run_that_fails_marks_the_fit_of_an_earlier_one(run: Run) -> None:
+    write(Path("step.csv"))
+    assert run("identify", "step.csv", *FIT).code == 0
+    whole = Path("step.csv").read_text()
+    Path("step.csv").write_text("time_s,voltage_V\n0,0\n")
+    failed = run("identify", "step.csv", *FIT)
+    assert_one_line(failed, "no column for current", "'step.fit' is of an earlier run, as OUTDATED.txt in it tells")
+    assert "no column for current" in Path("step.fit/OUTDATED.txt").read_text()
+    Path("step.csv").write_text(whole)
+    assert run("identify", "step.csv", *FIT).code == 0
+    assert not Path("step.fit/OUTDATED.txt").exists()
+
+
 def test_from_python(tmp_path: Path) -> None:
     write(tmp_path / "step.csv")
     fit = ilg.identify(tmp_path / "step.csv", model="rc", engine="exact", onset="first-level")

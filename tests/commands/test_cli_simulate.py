@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -119,6 +120,15 @@ def test_an_old_result_is_replaced_whole(run: Run) -> None:
     Path("run.csv").write_text("old\n" * 10000)
     assert run(*SIMULATE, "--samples", "3", "--out", "run.csv").code == 0
     assert len(Path("run.csv").read_text().splitlines()) == 4
+
+
+def test_json_is_alone_on_stdout_beside_a_check(run: Run) -> None:
+    done = run(
+        "simulate", "paper", "--drive", "step:4V", "--duration", "20s", "--samples", "5", "--check", "--json", "-"
+    )
+    assert done.code == 0, done.err
+    assert json.loads(done.out)["provenance"]
+    assert "largest difference / maximum" in done.err
 
 
 def test_a_run_that_ends_on_an_edge_passes_its_own_check(run: Run) -> None:

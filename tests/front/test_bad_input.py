@@ -50,6 +50,12 @@ WRONG: list[tuple[str, dict[str, Any], dict[str, list[Any]]]] = [
         {"strip": "paper", "duration": 1, "motion": "step:1mm"},
         {"motion": [3, "step:1V"], "terminals": ["both"]},
     ),
+    ("identify", RECORD, {"own": [3, ["capacitanc"]], "model": [3, "rc9"], "engine": ["x"], "weighting": ["x"]}),
+    (
+        "identify",
+        RECORD,
+        {"progress": [3], "fps": ["x"], "part": [[2]], "units": [3], "intervals": ["x"], "drive": [3]},
+    ),
     ("ogden", GEL, {"uniaxial": [3, {"stretch": [1.1, 1.2], "stress": [1, 2]}], "model": ["x"], "terms": ["x", 9]}),
     ("ogden", GEL, {"at": [["x"]], "weighting": [3, "x"], "branch": [3], "seed": ["x"], "section": ["1 mm"]}),
     ("sweep", RUN, {"vary": [(), 3, [3], {"thickness": None}, {"thickness": "x"}, {"thickness": ("1 V", "2 V", 3)}]}),

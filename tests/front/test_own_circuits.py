@@ -113,6 +113,7 @@ def test_constants_without_a_capacitance() -> None:
         values = (10.0, 50.0, 8.0)
         assert model.from_material(model.to_material(values)) == pytest.approx(values)
         assert {p.name for p in model.material} == {"slow_time"}
+        assert model.stores
     finally:
         MODELS.pop("slow", None)
 
@@ -140,3 +141,30 @@ def test_a_model_that_is_there_already() -> None:
         ilg.register_model("rc2", lambda s, c: 1 / (c * s), {"c": "1 F"})
     with pytest.raises(ilg.InputError, match="upper names 'b', which is not one of its constants"):
         ilg.register_model("new", lambda s, c: 1 / (c * s), {"c": "1 F"}, upper={"b": 1})
+
+
+def test_ones_own_model_is_replaced_when_that_is_said() -> None:
+    """An arc stores nothing at rest, so that nothing is said of its capacitance."""
+
+    def arc(s: Any, resistance: Any, time: Any) -> Any:
+        return resistance / (1 + s * time)
+
+    typical = {"arc_resistance": "40 ohm", "arc_time": "2 s"}
+    try:
+        ilg.register_model("arc", lambda s, r, time: 2 * r / (1 + s * time), typical)
+        with pytest.raises(ilg.InputError, match="registered already: replace=True puts this one in its place"):
+            ilg.register_model("arc", arc, typical)
+        with pytest.raises(ilg.InputError, match="'rc2' cannot be registered"):
+            ilg.register_model("rc2", arc, typical, replace=True)
+        assert not ilg.register_model("arc", arc, typical, replace=True).stores
+        f = np.geomspace(1e-3, 1e3, 30)
+        noise = 1 + 1e-3 * np.random.default_rng(0).standard_normal(len(f))
+        z = 3 + noise / (1 / 600 + 1 / (20 + arc(2j * np.pi * f, 40, 2)))
+        fit = ilg.identify(frequency=f, impedance=z, strip="paper", model="arc")
+        assert fit.parameters["arc_time"].value > 0
+        assert "port-out-of-proportion" not in {finding.code for finding in fit.findings}
+        with pytest.raises(ilg.InputError, match=r"unknown parameter 'Rd'; known are dc_resistance, "):
+            fit.parameters["Rd"]
+        assert fit.parameters.get("Rd") is None
+    finally:
+        MODELS.pop("arc", None)

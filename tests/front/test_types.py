@@ -13,6 +13,7 @@ import ilg_circuit as ilg
 from ilg_circuit.arms.run import ArmResult
 from ilg_circuit.circuit.text import SpiceText
 from ilg_circuit.fit.result import FitResult
+from ilg_circuit.front.data import Measured
 from ilg_circuit.hyperelastic import Characterisation
 from ilg_circuit.identification.batch import Batch
 from ilg_circuit.identification.identification import Identification
@@ -41,7 +42,7 @@ RETURNED = {
     "ogden": Characterisation,
     "page": Path,
     "pareto": DesignReport,
-    "read": Any,  # one set of data, or a list
+    "read": Measured | list[Measured],  # one set of data, or a list
     "register_model": IonPath,
     "sense": Sensed,
     "simulate": Response,

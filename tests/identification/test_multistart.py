@@ -51,11 +51,13 @@ def test_a_fit_elsewhere_than_the_best_start_is_refused() -> None:
 def test_without_a_closed_form_a_few_fits_stand_in() -> None:
     data = np.sin(2 * T) + 0.01 * np.random.default_rng(0).standard_normal(len(T))
     problem = fit_data(lambda v: np.sin(v * T), data, ("frequency",), np.array([2.1])).problem
-    found = fit_from_several(problem, np.array([2.3]), None)
+    found = fit_from_several(problem, replace(problem, rough=True), np.array([2.3]), None)
     assert found.values[0] == pytest.approx(2.0, abs=4 * float(found.errors[0]))
     assert found.starts.starts == 3
-    with pytest.raises(SolveError):
-        fit_from_several(problem.predicting([lambda v: v * 0.0 + np.ones_like(T)]), np.array([2.3]), None)
+    flat = problem.predicting([lambda v: v * 0.0 + np.ones_like(T)])
+    for rough in (flat, problem):
+        with pytest.raises(SolveError):
+            fit_from_several(flat, rough, np.array([2.3]), None)
 
 
 def test_a_nonlinear_model_under_several_levels() -> None:

@@ -9,11 +9,13 @@ import pytest
 from synthetic import noisy_factor
 from test_impedance_fit import spectrum as spectrum_of_model
 
+from ilg_circuit.errors import InputError
 from ilg_circuit.findings import Finding, codes
 from ilg_circuit.fit.selection import CLEAR, EVIDENCE, Candidate, clearly_better, simplest_of_best
 from ilg_circuit.identification import identify
 from ilg_circuit.identification.identification import Identification
 from ilg_circuit.identification.port_findings import rejected_findings
+from ilg_circuit.measurements.columns import read_data
 from ilg_circuit.measurements.spectrum import Spectrum
 
 
@@ -112,3 +114,12 @@ def test_the_misfit_of_a_spectrum_has_its_place(chain: Identification) -> None:
     assert window["complex_rms"] > statistics["complex_rms"]
     assert window["to_Hz"] / window["from_Hz"] == pytest.approx(10)
     assert "least-bic-not-chosen" not in codes(chain.findings)
+
+
+def test_a_current_of_fewer_relaxations_than_the_model_has_says_so() -> None:
+    t = np.arange(-5.0, 60.0, 0.25)
+    one = np.where(t < 0, 0.0, 4 / 600 + 4 / 20 * np.exp(-t / 7))
+    columns = {"time_s": t, "voltage_V": 4.0 * (t >= 0), "current_A": one}
+    with pytest.raises(InputError, match=r"shows [12] relaxations?, and model rc3 has 3: take a simpler one") as raised:
+        identify(read_data(columns, "step.csv"), model="rc3", engine="exact")
+    assert "clamp" not in str(raised.value)

@@ -328,6 +328,6 @@ def test_braces_are_brackets_and_a_current_by_area_is_not_suggested(tmp_path: Pa
 def test_a_title_that_cannot_be_printed_is_suggested_by_its_number(tmp_path: Path) -> None:
     path = tmp_path / "record.csv"
     body = "".join(f"{t:g},{u:g},{i:.12g}\n" for t, u, i in zip(T, U, I, strict=True))
-    path.write_bytes("\u6642\u9593[s],\u96fb\u5727[V],\u96fb\u6d41[A]\n".encode("shift_jis") + body.encode())
+    path.write_bytes("\u0412\u0440\u0435\u043c\u044f[s],\u0411[V],\u0412\u0422[A]\n".encode("cp866") + body.encode())
     with pytest.raises(InputError, match=r"if so: columns={'time': '1', 'voltage': '2', 'current': '3'}$"):
         read(path)

@@ -66,7 +66,7 @@ def test_a_voltage_out_of_proportion_is_named(tmp_path: Path) -> None:
 
 def test_a_current_out_of_proportion_is_named_where_the_port_is_not(tmp_path: Path) -> None:
     data = written(tmp_path, current="A")
-    (finding,) = proportion_findings([data], 20.0, 0.35, AREA, LENGTH)
+    (finding,) = proportion_findings([data], (20.0, 0.35), AREA, LENGTH)
     assert (finding.code, finding.subject) == ("current-out-of-proportion", "step.csv")
     assert finding.values["columns"] == ["'current [A]' (unit A)"]
 
@@ -84,7 +84,7 @@ def test_a_current_out_of_proportion_is_named_where_the_port_is_not(tmp_path: Pa
     ],
 )
 def test_bounds_of_the_port(resistance: float, capacitance: float, area: float, out: bool) -> None:
-    assert codes(proportion_findings([], resistance, capacitance, area, LENGTH)) == ({PORT} if out else set())
+    assert codes(proportion_findings([], (resistance, capacitance), area, LENGTH)) == ({PORT} if out else set())
 
 
 def test_a_spectrum_names_its_columns(tmp_path: Path) -> None:
@@ -99,4 +99,4 @@ def test_a_spectrum_names_its_columns(tmp_path: Path) -> None:
 
 def test_data_without_headers_name_the_quantity() -> None:
     t = np.linspace(0, 1, 11)
-    assert "the current" in str(proportion_findings([], float(t[1]) * 1e-5, 1.0, AREA, LENGTH)[0])
+    assert "the current" in str(proportion_findings([], (float(t[1]) * 1e-5, 1.0), AREA, LENGTH)[0])

@@ -27,6 +27,7 @@ from synthetic import record, step
 import ilg_circuit
 from ilg_circuit.arms.motion import Motion
 from ilg_circuit.arms.run import ArmResult
+from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError
 from ilg_circuit.fit.curve import fit_curve
 from ilg_circuit.fit.result import FitResult
@@ -34,8 +35,10 @@ from ilg_circuit.hyperelastic import characterise
 from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.batch import Batch, FileFit
+from ilg_circuit.measurements.film import Film, film_of
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
+from ilg_circuit.measurements.track import Track
 from ilg_circuit.oscillators.run import RhythmRun, cpg
 from ilg_circuit.oscillators.sweep import RhythmSweep, cpg_sweep
 from ilg_circuit.report import doors, page
@@ -98,6 +101,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     ArmResult: lambda: ilg_circuit.arm("0.2s", segments=3, samples=21),
     Motion: lambda: example(ArmResult).motion,
     Record: lambda: record(step(), 300.0, 61, rest=5, noise=1e-3).measurement(),
+    Film: lambda: film_of(Track("tip.csv", T, 1e-3 * np.maximum(T - 12.0, 0.0)), PiecewiseLinear.step(2.0)),
     Spectrum: lambda: Spectrum("z.csv", np.geomspace(1e-3, 10, 9), 20 + 5 / (1 + 1j * np.geomspace(1e-2, 100, 9))),
 }
 #: Those that make a strip.

@@ -20,6 +20,7 @@ from . import (
     deeplabcut,
     ec_lab,
     ec_lab_binary,
+    elchemea,
     excel,
     gamry,
     ivium,
@@ -61,6 +62,6 @@ class Binary(Protocol):
 
 FORMATS: tuple[Format, ...] = (
     *(pssession, gamry, zplot, versastudio, lvm, wrdata, oscilloscope, chi, ec_lab),
-    *(deeplabcut, kinovea, tracker, bare, csv),
+    *(deeplabcut, kinovea, tracker, elchemea, bare, csv),
 )
 BINARIES: tuple[Binary, ...] = (ec_lab_binary, ivium, excel)

@@ -24,6 +24,8 @@ from .starts import amounts, scattered
 UNITS = {"ohm": "ohm m", "F": "F/m", "s": "s", "Hz": "Hz", "": ""}
 #: Decades about the typical values within which starting values lie.
 _DECADES = 1.5
+#: Two s [rad/s] of hardly any frequency, and by what factor an element that stores charge grows between them.
+_STILL, _GROWS = (1e-9j, 1e-10j), 2.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -78,6 +80,13 @@ class GivenPath(LadderPath):
         return tuple(
             Parameter(_key(p), p.symbol, UNITS[p.unit], p.meaning) for p in self.constants if p.name != self._charged()
         )
+
+    @property
+    def stores(self) -> bool:  # type: ignore[override]
+        """True if its impedance grows without limit as the frequency falls."""
+        with np.errstate(all="ignore"):
+            low, higher = np.abs(self.element(np.array([self.typical]), np.array(_STILL))[0])
+        return not higher < _GROWS * low
 
     def element(self, values: Array, s: ComplexArray) -> ComplexArray:
         found: ComplexArray = np.broadcast_to(self.function(s, *values.T[:, :, None]), (len(values), len(s)))

@@ -57,12 +57,13 @@ class IonPath(ABC):
     ``material`` are the keys in the section [material] of a strip's file that this path has beyond
     ``dynamic_resistivity`` and ``permittivity``; the set of them names the path. ``auto`` are the kinds of data,
     "record" and "spectrum", for which ``--model auto`` tries it, in the order of the registry. ``grows`` says whether
-    its capacitances may grow with voltage.
+    its capacitances may grow with voltage, ``stores`` whether it holds charge at rest.
     """
 
     material: tuple[Parameter, ...] = ()
     auto: tuple[str, ...] = ()
     grows: bool = False
+    stores: bool = True
     library_note: str = "the constants of the model are fixed"
 
     @property

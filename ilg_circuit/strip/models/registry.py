@@ -6,11 +6,11 @@ each; they are loaded when a name or a key of a file is asked for that is not kn
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Iterable, Set
 from functools import lru_cache
 from importlib.metadata import entry_points
 
-from ...errors import InputError, first_line, wrong_choice
+from ...errors import InputError, argument, first_line, wrong_choice
 from ...fit.parameter import Parameter
 from ..port import Port
 from .branches import RC, RC2, RC3, Branches
@@ -29,16 +29,23 @@ _OWN = frozenset(MODELS)
 ADDITIONS: dict[str, Addition] = {a.name: a for a in (SINH, GROWING, INDUCTANCE)}
 
 
-def register(model: IonPath) -> IonPath:
-    """Add an ion path to the registry, and return it.
+def register(model: IonPath, *, replace: bool = False) -> IonPath:
+    """Add an ion path to the registry, and return it; with ``replace`` in the place of one of that name.
 
-    Raises InputError for a name or a set of material keys that is taken, or a key that is another's in another unit.
+    Raises InputError for a name or a set of material keys that is taken, a key that is another's in another unit, or a
+    model of the package itself that is to be replaced.
     """
-    if not model.name.isidentifier() or model.name in MODELS:
+    if not model.name.isidentifier() or model.name in _OWN:
         raise InputError(f"model '{model.name}' cannot be registered: give a word that is not another model's name")
+    if model.name in MODELS and not replace:
+        raise InputError(
+            f"model '{model.name}' is registered already: {argument('replace', True)} puts this one in its place; "
+            "or take another name"
+        )
+    others = [other for name, other in MODELS.items() if name != model.name]
     keys = {p.name: p for p in model.material}
-    known = _known_keys()
-    for other in MODELS.values():
+    known = _keys_of(others)
+    for other in others:
         if {p.name for p in other.material} == keys.keys():
             raise InputError(
                 f"model '{model.name}' has the material keys of '{other.name}': a file could not distinguish them"
@@ -123,7 +130,11 @@ def material_keys() -> dict[str, Parameter]:
 
 
 def _known_keys() -> dict[str, Parameter]:
-    keys = {p.name: p for m in MODELS.values() for p in m.material}
+    return _keys_of(MODELS.values())
+
+
+def _keys_of(models: Iterable[IonPath]) -> dict[str, Parameter]:
+    keys = {p.name: p for m in models for p in m.material}
     return keys | {a.parameter.name: a.parameter for a in ADDITIONS.values()}
 
 
