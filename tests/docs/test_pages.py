@@ -15,6 +15,7 @@ from shown import DOCS, PAGES, README, ROOT, links, name
 
 import ilg_circuit as ilg
 from ilg_circuit.commands import COMMANDS
+from ilg_circuit.fit.estimate import Estimate
 
 EXAMPLES = sorted(p.stem for p in (ROOT / "examples").glob("*.py"))
 
@@ -138,5 +139,8 @@ def test_every_key_of_fit_json_is_explained(step_fit: Any) -> None:
     words = set(re.findall(r"[a-z_0-9]+", known))
     report = json.loads(json.dumps(step_fit.to_dict(), default=str))
     assert report["schema_version"] == 2
-    found = keys(report) | keys(list(report["parameters"].values())) | {"from_s", "to_s"}
+    between = (1.0, 2.0)
+    more = {f"ci95_{method}": between for method in ("bootstrap", "profile", "mcmc", "autoregression")}
+    whole = Estimate(1.0, "ohm", 0.1, between, "held", bootstrap=0.1, autoregression=0.1, note="a note", **more)
+    found = keys(report) | keys(whole.to_dict()) | {"from_s", "to_s"}
     assert found - words == set()
