@@ -98,6 +98,7 @@ def test_every_example_has_its_place_in_the_gallery() -> None:
     order = runpy.run_path(str(DOCS / "_ext" / "gallery.py"))["ORDER"]
     assert sorted(order) == EXAMPLES
     assert len(order) >= 20
+    assert f"[{len(order)} examples](examples)" in README.read_text(encoding="utf-8")
 
 
 def test_drawings_are_those_that_the_script_makes() -> None:
