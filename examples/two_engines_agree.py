@@ -30,4 +30,4 @@ axes.legend()
 # ``check=True`` does this for any strip, and adds the papers' closed forms.
 checked = ilg.simulate("paper", "step:4V", "100 s", beam="static", check=True)
 for one in checked.checks:
-    print(one)
+    print(f"{one.quantity:13} {one.reference:13} {one.value:.1e}")

@@ -15,14 +15,36 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 import ilg_circuit as ilg
+from ilg_circuit.arms.motion import Motion
+from ilg_circuit.arms.run import ArmResult
 from ilg_circuit.commands import COMMANDS
 from ilg_circuit.findings import SENTENCES
+from ilg_circuit.fit.result import FitResult
+from ilg_circuit.hyperelastic.characterisation import Characterisation
+from ilg_circuit.identification.batch import Batch
+from ilg_circuit.identification.identification import Identification
 from ilg_circuit.measurements.formats import BINARIES, FORMATS
+from ilg_circuit.measurements.load_test import LoadTest
+from ilg_circuit.measurements.record import Record
+from ilg_circuit.measurements.spectrum import Spectrum
+from ilg_circuit.oscillators.run import RhythmRun
+from ilg_circuit.oscillators.sweep import RhythmSweep
+from ilg_circuit.result import Result
 from ilg_circuit.simulation.drives import FORMS
-from ilg_circuit.strip.actuator import Coupling, Geometry, IonBranch, Material, Mounting
+from ilg_circuit.simulation.impedance import Impedance
+from ilg_circuit.simulation.response import Response
+from ilg_circuit.simulation.sensing import Sensed
+from ilg_circuit.strip.actuator import Actuator, Coupling, Geometry, IonBranch, Material, Mounting
 from ilg_circuit.strip.models.registry import ADDITIONS, MODELS
+from ilg_circuit.study.design import DesignReport
+from ilg_circuit.study.sweep import SweepResult
 
 ROOT = Path(__file__).parents[2]
+#: What users hold in their hands.
+RESULTS = (
+    *(Response, Impedance, Sensed, Identification, Batch, FitResult, Characterisation, SweepResult, DesignReport),
+    *(RhythmRun, RhythmSweep, ArmResult, Motion, Record, Spectrum, LoadTest, Result, Actuator),
+)
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -121,6 +143,15 @@ def front_door() -> str:
     return "\n\n".join(parts)
 
 
+def results() -> str:
+    """Return the documentation of what the front door's functions return, and of a strip."""
+    return "\n\n".join(
+        f"## {kind.__name__}\n\n```{{eval-rst}}\n.. autoclass:: {kind.__module__}.{kind.__name__}\n   :members:\n"
+        f"   :no-index-entry:\n```"
+        for kind in RESULTS
+    )
+
+
 def commands() -> str:
     """Return the documentation of every command: its help, examples and options."""
     parts = []
@@ -172,7 +203,18 @@ class FromCode(SphinxDirective):
     required_arguments = 1
     known: ClassVar[dict[str, Callable[[], str]]] = {
         one.__name__: one
-        for one in (drives, formats, columns, strip_keys, findings, front_door, commands, misprints, recomputed)
+        for one in (
+            drives,
+            formats,
+            columns,
+            strip_keys,
+            findings,
+            front_door,
+            results,
+            commands,
+            misprints,
+            recomputed,
+        )
     }
 
     def run(self) -> list[nodes.Node]:

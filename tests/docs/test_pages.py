@@ -15,6 +15,7 @@ from shown import DOCS, PAGES, README, ROOT, links, name
 
 import ilg_circuit as ilg
 from ilg_circuit.commands import COMMANDS
+from ilg_circuit.fit.estimate import Estimate
 
 EXAMPLES = sorted(p.stem for p in (ROOT / "examples").glob("*.py"))
 
@@ -97,6 +98,7 @@ def test_every_example_has_its_place_in_the_gallery() -> None:
     order = runpy.run_path(str(DOCS / "_ext" / "gallery.py"))["ORDER"]
     assert sorted(order) == EXAMPLES
     assert len(order) >= 20
+    assert f"[{len(order)} examples](examples)" in README.read_text(encoding="utf-8")
 
 
 def test_drawings_are_those_that_the_script_makes() -> None:
@@ -138,5 +140,8 @@ def test_every_key_of_fit_json_is_explained(step_fit: Any) -> None:
     words = set(re.findall(r"[a-z_0-9]+", known))
     report = json.loads(json.dumps(step_fit.to_dict(), default=str))
     assert report["schema_version"] == 2
-    found = keys(report) | keys(list(report["parameters"].values())) | {"from_s", "to_s"}
+    between = (1.0, 2.0)
+    more = {f"ci95_{method}": between for method in ("bootstrap", "profile", "mcmc", "autoregression")}
+    whole = Estimate(1.0, "ohm", 0.1, between, "held", bootstrap=0.1, autoregression=0.1, note="a note", **more)
+    found = keys(report) | keys(whole.to_dict()) | {"from_s", "to_s"}
     assert found - words == set()
