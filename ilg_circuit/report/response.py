@@ -1,4 +1,4 @@
-"""Shows a response: its waveforms as a table, a picture, a page."""
+"""Presents a response: its waveforms as a table, a picture, a page."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ _HEADER = ("quantity", "at the end", "largest", "at")
 
 
 def summary(response: Response) -> str:
-    """Return a table: each waveform's value at the end, its largest value, and when that is."""
+    """Return a table: for each waveform the final value, the largest value and its time."""
     return "\n".join(aligned([_HEADER, *_rows(response)], "<>>>"))
 
 
 def headline(response: Response) -> str:
-    """Return in a line what was simulated."""
+    """Return one line: what was simulated."""
     return f"{response.netlist.title}: {response.drive.text}, {response.time[-1]:g} s, {len(response.time)} samples"
 
 
@@ -48,13 +48,13 @@ def text(response: Response) -> str:
 
 
 def solved_by(result: Simulated) -> list[str]:
-    """Return the line that says what solved it and how well, none for the exact engine."""
+    """Return a line with the engine and its estimated error; none for the exact engine."""
     exact = result.engine != "ngspice"
     return [] if exact else [f"solved by ngspice, estimated error {result.error:.1e} of each maximum"]
 
 
 def largest(result: Simulated, waveform: Waveform) -> tuple[str, str]:
-    """Return the largest value of a waveform, and when that is."""
+    """Return the largest value of a waveform, and its time."""
     values = result.waveforms[waveform.name]
     peak = int(np.argmax(np.abs(values)))
     return format_quantity(float(values[peak]), waveform.unit, 5), format_quantity(float(result.time[peak]), "s", 4)
@@ -82,7 +82,7 @@ def figure(response: Response) -> Figure:
 
 
 def panels(response: Response) -> Panels:
-    """Return what draws each waveform on axes, the displacement first where it is known."""
+    """Return the panels: one per waveform, the displacement first if it is known."""
     shown = sorted(_shown(response), key=lambda waveform: waveform.name != "displacement")
     drawn = {w.name: partial(_waveform, response, w) for w in shown} | {"voltage": partial(_drive, response)}
     return {name: partial(over_time, draw) for name, draw in drawn.items()}
@@ -100,7 +100,7 @@ def _shown(response: Response) -> list[Waveform]:
 
 
 def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any) -> None:
-    """Draw a waveform with its band; beside what was measured the prediction that was compared with it."""
+    """Draw a waveform with its band; if it was compared with a measurement, the prediction and the measurement."""
     part = next((part for part in response.compared if part.quantity == waveform.name), None)
     time, values, error = response.time, response.waveforms[waveform.name], response.stderr.get(waveform.name)
     if part is not None:  # its drive jumps where the record does
@@ -117,7 +117,7 @@ def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any)
 
 
 def swings(response: Response) -> str:
-    """Return what a reader of the displacement asks: why it swings after jumps of the drive. Nothing where it does not.
+    """Return a note on why the displacement swings after jumps of the drive; empty if it does not.
 
     The tip's mass and the stiffness of beam, gravity and load are an inductor and capacitors in series.
     """
@@ -164,7 +164,7 @@ def _jumps(drive: Drive, time: Array) -> Array:
 
 
 def _continued(time: Array, values: Array, at: float, first: int) -> float:
-    """Return the line through two samples, the ``first`` one and the next, at a time; an only sample's value."""
+    """Return the line through two samples (``first`` and the next one) at a time; the value of a single sample."""
     if len(time) < 2:
         return float(values[0])
     (t0, t1), (y0, y1) = time[first:][:2], values[first:][:2]
@@ -172,7 +172,7 @@ def _continued(time: Array, values: Array, at: float, first: int) -> float:
 
 
 def _drive(response: Response, panel: Axes, **style: Any) -> None:
-    """Draw the drive with zero in sight."""
+    """Draw the drive; the axis includes zero."""
     drive, time = response.drive, response.time
     edges = _jumps(drive, time)
     before = np.maximum(edges - _ROUNDING * time[-1], 0.0)
@@ -184,7 +184,7 @@ def _drive(response: Response, panel: Axes, **style: Any) -> None:
 
 
 def facts(response: Response) -> list[tuple[str, str]]:
-    """Return of each waveform its value at the end, its largest value, and when that is."""
+    """Return for each waveform the final value, the largest value and its time."""
     rows = [
         (name, f"{end} at the end, largest {last[0]} at {last[1]}" if len(last) == 2 else f"{end}: {last[0]}")
         for name, end, *last in _rows(response)
@@ -202,7 +202,7 @@ def page(response: Response) -> Page:
 
 
 def _rows(response: Response) -> list[tuple[str, ...]]:
-    """Name, value at the end, largest value and its time of each waveform; name and why for one that is not known."""
+    """Return a row per waveform: name, final value, largest value, its time; name and reason if unknown."""
     rows: list[tuple[str, ...]] = []
     for waveform in WAVEFORMS.values():
         values = response.waveforms[waveform.name]
@@ -215,7 +215,7 @@ def _rows(response: Response) -> list[tuple[str, ...]]:
 
 
 def compared_line(part: Compared) -> str:
-    """Return a prediction beside a measurement in a line."""
+    """Return one line that compares a prediction with a measurement."""
     unit = WAVEFORMS[part.quantity].unit
     line = f"{part.source}: {part.quantity} differs by {format_quantity(part.rms, unit, 3)} rms"
     line += f" ({part.rms / part.largest:.2%} of its largest, {len(part.time)} samples)"
