@@ -106,7 +106,7 @@ def _draw(axes: Axes, batch: Batch, name: str, style: dict[str, Any]) -> Axes:
     how: dict[str, Any] = {"fmt": "o", "ms": 4, "color": BLUE, "capsize": 2} | style
     axes.errorbar(at, values, yerr=bars, **how)
     unit = found[0][1].unit
-    axes.set_ylabel(f"{name.replace('_', ' ')}{f' [{unit}]' if unit else ''}", fontsize="small")
+    axes.set_ylabel(f"{name.replace('_', ' ')}{f'{chr(10)}[{unit}]' if unit else ''}", fontsize="small")
     axes.set_xlabel("file")
     axes.set_xlim(0.5, len(batch) + 0.5)
     axes.locator_params(axis="x", integer=True)

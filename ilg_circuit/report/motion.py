@@ -271,7 +271,9 @@ def _frame(axes: Axes, scale: float, motion: Motion, unit: str) -> None:
     low, high = centre - half, centre + half
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
     if flat:
-        axes.text(0.02, 0.02, "scales of x and y differ", transform=axes.transAxes, fontsize="small", color=GREY)
+        axes.text(
+            0.98, 0.02, "scales of x and y differ", transform=axes.transAxes, ha="right", fontsize="small", color=GREY
+        )
     else:
         axes.set_aspect("equal", adjustable="box")
     clamp = scale * motion.positions[0, 0]

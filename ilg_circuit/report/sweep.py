@@ -277,6 +277,8 @@ def _map(data: Dataset, name: str, axes: list[str], panel: Any, **style: Any) ->
     across, up = axes[:2]
     x, x_label = _scaled(data[across], panel.xaxis)
     y, y_label = _scaled(data[up], panel.yaxis)
+    from matplotlib.patheffects import withStroke
+
     table, title = _scaled(data[name].transpose(up, across))
     panel.grid(False)
     is_wide = wide(table, _WIDE)
@@ -286,7 +288,8 @@ def _map(data: Dataset, name: str, axes: list[str], panel: Any, **style: Any) ->
     if np.isfinite(table).all() and np.ptp(table) > 0 and not words:
         levels = round_levels(table) if is_wide else 7
         lines = panel.contour(x, y, table, levels=levels, colors="white", linewidths=0.8)
-        panel.clabel(lines, fontsize="small", fmt="%.4g")
+        for label in panel.clabel(lines, fontsize="small", fmt="%.4g"):
+            label.set_path_effects([withStroke(linewidth=1.5, foreground="#404040")])  # white on yellow, too, is read
     panel.figure.colorbar(shaded, ax=panel)
     panel.set_title(title, fontsize="small")
     panel.set(xlabel=x_label, ylabel=y_label)
