@@ -14,6 +14,7 @@ from ..simulation.waveforms import ANSWERS, WAVEFORMS
 from ..units import format_quantity
 from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, caption, curve, heading, legend_above, new_figure
 from .energy import section as energy_section
+from .look import narrow
 from .page import Grid, Page, Section, picture
 from .tables import aligned
 
@@ -72,13 +73,26 @@ def figure(response: Response) -> Figure:
         _waveform(response, waveform, panel)
         if waveform.name == "displacement" and (note := swings(response)):
             caption(panel, note)
-    if response.stderr or response.compared:
-        legend_above(axes[0])
+    _legends(axes[:-1])
     _drive(response, axes[-1])
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
     heading(figure, f"{response.netlist.title}: {response.drive.text}")
     return figure
+
+
+def _legends(axes: list[Axes]) -> None:
+    """Draw a legend on the first panel that has labels, and on each one after it whose labels are others."""
+    before: list[str] = []
+    for panel in axes:
+        labels = panel.get_legend_handles_labels()[1]
+        if not labels or labels == before:
+            continue
+        before = labels
+        if narrow() and panel.get_title(loc="left"):
+            panel.legend(frameon=False, fontsize="small")  # a caption stands above
+        else:
+            legend_above(panel)
 
 
 def panels(response: Response) -> Panels:
@@ -127,7 +141,7 @@ def swings(response: Response) -> str:
         return ""
     stiffness = sum(1 / element.value for element in moving if element.name.startswith("C"))
     frequency = format_quantity(float(np.sqrt(stiffness / mass)) / (2 * np.pi), "Hz", 2)
-    return f"dynamic beam: after a jump of the voltage the strip swings at its own {frequency}"
+    return f"dynamic beam: swings at {frequency} after each voltage jump"
 
 
 def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) -> None:
