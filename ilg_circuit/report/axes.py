@@ -192,7 +192,7 @@ def plain(panel: Axes) -> None:
 def legend_above(panel: Axes) -> None:
     """Place the legend above the panel, where it hides nothing."""
     panel.legend(
-        fontsize="small", frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3 if narrow() else 6,
+        fontsize="small", frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=2 if narrow() else 6,
         handlelength=1.8,
         columnspacing=1.2, borderaxespad=0.1,
     )  # fmt: skip
