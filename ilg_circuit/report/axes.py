@@ -21,6 +21,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..arrays import Array
+from ..drive import Drive
 from ..errors import InputError, visible
 from ..files import replacing, require_writable
 from ..provenance import Provenance
@@ -48,6 +49,8 @@ COLOURS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", 
 STYLES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1.5)), (0, (3, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 2, 2, 2)))
 #: How a fit is drawn.
 FIT: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "label": "fit"}
+#: A jump's left limit is drawn this much of the run before it.
+ROUNDING = 1e-9
 #: Sharpness [points an inch] of a picture on a screen, and of one whose size was given, for print.
 _SCREEN, _PRINT = 150, 300
 
@@ -227,6 +230,19 @@ def _wrapped(text: str, width: float, size: str) -> str:
     parts = [text] if len(text) <= most else re.split(r"(?<=[:;]) ", text)
     lines = [line for part in parts for line in wrap(part, most, break_long_words=False, break_on_hyphens=False)]
     return "\n".join(lines)
+
+
+def jumps_of(drive: Drive, time: Array) -> Array:
+    """Return the times [s] at which a drive jumps within ``time``, its end included."""
+    jumps = drive.jumps(float(time[-1]) * (1 + ROUNDING))
+    return np.minimum(jumps[jumps > time[0]], time[-1])
+
+
+def drive_points(drive: Drive, time: Array) -> tuple[Array, Array]:
+    """Return a drive at ``time`` [s], with the values on both sides of each jump, so that jumps are vertical."""
+    jumps = jumps_of(drive, time)
+    times = np.unique(np.concatenate([time, np.maximum(jumps - ROUNDING * time[-1], time[0]), jumps]))
+    return times, drive.value(times)
 
 
 def axis_label(name: str, unit: str) -> str:

@@ -30,6 +30,7 @@ from .axes import (
     Panels,
     blank,
     caption,
+    drive_points,
     engineering,
     heading,
     new_figure,
@@ -133,7 +134,7 @@ def _drive(result: Identification, panel: Axes, **style: Any) -> None:
     assert isinstance(current, CurrentData)
     after = current.abscissa[current.abscissa >= 0]
     look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.2} | style
-    panel.plot(after, current.record.drive.value(after), **look)
+    panel.plot(*drive_points(current.record.drive, after), **look)
     panel.set_ylabel("voltage [V]")
     low, high = panel.get_ylim()
     panel.set_ylim(min(low, 0.0), max(high, 0.0) * 1.05)

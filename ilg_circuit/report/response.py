@@ -9,10 +9,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..drive import Drive
 from ..simulation.waveforms import ANSWERS, WAVEFORMS
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, caption, curve, heading, legend_above, new_figure
+from .axes import (
+    BLUE,
+    GREY,
+    ORANGE,
+    ROUNDING,
+    Axes,
+    Figure,
+    Panels,
+    caption,
+    curve,
+    drive_points,
+    heading,
+    jumps_of,
+    legend_above,
+    new_figure,
+)
 from .energy import section as energy_section
 from .look import narrow
 from .page import Grid, Page, Section, picture
@@ -26,8 +40,6 @@ if TYPE_CHECKING:
 _NORMAL_95 = 1.96
 #: Thickness of a line, relative to the height of its panel.
 _LINE = 0.015
-#: A time this much of the run before a jump is drawn on it.
-_ROUNDING = 1e-9
 _HEADER = ("quantity", "at the end", "largest", "at")
 
 
@@ -119,7 +131,7 @@ def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any)
     time, values, error = response.time, response.waveforms[waveform.name], response.stderr.get(waveform.name)
     if part is not None:  # its drive jumps where the record does
         time, values, error, style = part.time, part.predicted, part.stderr, {"label": "predicted"} | style
-    jumps = _jumps(response.drive, time) if waveform.name == "current" else np.empty(0)
+    jumps = jumps_of(response.drive, time) if waveform.name == "current" else np.empty(0)
     if error is not None:
         style = {"linewidth": 0.9} | style
     factor = curve(panel, *_with_jumps(time, values, jumps), waveform.name, waveform.unit, **style)
@@ -137,7 +149,7 @@ def swings(response: Response) -> str:
     """
     moving = [element for element in response.netlist.elements if element.role.mechanical]
     mass = sum(element.value for element in moving if element.name.startswith("L"))
-    if not mass or not len(_jumps(response.drive, response.time)) + bool(response.voltage[0]):
+    if not mass or not len(jumps_of(response.drive, response.time)) + bool(response.voltage[0]):
         return ""
     stiffness = sum(1 / element.value for element in moving if element.name.startswith("C"))
     frequency = format_quantity(float(np.sqrt(stiffness / mass)) / (2 * np.pi), "Hz", 2)
@@ -158,7 +170,7 @@ def _with_jumps(time: Array, values: Array, jumps: Array) -> tuple[Array, Array]
 
     Samples are right limits. The left limit goes on from the samples before the jump, the right one from those after.
     """
-    ends = np.searchsorted(time, jumps - _ROUNDING * time[-1]).tolist()
+    ends = np.searchsorted(time, jumps - ROUNDING * time[-1]).tolist()
     pieces = [slice(a, b) for a, b in zip([0, *ends], [*ends, len(time)], strict=True)]
     x, y = [time[pieces[0]]], [values[pieces[0]]]
     for at, before, after in zip(jumps.tolist(), pieces, pieces[1:], strict=False):
@@ -171,12 +183,6 @@ def _with_jumps(time: Array, values: Array, jumps: Array) -> tuple[Array, Array]
     return np.concatenate(x), np.concatenate(y)
 
 
-def _jumps(drive: Drive, time: Array) -> Array:
-    """Return the times [s] at which a drive jumps within ``time``, its end included."""
-    jumps = drive.jumps(float(time[-1]) * (1 + _ROUNDING))
-    return np.minimum(jumps[jumps > time[0]], time[-1])
-
-
 def _continued(time: Array, values: Array, at: float, first: int) -> float:
     """Return the line through two samples (``first`` and the next one) at a time; the value of a single sample."""
     if len(time) < 2:
@@ -187,11 +193,7 @@ def _continued(time: Array, values: Array, at: float, first: int) -> float:
 
 def _drive(response: Response, panel: Axes, **style: Any) -> None:
     """Draw the drive; the axis includes zero."""
-    drive, time = response.drive, response.time
-    edges = _jumps(drive, time)
-    before = np.maximum(edges - _ROUNDING * time[-1], 0.0)
-    drawn = np.unique(np.concatenate([time, before, edges]))
-    curve(panel, drawn, drive.value(drawn), "voltage", "V", **{"color": ORANGE} | style)
+    curve(panel, *drive_points(response.drive, response.time), "voltage", "V", **{"color": ORANGE} | style)
     panel.use_sticky_edges = False
     panel.update_datalim([(response.time[0], 0.0)])
     panel.autoscale_view()
