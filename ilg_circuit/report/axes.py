@@ -201,11 +201,11 @@ def legend_above(panel: Axes) -> None:
     )  # fmt: skip
 
 
-def legend_below(figure: Figure, panels: Iterable[Axes]) -> None:
+def legend_below(figure: Figure, panels: Iterable[Axes], columns: int | None = None) -> None:
     """Draw one legend below a figure, with each label of its ``panels`` once."""
     found = [panel.get_legend_handles_labels() for panel in panels]
     handles = {label: handle for some, labels in found for handle, label in zip(some, labels, strict=True)}
-    style: dict[str, Any] = {"ncols": beside(2), "frameon": False, "fontsize": "small"}
+    style: dict[str, Any] = {"ncols": columns or beside(2), "frameon": False, "fontsize": "small"}
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", **style)
 
 
@@ -243,6 +243,32 @@ def drive_points(drive: Drive, time: Array) -> tuple[Array, Array]:
     jumps = jumps_of(drive, time)
     times = np.unique(np.concatenate([time, np.maximum(jumps - ROUNDING * time[-1], time[0]), jumps]))
     return times, drive.value(times)
+
+
+def with_jumps(time: Array, values: Array, jumps: Array) -> tuple[Array, Array]:
+    """Return a curve with two points at each of the ``jumps`` [s]: the values on both sides, so that it is vertical.
+
+    Samples are right limits. The left limit goes on from the samples before the jump, the right one from those after.
+    """
+    ends = np.searchsorted(time, jumps - ROUNDING * time[-1]).tolist()
+    pieces = [slice(a, b) for a, b in zip([0, *ends], [*ends, len(time)], strict=True)]
+    x, y = [time[pieces[0]]], [values[pieces[0]]]
+    for at, before, after in zip(jumps.tolist(), pieces, pieces[1:], strict=False):
+        for piece, first in ((before, -2), (after, 0)):
+            if time[piece].size:
+                x.append(np.array([at]))
+                y.append(np.array([_continued(time[piece], values[piece], at, first)]))
+        x.append(time[after])
+        y.append(values[after])
+    return np.concatenate(x), np.concatenate(y)
+
+
+def _continued(time: Array, values: Array, at: float, first: int) -> float:
+    """Return the line through two samples (``first`` and the next one) at a time; the value of a single sample."""
+    if len(time) < 2:
+        return float(values[0])
+    (t0, t1), (y0, y1) = time[first:][:2], values[first:][:2]
+    return float(y0 + (y1 - y0) / (t1 - t0) * (at - t0))
 
 
 def axis_label(name: str, unit: str) -> str:

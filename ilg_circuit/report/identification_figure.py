@@ -33,9 +33,12 @@ from .axes import (
     drive_points,
     engineering,
     heading,
+    jumps_of,
+    legend_below,
     new_figure,
     plain,
     scaled,
+    with_jumps,
 )
 from .look import beside
 from .spectrum_figure import nyquist, phase, size, spectrum_figure
@@ -68,6 +71,10 @@ def _record(result: Identification) -> Figure:
         _annotate(axes[2], result)
     _drive(result, axes[-1])
     _since_onset(result, axes[-1])
+    for panel in axes[: 2 * len(names) : 2]:
+        if (inside := panel.get_legend()) is not None:
+            inside.remove()
+    legend_below(drawn, axes, columns=4)
     drawn.align_ylabels(axes)
     return drawn
 
@@ -111,7 +118,8 @@ def _fit(result: Identification, name: str, panel: Axes, **style: Any) -> None:
     look: dict[str, Any] = FIT | style
     panel.plot(t, factor * data, ".", color=GREY, markersize=2.5, label="measured")
     inside = t <= window
-    panel.plot(t[inside], factor * fitted[inside], **look)
+    jumps = _onset_and_jumps(result, t) if name == "current" else np.empty(0)
+    panel.plot(*with_jumps(t[inside], factor * fitted[inside], jumps), **look)
     if not inside.all():
         beyond: dict[str, Any] = {"linestyle": "--", "linewidth": 1.0, "label": "beyond the fit"}
         panel.plot(t[~inside], factor * fitted[~inside], **(look | beyond))
@@ -138,6 +146,16 @@ def _drive(result: Identification, panel: Axes, **style: Any) -> None:
     panel.set_ylabel("voltage [V]")
     low, high = panel.get_ylim()
     panel.set_ylim(min(low, 0.0), max(high, 0.0) * 1.05)
+
+
+def _onset_and_jumps(result: Identification, time: Array) -> Array:
+    """Return the times [s] since the onset at which the voltage jumps."""
+    current = result.port.data[0]
+    assert isinstance(current, CurrentData)
+    drive = current.record.drive
+    onset = [0.0] if time[0] < 0 < time[-1] and float(drive.value(0.0)) != drive.rest else []
+    later = jumps_of(drive, time)
+    return np.concatenate([onset, later[later > 0]])
 
 
 def _since_onset(result: Identification, panel: Axes) -> None:

@@ -15,7 +15,6 @@ from .axes import (
     BLUE,
     GREY,
     ORANGE,
-    ROUNDING,
     Axes,
     Figure,
     Panels,
@@ -26,6 +25,7 @@ from .axes import (
     jumps_of,
     legend_above,
     new_figure,
+    with_jumps,
 )
 from .energy import section as energy_section
 from .look import narrow
@@ -134,7 +134,7 @@ def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any)
     jumps = jumps_of(response.drive, time) if waveform.name == "current" else np.empty(0)
     if error is not None:
         style = {"linewidth": 0.9} | style
-    factor = curve(panel, *_with_jumps(time, values, jumps), waveform.name, waveform.unit, **style)
+    factor = curve(panel, *with_jumps(time, values, jumps), waveform.name, waveform.unit, **style)
     if part is not None:
         label = f"measured, {part.source}"
         panel.plot(time, factor * part.measured, ".", color=GREY, markersize=2.5, label=label, zorder=1)
@@ -163,32 +163,6 @@ def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) ->
     panel.fill_between(time, values - reach, values + reach, color=colour, alpha=0.3, linewidth=0, label=label)
     for edge in (values - reach, values + reach):
         panel.plot(time, edge, color=colour, linewidth=0.5, alpha=0.8, label="_")
-
-
-def _with_jumps(time: Array, values: Array, jumps: Array) -> tuple[Array, Array]:
-    """Return a curve with two points at each of the ``jumps`` [s]: the values on both sides, so that it is vertical.
-
-    Samples are right limits. The left limit goes on from the samples before the jump, the right one from those after.
-    """
-    ends = np.searchsorted(time, jumps - ROUNDING * time[-1]).tolist()
-    pieces = [slice(a, b) for a, b in zip([0, *ends], [*ends, len(time)], strict=True)]
-    x, y = [time[pieces[0]]], [values[pieces[0]]]
-    for at, before, after in zip(jumps.tolist(), pieces, pieces[1:], strict=False):
-        for piece, first in ((before, -2), (after, 0)):
-            if time[piece].size:
-                x.append(np.array([at]))
-                y.append(np.array([_continued(time[piece], values[piece], at, first)]))
-        x.append(time[after])
-        y.append(values[after])
-    return np.concatenate(x), np.concatenate(y)
-
-
-def _continued(time: Array, values: Array, at: float, first: int) -> float:
-    """Return the line through two samples (``first`` and the next one) at a time; the value of a single sample."""
-    if len(time) < 2:
-        return float(values[0])
-    (t0, t1), (y0, y1) = time[first:][:2], values[first:][:2]
-    return float(y0 + (y1 - y0) / (t1 - t0) * (at - t0))
 
 
 def _drive(response: Response, panel: Axes, **style: Any) -> None:
