@@ -44,6 +44,7 @@ autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+napoleon_use_ivar = True  # attributes are fields of a class; its properties describe themselves
 
 html_theme = "pydata_sphinx_theme"
 html_title = "ilg_circuit"

@@ -1,4 +1,4 @@
-"""A soft arm's motion, its coupling to a rhythm, and a search for a target: text, and their picture."""
+"""Presents a soft arm: its motion, its coupling to a rhythm, a search for a target."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def figure(result: ArmResult) -> Figure:
 
 
 def headline(result: ArmResult) -> str:
-    """Return in a line what arm moved by what."""
+    """Return one line: the arm, and what moves it."""
     return motions.headline(result.motion)
 
 
@@ -54,7 +54,7 @@ def facts(result: ArmResult) -> list[tuple[str, str]]:
 
 
 def panels(result: ArmResult) -> Panels:
-    """Return what draws the places visited by a search, the arm, its tip and the first segment's tensions, on axes."""
+    """Return the panels: places visited by a search, the arm, its tip, the tensions of the first segment."""
     of_search = {"visited": partial(_visited, result.reached)} if result.reached else {}
     return {**of_search, **motions.panels(result.motion, _snapshots(result))}
 

@@ -21,6 +21,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..arrays import Array
+from ..drive import Drive
 from ..errors import InputError, visible
 from ..files import replacing, require_writable
 from ..provenance import Provenance
@@ -33,33 +34,35 @@ if TYPE_CHECKING:
 #: The types of every picture: matplotlib itself is loaded only where one is drawn.
 Axes: TypeAlias = "matplotlib.axes.Axes"
 Figure: TypeAlias = "matplotlib.figure.Figure"
-#: What draws the panels of a picture on given axes, by name; keywords are a style of the main curve.
+#: Panel name -> function that draws the panel on given axes; its keywords style the main curve.
 Panels: TypeAlias = Mapping[str, Callable[..., Any]]
 
 _PREFIXES = ((1e-15, "f"), (1e-12, "p"), (1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
-#: Okabe and Ito's colours, which the colour-blind tell apart, in an order of alternating lightness: in grey, too, the
-#: first ones differ. Curves that only their colour would tell apart have a style of line each (`STYLES`).
+#: Okabe and Ito's colours: colour-blind readers can tell them apart. Their order alternates in lightness, so that the
+#: first ones differ in grey, too. Curves of one panel also differ in line style (`STYLES`).
 BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#6b6b6b"
 #: Axes of designs over more than this ratio are logarithmic.
 DECADES = 8.0
-#: Of the curves of a panel.
+#: Colours of the curves of a panel.
 COLOURS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8c7a00")
-#: Of the lines of these curves, in the same order.
+#: Line styles of these curves, in the same order.
 STYLES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1.5)), (0, (3, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 2, 2, 2)))
 #: How a fit is drawn.
 FIT: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "label": "fit"}
+#: A jump's left limit is drawn this much of the run before it.
+ROUNDING = 1e-9
 #: Sharpness [points an inch] of a picture on a screen, and of one whose size was given, for print.
 _SCREEN, _PRINT = 150, 300
 
 
-#: Whether new figures are pyplot's, which a notebook shows.
+#: True while new figures are made through pyplot, which a notebook shows.
 _PYPLOT: ContextVar[bool] = ContextVar("pyplot", default=False)
-#: Of an axis that has been drawn on: unit, and the factor and the unit of its numbers.
+#: Axis -> (SI unit, factor, unit of its numbers), set by the first curve drawn on it.
 _SCALES: WeakKeyDictionary[Any, tuple[str, float, str]] = WeakKeyDictionary()
 
 
 def engineering(values: Array, unit: str) -> tuple[float, str]:
-    """Return factor and unit that bring ``values`` [``unit``] to numbers of a readable size."""
+    """Return the factor and the unit (with a prefix) that give ``values`` [``unit``] a readable size."""
     largest = float(np.nanmax(np.abs(values), initial=0.0))
     if largest == 0:
         return 1.0, unit
@@ -68,7 +71,7 @@ def engineering(values: Array, unit: str) -> tuple[float, str]:
 
 
 def scaled(axis: Any, values: Array, unit: str) -> tuple[float, str]:
-    """Return `engineering` of ``values``, or what it was for the first curve that is drawn on this ``axis``."""
+    """Return `engineering` of ``values``; on an ``axis`` with a curve, the factor and unit of that curve."""
     known = _SCALES.get(axis)
     if known is None or known[0] != unit or not axis.axes.has_data():
         known = _SCALES[axis] = (unit, *engineering(values, unit))
@@ -86,7 +89,7 @@ def curve(panel: Axes, x: Array, values: Array, name: str, unit: str, **style: A
 
 @contextmanager
 def through_pyplot() -> Iterator[None]:
-    """Within the block new figures are pyplot's; one that is not finished is closed."""
+    """Make new figures through pyplot within the block; close those that an exception leaves unfinished."""
     from matplotlib import pyplot
 
     before, token = set(pyplot.get_fignums()), _PYPLOT.set(True)
@@ -119,9 +122,9 @@ def blank(size: tuple[float, float], dpi: int = _SCREEN, *, stacked: float | Non
 
 @lru_cache(maxsize=1)
 def _figure_class() -> Any:
-    """Return the class of all figures: whoever draws one, its words are drawn as they are written.
+    """Return the class of all figures, which draws text as it is written.
 
-    Dollar signs and backslashes in names would be read as formulas else, and signs that no font has be warned of.
+    Otherwise matplotlib would read dollar signs and backslashes in names as formulas, and warn of missing glyphs.
     """
     from matplotlib.figure import Figure
     from matplotlib.text import Text
@@ -145,13 +148,13 @@ def _figure_class() -> Any:
 
 
 def load_plainly() -> None:
-    """Import matplotlib for a command, which nothing around it changes: no matplotlibrc, style, backend or folder."""
+    """Import matplotlib for a command, ignoring any matplotlibrc, style, backend or configuration folder."""
     if "matplotlib" in sys.modules:
         return
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would tell of a home that cannot be written
     os.environ.pop("MPLBACKEND", None)
     os.environ["MATPLOTLIBRC"] = os.devnull
-    # a matplotlibrc in the working folder counts before all others
+    # a matplotlibrc in the working folder would take precedence over MATPLOTLIBRC
     with contextlib.chdir(Path(__file__).parent) if Path("matplotlibrc").exists() else contextlib.nullcontext():
         import matplotlib  # noqa: F401
 
@@ -184,7 +187,7 @@ def tiles(count: int, columns: int, height: float, width: float) -> tuple[Figure
 
 
 def plain(panel: Axes) -> None:
-    """Give a panel the grid of all pictures, and no frame above and on the right."""
+    """Draw the common grid on a panel, and hide its upper and right frame."""
     panel.grid(alpha=0.25, linewidth=0.6)
     panel.spines[["top", "right"]].set_visible(False)
 
@@ -192,17 +195,17 @@ def plain(panel: Axes) -> None:
 def legend_above(panel: Axes) -> None:
     """Place the legend above the panel, where it hides nothing."""
     panel.legend(
-        fontsize="small", frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3 if narrow() else 6,
+        fontsize="small", frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=2 if narrow() else 6,
         handlelength=1.8,
         columnspacing=1.2, borderaxespad=0.1,
     )  # fmt: skip
 
 
-def legend_below(figure: Figure, panels: Iterable[Axes]) -> None:
-    """Give a figure one legend below, in two columns, with every label of its ``panels`` once."""
+def legend_below(figure: Figure, panels: Iterable[Axes], columns: int | None = None) -> None:
+    """Draw one legend below a figure, with each label of its ``panels`` once."""
     found = [panel.get_legend_handles_labels() for panel in panels]
     handles = {label: handle for some, labels in found for handle, label in zip(some, labels, strict=True)}
-    style: dict[str, Any] = {"ncols": beside(2), "frameon": False, "fontsize": "small"}
+    style: dict[str, Any] = {"ncols": columns or beside(2), "frameon": False, "fontsize": "small"}
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", **style)
 
 
@@ -229,6 +232,45 @@ def _wrapped(text: str, width: float, size: str) -> str:
     return "\n".join(lines)
 
 
+def jumps_of(drive: Drive, time: Array) -> Array:
+    """Return the times [s] at which a drive jumps within ``time``, its end included."""
+    jumps = drive.jumps(float(time[-1]) * (1 + ROUNDING))
+    return np.minimum(jumps[jumps > time[0]], time[-1])
+
+
+def drive_points(drive: Drive, time: Array) -> tuple[Array, Array]:
+    """Return a drive at ``time`` [s], with the values on both sides of each jump, so that jumps are vertical."""
+    jumps = jumps_of(drive, time)
+    times = np.unique(np.concatenate([time, np.maximum(jumps - ROUNDING * time[-1], time[0]), jumps]))
+    return times, drive.value(times)
+
+
+def with_jumps(time: Array, values: Array, jumps: Array) -> tuple[Array, Array]:
+    """Return a curve with two points at each of the ``jumps`` [s]: the values on both sides, so that it is vertical.
+
+    Samples are right limits. The left limit goes on from the samples before the jump, the right one from those after.
+    """
+    ends = np.searchsorted(time, jumps - ROUNDING * time[-1]).tolist()
+    pieces = [slice(a, b) for a, b in zip([0, *ends], [*ends, len(time)], strict=True)]
+    x, y = [time[pieces[0]]], [values[pieces[0]]]
+    for at, before, after in zip(jumps.tolist(), pieces, pieces[1:], strict=False):
+        for piece, first in ((before, -2), (after, 0)):
+            if time[piece].size:
+                x.append(np.array([at]))
+                y.append(np.array([_continued(time[piece], values[piece], at, first)]))
+        x.append(time[after])
+        y.append(values[after])
+    return np.concatenate(x), np.concatenate(y)
+
+
+def _continued(time: Array, values: Array, at: float, first: int) -> float:
+    """Return the line through two samples (``first`` and the next one) at a time; the value of a single sample."""
+    if len(time) < 2:
+        return float(values[0])
+    (t0, t1), (y0, y1) = time[first:][:2], values[first:][:2]
+    return float(y0 + (y1 - y0) / (t1 - t0) * (at - t0))
+
+
 def axis_label(name: str, unit: str) -> str:
     """Return an axis label: ``name [unit]``, underscores as blanks."""
     return f"{name.replace('_', ' ')} [{unit}]" if unit else name.replace("_", " ")
@@ -242,14 +284,14 @@ def wide(values: Any, ratio: float) -> bool:
 
 
 def round_levels(values: Array) -> Array:
-    """Return levels for a map of values that go through decades: 1, 2 and 5 of each."""
+    """Return contour levels for positive values over decades: 1, 2 and 5 of each decade."""
     decades = np.arange(np.floor(np.log10(values.min())), np.log10(values.max()) + 1)
     levels = np.outer(10.0**decades, [1, 2, 5]).ravel()
     return np.asarray(levels[(levels > values.min()) & (levels < values.max())])
 
 
 def logarithmic(panel: Axes, name: str) -> None:
-    """Make axis ``name`` (x or y) logarithmic, with ticks 0.1, 0.2, 0.5, 1 ... as plain numbers."""
+    """Make axis ``name`` (x or y) logarithmic; label its ticks 0.1, 0.2, 0.5, 1 ... as plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis = panel.xaxis if name == "x" else panel.yaxis
@@ -283,7 +325,7 @@ def save(figure: Figure, path: str | Path, provenance: Provenance | None = None)
 
 
 def _metadata(provenance: Provenance, suffix: str) -> dict[str, str]:
-    """The keys that a format has for the program and for a description."""
+    """Return the metadata under the keys that the format has for the program and the description."""
     program = "Software" if suffix == "png" else "Creator"
     description = "Subject" if suffix == "pdf" else "Description"
     written, *more = provenance.lines()

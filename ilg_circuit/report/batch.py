@@ -1,4 +1,4 @@
-"""Fits of many files: a table, and every parameter over the files."""
+"""Presents fits of many files: a table, and each parameter over the files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _WIDTH = 118
 
 
 def headline(batch: Batch) -> str:
-    """Return how many files there were and what became of them."""
+    """Return one line: the number of files, and how many were fitted, without success, or failed."""
     fitted = sum(file.content is not None and not file.exit_code for file in batch)
     bad = sum(file.content is not None and file.exit_code > 0 for file in batch)
     failed = sum(file.content is None for file in batch)
@@ -41,7 +41,7 @@ def facts(batch: Batch) -> list[tuple[str, str]]:
 
 
 def _fitted(batch: Batch) -> list[str]:
-    """Return the parameters that were fitted, and not held, of any file."""
+    """Return the names of the parameters that were fitted (not held) in at least one file."""
     return [name for name in batch.names if any(e and e.interval is not None for e in batch.estimates(name))]
 
 
@@ -55,7 +55,7 @@ def _spread(batch: Batch, name: str) -> str:
 
 
 def summary(batch: Batch) -> str:
-    """Return a row a file, with as many parameters as a line has room for."""
+    """Return one row per file, with as many parameters as fit into a line."""
     names = batch.names
     while True:
         header = ("file", "model", *names, "misfit")
@@ -89,7 +89,7 @@ def _cells(file: FileFit, names: list[str]) -> tuple[str, ...]:
 
 
 def panels(batch: Batch) -> Panels:
-    """Return a panel a parameter: values with 95 % intervals over the files."""
+    """Return one panel per parameter: values with 95 % intervals over the files."""
 
     def panel(name: str) -> Callable[..., Any]:
         return lambda axes, **style: _draw(axes, batch, name, style)
@@ -106,7 +106,7 @@ def _draw(axes: Axes, batch: Batch, name: str, style: dict[str, Any]) -> Axes:
     how: dict[str, Any] = {"fmt": "o", "ms": 4, "color": BLUE, "capsize": 2} | style
     axes.errorbar(at, values, yerr=bars, **how)
     unit = found[0][1].unit
-    axes.set_ylabel(f"{name.replace('_', ' ')}{f' [{unit}]' if unit else ''}", fontsize="small")
+    axes.set_ylabel(f"{name.replace('_', ' ')}{f'{chr(10)}[{unit}]' if unit else ''}", fontsize="small")
     axes.set_xlabel("file")
     axes.set_xlim(0.5, len(batch) + 0.5)
     axes.locator_params(axis="x", integer=True)

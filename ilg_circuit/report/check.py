@@ -1,4 +1,4 @@
-"""Shows a check: how far independent answers differ."""
+"""Presents a check: the differences between independent solutions."""
 
 from __future__ import annotations
 

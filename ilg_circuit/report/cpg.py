@@ -1,4 +1,4 @@
-"""A run of a network: text, and its picture."""
+"""Presents the run of a network of neurons."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def summary(result: RhythmRun) -> str:
 
 
 def headline(result: RhythmRun) -> str:
-    """Return in a line what was run."""
+    """Return one line: the number of neurons, the duration and the engine."""
     return f"{result.network.size} neurons, {result.time[-1]:g} s, engine {result.engine}"
 
 
@@ -93,7 +93,7 @@ def figure(result: RhythmRun) -> Figure:
 
 
 def panels(result: RhythmRun) -> Panels:
-    """Return what draws the neurons' outputs, the drive output, and the phase portrait on axes."""
+    """Return the panels: the neurons' outputs, the drive output, the phase portrait."""
     drawn = {"outputs": _outputs, "drive": _drive, "portrait": _portrait}
     return {name: partial(draw, result) for name, draw in drawn.items()}
 

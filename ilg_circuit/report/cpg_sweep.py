@@ -1,4 +1,4 @@
-"""Rhythms over a parameter: text, and their picture."""
+"""Presents rhythms over a parameter."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def summary(found: RhythmSweep) -> str:
 
 
 def headline(found: RhythmSweep) -> str:
-    """Return in a line what was varied."""
+    """Return one line: the parameter that was varied, and its range."""
     low, high = found.values.min(), found.values.max()
     unit = PARAMETERS[found.parameter]
     return f"{len(found.values)} rhythms, {found.parameter} from {low:g} to {high:g} {unit}".rstrip()
 
 
 def facts(found: RhythmSweep) -> list[tuple[str, str]]:
-    """Return how many have which outcome, and the ranges of period and amplitude."""
+    """Return the number of values with each outcome, and the ranges of period and amplitude."""
     rows = [(outcome, f"{found.outcomes.count(outcome)}") for outcome in dict.fromkeys(found.outcomes)]
     for name, values, unit in (("period", found.period, " s"), ("amplitude", found.amplitude, "")):
         if np.isfinite(values).any():
@@ -45,7 +45,7 @@ def facts(found: RhythmSweep) -> list[tuple[str, str]]:
 
 
 def figure(found: RhythmSweep) -> Figure:
-    """Return period and amplitude over the parameter; grey where it comes to rest, orange where undecided."""
+    """Return a figure of period and amplitude; shaded grey where the network comes to rest, orange where undecided."""
     figure, (upper, lower) = new_figure(2, [1.9, 1.9])
     _period(found, upper)
     upper.set_xlabel("")
@@ -57,7 +57,7 @@ def figure(found: RhythmSweep) -> Figure:
 
 
 def panels(found: RhythmSweep) -> Panels:
-    """Return what draws the period, and the amplitude, on axes."""
+    """Return the panels: period and amplitude."""
     return {"period": partial(_period, found), "amplitude": partial(_amplitude, found)}
 
 
@@ -68,7 +68,7 @@ def _period(found: RhythmSweep, panel: Axes, **style: Any) -> Axes:
 
 
 def _amplitude(found: RhythmSweep, panel: Axes, **style: Any) -> Axes:
-    """Draw the amplitude, its curve broken where the outcome changes."""
+    """Draw the amplitude; the curve is interrupted where the outcome changes."""
     look, moving = _look(found, ORANGE, style), found.oscillates
     panel.plot(found.values, np.where(moving, found.amplitude, np.nan), **look)
     panel.plot(found.values, np.where(moving, np.nan, found.amplitude), **look)

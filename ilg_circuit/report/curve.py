@@ -1,4 +1,4 @@
-"""The fit of a curve: parameters as text, data and fit as a picture."""
+"""Presents the fit of a curve: its parameters, data and residuals."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .axes import BLUE, GREY, Axes, Figure, Panels, axis_label, new_figure
 
 
 def headline(fit: FitResult) -> str:
-    """Return in a line what was fitted to what."""
+    """Return one line: the numbers of parameters and of data, and the sources."""
     sources = ", ".join(dict.fromkeys(o.source for o in fit.problem.observations))
     return f"{len(fit.values)} parameters fitted to {len(fit.residuals)} numbers of {sources}"
 
@@ -33,7 +33,7 @@ def summary(fit: FitResult) -> str:
 
 
 def figure(fit: FitResult) -> Figure:
-    """Return data and fit of every observation, residuals beneath."""
+    """Return a figure with data, fit and residuals of each observation."""
     count = len(fit.problem.observations)
     figure, axes = new_figure(2 * count, [2.4, 1.0] * count)
     for k, (upper, lower) in enumerate(zip(axes[::2], axes[1::2], strict=True)):
@@ -45,7 +45,7 @@ def figure(fit: FitResult) -> Figure:
 
 
 def panels(fit: FitResult) -> Panels:
-    """Return what draws data and fit of each observation, and its residuals, on axes."""
+    """Return the panels: data with fit, and residuals, of each observation."""
     count = len(fit.problem.observations)
     ends = {k: "" if count == 1 else f" {k + 1}" for k in range(count)}
     data = {f"data{end}": partial(_data, fit, k) for k, end in ends.items()}
@@ -53,7 +53,7 @@ def panels(fit: FitResult) -> Panels:
 
 
 def _data(fit: FitResult, k: int, panel: Axes, **style: Any) -> Axes:
-    """Draw data and fit, of complex numbers both parts."""
+    """Draw data and fit; real and imaginary part of complex data."""
     curve = list(fit.curves())[k]
     x = np.asarray(curve.x.values)
     order = np.argsort(x, kind="stable")
@@ -69,7 +69,7 @@ def _data(fit: FitResult, k: int, panel: Axes, **style: Any) -> Axes:
 
 
 def _residuals(fit: FitResult, k: int, panel: Axes, **style: Any) -> Axes:
-    """Draw data - fit, of complex numbers both parts."""
+    """Draw the residuals (data - fit); real and imaginary part of complex data."""
     curve = list(fit.curves())[k]
     look: dict[str, Any] = {"color": GREY, "markersize": 3, "linestyle": "", "marker": "."} | style
     left = curve.measured - curve.fitted

@@ -1,4 +1,4 @@
-"""A design, a front and Sobol indices: text for a terminal; pictures of requirements, front and indices."""
+"""Presents a design, a Pareto front and Sobol indices as text and pictures."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def summary(report: DesignReport) -> str:
 
 
 def figure(report: DesignReport) -> Figure:
-    """Return the picture of the front, or of the design without one. Raises InputError where there is neither."""
+    """Return the picture of the front, or of the design if there is no front. Raises InputError if there is neither."""
     if report.front:
         return fronts.figure(report.front, report.design)
     if report.design:
@@ -188,7 +188,7 @@ def _sobol(found: SobolIndices) -> str:
 
 
 def facts(report: DesignReport) -> list[tuple[str, str]]:
-    """Return the design's parameters and what was asked of it, and of a front how many designs it has."""
+    """Return the design's parameters and requirements, and the number of designs of a front."""
     rows: list[tuple[str, str]] = []
     if report.front:
         rows.append(("Pareto front", fronts.headline(report.front)))
@@ -206,7 +206,7 @@ def facts(report: DesignReport) -> list[tuple[str, str]]:
 
 
 def headline(report: DesignReport) -> str:
-    """Return in a line what was found."""
+    """Return one line: the outcome of the search."""
     if report.design:
         return _headline(report.design)
     return fronts.headline(report.front) if report.front else "Sobol indices"
@@ -222,7 +222,7 @@ def _headline(design: Design) -> str:
 
 
 def panels(report: DesignReport) -> Panels:
-    """Return what draws the front, the requirements along each parameter of the design, and Sobol indices, on axes."""
+    """Return the panels: the front, the requirements along each parameter, the Sobol indices."""
     drawn: dict[str, Callable[..., Axes]] = {}
     if report.front:
         drawn["front"] = partial(fronts.trade_off, report.front, report.design)
@@ -241,7 +241,7 @@ def _one_slice(design: Design, j: int, panel: Axes, **style: Any) -> Axes:
 
 
 def design_figure(design: Design) -> Figure:
-    """Return the factor by which each requirement is met along each parameter, the others as designed."""
+    """Return a figure: margin of each requirement along each parameter, the other parameters as designed."""
     n = len(design.problem.space.ranges)
     columns = min(n, 3)
     figure, axes = tiles(n, columns, height=2.7, width=3.4)
@@ -257,7 +257,7 @@ def design_figure(design: Design) -> Figure:
 
 @lru_cache(maxsize=4)
 def _slices(design: Design) -> tuple[Array, dict[str, Array]]:
-    """Points (n, slice, n) along each parameter through the design, and every quantity there (n, slice)."""
+    """Return points (n, slice, n) along each parameter through the design, and all quantities there (n, slice)."""
     n, space = len(design.problem.space.ranges), design.problem.space
     points = np.tile(design.search.best.point, (n, _SLICE, 1))
     points[range(n), :, range(n)] = np.linspace(0, 1, _SLICE)
@@ -273,7 +273,7 @@ def _slice(design: Design, j: int, panel: Axes, **style: Any) -> Axes:
     factor, unit = engineering(x, interval.parameter.unit)
     for k, r in enumerate(problem.requirements):
         column = values[r.quantity.name][j]
-        # of an equality how far off, instead of a tolerance's sliver
+        # for an equality the ratio to the limit: its tolerance would be too narrow to see
         score = np.log(np.abs(column / r.limit)) if r.relation == "=" else r.score(column)
         met = np.exp(np.clip(score, -4, 4))
         look: dict[str, Any] = {"color": COLOURS[k % len(COLOURS)], "linestyle": STYLES[k % len(STYLES)]}

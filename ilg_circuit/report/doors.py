@@ -1,4 +1,4 @@
-"""What every result can do, made of what its presenter says: lines for a console, HTML for a notebook, a plot, files.
+"""Methods common to all results: console text, notebook HTML, plots and files, made from the result's presenter.
 
 A presenter is a module with ``headline(result)`` (a line), ``facts(result)`` (names and values, the most telling
 first), ``panels(result)`` (name -> function that draws a panel on given axes and returns these; the most telling
@@ -26,9 +26,9 @@ from .tables import aligned
 
 #: Most lines of a result in a console, and most characters of one.
 _LINES, _WIDTH = 10, 118
-#: Suffixes of pictures, and panels that are drawn on one pair of axes or on one.
+#: Suffixes of pictures; panels that may be drawn on one axes or on a pair.
 _DRAWN, _PAIRS = (".png", ".pdf", ".svg"), ("bode",)
-#: Size [inch] and sharpness [points an inch] of the picture in a notebook; one whose URI would be longer is left out.
+#: Size [inch], resolution [dpi] and largest data URI of the picture in a notebook; a larger picture is left out.
 _SMALL, _SHARPNESS, _LONGEST = (5.4, 3.3), 88, 98_000
 
 
@@ -53,7 +53,7 @@ def html(result: Result) -> str:
 
 
 def _facts(result: Result) -> tuple[list[tuple[str, str]], str]:
-    """The facts that there is room for, and how many more there are, of warnings too."""
+    """Return the facts that fit, and a note on how many facts and warnings are left out."""
     facts = list(_presenter(result).facts(result))
     warnings, room = len(getattr(result, "warnings", ())), _LINES - 2
     left = len(facts) - room
@@ -113,7 +113,7 @@ def plot(result: Result, ax: Any, what: Any, look_now: look.Look, style: Mapping
 
 
 def _on(result: Result, ax: Any, names: Sequence[str], style: Mapping[str, Any]) -> Any:
-    """Draw panels on axes: one, those that ``names`` name, or as many as there are axes in the picture's order."""
+    """Draw the named panels on axes, one on each; without names, the first panels in the picture's order."""
     places = list(np.ravel(np.array(ax, dtype=object)))
     if len(names) == 1 and (len(places) == 1 or names[0] in _PAIRS):
         return _drawn(_main(result, names[0]), places[0] if len(places) == 1 else ax, style)
@@ -150,7 +150,7 @@ def _one_or_array(found: Any) -> Any:
 
 
 def page(result: Result) -> Page:
-    """Return the presenter's page, or one of the picture and the summary."""
+    """Return the presenter's page; without one, a page with the picture and the summary."""
     module = _presenter(result)
     if hasattr(module, "page"):
         return module.page(result)
@@ -162,7 +162,7 @@ def page(result: Result) -> Page:
 
 
 def save(result: Result, path: str | Path, look_now: look.Look = look.OWN) -> None:
-    """Write the result as what the suffix of ``path`` says: see `Result.save`."""
+    """Write the result in the format given by the suffix of ``path``: see `Result.save`."""
     target = Path(path)
     presenter = _presenter(result)
     if hasattr(presenter, "save_folder") and (str(path).endswith(("/", os.sep, ".fit")) or target.is_dir()):

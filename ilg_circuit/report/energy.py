@@ -1,4 +1,4 @@
-"""Shows where a strip's energy goes."""
+"""Presents the energy account of a strip: delivered, dissipated, stored."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..units import format_quantity
 from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, engineering, new_figure
 from .page import Grid, Page, Section, picture
 
-#: Elements that are named in a line, where there are more.
+#: Number of elements named in one line.
 _NAMED = 5
 
 
@@ -41,17 +41,17 @@ def figure(account: EnergyAccount) -> Figure:
 
 
 def panels(account: EnergyAccount) -> Panels:
-    """Return what draws the bars on axes."""
+    """Return the panel with the bars."""
     return {"energies": partial(_bars, account)}
 
 
 def headline(account: EnergyAccount) -> str:
-    """Return in a line what was delivered."""
+    """Return one line: the energy delivered."""
     return f"{format_quantity(float(account.source[-1]), 'J', 5)} delivered in {account.time[-1]:g} s"
 
 
 def facts(account: EnergyAccount) -> list[tuple[str, str]]:
-    """Return what each side dissipated and stored until the end, and how well the balances close."""
+    """Return the energies dissipated and stored on each side, and the errors of the balances."""
     taken: dict[str, float] = {}
     for _, how, energy in _taken(account):
         taken[how] = taken.get(how, 0.0) + energy
@@ -90,7 +90,7 @@ def page(account: EnergyAccount) -> Page:
 
 
 def _taken(account: EnergyAccount) -> list[tuple[str, str, float]]:
-    """Name, how it took it, and energy [J] at the end of the elements that took any."""
+    """Return (element, how it took energy, energy [J] at the end) for each element that took any."""
     return [
         (name, f"{kind} {side}", float(values[-1]))
         for kind in ("dissipated", "stored")

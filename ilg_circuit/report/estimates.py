@@ -14,7 +14,7 @@ from ..units import format_quantity
 from .axes import BLUE, GREY, caption, new_figure
 from .page import Grid, Picture, Prose, Section, picture
 
-#: What tables say of the intervals of each method: in a terminal, and in a page.
+#: Method -> note on its intervals: in a terminal, and on a page.
 _METHODS: dict[Method, tuple[str, str]] = {
     "covariance": (
         "intervals from the covariance",
@@ -38,13 +38,13 @@ _METHODS: dict[Method, tuple[str, str]] = {
         "Those marked (mcmc) are quantiles of the posterior, sampled by a Markov chain.",
     ),
 }
-#: A correlation beyond this is pointed out.
+#: Correlations larger than this are reported.
 _STRONG = 0.9
 HEADER = f"{'parameter':<28}{'value':>16}{'standard error':>18}   95 % interval"
 
 
 def estimate_line(name: str, e: Estimate) -> str:
-    """Return a line of the table in a terminal: value, standard error, interval or why it was not fitted."""
+    """Return a line of the terminal's table: value, standard error, interval or the reason why not fitted."""
     value = format_quantity(e.value, e.unit, 5)
     if e.stderr is None or e.ci95 is None:
         return f"{name:<28}{value:>16}{_not_fitted(e):>18}   {e.fixed_because}".rstrip()
@@ -56,7 +56,7 @@ def _not_fitted(e: Estimate) -> str:
 
 
 def derived_line(name: str, e: Estimate) -> str:
-    """Return a line of the table of derived quantities, with why one was not fitted."""
+    """Return a line of the table of derived quantities, with the reason why a quantity was not fitted."""
     error = f"{format_quantity(e.stderr, e.unit, 2):>18}" if e.stderr is not None else ""
     error += f"   {interval_text(e)}" if e.stderr is not None and e.ci95 is not None else ""
     held = f"{_not_fitted(e):>18}   {e.fixed_because}" if e.fixed_because else ""
@@ -64,7 +64,7 @@ def derived_line(name: str, e: Estimate) -> str:
 
 
 def interval_text(e: Estimate) -> str:
-    """Return the reported interval, its open sides in words."""
+    """Return the reported interval as text; an unbounded side in words."""
     low, high = e.reported[1]
     if low == 0 and isinf(high):
         return "no limits"
@@ -75,7 +75,7 @@ def interval_text(e: Estimate) -> str:
 
 
 def plus_minus(e: Estimate) -> str:
-    """Return the standard error as it follows a value in a comment."""
+    """Return the standard error as text that follows a value in a comment."""
     return f" +- {format_quantity(e.reported[0], e.unit, 2)}" if e.stderr is not None else " (held)"
 
 
@@ -85,7 +85,7 @@ def estimate_facts(estimates: Mapping[str, Estimate]) -> list[tuple[str, str]]:
 
 
 def method_lines(estimates: Mapping[str, Estimate]) -> list[str]:
-    """Return by what method intervals were made, where it was not the covariance; one line a method."""
+    """Return one line per method of intervals other than the covariance."""
     groups: dict[Method, list[str]] = {}
     fitted = {name: e for name, e in estimates.items() if e.stderr is not None}
     for name, e in fitted.items():
@@ -98,12 +98,12 @@ def method_lines(estimates: Mapping[str, Estimate]) -> list[str]:
 
 
 def strong_correlations(correlations: Mapping[str, float]) -> dict[str, float]:
-    """Return the correlations that are pointed out."""
+    """Return the correlations that are reported."""
     return {pair: value for pair, value in correlations.items() if abs(value) > _STRONG}
 
 
 def parameter_section(estimates: Mapping[str, Estimate], title: str = "Parameters") -> Section:
-    """Return values with standard errors, 95 % intervals and units; of what was held, why."""
+    """Return a table of values, standard errors and 95 % intervals; for held parameters the reason."""
     methods = {e.method for e in estimates.values() if e.stderr is not None}
     rows = [_cells(name, e) for name, e in estimates.items()]
     header = ("parameter", "value", "standard error", "95 % interval, or why it is held")
@@ -152,7 +152,7 @@ def correlation_section(names: Sequence[str], correlations: Mapping[str, float])
 
 
 def autocorrelation_picture(parts: Sequence[tuple[str, Array]]) -> Picture:
-    """Return bars over the lag for each (name, residuals), with the band that white noise would stay in."""
+    """Return autocorrelations over the lag of each (name, residuals), with the 95 % band of white noise."""
     figure, axes = new_figure(len(parts), [1.5] * len(parts))
     for panel, (name, residuals) in zip(axes, parts, strict=True):
         values = autocorrelations(residuals)

@@ -1,4 +1,4 @@
-"""All that a fit has to say as one folder: the strip, the numbers, the picture, the page, the table of parameters."""
+"""Writes all results of a fit into one folder: strip, numbers, picture, page, table of parameters."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..identification.identification import Identification
 from ..identification.observation_fit import SIZE
 from .parameter_table import estimate_text, write_table
 
-#: Files of a folder, by what `Result.save` makes of their suffix; the table is last.
+#: Files of a folder, written by `Result.save` according to their suffix; the table is last.
 FILES = ("fitted.toml", "fit.json", "fit.png", "report.html", "parameters.csv")
 #: Most lines of parameters, widest line, and most warnings of the short text.
 _LINES, _WIDTH, _WARNINGS = 5, 112, 2
@@ -55,14 +55,14 @@ def folder_beside(data: Sequence[Path]) -> tuple[Path, str]:
 
 
 def require_own(folder: Path, data: Sequence[Path], *, force: bool = False) -> None:
-    """Raise InputError for a folder that is not to be replaced by the fit of ``data``."""
+    """Raise InputError if the folder holds the fit of other data than ``data``."""
     require_folder(folder, force=force, inputs=data)
     if (held := _of_others(folder, data)) and not force:
         raise InputError(f"'{folder}' holds the fit of {held}; name another by --folder, or give --force")
 
 
 def _of_others(folder: Path, data: Sequence[Path]) -> str:
-    """Return the names of the files whose fit a folder holds, empty where they are ``data`` or there is none."""
+    """Return the names of the files whose fit the folder holds; empty if these are ``data``, or if it holds no fit."""
     held = [re.sub(r" \(\d+\)$", "", str(name)) for name in marked(folder).get("inputs", ())]  # step.csv (2)
     return "" if held == [visible(file.name) for file in data] else ", ".join(held)
 
@@ -85,7 +85,7 @@ def short_text(fit: Identification, folder: str | Path, note: str = "") -> tuple
 
 
 def told_first(fit: Identification) -> tuple[list[str], int]:
-    """Return the most important warnings, and how many more there are."""
+    """Return the most important warnings, and a note on the number of others."""
     warnings = list(dict.fromkeys(map(str, by_importance(fit.findings))))
     return warnings[:_WARNINGS], len(warnings[_WARNINGS:])
 

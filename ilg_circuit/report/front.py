@@ -1,4 +1,4 @@
-"""A Pareto front: text, and its picture."""
+"""Presents a Pareto front as text and pictures."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _MARKS = "os^Dv<>p"
 
 
 def headline(front: Front) -> str:
-    """Return in a line what the front is of."""
+    """Return one line: the objectives and the number of designs."""
     aims = ", ".join(("min " if o.sense > 0 else "max ") + o.quantity.name for o in front.objectives)
     return f"{aims}; {len(front)} designs"
 
@@ -50,7 +50,7 @@ def facts(front: Front) -> list[tuple[str, str]]:
 
 
 def summary(front: Front) -> str:
-    """Return a dozen designs of the front, and how well it is one."""
+    """Return a dozen designs of the front, and the results of the checks of its optimality."""
     names = list(dict.fromkeys([*(o.quantity.name for o in front.objectives), *front.parameters]))
     columns = {**front.simulated, **front.parameters}
     shown = np.unique(np.linspace(0, len(front) - 1, min(len(front), 12)).round().astype(int))
@@ -64,7 +64,7 @@ def summary(front: Front) -> str:
 
 
 def figure(front: Front, design: Design | None = None) -> Figure:
-    """Return the front, its third objective as colour, the parameters along it, and ``design`` where comparable."""
+    """Return a figure: the front (third objective as colour), parameters along it, ``design`` if comparable."""
     figure, (panel, beside) = tiles(2, 2, height=3.9, width=4.6)
     trade_off(front, design, panel)
     parameters(front, beside)
@@ -74,12 +74,12 @@ def figure(front: Front, design: Design | None = None) -> Figure:
 
 
 def panels(front: Front) -> Panels:
-    """Return what draws the front, and the parameters along it, on axes."""
+    """Return the panels: the front, and the parameters along it."""
     return {"front": partial(trade_off, front, None), "parameters": partial(parameters, front)}
 
 
 def trade_off(front: Front, design: Design | None, panel: Axes, **style: Any) -> Axes:
-    """Draw the front, its third objective as colour, and ``design`` where it has the objectives."""
+    """Draw the front, a third objective as colour, and ``design`` if it has all objectives."""
     names = [o.quantity.name for o in front.objectives]
     axes = (panel.xaxis, panel.yaxis, None)
     scales = [_scale(front, name, axis) for name, axis in zip(names, axes, strict=False)]

@@ -42,7 +42,7 @@ from .page import Grid, Listing, Page, Prose, Section, picture, repetition
 
 __all__ = ["facts", "figure", "headline", "page", "panels", "save_folder", "summary", "write_actuator"]
 
-#: Metrics of a displacement as people read them: name -> (unit, "" for a ratio; what it says in words)
+#: Metrics of a displacement: name -> (unit, "" for a ratio; description)
 _METRICS = {
     "final": ("m", "final value"),
     "peak": ("m", "peak"),
@@ -55,7 +55,7 @@ _OF_A_PEAK = ("peak_time", "overshoot", "back_relaxation")
 
 
 def summary(result: Identification) -> str:
-    """Return the result for a terminal: candidates, parameters, what follows from them, residuals."""
+    """Return the result for a terminal: candidates, parameters, derived quantities, residuals."""
     lines = [headline(result), *_check_lines(result)]
     if len(result.candidates) > 1:
         lines += ["", *_candidate_lines(result)]
@@ -129,7 +129,7 @@ def _engines(result: Identification) -> str:
 
 
 def write_actuator(result: Identification, path: str | Path) -> None:
-    """Write the fitted actuator as TOML; its comment says where it comes from."""
+    """Write the fitted actuator as TOML, with its origin as a comment."""
     comment = [
         f"fitted by ilg_circuit {__version__} to {', '.join(result.sources)}, model {result.model}",
         *(f"{name} = {format_quantity(e.value, e.unit, 5)}{plus_minus(e)}" for name, e in result.parameters.items()),
@@ -139,7 +139,7 @@ def write_actuator(result: Identification, path: str | Path) -> None:
 
 
 def save_folder(result: Identification, path: str | Path) -> None:
-    """Write all of it into a folder, see `report.folder`."""
+    """Write all results into a folder, see `report.folder`."""
     from .folder import save_folder as save
 
     save(result, path)
@@ -220,7 +220,7 @@ def _candidate_rows(result: Identification) -> list[tuple[str, str, str, str, st
 
 
 def _basis(result: Identification) -> str:
-    """What the BIC of all candidates is computed on."""
+    """Return a note on the data that the BIC of all candidates is computed from."""
     fitted = [c for c in result.candidates if c.independent and c.misfit is not None]
     richest = min(fitted, key=lambda c: c.misfit or 0.0)
     return f"BIC on {richest.independent:.3g} independent samples for all, by the residuals of {richest.model}"
@@ -253,7 +253,7 @@ def _comparison_rows(result: Identification) -> list[tuple[str, ...]]:
 
 
 def comparison_lines(result: Identification) -> list[str]:
-    """Return a line for each file and quantity: rms of residuals of individual fit, joint fit, prediction."""
+    """Return one line per file and quantity: residual rms of the individual fit, the joint fit and the prediction."""
     wide = max(len(o.source) for o in result.observations) + 2
     lines = [f"{'':<{wide}}{'':<14}{'voltage':>10}{'own fit':>10}{'joint':>10}{'from the others':>18}"]
     for source, quantity, voltage, own, joint, predicted in _comparison_rows(result):
@@ -262,7 +262,7 @@ def comparison_lines(result: Identification) -> list[str]:
 
 
 def comparison_notes(result: Identification) -> list[str]:
-    """Return notes on the comparison: what rms is relative to, what individual fits and predictions are."""
+    """Return notes on the comparison: the reference of the rms, the meaning of individual fits and predictions."""
     lines = ["rms of residuals over: peak current; abs(Z); span of the displacement"]
     if result.own:
         lines.append("what is own to each record is predicted as the geometric mean of the others")
@@ -283,7 +283,7 @@ def _comparison(result: Identification) -> Grid:
 
 
 def _window_rows(result: Identification) -> Iterator[tuple[str, list[tuple[str, str, str]]]]:
-    """Yield a window of time, and rms, its share and the count of samples of each quantity."""
+    """Yield a time window, and for each quantity the rms (absolute, relative) and the number of samples."""
     windows, by_quantity = result.residual_windows, {o.quantity: o for o in result.observations}
     for w in next(iter(windows.values())):
         cells = []
@@ -322,7 +322,7 @@ def _metrics_header(metrics: DisplacementMetrics) -> tuple[str, ...]:
 
 
 def metric_text(name: str, metrics: StepMetrics) -> str:
-    """Return one metric with its unit; "none seen" where a peak is not."""
+    """Return one metric with its unit; "none seen" for a peak that does not exist."""
     number, unit = float(getattr(metrics, name)), _METRICS[name][0]
     if not np.isfinite(number) or (name in _OF_A_PEAK and not np.isfinite(metrics.peak_time)):
         return "none seen"
@@ -341,7 +341,7 @@ def metrics_lines(metrics: DisplacementMetrics) -> list[str]:
 
 
 def _metrics_notes(metrics: DisplacementMetrics) -> tuple[str, ...]:
-    """Return over which part of the record the metrics are taken, from where, and what was done to the data."""
+    """Return notes on the metrics: the part of the record, the reference level, the smoothing of the data."""
     until = format_quantity(metrics.until, "s", 4)
     where = f"over the first {until} under constant voltage, positive towards the anode"
     count = metrics.resting
@@ -361,7 +361,7 @@ def _metrics_sections(result: Identification) -> list[Section]:
 
 
 def _residuals(result: Identification) -> list[tuple[str, Array]]:
-    """Return the residuals of every observation; of an impedance both parts, over abs(Z)."""
+    """Return the residuals of each observation; for an impedance real and imaginary part, relative to abs(Z)."""
     found: list[tuple[str, Array]] = []
     for o in result.observations:
         if o.quantity == "impedance":
@@ -381,7 +381,7 @@ def _flat(statistics: Mapping[str, Any], above: str = "") -> Iterator[tuple[str,
 
 
 def _programs(result: Identification) -> Sequence[str]:
-    """Return the circuit solver's version, where it was in the loop."""
+    """Return the version of the circuit solver, if the fit used it."""
     if result.engine != "ngspice":
         return ()
     from ..solve.ngspice import session

@@ -1,4 +1,4 @@
-"""The picture of an identification: every measured quantity with the fit and its residuals.
+"""Draws an identification: each measured quantity with its fit and residuals.
 
 One file has a panel of its own below: the drive of a record, the Nyquist plot of a spectrum; several are drawn with the
 prediction from the others, and compared.
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Mask
+from ..drive import Drive
 from ..identification.current import CurrentData
 from ..identification.identification import Identification
 from ..identification.impedance import ImpedanceData
@@ -31,20 +32,24 @@ from .axes import (
     Panels,
     blank,
     caption,
+    drive_points,
     engineering,
     heading,
+    jumps_of,
+    legend_below,
     new_figure,
     plain,
     scaled,
+    with_jumps,
 )
 from .look import beside
 from .spectrum_figure import nyquist, phase, size, spectrum_figure
 
 #: How the fit of several files together is drawn.
 _JOINT: dict[str, Any] = FIT | {"label": "joint fit"}
-#: Files are drawn in two columns where there are more.
+#: More files than this are drawn in two columns.
 _ONE_COLUMN = 3
-#: Axes are logarithmic over more than that, of time and of anything else.
+#: Ratio of largest to smallest value above which an axis is logarithmic: of time, of other quantities.
 _LOG_SPAN, _DECADE = 30.0, 10.0
 
 
@@ -57,7 +62,7 @@ def figure(result: Identification) -> Figure:
 
 
 def _record(result: Identification) -> Figure:
-    """Data, fit and residuals of current and displacement, the drive beneath; time by logarithm for a step."""
+    """Return data, fit and residuals of current and displacement, and the drive; time is logarithmic for a step."""
     names = [name for name in ("current", "displacement") if name in _drawn_over_time(result)]
     drawn, axes = new_figure(2 * len(names) + 1, [2.0, 0.9] * len(names) + [0.8])
     for name, upper, lower in zip(names, axes[::2], axes[1::2], strict=False):
@@ -69,12 +74,16 @@ def _record(result: Identification) -> Figure:
     caption(axes[0], title)
     _drive(result, axes[-1])
     _since_onset(result, axes[-1])
+    for panel in axes[: 2 * len(names) : 2]:
+        if (inside := panel.get_legend()) is not None:
+            inside.remove()
+    legend_below(drawn, axes, columns=4)
     drawn.align_ylabels(axes)
     return drawn
 
 
 def panels(result: Identification) -> Panels:
-    """Return what draws each measured quantity with its fit on axes, a spectrum as a Nyquist plot first."""
+    """Return the panels: each measured quantity with its fit; for a spectrum the Nyquist plot first."""
     first = result.data[0]
     if not result.single:
         quantities = dict.fromkeys(o.quantity for o in result.observations)
@@ -94,7 +103,7 @@ def panels(result: Identification) -> Panels:
 
 
 def _drawn_over_time(result: Identification) -> dict[str, tuple[Array, Array, Array, str, float]]:
-    """Of a single record's quantities: time, data, fit, unit, and the time [s] beyond which the fit does not go."""
+    """Return quantity -> (time, data, fit, unit, end [s] of the fit) for a single record."""
     current = result.data[0]
     waves = {}
     if isinstance(current, CurrentData):
@@ -107,13 +116,14 @@ def _drawn_over_time(result: Identification) -> dict[str, tuple[Array, Array, Ar
 
 
 def _fit(result: Identification, name: str, panel: Axes, **style: Any) -> None:
-    """Draw data and fit over time, dashed where the fit does not go."""
+    """Draw data and fit over time; dashed where the data were not fitted."""
     t, data, fitted, unit, window = _drawn_over_time(result)[name]
     factor, label = scaled(panel.yaxis, data, unit)
     look: dict[str, Any] = FIT | style
     panel.plot(t, factor * data, ".", color=GREY, markersize=2.5, label="measured")
     inside = t <= window
-    panel.plot(t[inside], factor * fitted[inside], **look)
+    jumps = _onset_and_jumps(result, t) if name == "current" else np.empty(0)
+    panel.plot(*with_jumps(t[inside], factor * fitted[inside], jumps), **look)
     if not inside.all():
         beyond: dict[str, Any] = {"linestyle": "--", "linewidth": 1.0, "label": "beyond the fit"}
         panel.plot(t[~inside], factor * fitted[~inside], **(look | beyond))
@@ -132,19 +142,32 @@ def _fit_residuals(result: Identification, name: str, panel: Axes) -> None:
 
 
 def _drive(result: Identification, panel: Axes, **style: Any) -> None:
-    first = result.data[0]
-    assert isinstance(first, CurrentData | DisplacementData)
-    drive = first.record.drive if isinstance(first, CurrentData) else first.drive
+    first, drive = _drive_of(result)
     after = first.abscissa[first.abscissa >= 0]
     look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.2} | style
-    panel.plot(after, drive.value(after), **look)
+    panel.plot(*drive_points(drive, after), **look)
     panel.set_ylabel("voltage [V]")
     low, high = panel.get_ylim()
     panel.set_ylim(min(low, 0.0), max(high, 0.0) * 1.05)
 
 
+def _drive_of(result: Identification) -> tuple[CurrentData | DisplacementData, Drive]:
+    """Return the first data of a fit and the drive that they were measured under."""
+    first = result.data[0]
+    assert isinstance(first, CurrentData | DisplacementData)
+    return first, first.record.drive if isinstance(first, CurrentData) else first.drive
+
+
+def _onset_and_jumps(result: Identification, time: Array) -> Array:
+    """Return the times [s] since the onset at which the voltage jumps."""
+    drive = _drive_of(result)[1]
+    onset = [0.0] if time[0] < 0 < time[-1] and float(drive.value(0.0)) != drive.rest else []
+    later = jumps_of(drive, time)
+    return np.concatenate([onset, later[later > 0]])
+
+
 def _since_onset(result: Identification, panel: Axes) -> None:
-    """Name the axis of time, which is logarithmic for a step."""
+    """Label the time axis; make it logarithmic for a step."""
     first = result.data[0]
     if isinstance(first, CurrentData) and first.level is not None:
         after = first.abscissa[first.abscissa > 0]
@@ -154,7 +177,7 @@ def _since_onset(result: Identification, panel: Axes) -> None:
 
 
 def _annotate(panel: Any, result: Identification) -> None:
-    """Mark the displacement's measured peak and say what the model makes of it."""
+    """Mark the measured peak of the displacement, and state it beside that of the model."""
     from .identification import metric_text
 
     metrics = result.metrics
@@ -183,7 +206,7 @@ def _annotate(panel: Any, result: Identification) -> None:
 
 
 def _several(result: Identification) -> Figure:
-    """Every file with the joint fit and the prediction from the others, residuals beneath, the comparison last."""
+    """Return each file with joint fit, prediction from the other files and residuals; a comparison below."""
     from .identification import files
 
     rows_of = result.observations
@@ -229,7 +252,7 @@ def _together(result: Identification, quantity: str, panel: Axes, **style: Any) 
 
 
 def _waveforms(panel: Any, o: ObservationFit, style: Mapping[str, Any] = _JOINT, *, alone: bool = True) -> None:
-    """Draw data and joint fit of an observation, and the prediction from the others where it is ``alone``."""
+    """Draw data and joint fit of an observation; if ``alone`` in its panel, also the prediction from other files."""
     spectrum = o.quantity == "impedance"
     measured = {"linestyle": "", "marker": ".", "color": GREY, "markersize": 3}
     curves: list[tuple[Any, Mapping[str, Any]]] = [
@@ -270,7 +293,7 @@ def _residuals(panel: Any, o: ObservationFit) -> None:
 
 
 def _abscissa(panel: Any, o: ObservationFit) -> tuple[Array, Mask]:
-    """Return what is shown, by logarithm for a spectrum, and for a record whose samples are that close together."""
+    """Return the abscissa and a mask of the samples shown; the axis is logarithmic for a wide range."""
     positive = o.abscissa[o.abscissa > 0]
     logarithmic = o.quantity == "impedance" or positive[-1] > _LOG_SPAN * positive[0]
     if logarithmic:
@@ -280,7 +303,7 @@ def _abscissa(panel: Any, o: ObservationFit) -> tuple[Array, Mask]:
 
 
 def _comparison(rows: tuple[ObservationFit, ...], panel: Any) -> Axes:
-    """Draw the comparison: three marks an observation, by logarithm."""
+    """Draw the comparison: up to three marks per observation."""
     places = np.arange(len(rows))[::-1]
     marks = (
         ("own fit", "rms_individual", "o", GREY),

@@ -1,4 +1,4 @@
-"""Shows an impedance over frequency."""
+"""Presents an impedance spectrum."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _OHM = "\N{OHM SIGN}"
 
 
 def summary(result: Impedance) -> str:
-    """Return a few lines: both ends of the spectrum, what the motion reflects, the ladder if there is one."""
+    """Return a few lines: both ends of the spectrum, the reflection by the motion, the ladder if there is one."""
     ends = [
         f"{format_quantity(float(f), 'Hz', 4):>10}  abs(Z) {format_quantity(float(np.abs(z)), 'ohm', 5):>12}, "
         f"phase {_degrees(z):7.2f} deg"
@@ -29,7 +29,7 @@ def summary(result: Impedance) -> str:
 
 
 def headline(result: Impedance) -> str:
-    """Return in a line what was computed."""
+    """Return one line: the strip, the number of frequencies, the bias."""
     return f"{result.actuator.name}: {len(result.frequency)} frequencies about {result.bias:g} V"
 
 
@@ -57,12 +57,12 @@ def figure(result: Impedance) -> Figure:
 
 
 def panels(result: Impedance) -> Panels:
-    """Return what draws a Nyquist plot, a Bode plot, or one of its halves on axes."""
+    """Return the panels: Nyquist plot, Bode plot, magnitude, phase."""
     return {draw.__name__: partial(draw, result) for draw in (nyquist, bode, size, phase)}
 
 
 def facts(result: Impedance) -> list[tuple[str, str]]:
-    """Return both ends of the spectrum, what the motion reflects, the smallest real part."""
+    """Return both ends of the spectrum, the reflection by the motion, the smallest real part."""
     ends = list(zip(result.frequency.tolist(), result.impedance.tolist(), strict=True))
     return [
         *((format_quantity(f, "Hz", 4), f"abs(Z) {format_quantity(abs(z), 'ohm', 5)}, phase {_degrees(z):.2f} deg")
@@ -74,7 +74,7 @@ def facts(result: Impedance) -> list[tuple[str, str]]:
 
 
 def bode(result: Impedance, ax: Any, **style: Any) -> tuple[Axes, Axes]:
-    """Draw size and phase over frequency on two axes, or on one with the phase dotted along the right-hand side."""
+    """Draw magnitude and phase on two axes; on a single one the phase is dotted, on a second scale at the right."""
     shared = np.size(ax) == 1
     upper, lower = (ax, ax.twinx()) if shared else np.ravel(ax)
     size(result, upper, **style)
@@ -125,7 +125,7 @@ def nyquist(result: Impedance, panel: Axes, **style: Any) -> Axes:
 
 
 def _curves(result: Impedance, style: Mapping[str, Any]) -> list[tuple[ComplexArray, dict[str, Any]]]:
-    """The impedance, and dashed on top the closed form of the electrical port, with their looks."""
+    """Return the curves with their styles: the impedance, and (dashed) the closed form of the electrical port."""
     form = {"color": ORANGE, "linestyle": "--", "linewidth": 1.2, "label": "closed form, no motion"}
     given = {"color": BLUE, "linewidth": 1.8, "label": f"netlist, {result.engine}"}
     return [(result.impedance, given | dict(style)), (result.port, form)]
@@ -136,7 +136,7 @@ def _degrees(z: Any) -> Any:
 
 
 def page(result: Impedance) -> Page:
-    """Return a page: the picture and what is known of the spectrum."""
+    """Return a page: the picture and notes on the spectrum."""
     shown = picture(figure(result), "size and phase over frequency, Nyquist plot")
     sections = [Section("Spectrum", [shown, *map(Prose, _notes(result))])]
     return Page(f"Impedance of {result.actuator.name}", headline(result), facts(result), result.warnings, sections)
@@ -155,7 +155,7 @@ def _notes(result: Impedance) -> list[str]:
 
 
 def _whole_decades(frequency: Array) -> Array:
-    """At most five powers of ten within the frequencies."""
+    """Return at most five powers of ten within the frequencies."""
     low, high = np.ceil(np.log10(frequency[0]) - 1e-9), np.floor(np.log10(frequency[-1]) + 1e-9)
     decades = np.arange(low, high + 1)
     return np.asarray(10.0 ** decades[:: max(-(-len(decades) // 5), 1)])

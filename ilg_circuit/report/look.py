@@ -23,14 +23,11 @@ if TYPE_CHECKING:
 _INCH = 0.0254
 #: Smallest and largest side [m] of a picture, and largest ratio of its sides.
 _LEAST, _MOST, _LONGEST = 0.02, 1.2, 8.0
-#: Below this width [inch] panels stand one above the other, and text and lines are those of a column of a paper.
+#: Below this width [inch] panels stand one above the other, as in a column of a paper.
 _NARROW = 4.6
-#: Base size of text [pt] in a narrow picture; "small", the smallest that is used, is 0.833 of it: more than 6 pt.
-_NARROW_TEXT = 7.5
-#: The same in any other.
-_TEXT = 10.0
-#: Thickness of lines and marks in a narrow picture, relative to others.
-_THINNER = 0.75
+#: Size of text [pt] in a picture of its own size, the least size in a smaller one, and the width [inch] down to which
+#: it shrinks with the picture. "small", the smallest text that is used, is 0.833 of it: more than 6 pt.
+_TEXT, _LEAST_TEXT, _WIDE = 10.0, 7.5, 7.5
 #: What a style file must not change: they belong to windows and to the machine.
 _NOT_STYLE = ("backend", "interactive", "toolbar", "timezone", "webagg.", "savefig.directory", "figure.max_open")
 #: What all files have: TrueType fonts, which publishers ask for, not Type 3; text in SVG stays text.
@@ -44,6 +41,11 @@ class Look:
     width: float | None = None
     height: float | None = None
     settings: tuple[tuple[str, Any], ...] = ()
+
+    @property
+    def text(self) -> float:
+        """Return the base size of text [pt]."""
+        return _TEXT if self.width is None else min(max(_TEXT * self.width / _WIDE, _LEAST_TEXT), _TEXT)
 
     @property
     def narrow(self) -> bool:
@@ -69,18 +71,16 @@ def beside(count: int) -> int:
 def sized(own: tuple[float, float], *, stacked: float | None = None) -> tuple[float, float]:
     """Return the size [inch] of a figure whose ``own`` size is known.
 
-    A width alone keeps the shape of a wide picture; in a narrow one panels keep more of their height, because text
-    does not shrink as the picture does. ``stacked`` is the own height of panels that stand one above the other there.
+    A width alone scales the height, too, but not below the share that text shrinks to. ``stacked`` is the own height
+    where panels stand one above the other.
     """
     now = _LOOK.get()
     if now.width is None:
         return own
     if now.height is not None:
         return now.width, now.height
-    if not now.narrow:
-        return now.width, own[1] * now.width / own[0]
-    tall = own[1] if stacked is None else stacked
-    return now.width, min(tall * _NARROW_TEXT / _TEXT, _MOST / _INCH)
+    tall = stacked if now.narrow and stacked is not None else own[1]
+    return now.width, min(tall * max(now.width / own[0], now.text / _TEXT), _MOST / _INCH)
 
 
 def size_of(given: str | tuple[str | float, ...] | float | None, what: str = "size") -> tuple[float, float | None]:
@@ -161,10 +161,9 @@ def look(now: Look) -> Iterator[None]:
     """Within the block figures are made, drawn and written in this look."""
     from matplotlib import rc_context
 
-    text = _NARROW_TEXT if now.narrow else _TEXT
-    base: dict[Any, Any] = (
-        {"font.size": text, "xtick.labelsize": "small", "ytick.labelsize": "small"} if now.narrow else {}
-    )
+    base: dict[Any, Any] = {"font.size": now.text} if now.width is not None else {}
+    if now.text < _TEXT:
+        base |= dict.fromkeys(("xtick.labelsize", "ytick.labelsize"), "small")
     token = _LOOK.set(now)
     try:
         with rc_context(base | dict(now.settings)):
@@ -190,7 +189,7 @@ def finish(figure: matplotlib.figure.Figure, palette: tuple[str, ...]) -> None:
     """
     now = _LOOK.get()
     settings = dict(now.settings)
-    factor = settings["lines.linewidth"] / 1.5 if "lines.linewidth" in settings else _THINNER if now.narrow else 1.0
+    factor = settings["lines.linewidth"] / 1.5 if "lines.linewidth" in settings else now.text / _TEXT
     cycle = settings["axes.prop_cycle"].by_key().get("color", []) if "axes.prop_cycle" in settings else []
     if factor == 1.0 and not cycle:
         return

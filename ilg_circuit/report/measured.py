@@ -20,7 +20,7 @@ Data = Record | Spectrum | Film
 
 
 def headline(data: Data) -> str:
-    """Return in a line what was measured."""
+    """Return one line: the source and what was measured."""
     if isinstance(data, Spectrum):
         ends = " to ".join(format_quantity(float(f), "Hz", 3) for f in data.frequency[[0, -1]])
         return f"{data.source}: impedance at {len(data.frequency)} frequencies, {ends}"
@@ -48,14 +48,14 @@ def summary(data: Data) -> str:
 
 
 def panels(data: Data) -> Panels:
-    """Return what draws each quantity over time, or the parts of an impedance over frequency."""
+    """Return the panels: each quantity over time, or real and imaginary part of an impedance over frequency."""
     over, *columns = data.table()
     shown = sorted(columns, key=lambda column: column.name == "voltage")
     return {column.name: partial(_panel, over, column) for column in shown}
 
 
 def figure(data: Data) -> Figure:
-    """Return every quantity over time, the voltage beneath; of a spectrum both parts over frequency."""
+    """Return a figure of each quantity over time, the voltage last; for a spectrum both parts over frequency."""
     drawn = panels(data)
     figure, axes = new_figure(len(drawn), [1.0] * len(drawn))
     for draw, panel in zip(drawn.values(), axes, strict=True):

@@ -1,4 +1,4 @@
-"""An arm's motion: text, pictures and animations of tip path, snapshots and internal force."""
+"""Presents an arm's motion: text, pictures and animations."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from .look import beside, finish, narrow
 
 #: Times of the snapshots in CPG Fig. 10(c) [s].
 SNAPSHOT_TIMES = (0.5, 0.7, 1.0, 1.5)
-#: Most frames that an animation gets; a GIF of more is too large to be shown anywhere.
+#: Largest number of frames of an animation; a GIF with more would be too large to show.
 MOST_FRAMES = 400
-#: Sharpness [points an inch] of an animation on a screen, and of one whose size was given.
+#: Resolution [dpi] of an animation, and the largest one where its size was given.
 _FRAME, _MOST_SHARP = 100, 200
-#: Colours of a GIF: the last frame, which has all that is drawn, chooses them.
+#: Number of colours of a GIF, chosen from its last frame, which shows everything.
 _GIF_COLOURS = 48
-#: Below this ratio of its extents a motion is drawn with different scales along x and y.
+#: A motion whose extents have a smaller ratio is drawn with different scales along x and y.
 _FLAT = 0.25
 #: Colours of the first and the last snapshot.
 _LIGHT, _DARK = np.array([0.75, 0.87, 0.95]), np.array([0.03, 0.19, 0.42])
@@ -55,7 +55,7 @@ def summary(motion: Motion) -> str:
 
 
 def headline(motion: Motion) -> str:
-    """Return in a line what arm moved by what."""
+    """Return one line: the arm, and what moves it."""
     return (
         f"{title(motion)}, {format_quantity(motion.arm.length, 'm', 4)} long: {motion.text}, "
         f"{motion.time[-1]:g} s, {len(motion.time)} samples"
@@ -98,7 +98,7 @@ def figure(motion: Motion, snapshots: ArrayLike = SNAPSHOT_TIMES) -> Figure:
 
 
 def panels(motion: Motion, snapshots: ArrayLike = SNAPSHOT_TIMES) -> Panels:
-    """Return what draws the arm at ``snapshots`` [s], its tip and the first segment's tensions on axes."""
+    """Return the panels: the arm at ``snapshots`` [s], its tip, the tensions of the first segment."""
     return {
         "shape": partial(_shapes, motion, snapshots),
         "tip": partial(_tip, motion),
@@ -156,7 +156,7 @@ def _pair(
 
 
 def require_animation(path: Path) -> None:
-    """Refuse an animation's path before the work is done: its folder, its suffix, and ffmpeg where it is needed."""
+    """Raise InputError for an animation that cannot be written: folder, suffix, missing ffmpeg."""
     if path.suffix.lower() not in (".gif", ".mp4"):
         raise InputError(f"cannot animate '{path}': end its name in .gif or .mp4")
     if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
@@ -204,7 +204,7 @@ def animate(
         point = side.plot([], [], "o", color=ORANGE, markersize=6)[0]
         side.set(xlabel=portrait_labels[0], ylabel=portrait_labels[1])
         side.grid(alpha=0.25, linewidth=0.6)
-    # the layout is computed once: for every frame it would take most of the time and make the picture tremble
+    # the layout is computed once: repeating it for each frame is slow and makes the picture jitter
     heading.set_text(title(motion))
     finish(figure, COLOURS)
     figure.draw_without_rendering()
@@ -225,7 +225,7 @@ def animate(
 
 @lru_cache(maxsize=1)
 def _gif_writer() -> Any:
-    """Return the writer of GIFs: all frames share a few colours, which makes the file a third as large."""
+    """Return a writer of GIFs whose frames share a palette of few colours: files are a third as large."""
     from matplotlib.animation import PillowWriter
     from PIL.Image import Dither, Quantize
 
@@ -271,7 +271,9 @@ def _frame(axes: Axes, scale: float, motion: Motion, unit: str) -> None:
     low, high = centre - half, centre + half
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
     if flat:
-        axes.text(0.02, 0.02, "scales of x and y differ", transform=axes.transAxes, fontsize="small", color=GREY)
+        axes.text(
+            0.98, 0.02, "scales of x and y differ", transform=axes.transAxes, ha="right", fontsize="small", color=GREY
+        )
     else:
         axes.set_aspect("equal", adjustable="box")
     clamp = scale * motion.positions[0, 0]

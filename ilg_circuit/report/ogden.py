@@ -1,4 +1,4 @@
-"""Characterisations of hyperelastic materials as text, a picture, a page, and as the modulus of a strip."""
+"""Presents hyperelastic characterisations, and writes the modulus into a strip."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def summary(result: Characterisation) -> str:
 
 
 def headline(result: Characterisation) -> str:
-    """Return in a line what was fitted to what, and how."""
+    """Return one line: the tests, the model, the constraint on signs and the weighting."""
     fit = result.fit
     sources = ", ".join(f"{t.source} ({t.mode})" for t in fit.tests)
     return (
@@ -58,7 +58,7 @@ def headline(result: Characterisation) -> str:
 
 
 def page(result: Characterisation) -> Page:
-    """Return readings and fit, constants in both conventions, predictions for other loads, what else was tried."""
+    """Return a page: readings and fit, constants in both conventions, predictions for other loads, other candidates."""
     fit, fitted = result.fit, parameters(result.fit)
     told = [
         ("material", fit.name),
@@ -81,7 +81,7 @@ def page(result: Characterisation) -> Page:
 
 
 def figure(result: Characterisation) -> Figure:
-    """Return readings and fit (solid where there are readings, else dashed), other loads dashed, residuals beneath."""
+    """Return a figure: readings, fit (dashed beyond the readings), predictions for other loads (dashed), residuals."""
     figure, (upper, lower) = new_figure(2, [3.4, 1.1])
     _stresses(result, upper)
     upper.set_xlabel("")
@@ -91,7 +91,7 @@ def figure(result: Characterisation) -> Figure:
 
 
 def panels(result: Characterisation) -> Panels:
-    """Return what draws stresses with the fit, and residuals, on axes."""
+    """Return the panels: stresses with the fit, and residuals."""
     return {"stress": partial(_stresses, result), "residuals": partial(_residuals, result)}
 
 

@@ -20,9 +20,9 @@ from ..provenance import Provenance
 from .axes import Figure
 from .tables import aligned
 
-#: Whose versions a page states.
+#: Packages whose versions a page states.
 _PACKAGES = ("ilg-circuit", "PySpice", "numpy", "scipy", "lmfit")
-#: Points an inch of a picture: sharp on screens of twice the usual density, and in print.
+#: Resolution [dpi] of a picture: sharp on high-density screens and in print.
 _SHARPNESS = 170
 
 
@@ -36,7 +36,7 @@ class Prose:
 
 @dataclass(frozen=True)
 class Grid:
-    """A table. Columns in ``words`` (by index) are text and stand left, the others are numbers; ``marked`` rows."""
+    """A table. Columns in ``words`` (by index) are left-aligned text, the others numbers; ``marked`` rows shaded."""
 
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -80,7 +80,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """``facts`` are the answer in a few names and values; ``warnings`` come right after them."""
+    """A page: ``facts`` are the main results by name; ``warnings`` follow them."""
 
     title: str
     headline: str
@@ -101,17 +101,17 @@ def render(page: Page, provenance: Provenance | None = None) -> str:
 
 
 def picture(figure: Figure, about: str) -> Picture:
-    """A figure as a block."""
+    """Return a figure as a block of a page."""
     return Picture(png(figure, _SHARPNESS), about)
 
 
 def repetition(command: str, programs: Iterable[str] = ()) -> Section:
-    """The command that makes this again, and with what; ``programs`` besides Python's packages, with versions."""
+    """Return a section with the command that repeats the result, and the versions of packages and ``programs``."""
     return Section("To repeat this", [Listing(command), Prose(", ".join([versions(), *programs, platform.platform()]))])
 
 
 def fill(template: Path, content: dict[str, Any]) -> str:
-    """The page of a jinja2 ``template``, everything escaped; ``style`` and ``versions`` are added to its content."""
+    """Return the page of a jinja2 ``template``, autoescaped; ``style`` and ``versions`` are added to the content."""
     from jinja2 import Template
 
     style = Path(__file__).with_name("html.css").read_text(encoding="utf-8")
@@ -120,12 +120,12 @@ def fill(template: Path, content: dict[str, Any]) -> str:
 
 
 def png(figure: Figure, dpi: int = 110) -> str:
-    """A picture as base64, for ``src="data:image/png;base64,..."``."""
+    """Return a picture as base64, for ``src="data:image/png;base64,..."``."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=dpi)
     return base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
 def versions() -> str:
-    """Python and the packages that answers depend on."""
+    """Return the versions of Python and of the packages that results depend on."""
     return ", ".join([f"Python {platform.python_version()}", *(f"{name} {version(name)}" for name in _PACKAGES)])

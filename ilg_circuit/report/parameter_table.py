@@ -15,9 +15,9 @@ from ..identification.identification import Identification
 from ..units import concise, format_quantity
 
 _HEADER = ("parameter", "value", "95 % interval")
-#: An interval is told beside a standard error where it is so much wider than 1.96 of it to either side.
+#: An interval is stated beside the standard error if one side exceeds 1.96 standard errors by this factor.
 _WIDER = 1.15
-#: What LaTeX takes for more than text.
+#: Characters that LaTeX does not take as text.
 _LATEX = str.maketrans({c: f"\\{c}" for c in "&%$#_{}"} | {"^": r"\^{}", "~": r"\~{}", "\\": r"\textbackslash{}"})
 
 
@@ -39,7 +39,7 @@ def write_table(result: Identification | Batch, path: str | Path) -> None:
 
 
 def estimate_text(e: Estimate, *, interval: bool = True) -> str:
-    """Return a value as 332.4(5) ohm, with its ``interval`` where that is wider, or that it was held."""
+    """Return a value such as 332.4(5) ohm, with its ``interval`` if that is wider, or marked as held."""
     if e.stderr is None or e.ci95 is None:
         return f"{format_quantity(e.value, e.unit, 5)} ({'held' if e.fixed_because else 'undetermined'})"
     error, (low, high) = e.reported
@@ -50,7 +50,7 @@ def estimate_text(e: Estimate, *, interval: bool = True) -> str:
 
 
 def _interval(e: Estimate) -> str:
-    """Return the interval, the unit once where both ends have the same."""
+    """Return the interval as text; a unit that both ends share is written once."""
     low, high = e.reported[1]
     if isinf(high):
         return f"{format_quantity(low, e.unit, 3)} or more" if low else "no limits"
@@ -61,7 +61,7 @@ def _interval(e: Estimate) -> str:
 
 
 def batch_rows(batch: Batch) -> list[tuple[str, ...]]:
-    """Return a header and a row a file: outcome and parameters."""
+    """Return a header, and one row per file: outcome and parameters."""
     names = batch.names
     found = [[file.parameters.get(name) for name in names] for file in batch]
     cells = [[estimate_text(e, interval=False) if e else "" for e in row] for row in found]
@@ -69,7 +69,7 @@ def batch_rows(batch: Batch) -> list[tuple[str, ...]]:
 
 
 def _rows(tables: Mapping[str, Mapping[str, Estimate]]) -> Iterator[tuple[str, str, str]]:
-    """Yield name, value and interval: of parameters, and of what follows from them with an error."""
+    """Yield name, value and interval of the parameters and of derived quantities with an error."""
     for kind, table in tables.items():
         for name, e in table.items():
             if e.stderr is not None and e.ci95 is not None:

@@ -1,4 +1,4 @@
-"""Shows a response: its waveforms as a table, a picture, a page."""
+"""Presents a response: its waveforms as a table, a picture, a page."""
 
 from __future__ import annotations
 
@@ -9,11 +9,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..drive import Drive
 from ..simulation.waveforms import ANSWERS, WAVEFORMS
 from ..units import format_quantity
-from .axes import BLUE, GREY, ORANGE, Axes, Figure, Panels, caption, curve, heading, legend_above, new_figure
+from .axes import (
+    BLUE,
+    GREY,
+    ORANGE,
+    Axes,
+    Figure,
+    Panels,
+    caption,
+    curve,
+    drive_points,
+    heading,
+    jumps_of,
+    legend_above,
+    new_figure,
+    with_jumps,
+)
 from .energy import section as energy_section
+from .look import narrow
 from .page import Grid, Page, Section, picture
 from .tables import aligned
 
@@ -25,18 +40,16 @@ if TYPE_CHECKING:
 _NORMAL_95 = 1.96
 #: Thickness of a line, relative to the height of its panel.
 _LINE = 0.015
-#: A time this much of the run before a jump is drawn on it.
-_ROUNDING = 1e-9
 _HEADER = ("quantity", "at the end", "largest", "at")
 
 
 def summary(response: Response) -> str:
-    """Return a table: each waveform's value at the end, its largest value, and when that is."""
+    """Return a table: for each waveform the final value, the largest value and its time."""
     return "\n".join(aligned([_HEADER, *_rows(response)], "<>>>"))
 
 
 def headline(response: Response) -> str:
-    """Return in a line what was simulated."""
+    """Return one line: what was simulated."""
     return f"{response.netlist.title}: {response.drive.text}, {response.time[-1]:g} s, {len(response.time)} samples"
 
 
@@ -48,13 +61,13 @@ def text(response: Response) -> str:
 
 
 def solved_by(result: Simulated) -> list[str]:
-    """Return the line that says what solved it and how well, none for the exact engine."""
+    """Return a line with the engine and its estimated error; none for the exact engine."""
     exact = result.engine != "ngspice"
     return [] if exact else [f"solved by ngspice, estimated error {result.error:.1e} of each maximum"]
 
 
 def largest(result: Simulated, waveform: Waveform) -> tuple[str, str]:
-    """Return the largest value of a waveform, and when that is."""
+    """Return the largest value of a waveform, and its time."""
     values = result.waveforms[waveform.name]
     peak = int(np.argmax(np.abs(values)))
     return format_quantity(float(values[peak]), waveform.unit, 5), format_quantity(float(result.time[peak]), "s", 4)
@@ -72,8 +85,7 @@ def figure(response: Response) -> Figure:
         _waveform(response, waveform, panel)
         if waveform.name == "displacement" and (note := swings(response)):
             caption(panel, note)
-    if response.stderr or response.compared:
-        legend_above(axes[0])
+    _legends(axes[:-1])
     _drive(response, axes[-1])
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
@@ -81,8 +93,22 @@ def figure(response: Response) -> Figure:
     return figure
 
 
+def _legends(axes: list[Axes]) -> None:
+    """Draw a legend on the first panel that has labels, and on each one after it whose labels are others."""
+    before: list[str] = []
+    for panel in axes:
+        labels = panel.get_legend_handles_labels()[1]
+        if not labels or labels == before:
+            continue
+        before = labels
+        if narrow() and panel.get_title(loc="left"):
+            panel.legend(frameon=False, fontsize="small")  # a caption stands above
+        else:
+            legend_above(panel)
+
+
 def panels(response: Response) -> Panels:
-    """Return what draws each waveform on axes, the displacement first where it is known."""
+    """Return the panels: one per waveform, the displacement first if it is known."""
     shown = sorted(_shown(response), key=lambda waveform: waveform.name != "displacement")
     drawn = {w.name: partial(_waveform, response, w) for w in shown} | {"voltage": partial(_drive, response)}
     return {name: partial(over_time, draw) for name, draw in drawn.items()}
@@ -100,15 +126,15 @@ def _shown(response: Response) -> list[Waveform]:
 
 
 def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any) -> None:
-    """Draw a waveform with its band; beside what was measured the prediction that was compared with it."""
+    """Draw a waveform with its band; if it was compared with a measurement, the prediction and the measurement."""
     part = next((part for part in response.compared if part.quantity == waveform.name), None)
     time, values, error = response.time, response.waveforms[waveform.name], response.stderr.get(waveform.name)
     if part is not None:  # its drive jumps where the record does
         time, values, error, style = part.time, part.predicted, part.stderr, {"label": "predicted"} | style
-    jumps = _jumps(response.drive, time) if waveform.name == "current" else np.empty(0)
+    jumps = jumps_of(response.drive, time) if waveform.name == "current" else np.empty(0)
     if error is not None:
         style = {"linewidth": 0.9} | style
-    factor = curve(panel, *_with_jumps(time, values, jumps), waveform.name, waveform.unit, **style)
+    factor = curve(panel, *with_jumps(time, values, jumps), waveform.name, waveform.unit, **style)
     if part is not None:
         label = f"measured, {part.source}"
         panel.plot(time, factor * part.measured, ".", color=GREY, markersize=2.5, label=label, zorder=1)
@@ -117,17 +143,17 @@ def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any)
 
 
 def swings(response: Response) -> str:
-    """Return what a reader of the displacement asks: why it swings after jumps of the drive. Nothing where it does not.
+    """Return a note on why the displacement swings after jumps of the drive; empty if it does not.
 
     The tip's mass and the stiffness of beam, gravity and load are an inductor and capacitors in series.
     """
     moving = [element for element in response.netlist.elements if element.role.mechanical]
     mass = sum(element.value for element in moving if element.name.startswith("L"))
-    if not mass or not len(_jumps(response.drive, response.time)) + bool(response.voltage[0]):
+    if not mass or not len(jumps_of(response.drive, response.time)) + bool(response.voltage[0]):
         return ""
     stiffness = sum(1 / element.value for element in moving if element.name.startswith("C"))
     frequency = format_quantity(float(np.sqrt(stiffness / mass)) / (2 * np.pi), "Hz", 2)
-    return f"dynamic beam: after a jump of the voltage the strip swings at its own {frequency}"
+    return f"dynamic beam: swings at {frequency} after each voltage jump"
 
 
 def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) -> None:
@@ -139,52 +165,16 @@ def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) ->
         panel.plot(time, edge, color=colour, linewidth=0.5, alpha=0.8, label="_")
 
 
-def _with_jumps(time: Array, values: Array, jumps: Array) -> tuple[Array, Array]:
-    """Return a curve with two points at each of the ``jumps`` [s]: the values on both sides, so that it is vertical.
-
-    Samples are right limits. The left limit goes on from the samples before the jump, the right one from those after.
-    """
-    ends = np.searchsorted(time, jumps - _ROUNDING * time[-1]).tolist()
-    pieces = [slice(a, b) for a, b in zip([0, *ends], [*ends, len(time)], strict=True)]
-    x, y = [time[pieces[0]]], [values[pieces[0]]]
-    for at, before, after in zip(jumps.tolist(), pieces, pieces[1:], strict=False):
-        for piece, first in ((before, -2), (after, 0)):
-            if time[piece].size:
-                x.append(np.array([at]))
-                y.append(np.array([_continued(time[piece], values[piece], at, first)]))
-        x.append(time[after])
-        y.append(values[after])
-    return np.concatenate(x), np.concatenate(y)
-
-
-def _jumps(drive: Drive, time: Array) -> Array:
-    """Return the times [s] at which a drive jumps within ``time``, its end included."""
-    jumps = drive.jumps(float(time[-1]) * (1 + _ROUNDING))
-    return np.minimum(jumps[jumps > time[0]], time[-1])
-
-
-def _continued(time: Array, values: Array, at: float, first: int) -> float:
-    """Return the line through two samples, the ``first`` one and the next, at a time; an only sample's value."""
-    if len(time) < 2:
-        return float(values[0])
-    (t0, t1), (y0, y1) = time[first:][:2], values[first:][:2]
-    return float(y0 + (y1 - y0) / (t1 - t0) * (at - t0))
-
-
 def _drive(response: Response, panel: Axes, **style: Any) -> None:
-    """Draw the drive with zero in sight."""
-    drive, time = response.drive, response.time
-    edges = _jumps(drive, time)
-    before = np.maximum(edges - _ROUNDING * time[-1], 0.0)
-    drawn = np.unique(np.concatenate([time, before, edges]))
-    curve(panel, drawn, drive.value(drawn), "voltage", "V", **{"color": ORANGE} | style)
+    """Draw the drive; the axis includes zero."""
+    curve(panel, *drive_points(response.drive, response.time), "voltage", "V", **{"color": ORANGE} | style)
     panel.use_sticky_edges = False
     panel.update_datalim([(response.time[0], 0.0)])
     panel.autoscale_view()
 
 
 def facts(response: Response) -> list[tuple[str, str]]:
-    """Return of each waveform its value at the end, its largest value, and when that is."""
+    """Return for each waveform the final value, the largest value and its time."""
     rows = [
         (name, f"{end} at the end, largest {last[0]} at {last[1]}" if len(last) == 2 else f"{end}: {last[0]}")
         for name, end, *last in _rows(response)
@@ -202,7 +192,7 @@ def page(response: Response) -> Page:
 
 
 def _rows(response: Response) -> list[tuple[str, ...]]:
-    """Name, value at the end, largest value and its time of each waveform; name and why for one that is not known."""
+    """Return a row per waveform: name, final value, largest value, its time; name and reason if unknown."""
     rows: list[tuple[str, ...]] = []
     for waveform in WAVEFORMS.values():
         values = response.waveforms[waveform.name]
@@ -215,7 +205,7 @@ def _rows(response: Response) -> list[tuple[str, ...]]:
 
 
 def compared_line(part: Compared) -> str:
-    """Return a prediction beside a measurement in a line."""
+    """Return one line that compares a prediction with a measurement."""
     unit = WAVEFORMS[part.quantity].unit
     line = f"{part.source}: {part.quantity} differs by {format_quantity(part.rms, unit, 3)} rms"
     line += f" ({part.rms / part.largest:.2%} of its largest, {len(part.time)} samples)"

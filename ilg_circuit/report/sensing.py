@@ -1,4 +1,4 @@
-"""Shows what a strip senses."""
+"""Presents a strip as a sensor."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .response import largest, over_time, solved_by
 
 
 def summary(sensed: Sensed) -> str:
-    """Return a table: each waveform's largest value, and when that is."""
+    """Return a table: the largest value of each waveform, and its time."""
     return "\n".join(_table(sensed).lines("<>>"))
 
 
 def headline(sensed: Sensed) -> str:
-    """Return in a line what was simulated."""
+    """Return one line: what was simulated."""
     return (
         f"{sensed.actuator.name}, {sensed.terminals} terminals: {sensed.motion.text}, {sensed.time[-1]:g} s, "
         f"{len(sensed.time)} samples"
@@ -33,7 +33,7 @@ def text(sensed: Sensed) -> str:
 
 
 def figure(sensed: Sensed) -> Figure:
-    """Return the terminals' answer and the elastic force over time, the imposed motion beneath."""
+    """Return a figure: voltage or current of the terminals, elastic force, imposed motion."""
     shown = _shown(sensed)
     figure, axes = new_figure(len(shown), [1.5, 1.5, 1.0])
     for panel, name in zip(axes, shown, strict=True):
@@ -45,12 +45,12 @@ def figure(sensed: Sensed) -> Figure:
 
 
 def panels(sensed: Sensed) -> Panels:
-    """Return what draws each waveform on axes, the terminals' answer first."""
+    """Return the panels: one per waveform, the voltage or current of the terminals first."""
     return {name: partial(over_time, partial(_waveform, sensed, name)) for name in _shown(sensed)}
 
 
 def facts(sensed: Sensed) -> list[tuple[str, str]]:
-    """Return each waveform's largest value, and when that is."""
+    """Return the largest value of each waveform, and its time."""
     return [(name, f"largest {value} at {time}") for name, value, time in _table(sensed).rows]
 
 

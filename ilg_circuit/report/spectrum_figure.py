@@ -1,4 +1,4 @@
-"""The picture of a fitted spectrum: Bode plot, residuals, Nyquist plots."""
+"""Draws a fitted spectrum: Bode plot, residuals, Nyquist plots."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ..identification.impedance import ImpedanceData
 from .axes import BLUE, FIT, GREY, ORANGE, Axes, Figure, blank, caption, heading, plain, scaled
 from .look import narrow
 
-#: Above this ratio of its extents a Nyquist plot has different scales along its axes.
+#: A Nyquist plot whose extents have a larger ratio gets different scales along its axes.
 _SLENDER = 4.0
 
 
 def spectrum_figure(result: Identification, data: ImpedanceData) -> Figure:
-    """Bode plot, residuals of the fit and of the Kramers-Kronig check over frequency; Nyquist plots beside them."""
+    """Return a figure: Bode plot, residuals of the fit and of the Kramers-Kronig check, Nyquist plots."""
     drawn = blank((11.0, 8.2), stacked=13.0)
     stacked: dict[str, Any] = {"nrows": 2, "ncols": 1, "height_ratios": [1.6, 1.0]}
     columns: Any = drawn.add_gridspec(
@@ -28,7 +28,7 @@ def spectrum_figure(result: Identification, data: ImpedanceData) -> Figure:
     middle, misfit, check = (drawn.add_subplot(left[k], sharex=upper) for k in (1, 2, 3))
     z, f = data.measured.impedance, data.measured.frequency
     bad = data.check.bad
-    # where the lowest frequencies dwarf the others, these have a plot of their own
+    # if the impedance at the lowest frequencies dwarfs the rest, the rest gets a second plot
     within = _corner(z)
     twice = within < 0.4 * float(np.abs(z).max())
     right = columns[1].subgridspec(2 if twice else 1, 1)
@@ -54,7 +54,7 @@ def spectrum_figure(result: Identification, data: ImpedanceData) -> Figure:
 
 
 def _spectra(result: Identification) -> tuple[Array, ComplexArray, Mask, Array, ComplexArray]:
-    """Frequency, measured impedance, what was left out; frequencies close together and the fit there."""
+    """Return frequency, measured impedance, mask of points left out; dense frequencies and the fit there."""
     data = result.data[0]
     assert result.port is not None
     assert isinstance(data, ImpedanceData)
@@ -99,7 +99,7 @@ def _parts(panel: Any, f: Array, relative: ComplexArray, name: str) -> None:
 
 
 def nyquist(result: Identification, panel: Axes, largest: float | None = None, **style: Any) -> Axes:
-    """Draw -Im Z over Re Z; ``largest`` [ohm]: only what lies within it."""
+    """Draw -Im Z over Re Z, limited to abs(Z) <= ``largest`` [ohm] if given."""
     _, z, bad, _, fit = _spectra(result)
     shown = np.abs(z) if largest is None else np.array([largest])
     factor, label = scaled(panel.xaxis, shown, "\N{OHM SIGN}")
@@ -124,5 +124,5 @@ def nyquist(result: Identification, panel: Axes, largest: float | None = None, *
 
 
 def _corner(z: ComplexArray) -> float:
-    """Return a size [ohm] within which the upper two thirds of the frequencies lie."""
+    """Return the abs(Z) [ohm] below which the upper two thirds of the frequencies lie."""
     return 1.1 * float(np.max(np.abs(z)[len(z) // 3 :]))

@@ -1,4 +1,4 @@
-"""An actuator's description as text."""
+"""Presents an actuator's description as text."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..units import format_quantity
 
 
 def summary(description: dict[str, Any]) -> str:
-    """The same as text."""
+    """Return the description as text."""
     lines = [f"actuator {description['name']}, mounting {description['mounting']}"]
     for section in ("geometry", "material", "coupling"):
         if description[section] is None:

@@ -1,4 +1,4 @@
-"""Sweeps: text; pictures as curves over one parameter, maps over two, scatter for random and listed designs."""
+"""Presents sweeps: curves over one parameter, maps over two, scatter plots of random and listed designs."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _value(name: str, value: Any) -> str:
 
 
 def headline(result: SweepResult) -> str:
-    """Return in a line what was solved."""
+    """Return one line: the plan of the sweep, and how many designs were solved."""
     totals = result.totals
     where = f" into {result.path}" if result.path else ""
     return f"{result.spec.plan.text}: {totals.count - totals.failed} of {totals.count} designs solved{where}"
@@ -121,13 +121,13 @@ def facts(result: SweepResult) -> list[tuple[str, str]]:
 
 
 def figure(result: SweepResult, outputs: tuple[str, ...] = ()) -> Figure:
-    """Return the picture of ``outputs``, at most six; by default up to four that differ. Raises InputError."""
+    """Return a picture of ``outputs`` (at most six; default: up to four that vary). Raises InputError if none vary."""
     with result.to_xarray() as data:
         return dataset_figure(data, outputs)
 
 
 def panels(result: SweepResult) -> Panels:
-    """Return what draws each output on axes, the most telling one that varies first; none where none varies."""
+    """Return the panels: one per output that varies, the most informative first."""
     with result.to_xarray() as data:
         varied = _interesting(data)
     names = dict.fromkeys((*varied, *result.spec.outputs)) if varied else ()
@@ -189,12 +189,12 @@ def _interesting(data: Dataset) -> tuple[str, ...]:
 
 
 def _axes(data: Dataset) -> list[str]:
-    """The dimensions that vary, the longest first."""
+    """Return the dimensions that vary, the longest first."""
     return sorted((str(d) for d in data.dims if data.sizes[d] > 1), key=lambda d: -data.sizes[d])
 
 
 def _few(data: Dataset, axes: list[str]) -> bool:
-    """Return True if a grid is drawn as curves: with one axis, or a second one of few values or of words."""
+    """Return True if a grid is drawn as curves: one axis, or a second one with few values or text."""
     return len(axes) < 2 or (len(axes) == 2 and (data.sizes[axes[1]] <= _MOST_CURVES or _is_words(data[axes[1]])))
 
 
@@ -214,12 +214,12 @@ def _scaled(axis: DataArray, drawn: Any = None) -> tuple[Any, str]:
     return axis.values * factor, axis_label(name, "" if unit == "1" else label)
 
 
-#: Units that take a prefix; "Pa s" or "1/s" would read wrong with one.
+#: Units that take a prefix; with one, "Pa s" or "1/s" would be ambiguous.
 _PREFIXED = ("m", "V", "A", "F", "N", "C", "J", "Pa", "kg/m^3", "ohm", "Hz")
 
 
 def _lines(data: Dataset, names: list[str], axes: list[str]) -> Figure:
-    """A panel for each output over the first axis, a curve for each value of a second one."""
+    """Return a figure: one panel per output over the first axis, one curve per value of a second axis."""
     figure, panels = grid(len(names), 1, (6.5, 0.6 + 1.9 * len(names)), sharex=True)
     for panel, name in zip(panels[:, 0], names, strict=True):
         _curves(data, name, axes, panel)
@@ -250,7 +250,7 @@ def _curves(data: Dataset, name: str, axes: list[str], panel: Any, **style: Any)
 
 
 def _members(family: DataArray) -> tuple[str, list[str]]:
-    """Title and texts of a legend of the values of an axis."""
+    """Return the title and labels of a legend for the values of an axis."""
     members, title = _scaled(family)
     return title, [str(m) if _is_words(family) else f"{m:.4g}" for m in members]
 
@@ -263,7 +263,7 @@ def _held(data: Dataset, axes: list[str]) -> tuple[Dataset, str]:
 
 
 def _maps(data: Dataset, names: list[str], axes: list[str]) -> Figure:
-    """A map for each output over the two longest axes, the others held at their middle."""
+    """Return one map per output over the two longest axes, the others at their middle."""
     data, named = _held(data, axes)
     figure, panels = tiles(len(names), min(len(names), 2), height=3.3, width=4.4)
     for panel, name in zip(panels, names, strict=True):
@@ -277,6 +277,8 @@ def _map(data: Dataset, name: str, axes: list[str], panel: Any, **style: Any) ->
     across, up = axes[:2]
     x, x_label = _scaled(data[across], panel.xaxis)
     y, y_label = _scaled(data[up], panel.yaxis)
+    from matplotlib.patheffects import withStroke
+
     table, title = _scaled(data[name].transpose(up, across))
     panel.grid(False)
     is_wide = wide(table, _WIDE)
@@ -286,7 +288,8 @@ def _map(data: Dataset, name: str, axes: list[str], panel: Any, **style: Any) ->
     if np.isfinite(table).all() and np.ptp(table) > 0 and not words:
         levels = round_levels(table) if is_wide else 7
         lines = panel.contour(x, y, table, levels=levels, colors="white", linewidths=0.8)
-        panel.clabel(lines, fontsize="small", fmt="%.4g")
+        for label in panel.clabel(lines, fontsize="small", fmt="%.4g"):
+            label.set_path_effects([withStroke(linewidth=1.5, foreground="#404040")])  # white on yellow, too, is read
     panel.figure.colorbar(shaded, ax=panel)
     panel.set_title(title, fontsize="small")
     panel.set(xlabel=x_label, ylabel=y_label)
@@ -295,7 +298,7 @@ def _map(data: Dataset, name: str, axes: list[str], panel: Any, **style: Any) ->
 
 
 def _scatter(data: Dataset, names: list[str]) -> Figure:
-    """A row for each output, a column for each parameter: every design, and the median over the others."""
+    """Return a figure: a row per output, a column per parameter; each design, and medians over the other parameters."""
     parameters = _varied(data)
     size = (max(2.4 * len(parameters), 6.5), 0.6 + 1.9 * len(names))
     figure, panels = grid(len(names), len(parameters), size, sharey="row", sharex="col")
@@ -313,7 +316,7 @@ def _varied(data: Dataset) -> list[str]:
 
 
 def _strongest(data: Dataset, name: str) -> str:
-    """The parameter whose rank is correlated most with the output's."""
+    """Return the parameter with the largest rank correlation with the output."""
 
     def correlation(parameter: str) -> float:
         x, y = (np.argsort(np.argsort(data[n].values[known])) for n in (parameter, name))
@@ -324,7 +327,7 @@ def _strongest(data: Dataset, name: str) -> str:
 
 
 def _dots(data: Dataset, name: str, parameter: str, panel: Any, **style: Any) -> Axes:
-    """Draw every design over one parameter, and the median over the others."""
+    """Draw each design over one parameter, and medians over the other parameters."""
     x, x_label = _scaled(data[parameter], panel.xaxis)
     y, y_label = _scaled(data[name], panel.yaxis)
     every = slice(None, None, max(1, data.sizes[DESIGN] // _MOST_POINTS))
@@ -338,7 +341,7 @@ def _dots(data: Dataset, name: str, parameter: str, panel: Any, **style: Any) ->
 
 
 def _medians(x: Array, y: Array) -> Array:
-    """Medians (2, groups) of ``x`` and ``y`` over groups of neighbours in ``x``, of equal size."""
+    """Return medians (2, groups) of ``x`` and ``y`` in groups of equal size, sorted by ``x``."""
     known = np.flatnonzero(np.isfinite(y))
     groups = np.array_split(known[np.argsort(x[known], kind="stable")], min(_GROUPS, max(len(known) // 8, 1)))
     return np.array([[np.median(values[g]) for g in groups if len(g)] for values in (x, y)])

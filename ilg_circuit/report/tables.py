@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def aligned(rows: Sequence[Sequence[str]], alignment: str, *, indent: str = "", gap: int = 2) -> list[str]:
-    """Return ``rows`` as lines whose columns stand beneath one another, ``gap`` blanks apart.
+    """Return ``rows`` as lines with aligned columns, ``gap`` blanks apart.
 
     ``alignment`` has a character a column: ``<`` for words, ``>`` for numbers. Every column is as wide as its widest
     cell. The last cell of a row that is shorter than ``alignment`` may run on over the columns that it leaves out.

@@ -1,4 +1,4 @@
-"""Transfer of the paper's rhythm by the strip's circuit, and the reachable positions. Imports the arm's kernels."""
+"""Computes the transfer of the rhythm by the strip's circuit, and the reachable positions; needs the arm's kernels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""CPG Figures 10-13: the arm that the rhythm moves, without a circuit in between (`ideal`), over e, Tr and a or d.
+"""Remakes CPG Figures 10-13: the arm moved by the rhythm without a circuit (coupling `ideal`), over e, Tr and a or d.
 
 Imports the arm's kernels, and with them numba: `catalogue` names these items without importing them.
 """
@@ -43,12 +43,12 @@ class Moved:
 
     @property
     def displacement(self) -> Array:
-        """Of the tip [m] (t, 2)."""
+        """Return the displacement of the tip [m] (t, 2)."""
         return np.asarray(self.motion.tip - self.motion.tip[0])
 
     @property
     def largest(self) -> float:
-        """Largest displacement of the tip [m]."""
+        """Return the largest displacement of the tip [m]."""
         return float(np.linalg.norm(self.displacement, axis=1).max())
 
 
@@ -158,7 +158,7 @@ def figure_13(runs: PaperRuns) -> Reproduction:
 
 
 def _cycling(runs: PaperRuns, name: str) -> str:
-    """Return the whole numbers to 50 with which a parameter lets the rhythm persist, a range if consecutive."""
+    """Return the integers up to 50 for which the rhythm persists, as a range if consecutive."""
     settings: list[dict[str, Any]] = [{name: float(value)} for value in range(1, 51)]
     values = [int(s[name]) for s in settings if rhythm(runs.network(rise_time=0.1, **s)).oscillates]
     if len(values) > 2 and values[-1] - values[0] == len(values) - 1:

@@ -1,4 +1,4 @@
-"""CPG Section 6.3: the rhythm of two and of three neurons, its limit cycle and the window in which there is one."""
+"""Remakes CPG Section 6.3: the rhythm of two and three neurons, its limit cycle, and the range where it exists."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def add_legends(figure: Figure, letters: str = "") -> None:
 
 
 def by_ngspice(network: Network) -> tuple[Check, Check]:
-    """Period and amplitude of the neurons as behavioural sources in ngspice against the exact flow."""
+    """Return checks of period and amplitude: behavioural sources in ngspice against the exact flow."""
     exact = rhythm(network)
     found = run(network, np.linspace(0.0, 3 * period_of(exact), 301), engine="ngspice")
     assert found.period is not None
@@ -108,7 +108,7 @@ def _figure(pair: Rhythm, trio: Rhythm) -> Figure:
 
 
 def slower_rises(runs: PaperRuns) -> Reproduction:
-    """The rhythm without the arm, over Tr: how its frequency falls, and where its cycle ends."""
+    """Return the rhythm over Tr, without the arm: how its frequency falls, and where its limit cycle ends."""
     reach = np.arange(0.1, 1.05, 0.1)
     periods = {float(t): rhythm(runs.network(rise_time=float(t))).period for t in reach}
     cycling = {t: period for t, period in periods.items() if period is not None}

@@ -88,7 +88,7 @@ def _shown(why: str, command: str) -> list[Block]:
 
 
 def _drawing() -> list[Block]:
-    """The drawing of the strip: beside the papers' tables if installed, in ``docs`` in a checkout."""
+    """Return the drawing of the strip: from the package's data if installed, from ``docs`` in a checkout."""
     package = Path(__file__).parents[1]
     name = "strip_and_setup.svg"
     for place in (package / "data" / name, package.parent / "docs" / "pictures" / name):

@@ -1,4 +1,4 @@
-"""EC Figures 9-11: the strip under its 4 V step by ngspice, beside the paper's curves."""
+"""Remakes EC Figures 9-11: the strip under a 4 V step by ngspice, beside the paper's curves."""
 
 from __future__ import annotations
 

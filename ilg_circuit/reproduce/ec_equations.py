@@ -1,4 +1,4 @@
-"""EC's equations put to the test: (5) and (28), which are misprinted, and (35)-(39) with their constants."""
+"""Tests EC's equations: (5) and (28), which are misprinted, and (35)-(39) with their constants."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .ec_curves import EXACT, closed_displacement, displacement_checks, overlay
 from .items import Check, Reproduction, largest_difference, largest_ratio, rows
 from .paper_runs import VOLTAGE, PaperRuns, coefficient, coupling_of
 
-#: Electrode resistance [ohm] with which (5) is tried: any but zero shows the misprint's unit.
+#: Electrode resistance [ohm] for the test of (5); any value but zero exposes the wrong unit of the misprint.
 _ELECTRODES = 5.0
 
 
@@ -83,14 +83,14 @@ def _damped(k: Coupling) -> tuple[float, float]:
 
 
 def _bracket(k: Coupling, t: Array) -> tuple[Array, Array]:
-    """The bracket of (36), (38) without its sine, and the sine [s]."""
+    """Return the bracket of (36), (38) without its sine term, and the sine term [s]."""
     (frequency, sine), steady = _damped(k), k.zero / k.natural_frequency**2
     decay = np.exp(-k.damping_ratio * k.natural_frequency * t)
     return steady - steady * decay * np.cos(frequency * t), -sine * decay * np.sin(frequency * t)
 
 
 def _three(t: Array, curves: dict[str, Array], name: str) -> Figure:
-    """Ours, the corrected equation and the printed one over time."""
+    """Return a figure: our run, the corrected equation and the printed one over time."""
     figure, (panel,) = new_figure(1, [3.0])
     overlay(panel, t, curves, name)
     panel.legend(frameon=False, loc="lower right")
@@ -107,7 +107,7 @@ def equation_36(runs: PaperRuns) -> Reproduction:
         "bracket_sine": _damped(k)[1],
     }
     factor = VOLTAGE * g.load_distance**2 / g.thickness**2 * 3 * k.gain
-    # the bracket closed before the sine: the product is in mm, as the printed constants are, and the sine comes on top
+    # with the bracket closed before the sine, the product is in mm (as the printed constants) and the sine is added
     literal = 1e3 * factor * rest + sine
     inside = factor * (rest + sine)
     curves = {

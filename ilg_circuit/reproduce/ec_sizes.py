@@ -1,4 +1,4 @@
-"""EC Figures 12 and 13: displacement and force at rest over the strip's sizes, every design an ngspice transient."""
+"""Remakes EC Figures 12, 13: displacement and force at rest over the strip's sizes, each by an ngspice transient."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..strip.file import dumps
 from .items import Check, Reproduction, largest_ratio
 from .paper_runs import VOLTAGE, PaperRuns, coefficient, coupling_of
 
-#: Time [s] at which a step counts as at rest: d(s) has decayed to 1e-8.
+#: Time [s] after a step at which the strip is at rest: transients of d(s) have decayed to 1e-8.
 _AT_REST = 400.0
 #: The part of the strip held in the clamp [m], kept for every free length.
 _CLAMPED = PAPER.geometry.length - PAPER.geometry.free_length
@@ -32,7 +32,7 @@ _LIMIT = 1e-5
 
 
 def sized(**sizes: float) -> Actuator:
-    """The paper's strip with other ``sizes`` [m] (free_length, width, thickness), as much of it in the clamp."""
+    """Return the paper's strip with other ``sizes`` [m] (free_length, width, thickness) and the same clamped part."""
     length = sizes.get("free_length", PAPER.geometry.free_length) + _CLAMPED
     return replace(PAPER, geometry=replace(PAPER.geometry, length=length, **sizes))
 
@@ -42,7 +42,7 @@ _DESIGN = {"EC-F12-strip.toml": dumps(replace(sized(free_length=40e-3, thickness
 
 
 def at_rest(strips: Iterable[Actuator], *, tip: str = "free") -> Array:
-    """Displacement [m] of free, force [N] of clamped strips (n,), at rest under 4 V; all in one ngspice netlist."""
+    """Return displacements [m] of free or forces [N] of clamped strips (n,) at rest under 4 V, from one netlist."""
     netlists = [strip_netlist(strip, tip=tip, beam="static") for strip in strips]
     waves = transient(netlists, PiecewiseLinear.step(VOLTAGE), [0.0, _AT_REST])
     output = "displacement" if tip == "free" else "force"

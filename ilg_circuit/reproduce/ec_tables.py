@@ -1,4 +1,4 @@
-"""EC Tables 1-3, identified from the paper's fitted curves."""
+"""Remakes EC Tables 1-3 by identification from the paper's fitted curves."""
 
 from __future__ import annotations
 

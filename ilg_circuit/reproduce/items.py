@@ -1,4 +1,4 @@
-"""Parts of a reproduced table or figure: numbers beside the paper's, checks, the paper's claims, a picture."""
+"""Defines the parts of a reproduced item: numbers beside the paper's, checks, claims, a picture."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STATUSES = {
     "differs": "our run agrees with the corrected equation; what the paper prints or claims is off",
     "fails": "our run is off, or could not be made",
 }
-#: Whose error it is, in two words.
+#: Status -> whose error it is, in a few words.
 WHOSE = {"agrees": "agrees", "differs": "paper is off", "fails": "our run is off"}
 
 
@@ -35,7 +35,7 @@ class Row:
 
     @property
     def difference(self) -> float | None:
-        """Ours less the recomputed number, relative to that (absolute where it is zero); None where there is none."""
+        """Return (ours - recomputed)/recomputed (the plain difference if that is zero); None if that is missing."""
         if not self.paper.recomputed:
             return None
         reference = float(self.paper.recomputed)
@@ -43,7 +43,7 @@ class Row:
 
     @property
     def agrees(self) -> bool:
-        """True if ours is the recomputed number to the digits given there."""
+        """True if ours agrees with the recomputed number to the digits given there."""
         if not self.paper.recomputed:
             return True
         allowed = self.paper.rounding if self.allowed is None else self.allowed
@@ -60,7 +60,7 @@ class Row:
 
     @property
     def printed_error(self) -> float | None:
-        """Printed less recomputed number, relative to that (absolute where it is zero); None where one is missing."""
+        """Return (printed - recomputed)/recomputed (the plain difference if that is zero); None if one is missing."""
         if not (self.paper.printed and self.paper.recomputed):
             return None
         reference = float(self.paper.recomputed)
@@ -68,7 +68,7 @@ class Row:
 
     @property
     def outcome(self) -> str:
-        """Whose error it is: one of `STATUSES`, or ``unchecked`` where there is nothing to compare with."""
+        """Return whose error it is: one of `STATUSES`, or ``unchecked`` without a recomputed number."""
         if not self.paper.recomputed:
             return "unchecked"
         if not self.agrees:
@@ -77,7 +77,7 @@ class Row:
 
     @property
     def verdict(self) -> str:
-        """The outcome as a sentence, with the error's size."""
+        """Return the outcome as a sentence, with the size of the error."""
         if self.outcome == "fails":
             return f"our value is off by {_size(self.difference)}"
         if self.outcome == "differs":
@@ -86,7 +86,7 @@ class Row:
 
     @property
     def reason(self) -> str:
-        """Why the printed number is off, and what to know of ours."""
+        """Return why the printed number is off, and notes on ours."""
         return "; ".join(text for text in (self.paper.reason, self.note) if text)
 
     def to_dict(self) -> dict[str, Any]:
@@ -191,7 +191,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Outcome:
-    """An item after the attempt: its ``reproduction``, or the ``failure``; ``seconds`` that it took."""
+    """The outcome of an item: its ``reproduction``, or the ``failure``; ``seconds`` taken."""
 
     item: Item
     reproduction: Reproduction | None
@@ -200,7 +200,7 @@ class Outcome:
 
     @property
     def made(self) -> Reproduction:
-        """The reproduction, an empty one after a failure."""
+        """Return the reproduction; an empty one after a failure."""
         return self.reproduction or Reproduction()
 
     @property
@@ -212,7 +212,7 @@ class Outcome:
 
     @property
     def agreement(self) -> str:
-        """Whose error it is, and the worst number of each kind, as text."""
+        """Return as text whose error it is, and the worst number of each kind."""
         if self.reproduction is None:
             return f"not made: {self.failure}"
         made = self.made
@@ -226,7 +226,7 @@ class Outcome:
         return "; ".join(words)
 
     def _whose_error(self) -> str:
-        """The sentence of an item with an error: the paper's worst number and its claims, or our own worst number."""
+        """Return the sentence for an item with an error: worst printed number and claims, or our worst number."""
         wrong = [row for row in self.made.rows if row.outcome == self.status]
         error = "difference" if self.status == "fails" else "printed_error"
         wrong.sort(key=lambda row: abs(getattr(row, error) or 0.0), reverse=True)
@@ -261,17 +261,17 @@ class Outcome:
 
 
 def rows(table: str, ours: Mapping[str, float], note: str = "") -> tuple[Row, ...]:
-    """Rows of a published ``table`` from our values [SI] by item; a ``note`` is added to their reasons."""
+    """Return rows of a published ``table`` for our values [SI] by item; a ``note`` is added to each reason."""
     papers = [published(table, item) for item in ours]
     return tuple(Row(paper, float(ours[paper.item]) / paper.si_factor, note=note) for paper in papers)
 
 
 def largest_difference(values: ArrayLike, reference: ArrayLike) -> float:
-    """Largest difference over the reference's largest value."""
+    """Return the largest difference, relative to the largest value of the reference."""
     known = np.asarray(reference, dtype=float)
     return float(np.abs(np.asarray(values, dtype=float) - known).max() / np.abs(known).max())
 
 
 def largest_ratio(values: ArrayLike, reference: ArrayLike) -> float:
-    """Largest relative difference, each number relative to its own size."""
+    """Return the largest of the element-wise relative differences."""
     return float(np.abs(np.asarray(values, dtype=float) / np.asarray(reference, dtype=float) - 1).max())

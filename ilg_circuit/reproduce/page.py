@@ -1,4 +1,4 @@
-"""The outcomes as one HTML page that needs nothing else: pictures are in it, and it opens offline."""
+"""Makes one self-contained HTML page of all outcomes; it opens offline."""
 
 from __future__ import annotations
 

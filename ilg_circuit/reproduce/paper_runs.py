@@ -1,4 +1,4 @@
-"""Runs shared by several items, each computed once, on first use."""
+"""Computes runs that several items share, each once, on first use."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class PaperRuns:
 
     @cached_property
     def free(self) -> Response:
-        """EC (30), (34) by ngspice: the massless strip with a free tip, fine enough to find the peak."""
+        """Return EC (30), (34) by ngspice: the massless strip with a free tip, sampled finely for the peak."""
         return simulate(PAPER, PiecewiseLinear.step(VOLTAGE), np.linspace(0.0, DURATION, 6001), beam="static")
 
     @cached_property
@@ -63,7 +63,7 @@ class PaperRuns:
 
     @cached_property
     def curves(self) -> Array:
-        """EC (30) and (35) as a record (t, 4): samples of the paper's fitted curves, not a measurement."""
+        """Return EC (30) and (35) as a record (t, 4): samples of the paper's fitted curves, not a measurement."""
         t = np.arange(-_BEFORE, 401.0)
         after = np.maximum(t, 0.0)
         waves = (VOLTAGE, printed_current(after), printed_displacement(after))
@@ -71,7 +71,7 @@ class PaperRuns:
 
     @cached_property
     def files(self) -> dict[str, str]:
-        """The same as a file."""
+        """Return that record as file name -> text."""
         headers = ("time_s", "voltage_V", "current_A", "displacement_m")
         return {"EC-curves.csv": csv_text(dict(zip(headers, self.curves.T, strict=True)))}
 

@@ -16,7 +16,7 @@ MISPRINT_COLUMNS = ("paper", "where", "printed", "correct", "reason")
 
 #: Units of the tables -> SI units.
 _SI = {"mm": "m", "cm": "m", "kPa": "Pa", "uN": "N", "mm/V": "m/V", "mm/(V s)": "m/(V s)", "mN/(m V s)": "N/(m V s)"}
-#: Units that are kept.
+#: Units that are not converted.
 _PLAIN = ("", "%", "deg")
 
 

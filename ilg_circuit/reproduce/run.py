@@ -1,4 +1,4 @@
-"""Runs of the items, one after another; a failure is an outcome, too, and stops nothing."""
+"""Runs the items one after another; a failed item is reported and does not stop the others."""
 
 from __future__ import annotations
 

@@ -79,6 +79,7 @@ def write_inputs(folder: Path) -> None:
     inputs.write(folder, [*names, "planar.csv"])
     shutil.copy(folder / "step.csv", folder / "$odd.csv")
     texts = strips() | {"designs.csv": _DESIGNS, "weights.csv": _WEIGHTS, "drive.csv": _DRIVE}
+    texts["journal.mplstyle"] = "font.size: 8\nlines.linewidth: 1\n"
     texts["tip.csv"] = track_texts.TRACKS["CSV, pixels"][0]()
     texts["motion.csv"] = _DRIVE.replace("voltage_V", "displacement_mm")
     for name, text in texts.items():

@@ -111,7 +111,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "netlist --out": ("out.cir", "out.lib"), "sweep --out": ("out.nc",), "arm --out": ("out.nc",),
     "page --out": ("out.html",),
     "--json": ("out.json",),
-    "--plot": ("out.png", "out.svg"),
+    "--plot": ("out.png", "out.svg"), "--size": ("85mm", "85mm,60mm", "0.2 m"), "--style": ("journal.mplstyle",),
     "--sobol-plot": ("sobol.png",),
     "--front": ("front.csv",),
     "--report": ("out.html",),
@@ -121,7 +121,8 @@ GOOD: dict[str, tuple[str, ...]] = {
     "data": ("step.csv", "square.csv", "ramps.csv", "spectrum.csv", "low.csv", "$odd.csv"),
 }  # fmt: skip
 #: Seconds each: so rarely.
-_RARE = {"--plot": 0.05, "--report": 0.05, "--animate": 0.01, "--reach": 0.02, "--pareto": 0.05, "--sobol": 0.02,
+_RARE = {"--size": 0.01, "--style": 0.01,
+         "--plot": 0.05, "--report": 0.05, "--animate": 0.01, "--reach": 0.02, "--pareto": 0.05, "--sobol": 0.02,
          "--sobol-plot": 0.02, "--intervals": 0.03, "--cluster": 0.0, "--sensitivity": 0.05, "--confidence": 0.05,
          "--sobol_plot": 0.0, "--help": 0.01, "--settled": 0.1, "--neurons-in-circuit": 0.1, "--each": 0.0,
          "--folder": 0.01, "--log": 0.01, **dict.fromkeys(("--length", "--free-length", "--width", "--thickness",

@@ -136,7 +136,7 @@ def test_jumps_are_vertical(response: Response) -> None:
 
 def test_the_note_says_why_the_tip_swings(response: Response) -> None:
     panel = next(axes for axes in response.figure().axes if axes.get_ylabel().startswith("displacement"))
-    assert "swings at its own" in panel.get_title(loc="left")
+    assert "swings at 220 mHz" in panel.get_title(loc="left")
     still = simulate(PAPER, response.drive, response.time, engine="exact", beam="static")
     assert all(not axes.get_title(loc="left") for axes in still.figure().axes)
 
@@ -148,6 +148,10 @@ def test_a_band_can_be_seen_in_print(response: Response) -> None:
     edges = [line for line in axes.get_lines() if isinstance(line, Line2D) and line.get_label() == "_"]
     assert len(edges) == 2
     assert axes.collections[0].get_label() == "95 % band of the fit"
+    thin = Response(**vars(response) | {"stderr": {"charge": 1e-3 * error}})
+    legends = [panel.get_legend() for panel in thin.figure().axes]
+    (legend,) = (found for found in legends if found is not None)
+    assert [text.get_text() for text in legend.get_texts()] == ["95 % band of the fit, within the line"]
 
 
 def test_the_palette_holds_in_grey() -> None:

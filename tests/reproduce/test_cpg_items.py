@@ -53,7 +53,7 @@ class TestWithTheArm:
         assert found.status == "agrees", found.to_dict()
         assert found.reproduction is not None
         assert found.reproduction.figure is not None
-        assert any("mutual inhibition a is lost" in text for text in found.reproduction.unknown)
+        assert any("does not give the mutual inhibition a" in text for text in found.reproduction.unknown)
 
     def test_a_slow_rhythm_passes_through_the_circuit(self) -> None:
         from ilg_circuit.arms.coupling import couple
