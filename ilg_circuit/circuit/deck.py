@@ -40,15 +40,18 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     return "\n".join([*lines, ".end", ""])
 
 
-def transient_lines(duration: float, step: float, longest: float, *printed: str) -> list[str]:
+def transient_lines(
+    duration: float, step: float, longest: float, *printed: str, first: float | None = None
+) -> list[str]:
     """Return the lines of a transient from rest over ``duration`` [s], which prints tables of quantities.
 
-    Its rows are ``step`` [s] apart at most, its steps no longer than ``longest`` [s].
+    Its rows are ``step`` [s] apart at most, its steps no longer than ``longest`` [s], the ``first`` ones shorter than
+    that many seconds (default: a part of the run).
     """
     start = Element("Vstart", ("start", GROUND), 0.0)
     return [
         "* a corner in a source makes the first step short: its error is the only one that ngspice does not check",
-        start.line(f"PWL(0 0 {duration * FIRST_STEP:.2g} 0 {2 * duration!r} 0)"),
+        start.line(f"PWL(0 0 {first or duration * FIRST_STEP:.2g} 0 {2 * duration!r} 0)"),
         f"{TIGHT_OPTIONS} numdgt=9",
         # gnucap does what it reads in turn: print comes before the run
         *(f".print tran {quantities}" for quantities in printed),

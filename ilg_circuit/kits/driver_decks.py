@@ -9,7 +9,7 @@ from .loop import rounded
 from .subcircuit import NAME
 
 #: Pulses of the H-bridge: period [s], part of it high, dead time and edges [s], and how many are run.
-_PERIOD, _DUTY, _DEAD, _EDGE, _PULSES = 1e-3, 0.8, 10e-6, 1e-6, 50
+_PERIOD, _DUTY, _DEAD, _EDGE, _PULSES = 1e-3, 0.8, 10e-6, 1e-6, 20
 #: Supplies of the amplifier in parts of the voltage that it gives.
 _HEADROOM = 1.5
 
@@ -49,7 +49,12 @@ def h_bridge(made: Plan) -> str:
             "Vtip tip 0 0",
             "Estrip strip 0 plus right 1",
             *transient_lines(
-                duration, _PERIOD / 50, _PERIOD / 50, "v(strip) i(Vsense) v(position)", "i(Vsupply) v(left) v(right)"
+                duration,
+                _PERIOD / 50,
+                _PERIOD / 50,
+                "v(strip) i(Vsense) v(position)",
+                "i(Vsupply) v(left) v(right)",
+                first=_EDGE / 10,
             ),
         ],
     )

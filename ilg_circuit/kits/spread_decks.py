@@ -81,7 +81,7 @@ def _strips(numbers: Sequence[Sequence[float]], first: int) -> list[str]:
     """Return strips at node ``drive``, each with its numbers z, position yk and current through Vk."""
     lines = []
     for k, row in enumerate(numbers, first):
-        given = " ".join(f"z{n}={z:.6g}" for n, z in enumerate(row, 1))
+        given = " ".join(f"z{n}={z:.9g}" for n, z in enumerate(row, 1))
         lines += [f"V{k} drive p{k} 0", f"X{k} p{k} 0 0 y{k} {NAME} {given}"]
     return lines
 

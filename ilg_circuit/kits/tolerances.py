@@ -50,8 +50,8 @@ class Tolerances:
 
         The others go where the covariance expects them then.
         """
-        rows = self.factor / self.stderr[:, None]
-        return np.array([sign * sigmas * row for row in rows for sign in (1.0, -1.0)])
+        rows = sigmas * self.factor / self.stderr[:, None]
+        return np.concatenate([[row, -row] for row in rows])
 
     def draws(self, count: int, seed: int) -> Array:
         """Return ``count`` random z (count, n), whose mean is 0 and whose covariance is 1, both exactly.
@@ -119,4 +119,4 @@ def _lower(covariance: Array) -> Array:
     values, vectors = np.linalg.eigh(covariance)
     upper = np.linalg.qr((vectors * np.sqrt(np.clip(values, 0.0, None))).T).R
     signs = np.where(upper.diagonal() < 0, -1.0, 1.0)
-    return np.asarray((signs[:, None] * upper).T)
+    return np.tril((signs[:, None] * upper).T)
