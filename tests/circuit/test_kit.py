@@ -70,7 +70,8 @@ def raw(path: Path) -> Vectors:
     kind = complex if "Flags: complex" in text else float
     rows = np.frombuffer(data, dtype=kind).reshape(-1, len(names))
     names = [re.sub(r"^v\((.*)\)$", r"\1", name) for name in names]
-    return {name: rows[:, k].astype(complex) for k, name in enumerate(names)}
+    waves = {name: rows[:, k].astype(complex) for k, name in enumerate(names)}
+    return {name: wave.real.astype(complex) if name == "frequency" else wave for name, wave in waves.items()}
 
 
 @dataclass(frozen=True)
