@@ -10,6 +10,8 @@ from .subcircuit import NAME
 
 #: Pulses of the H-bridge: period [s], part of it high, dead time and edges [s], and how many are run.
 _PERIOD, _DUTY, _DEAD, _EDGE, _PULSES = 1e-3, 0.8, 10e-6, 1e-6, 20
+#: Tolerances of the bridge: tighter ones take edges apart without end, where a ladder has fast sections.
+_OPTIONS = ".options reltol=1e-6 trtol=1 abstol=1e-10 vntol=1e-8 chgtol=1e-4 method=trap"
 #: Supplies of the amplifier in parts of the voltage that it gives.
 _HEADROOM = 1.5
 
@@ -55,6 +57,7 @@ def h_bridge(made: Plan) -> str:
                 "v(strip) i(Vsense) v(position)",
                 "i(Vsupply) v(left) v(right)",
                 first=_EDGE / 10,
+                options=_OPTIONS,
             ),
         ],
     )
@@ -134,7 +137,7 @@ def _described(made: Plan) -> list[str]:
     loop = made.loop
     return [
         f"PI: {loop.gain:g} V/mm (1 + 1/({loop.reset:g} s s)), output limited to {loop.limit:g} V either way,",
-        f"with back-calculation; margin {loop.phase_margin:.1f} degrees at {format_quantity(loop.crossover, 'Hz', 4)},",
+        f"with back-calculation; {loop.text},",
         f"largest sensitivity {loop.sensitivity:.2f}; no delay of sensor or computer is in it",
     ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,11 +11,15 @@ from ..arrays import Array, ComplexArray
 from ..circuit.strip import strip_netlist
 from ..solve.spectrum import spectrum
 from ..strip.actuator import Actuator
+from ..strip.elements import lumped_elements
+from ..units import format_quantity
 
 #: Largest sensitivity 1/(1 + L) that is allowed: the loop keeps 1/1.6 of the way from the point -1.
 MOST_SENSITIVE = 1.6
 #: The step of the set-point asks at first for so many times the largest voltage, at most.
 _BOLDEST = 2.0
+#: The least gain that is tried in parts of the boldest, and the damping of a beam that has none.
+_LEAST, _DAMPING = 1e-8, 1e-6
 #: Frequencies at which the loop is judged, from and to in parts of that of d(s).
 _FROM, _TO, _POINTS = 1e-3, 1e4, 4001
 
@@ -36,6 +40,13 @@ class Loop:
     reference: float
     limit: float
 
+    @property
+    def text(self) -> str:
+        """The margin in words."""
+        if math.isnan(self.phase_margin):
+            return "no crossover, since the beam rings: a beam_damping_ratio of the strip allows more gain"
+        return f"margin {self.phase_margin:.1f} degrees at {format_quantity(self.crossover, 'Hz', 4)}"
+
 
 def pi_loop(actuator: Actuator, limit: float, reference: float, beam: str | None = None) -> Loop:
     """Return the boldest PI controller of a strip with a free tip that keeps the sensitivity.
@@ -46,12 +57,13 @@ def pi_loop(actuator: Actuator, limit: float, reference: float, beam: str | None
     coupling = actuator.coupling
     assert coupling is not None
     reset = rounded(max(2 * coupling.damping_ratio, 1.0) / coupling.natural_frequency)
-    frequency = np.geomspace(_FROM, _TO, _POINTS) * coupling.natural_frequency / (2 * np.pi)
-    plant = position_per_volt(actuator, frequency, beam)
+    frequency = _frequencies(actuator)
+    plant = position_per_volt(_damped(actuator), frequency, beam)
     shape = plant * (1 + 1 / (2j * np.pi * frequency * reset))
-    gain = boldest = _BOLDEST * limit / reference
-    for part in np.geomspace(1e-4, 1.0, 200):  # from below: small gains are stable, and the first that is not ends it
-        if _sensitivity(np.asarray(part * boldest * shape, dtype=complex)) > MOST_SENSITIVE:
+    boldest = _BOLDEST * limit / reference
+    gain = _LEAST * boldest
+    for part in np.geomspace(_LEAST, 1.0, 400):  # from below: the first that is not stable ends it
+        if not _good(np.asarray(part * boldest * shape, dtype=complex)):
             break
         gain = part * boldest
     gain = rounded(gain, down=True)
@@ -79,6 +91,30 @@ def margins(frequency: Array, loop: ComplexArray) -> tuple[float, float]:
     at = np.exp(np.log(frequency[k]) + part * np.log(frequency[k + 1] / frequency[k]))
     margin = np.degrees(phase[k] + part * (phase[k + 1] - phase[k])) + 180
     return float(at), float((margin + 180) % 360 - 180)
+
+
+def _frequencies(actuator: Actuator) -> Array:
+    """Return frequencies [Hz] (f,) at which a loop is judged, close together about the beam's resonance."""
+    lumped, coupling = lumped_elements(actuator), actuator.coupling
+    assert coupling is not None
+    wide = np.geomspace(_FROM, _TO, _POINTS) * coupling.natural_frequency
+    aside = np.geomspace(1e-2 * _DAMPING, 0.3, 300)
+    resonance = np.sqrt((lumped.stiffness + lumped.gravity) / lumped.mass) * np.concatenate([1 - aside, [1], 1 + aside])
+    return np.union1d(wide, resonance) / (2 * np.pi)
+
+
+def _damped(actuator: Actuator) -> Actuator:
+    """Return the strip with a little damping where it has none, which no frequency could tell from instability."""
+    damping = max(actuator.material.beam_damping_ratio, _DAMPING)
+    return replace(actuator, material=replace(actuator.material, beam_damping_ratio=damping))
+
+
+def _good(loop: ComplexArray) -> bool:
+    """Return whether a loop is stable, by Nyquist's criterion, and not too sensitive."""
+    phase = np.angle(1 + loop)
+    turned = np.unwrap(phase)
+    encircles = abs((turned[-1] - turned[0]) - (phase[-1] - phase[0])) > np.pi
+    return not encircles and _sensitivity(loop) <= MOST_SENSITIVE
 
 
 def _sensitivity(loop: ComplexArray) -> float:

@@ -21,7 +21,7 @@ _ALONE = """\
 | h_bridge.cir | pulses from four switches with dead time and diodes |
 | amplifier.cir | an operational amplifier with a current limit of {current} |
 | position_loop.cir | a PI loop that moves the tip to {reference:g} mm, {level} at most |
-| loop_gain.cir | the loop gain of that: margin {margin:.1f} degrees at {crossover} |
+| loop_gain.cir | the loop gain of that: {margin} |
 """
 
 _SPREAD = """\
@@ -51,8 +51,9 @@ the terminals is there; with 1 the measured d(s) is the whole motion of the tip.
 with all their digits. The decks have no .control section. In the compatibility modes, `set ngbehavior=lt` and
 `set ngbehavior=ps` in a .spiceinit, they give the same answers. The phase of loop_gain.cir is in radians.
 
-The options in the decks and the longest step in .tran are there because a strip takes minutes: without both the position
-of the strip of the paper is wrong by 0.05 % of its maximum, with them by less than 0.001 %. Keep them in your circuits.
+The options in the decks and the longest step in .tran are there because a strip takes minutes: without both the
+position of the strip of the paper is wrong by 0.05 % of its maximum, with them by less than 0.001 %. Keep them in your
+circuits.
 
 ## KiCad
 
@@ -88,8 +89,8 @@ themselves were not run.
 - The bridge's switches are ideal with 0.5 ohm; the pulses are slower and the dead time longer than in a real driver, so
   that the run is short. Period, duty, dead time and supply are parameters of the deck.
 - The amplifier is a macromodel with one pole; its current limit is {current}, half of what a step wants at first.
-- The PI loop has no delay and no noise. Its gain is the largest that keeps abs(1/(1 + L)) below 1.6 and asks for no
-  more than twice {level} at first.
+- The PI loop has no delay and no noise. Its gain is the largest that is stable, keeps abs(1/(1 + L)) below 1.6 and
+  asks for no more than twice {level} at first.
 """
 
 _MONTE_CARLO = """
@@ -123,8 +124,7 @@ def page(made: Plan, tolerance: Tolerances | None, beam: str, origin: Provenance
         "duration": format_quantity(made.duration, "s", 4),
         "current": format_quantity(made.current_limit, "A", 3),
         "reference": loop.reference,
-        "margin": loop.phase_margin,
-        "crossover": format_quantity(loop.crossover, "Hz", 4),
+        "margin": loop.text,
         "static": 1 if beam == "static" else 0,
         "linear": "" if model.linear else " but for its electron path and capacitances, as fitted",
         "gnucap": "" if model.linear else ", if no capacitance grows with voltage",

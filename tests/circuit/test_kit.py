@@ -19,7 +19,7 @@ from ilg_circuit.circuit import Load
 from ilg_circuit.circuit.library import library_netlist
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError
-from ilg_circuit.kits.loop import margins
+from ilg_circuit.kits.loop import margins, pi_loop
 from ilg_circuit.kits.subcircuit import kit_library
 from ilg_circuit.kits.tolerances import tolerances
 from ilg_circuit.simulation.prediction_band import prediction_band, scaled
@@ -214,6 +214,23 @@ def test_the_margin_is_that_of_the_port_equations(kit: Kit) -> None:
     assert (1 / np.abs(1 + loop)).max() < 1.6
     found = kit.runs["loop_gain"]
     assert_allclose(-found["loop"].conj(), found["position"].conj(), rtol=1e-12)
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-3, 0.05, 0.3])
+def test_the_loop_is_stable_however_the_beam_rings(damping: float) -> None:
+    strip = replace(PAPER, material=replace(PAPER.material, beam_damping_ratio=damping))
+    made = pi_loop(strip, LEVEL, 3.0)
+    lumped, k, judged = lumped_elements(strip), PAPER.coupling, max(damping, 1e-6)
+    assert k
+    # y/u of EC (26) with the beam's second order; what it reflects is nothing here
+    wb = np.sqrt(lumped.stiffness / lumped.mass)
+    gain = 1e3 * lumped.bending_ratio * k.gain * made.gain * wb**2 / made.reset
+    zeros = gain * np.polymul([1.0, k.zero], [made.reset, 1.0])
+    poles = np.polymul([1.0, 2 * k.damping_ratio * k.natural_frequency, k.natural_frequency**2, 0.0],
+                       [1.0, 2 * judged * wb, wb**2])  # fmt: skip
+    assert np.roots(np.polyadd(poles, zeros)).real.max() < 0
+    assert made.sensitivity <= 1.6
+    assert ("beam_damping_ratio" in made.text) == (damping == 0)
 
 
 @with_ngspice
