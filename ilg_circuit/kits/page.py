@@ -62,8 +62,8 @@ keep strip.lib beside the schematic. Options and .tran go into the schematic as 
 
 ## LTspice
 
-Put {name}.asy and strip.lib beside the schematic; the symbol includes the library. LTspice puts 1 mohm into inductors:
-see the head of strip.lib. Its phase is in degrees.
+Put {name}.asy and strip.lib beside the schematic; the symbol includes the library. LTspice puts 1 mohm into
+inductors: see the head of strip.lib. Its phase is in degrees.
 
 ## PSpice, Xyce
 
@@ -78,10 +78,10 @@ transient.cir{gnucap}.
 
 ## What was tried, and what was not
 
-The tests of ilg_circuit run every deck in plain ngspice and compare it with the package's own solution. They run the
-decks in ngspice's LTspice and PSpice modes, and op.cir, ac.cir and transient.cir in gnucap. They read every deck and
-the LTspice symbol with spicelib's editor, and the KiCad symbol with kiutils. LTspice, PSpice, Xyce and KiCad
-themselves were not run.
+The tests of ilg_circuit run every deck in plain ngspice and compare it with the package's own solution. They run all
+but monte_carlo.cir in ngspice's LTspice and PSpice modes, too, and op.cir, ac.cir and transient.cir in gnucap. They
+read every deck and the LTspice symbol with spicelib's editor, and the KiCad symbol with kiutils. LTspice, PSpice, Xyce
+and KiCad themselves were not run.
 
 ## What the decks assume
 
@@ -97,9 +97,13 @@ _MONTE_CARLO = """
 ## Tolerances
 
 The strip comes from a fit whose covariance is in strip.lib as a Cholesky factor: `z1` to `z{n}` are standard normal
-numbers, all 0 for the strip as fitted, and move {names} together as the fit leaves them open{fixed}. In LTspice write
-`z1={{gauss(1)}}` for each with `.step param run 1 100 1`, in ngspice `z1={{agauss(0,1,1)}}`; or draw them elsewhere, as
-monte_carlo.cir has them. It is what one strip's measurement leaves open, not how strips differ from one another.
+numbers, all 0 for the strip as fitted, and move its parameters together as the fit leaves them open:
+
+{names}
+{fixed}
+In ngspice write `z1={{agauss(0,1,1)}}` and so on, a new draw with each run, in LTspice `z1={{gauss(1)}}` with
+`.step param run 1 100 1`; or draw them elsewhere, as monte_carlo.cir has them. It is what one strip's measurement leaves
+open, not how strips differ from one another.
 """
 
 _NO_MONTE_CARLO = """
@@ -133,6 +137,8 @@ def page(made: Plan, tolerance: Tolerances | None, beam: str, origin: Provenance
     text += _ALONE.format(**values)
     if tolerance is None:
         return text + _PAGE.format(**values) + _NO_MONTE_CARLO
-    fixed = f"; {', '.join(tolerance.fixed)} cannot be moved and stays as fitted" if tolerance.fixed else ""
+    errors = zip(tolerance.names, tolerance.stderr, strict=True)
+    names = "\n".join(f"- {name}, standard error {error:.2g} of its value" for name, error in errors)
+    fixed = f"\n{', '.join(tolerance.fixed)}: cannot be moved here, as fitted.\n" if tolerance.fixed else ""
     text += _SPREAD.format(sigmas=SIGMAS, count=COUNT) + _PAGE.format(**values)
-    return text + _MONTE_CARLO.format(n=len(tolerance.names), names=", ".join(tolerance.names), fixed=fixed)
+    return text + _MONTE_CARLO.format(n=len(tolerance.names), names=names, fixed=fixed)
