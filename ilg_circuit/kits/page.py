@@ -102,8 +102,8 @@ numbers, all 0 for the strip as fitted, and move its parameters together as the 
 {names}
 {fixed}
 In ngspice write `z1={{agauss(0,1,1)}}` and so on, a new draw with each run, in LTspice `z1={{gauss(1)}}` with
-`.step param run 1 100 1`; or draw them elsewhere, as monte_carlo.cir has them. It is what one strip's measurement leaves
-open, not how strips differ from one another.
+`.step param run 1 100 1`; or draw them elsewhere, as monte_carlo.cir has them. It is what one strip's measurement
+leaves open, not how strips differ from one another.
 """
 
 _NO_MONTE_CARLO = """
