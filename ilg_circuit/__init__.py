@@ -3,7 +3,7 @@
     import ilg_circuit as ilg
 
     strip = ilg.load("paper")                                   # or a TOML file, or new_strip(length=..., ...)
-    run = ilg.simulate(strip, "square:-2V..2V,30s", "300 s")    # impedance, sense, sweep, design, netlist, library
+    run = ilg.simulate(strip, "square:-2V..2V,30s", "300 s")    # impedance, sense, sweep, design, netlist, kit
     fit = ilg.identify("step.csv", strip)                       # identify_each, read, ogden, fit_curve
 
 Every result prints its summary and has ``.summary()``, ``.to_dataframe()``, ``.to_xarray()``, ``.to_dict()``,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from .fit.curve import fit_curve
     from .front import results
     from .front.arms import arm
-    from .front.circuits import library, netlist, subcircuit
+    from .front.circuits import kit, library, netlist, subcircuit
     from .front.data import read
     from .front.each import identify_each
     from .front.fits import identify, ogden
@@ -59,6 +59,7 @@ __all__ = [
     "identify",
     "identify_each",
     "impedance",
+    "kit",
     "library",
     "load",
     "netlist",
@@ -79,7 +80,7 @@ _PLACES = {
     "errors": ("IlgError", "IlgWarning", "InputError", "SolveError"),
     "fit.curve": ("fit_curve",),
     "front.arms": ("arm",),
-    "front.circuits": ("library", "netlist", "subcircuit"),
+    "front.circuits": ("kit", "library", "netlist", "subcircuit"),
     "front.data": ("read",),
     "front.each": ("identify_each",),
     "front.fits": ("identify", "ogden"),

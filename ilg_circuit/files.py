@@ -12,6 +12,7 @@ import stat
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from io import FileIO, StringIO
 from pathlib import Path
 from typing import Any
@@ -98,26 +99,38 @@ def _unwritable(path: Path, error: OSError | ValueError) -> InputError:
     return InputError(f"cannot write '{path}': {getattr(error, 'strerror', None) or error}")
 
 
-#: File that marks a folder as made by this package: JSON with its ``files`` and its ``inputs``.
-MARKER = ".ilg-fit.json"
-#: File in such a folder where a later run failed.
+@dataclass(frozen=True)
+class FolderKind:
+    """What marks a folder as made by this package: a file ``marker``, JSON with its ``files`` and ``inputs``.
+
+    ``maker`` names in errors what made it.
+    """
+
+    marker: str
+    maker: str
+
+
+FIT = FolderKind(".ilg-fit.json", "a fit")
+KIT = FolderKind(".ilg-kit.json", "the writer of a kit")
+MARKER = FIT.marker
+#: File in the folder of a fit where a later run failed.
 OUTDATED = "OUTDATED.txt"
 
 
-def marked(folder: Path) -> dict[str, Any]:
+def marked(folder: Path, kind: FolderKind = FIT) -> dict[str, Any]:
     """Return what the marker of a folder says, empty where there is none."""
     try:
-        content = json.loads((folder / MARKER).read_text(encoding="utf-8"))
+        content = json.loads((folder / kind.marker).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
     return content if isinstance(content, dict) else {}
 
 
-def require_folder(path: Path, *, force: bool = False, inputs: Iterable[Path] = ()) -> None:
+def require_folder(path: Path, *, force: bool = False, inputs: Iterable[Path] = (), kind: FolderKind = FIT) -> None:
     """Refuse a folder of results before the work is done: InputError says what is wrong with it.
 
-    One that is there is replaced only if this package made it and nothing was added, or by ``force``; never one with
-    ``inputs`` or the working folder in it.
+    One that is there is replaced only if this package made it, as this ``kind``, and nothing was added, or by
+    ``force``; never one with ``inputs`` or the working folder in it.
     """
     target = path.resolve()
     if not path.exists():
@@ -130,11 +143,12 @@ def require_folder(path: Path, *, force: bool = False, inputs: Iterable[Path] = 
     if Path.cwd().is_relative_to(target) or any(file.resolve().is_relative_to(target) for file in inputs):
         raise InputError(f"cannot replace '{path}': what is read, or the working folder, is in it; give another folder")
     there = {file.name for file in target.iterdir()}
-    others = sorted(there - {MARKER, *marked(target).get("files", ())})
+    others = sorted(there - {kind.marker, *marked(target, kind).get("files", ())})
     if others and not force:
-        made = "holds what was not written by a fit" if MARKER in there else "was not made by a fit"
+        told = "holds what was not written by" if kind.marker in there else "was not made by"
         raise InputError(
-            f"'{path}' {made} ({others[0]}); give {argument('force')} to replace it, or another {argument('folder')}"
+            f"'{path}' {told} {kind.maker} ({others[0]}); "
+            f"give {argument('force')} to replace it, or another {argument('folder')}"
         )
 
 
@@ -161,19 +175,21 @@ def outdated_by_failure(path: Path | None) -> Iterator[None]:
 
 
 @contextmanager
-def replacing_folder(path: Path, marker: Mapping[str, Any], *, force: bool = False) -> Iterator[Path]:
+def replacing_folder(
+    path: Path, marker: Mapping[str, Any], *, force: bool = False, kind: FolderKind = FIT
+) -> Iterator[Path]:
     """A temporary folder beside ``path`` that takes its place, with its ``marker``, when the block ends well.
 
     Raises InputError as `require_folder` does.
     """
-    require_folder(path, force=force)
+    require_folder(path, force=force, kind=kind)
     target = path.resolve()
     with temporary_path(target.with_name(f".ilg-{os.urandom(8).hex()}")) as temporary:
         try:
             temporary.mkdir()
             yield temporary
             files = sorted(file.name for file in temporary.iterdir())
-            write_json(temporary / MARKER, {**marker, "files": files})
+            write_json(temporary / kind.marker, {**marker, "files": files})
             if target.exists():
                 _exchange(temporary, target)
             else:

@@ -23,7 +23,7 @@ FLOORS = (
     ("identification",),
     ("hyperelastic", "oscillators", "study"),
     ("arms",),
-    ("report", "browser"),
+    ("report", "browser", "kits"),
     ("front",),
     ("reproduce",),
     ("commands",),

@@ -31,15 +31,34 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     body = [e.line() for e in netlist.driven]
     body.append(netlist.source.line(f"AC 1 {drive.spice(duration)}"))
     body += [e.line() for o in shown for e in series_sum(f"out_{o.name}", [(q, c) for q, c in o.terms if c])]
-    start = Element("Vstart", ("start", GROUND), 0.0)
+    printed = f"v({netlist.source.nodes[0]}) {nodes}"
     lines = [
         *(f"* {plain(line)}" for line in header),
         *folded(body),
-        "* a corner in a source makes the first step short: its error is the only one that ngspice does not check",
-        start.line(f"PWL(0 0 {duration * FIRST_STEP:.2g} 0 {2 * duration!r} 0)"),
-        f"{TIGHT_OPTIONS} numdgt=9",
-        # gnucap does what it reads in turn: print comes before the run
-        f".print tran v({netlist.source.nodes[0]}) {nodes}",
-        f".tran {step!r} {duration!r} 0 {longest:.3g} uic",
+        *transient_lines(duration, step, longest, printed),
     ]
     return "\n".join([*lines, ".end", ""])
+
+
+def transient_lines(
+    duration: float,
+    step: float,
+    longest: float,
+    *printed: str,
+    first: float | None = None,
+    options: str = TIGHT_OPTIONS,
+) -> list[str]:
+    """Return the lines of a transient from rest over ``duration`` [s], which prints tables of quantities.
+
+    Its rows are ``step`` [s] apart at most, its steps no longer than ``longest`` [s], the ``first`` ones shorter than
+    that many seconds (default: a part of the run); ``options`` are the line of tolerances.
+    """
+    start = Element("Vstart", ("start", GROUND), 0.0)
+    return [
+        "* a corner in a source makes the first step short: its error is the only one that ngspice does not check",
+        start.line(f"PWL(0 0 {first or duration * FIRST_STEP:.2g} 0 {2 * duration!r} 0)"),
+        f"{options} numdgt=9",
+        # gnucap does what it reads in turn: print comes before the run
+        *(f".print tran {quantities}" for quantities in printed),
+        f".tran {step!r} {duration!r} 0 {longest:.3g} uic",
+    ]

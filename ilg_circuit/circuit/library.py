@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
 from ..errors import InputError, argument
 from ..strip.actuator import CANTILEVER_EIGENVALUE, Actuator, Material, Quantity, quantities
@@ -82,21 +82,49 @@ def library(actuator: Actuator, name: str = "ilg_strip", beam: str | None = None
     ground at the electrical pins. ``beam`` as for `strip_netlist`; a static one has no mass under a load either. Raises
     InputError for a name that SPICE would not take.
     """
+    return parts(actuator, name, beam).text()
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What the text of a subcircuit is made of: ``header`` lines, pins, parameters, derived values, element lines."""
+
+    name: str
+    pins: tuple[str, ...]
+    header: tuple[str, ...]
+    parameters: tuple[Quantity, ...]
+    derived: dict[str, str]
+    body: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def text(self) -> str:
+        """Return the subcircuit as it is handed out."""
+        header = [*self.header, *_table(self.parameters), *self.notes]
+        lines = [f"* {plain(line)}".rstrip() for line in header]
+        lines += [f".subckt {self.name} {' '.join(self.pins)}", "+ params:"]
+        lines += [f"+ {p.name}={p.value!r}" for p in self.parameters]
+        lines += folded([f".param {key}={{{value}}}" for key, value in self.derived.items()], 150)
+        return "\n".join([*lines, *folded(list(self.body)), f".ends {self.name}", ""])
+
+
+def parts(actuator: Actuator, name: str, beam: str | None = None) -> Parts:
+    """Return the parts of the text that `library` writes."""
     beam = actuator.beam(beam)
     netlist, lumped = library_netlist(actuator, beam), lumped_elements(actuator)
-    names, elements = pinned(actuator, name, netlist)
-    pins = " ".join(names)
-    parameters = library_parameters(actuator, beam)
+    pins, elements = pinned(actuator, name, netlist)
     g = actuator.geometry
     text = actuator.material.model.ions.library(lumped.port, g.length * g.width / g.thickness)
     values = element_values(actuator, lumped, text, beam)
-    body = [line for element in elements for line in _lines(element, values)]
     header = [*provenance(f"subcircuit {name}: {netlist.title}", actuator), *_use(actuator, name, pins, beam)]
-    header += _table(parameters) + _notes(actuator, lumped, beam)
-    lines = [f"* {plain(line)}".rstrip() for line in header]
-    lines += [f".subckt {name} {pins}", "+ params:", *(f"+ {p.name}={p.value!r}" for p in parameters)]
-    lines += folded([f".param {key}={{{value}}}" for key, value in derived_values(actuator, text, beam).items()], 150)
-    return "\n".join([*lines, *folded(body), f".ends {name}", ""])
+    return Parts(
+        name,
+        pins,
+        tuple(header),
+        tuple(library_parameters(actuator, beam)),
+        derived_values(actuator, text, beam),
+        tuple(line for element in elements for line in _lines(element, values)),
+        tuple(_notes(actuator, lumped, beam)),
+    )
 
 
 def pinned(actuator: Actuator, name: str, netlist: Netlist) -> tuple[tuple[str, ...], tuple[Element, ...]]:
@@ -258,10 +286,10 @@ def _diodes(plus: str, minus: str) -> list[str]:
     ]
 
 
-def _use(actuator: Actuator, name: str, pins: str, beam: str) -> list[str]:
+def _use(actuator: Actuator, name: str, pins: tuple[str, ...], beam: str) -> list[str]:
     lines = [
-        f"use: X1 {pins} {name}",
-        f"     X1 {pins} {name} width=10e-3 thickness=0.4e-3 for a strip of another size",
+        f"use: X1 {' '.join(pins)} {name}",
+        f"     X1 {' '.join(pins)} {name} width=10e-3 thickness=0.4e-3 for a strip of another size",
         "     (PSpice and Xyce want the word params: before the first parameter)",
         "",
         "plus, minus: volt and ampere; nothing inside leans on ground there",
@@ -286,7 +314,7 @@ def _use(actuator: Actuator, name: str, pins: str, beam: str) -> list[str]:
     return lines
 
 
-def _table(parameters: list[Quantity]) -> list[str]:
+def _table(parameters: Iterable[Quantity]) -> list[str]:
     rows = [
         f"  {p.name:<28} {format_quantity(p.value, '', 6):>12} {p.unit or '1':<9} {p.meaning}".translate(_UNSAFE)
         for p in parameters

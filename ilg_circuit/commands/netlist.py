@@ -8,10 +8,10 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from .emit import emit
+from .emit import emit, origin, say
 from .help import group
 from .options import DRIVE_TABLE, actuator_argument, beam_option, load_option, tip_option
-from .paths import ANY, Command
+from .paths import ANY, FOLDER, Command, forced, forcing
 
 
 @click.command(
@@ -19,6 +19,7 @@ from .paths import ANY, Command
     examples=(
         "netlist paper --drive square:4V,30s --duration 300s --out strip.cir",
         "netlist fitted.toml --beam static --out strip.lib",
+        "netlist fitted.toml --kit kit",
     ),
     tables=DRIVE_TABLE,
 )
@@ -35,10 +36,35 @@ from .paths import ANY, Command
 @load_option
 @group(
     "Output",
-    click.option("--out", type=ANY, required=True, help=".cir: a deck that runs as it is; .lib: a subcircuit."),
+    click.option("--out", type=ANY, help=".cir: a deck that runs as it is; .lib: a subcircuit."),
+    click.option(
+        "--kit",
+        "folder",
+        type=FOLDER,
+        help="A folder for who builds the driver: library with a position pin, symbols, decks, a page.",
+    ),
 )
-def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any) -> None:
-    """Write a strip as a SPICE deck or subcircuit."""
+@forcing("Let --kit replace a folder that holds something else.")
+def netlist(actuator: str, drive: str, duration: str, out: Path | None, folder: Path | None, **options: Any) -> None:
+    """Write a strip as a SPICE deck or subcircuit, or as a kit of both."""
+    from ..front.circuits import kit
+
+    if out is None and folder is None:
+        raise InputError("say what to write: --out strip.cir or strip.lib, or --kit FOLDER")
+    if folder is not None and (options["load"] or options["tip"] == "clamped"):
+        raise InputError("a kit leaves the tip to who wires its pin: leave out --tip and --load")
+    inputs = (actuator, drive.removeprefix("file:"))
+    if out is not None:
+        _write(actuator, drive, duration, out, options, inputs)
+    if folder is not None:
+        given = {"beam": options["beam"], "force": forced(click.get_current_context()), "origin": origin(inputs)}
+        say(f"wrote {kit(actuator, folder, drive, duration, **given)}: README.md there says how to use each file")
+
+
+def _write(
+    actuator: str, drive: str, duration: str, out: Path, options: dict[str, Any], inputs: tuple[str, str]
+) -> None:
+    """Write a deck or a subcircuit. Raises InputError for a name that says neither."""
     from ..circuit.text import DECK, SUBCIRCUIT, SpiceText
     from ..front.circuits import library
     from ..front.circuits import netlist as deck
@@ -52,5 +78,4 @@ def netlist(actuator: str, drive: str, duration: str, out: Path, **options: Any)
         text = deck(actuator, drive, duration, **options)
     else:
         raise InputError(f"cannot tell what to write to '{out}': end its name in .cir (a deck) or .lib (a subcircuit)")
-    inputs = (actuator, drive.removeprefix("file:"))
     emit(text, {"--out": out}, inputs=inputs, writers={"--out": SpiceText.save}, text=f"wrote {out}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..circuit.deck import deck
@@ -14,6 +15,7 @@ from ..circuit.text import DECK, SUBCIRCUIT, SpiceText
 from ..drive import drive_findings
 from ..errors import SolveError, checked
 from ..findings import sentences
+from ..provenance import Provenance
 from ..solve.library import prepare_library
 from .given import Driven, Given, Strip, mounted, run_of
 from .given import load as strip_of
@@ -156,3 +158,67 @@ def subcircuit(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None
     made = SubCircuit(name, *pins)
     add_elements(made, elements)
     return made
+
+
+@checked
+def kit(
+    strip: Strip,
+    folder: str | Path,
+    drive: Driven = "step:4V",
+    duration: Given | None = "300 s",
+    *,
+    beam: str | None = None,
+    force: bool = False,
+    origin: Provenance | None = None,
+) -> Path:
+    """Write a strip as a folder for who builds its driver: a library, symbols, decks that run as they are, a page.
+
+    The library has the pins plus, minus, tip and position (1 V = 1 mm). The decks are an operating point, a spectrum,
+    the drive, an H-bridge, an amplifier with a current limit, a position loop and its loop gain; of a fitted strip also
+    corners and a Monte Carlo from the fit's covariance. README.md in the folder says how to use each.
+
+    Parameters
+    ----------
+    strip : Actuator, str or Path
+        An object, the path of a TOML file or a preset's name; it has a coupling.
+    folder : str or Path
+        The folder to write, whole or not at all; one that is there is replaced if it is a kit with nothing added.
+    drive : str, Drive or (times, values)
+        Voltage over time of the transients, as in `simulate`; the other decks take its largest voltage.
+    duration : float or str
+        How long [s].
+    beam : {"dynamic", "static"}, optional
+        With the beam's mass or without it, as the library's default (default: as the coupling was fitted).
+    force : bool
+        Whether to replace a folder that holds something else.
+    origin : Provenance, optional
+        Where it comes from, for the page.
+
+    Returns
+    -------
+    Path
+        The folder.
+
+    Raises
+    ------
+    InputError
+        A value is not understood, the strip has no coupling, or the folder is not to be replaced.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     made = ilg.kit("paper", f"{place}/kit", "step:4V", "100 s")
+    ...     sorted(file.name for file in made.glob("*.cir"))[:3]
+    ['ac.cir', 'amplifier.cir', 'h_bridge.cir']
+    """
+    from ..kits.folder import write_kit
+
+    path = Path(folder)
+    read = [Path(given.removeprefix("file:")) for given in (strip, drive) if isinstance(given, str)]
+    read += [strip] if isinstance(strip, Path) else []
+    actuator = strip_of(strip)
+    source, times = run_of(drive, duration)
+    write_kit(path, actuator, source, float(times[-1]), beam, origin=origin, force=force, inputs=read)
+    return path

@@ -80,11 +80,13 @@ MOUNTED: dict[str, Actuator] = {
 }
 
 
-def ngspice(folder: Path, file: str, timeout: float = 60.0) -> str:
-    """What ``ngspice -b FILE`` prints; fails if ngspice does."""
-    done = subprocess.run(
-        [str(NGSPICE), "-n", "-b", file], cwd=folder, capture_output=True, text=True, timeout=timeout, check=False
-    )
+def ngspice(folder: Path, file: str, timeout: float = 60.0, *, raw: str = "", startup: bool = False) -> str:
+    """What ``ngspice -b FILE`` prints; fails if ngspice does.
+
+    ``raw`` is a file for all waveforms; with ``startup`` it reads the folder's .spiceinit.
+    """
+    words = [str(NGSPICE), *(() if startup else ("-n",)), "-b", *(("-r", raw) if raw else ()), file]
+    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=timeout, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout + done.stderr
 
@@ -131,4 +133,4 @@ def elements(library: str, **given: float) -> dict[str, list[str]]:
 
 
 def _worked_out(expression: str, known: dict[str, float]) -> float:
-    return float(eval(expression, {"sqrt": math.sqrt, "__builtins__": {}}, known))
+    return float(eval(expression, {"sqrt": math.sqrt, "exp": math.exp, "__builtins__": {}}, known))

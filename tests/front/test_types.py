@@ -35,6 +35,7 @@ RETURNED = {
     "identify": Identification,
     "identify_each": Batch,
     "impedance": Impedance,
+    "kit": Path,
     "library": SpiceText,
     "load": Actuator,
     "netlist": SpiceText,
