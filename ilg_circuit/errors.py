@@ -47,6 +47,10 @@ class SolveError(IlgError, RuntimeError):
     """A circuit or a motion could not be solved, or not to the accuracy asked for."""
 
 
+class StoppedEarlyError(SolveError):
+    """ngspice ended a transient before its last time."""
+
+
 class MissingLibraryError(SolveError):
     """The ngspice shared library was not found; the input of the user cannot be used without it."""
 

@@ -18,7 +18,8 @@ from ..errors import InputError, argument
 from ..files import write_csv
 from ..findings import Finding, sentences
 from ..result import Column
-from ..solve.transient import Progress, sampled_times, transient
+from ..solve.sampling import sampled_times
+from ..solve.transient import Progress, transient
 from ..strip.actuator import Actuator
 from ..strip.ladder import LADDER_BAND
 from ..strip.validity import run_warnings

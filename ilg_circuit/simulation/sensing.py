@@ -12,7 +12,8 @@ from ..arrays import plain
 from ..circuit.strip import sensor_netlist
 from ..drive import Drive, drive_findings
 from ..findings import sentences
-from ..solve.transient import Progress, sampled_times, transient
+from ..solve.sampling import sampled_times
+from ..solve.transient import Progress, transient
 from ..strip.actuator import Actuator
 from .response import ACCEPTABLE, SIMULATION_ACCURACY, transient_band
 from .waveforms import Simulated

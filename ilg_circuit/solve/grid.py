@@ -126,20 +126,29 @@ class Grid:
 
 
 def design_grid(
-    poles: ComplexArray, drive: Drive, samples: Array, theta: float, *, interpolate: bool = True, linear: bool = True
+    poles: ComplexArray,
+    drive: Drive,
+    samples: Array,
+    theta: float,
+    *,
+    interpolate: bool = True,
+    linear: bool = True,
+    longer: float = 1.0,
 ) -> Grid:
     """Return the grid for a circuit (or several, ``poles`` together) under ``drive``, with results at ``samples``.
 
     ``samples`` [s] ascending, >= 0. ``theta`` sets the fineness. Where samples are much denser than the circuit needs
     they are interpolated (if ``interpolate``), elsewhere they are nodes. A jump of the drive lies in the middle of
-    steps so short that no mode notices their length; samples on it are extrapolated from the side they belong to.
+    steps so short that no mode notices their length; samples on it are extrapolated from the side they belong to. The
+    steps are ``longer`` than usual by this factor.
     """
     end = float(samples[-1])
     fastest = float(np.abs(poles).max(initial=max(1 / end, drive.angular_frequency())))
     breakpoints = drive.breakpoints(end)
     jumping = np.isin(breakpoints, drive.jumps(end))
     least = (4 if linear else 1) * _LEAST_RISE * end  # in four steps, or in one
-    rise = _rise(breakpoints, jumping, end, max((_RISE if linear else _RISE_NONLINEAR) / fastest, least), least / 2)
+    usual = max((_RISE if linear else _RISE_NONLINEAR) / fastest, least)
+    rise = _rise(breakpoints, jumping, end, longer * usual, least / 2)
     half = np.where(jumping, rise / 2, 0.0)
     begins = np.concatenate([[0.0], breakpoints])
     starts = np.concatenate([[0.0], breakpoints + half])

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array, ComplexArray
-from ..errors import SolveError, first_line
+from ..errors import SolveError, StoppedEarlyError, first_line
 from .library import VARIABLE, prepare_library
 
 Run = Callable[[Array, Array], Array]
@@ -237,7 +237,7 @@ class Session:
         time = self._vector(f"{plot}.time")
         if not len(time) or time[-1] < grid[-1] * (1 - 1e-12):
             reached = time[-1] if len(time) else 0.0
-            raise SolveError(f"ngspice stopped at {reached:g} s of {grid[-1]:g} s: {self._complaint()}")
+            raise StoppedEarlyError(f"ngspice stopped at {reached:g} s of {grid[-1]:g} s: {self._complaint()}")
         # the grid's points among all: a version may store the start, a repeated step adds points of its own
         at = np.searchsorted(time, grid[1:] * (1 - 1e-12))
         if not np.allclose(time[at], grid[1:], rtol=1e-11, atol=0):

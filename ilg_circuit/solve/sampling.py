@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..drive import Drive
+from ..drive import Drive, drive_times
+from ..errors import InputError
 from .grid import Grid, lagrange
 
 #: Nodes of the interpolation used and of the weaker ones that it is compared with: errors of a fast mode and of a slow
@@ -15,6 +17,19 @@ from .grid import Grid, lagrange
 _NODES, _WEAKER = 8, (6, 7)
 #: Near the ends all are one-sided, and their differences may fall short of the error by some parts in a hundred.
 _CAUTION = 1.1
+
+
+def sampled_times(drive: Drive, times: ArrayLike) -> Array:
+    """Return ``times`` [s] (t,), on the edges of the drive where only rounding parts them.
+
+    Raises InputError unless they are one row of finite, ascending numbers from zero on.
+    """
+    samples: Array = np.asarray(times, dtype=np.float64)
+    if samples.ndim != 1 or not len(samples):
+        raise InputError("a transient needs at least one time")
+    if not np.isfinite(samples).all() or samples[0] < 0 or (np.diff(samples) <= 0).any():
+        raise InputError("the times of a transient must be finite, ascending and not negative")
+    return drive_times(drive, samples)
 
 
 def at_samples(grid: Grid, at_nodes: Array, drive: Drive, direct: Array | None = None) -> tuple[Array, Array]:

@@ -11,18 +11,20 @@ long a jump takes, and rounding.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Array, ComplexArray
 from ..circuit.netlist import Netlist, Output, copies
-from ..drive import Drive, PiecewiseLinear, drive_times
-from ..errors import InputError, SolveError, argument
+from ..drive import Drive, PiecewiseLinear
+from ..errors import InputError, SolveError, StoppedEarlyError, argument
 from .grid import Grid, design_grid
 from .modes import modes_of
-from .sampling import at_samples, relative
+from .sampling import at_samples, relative, sampled_times
 from .state_space import StateSpace, state_space
 from .work import Named, Work, exact_with_work, on_grid, powers
 
@@ -51,6 +53,8 @@ _FELT = 1e-9
 _STIFF = 3e3
 #: Factor by which the stated error exceeds the estimate.
 _CAREFUL = 1.5
+#: Factors by which the jumps of a drive take longer, one after the other, where ngspice stops in them.
+_LONGER_JUMPS = (1.0, 10.0, 100.0)
 #: Samples at which the exact engine's rounding is looked at, and how far it may lie beyond what is seen there.
 _COMPARED, _LIKELY = 40, 10.0
 #: Copies in one netlist share one grid; their fastest modes may differ by this factor.
@@ -172,19 +176,6 @@ def _rounding(netlist: Netlist, drive: Drive, samples: Array, works: Sequence[Wo
     return np.where(scale > 0, _LIKELY * (errors + 5e-14), 0.0)
 
 
-def sampled_times(drive: Drive, times: ArrayLike) -> Array:
-    """Return ``times`` [s] (t,), on the edges of the drive where only rounding parts them.
-
-    Raises InputError unless they are one row of finite, ascending numbers from zero on.
-    """
-    samples: Array = np.asarray(times, dtype=np.float64)
-    if samples.ndim != 1 or not len(samples):
-        raise InputError("a transient needs at least one time")
-    if not np.isfinite(samples).all() or samples[0] < 0 or (np.diff(samples) <= 0).any():
-        raise InputError("the times of a transient must be finite, ascending and not negative")
-    return drive_times(drive, samples)
-
-
 def fastest_modes(system: StateSpace) -> Array:
     """Return the magnitude [1/s] of the fastest pole of each netlist (n,); next to nothing where there is none."""
     return np.asarray(np.abs(system.poles()).max(axis=1, initial=1e-300))
@@ -227,10 +218,24 @@ class _Batch:
         self._judged = [*(not output.probe for output in nets[0].outputs), *(not work.probe for work in works)]
 
     def solved(self, poles: ComplexArray, samples: Array, acceptable: float, interpolate: bool) -> tuple[Array, Array]:
-        """Return values (n, outputs, t) and errors (n, outputs), refined until accurate, or at last ``acceptable``."""
+        """Return values (n, outputs, t) and errors (n, outputs), refined until accurate, or at last ``acceptable``.
+
+        ngspice may stop in the short steps of a jump of the drive: longer ones are tried then.
+        """
+        *tried, last = _LONGER_JUMPS if len(self._drive.jumps(float(samples[-1]))) else _LONGER_JUMPS[:1]
+        for longer in tried:
+            with suppress(StoppedEarlyError):
+                return self._refined(poles, samples, acceptable, interpolate, longer)
+        return self._refined(poles, samples, acceptable, interpolate, last)
+
+    def _refined(
+        self, poles: ComplexArray, samples: Array, acceptable: float, interpolate: bool, longer: float
+    ) -> tuple[Array, Array]:
+        """Return what `solved` does, with jumps of the drive that take ``longer`` than usual by this factor."""
         accuracy = self._accuracy
         theta = min(0.4 * (accuracy / 1e-7) ** (1 / 6), 0.8)
         between_nodes = min(0.17 * (accuracy / 1e-6) ** (1 / 7), theta)  # interpolation wants closer nodes
+        jumps: Any = {"linear": self._linear, "longer": longer}
         grid: Grid | None = None
         coarser: Array | None = None
         fastest = float(np.abs(poles).max(initial=0.0))
@@ -239,7 +244,7 @@ class _Batch:
         for _ in range(_MOST_REFINEMENTS if self._linear else _MOST_REFINEMENTS_NONLINEAR):
             if grid is None:
                 fineness = between_nodes if interpolate else theta
-                grid = design_grid(poles, self._drive, samples, fineness, interpolate=interpolate, linear=self._linear)
+                grid = design_grid(poles, self._drive, samples, fineness, interpolate=interpolate, **jumps)
             solved_on = grid.bent(bends)
             at_nodes, errors, allowed = self._extrapolated(solved_on, stiff=fastest * samples[-1] > _STIFF)
             values, doubt = at_samples(solved_on, at_nodes, self._drive, self._direct)

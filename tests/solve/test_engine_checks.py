@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from ilg_circuit.circuit import Element, Netlist, Output
+from ilg_circuit.circuit import Element, Netlist, Output, electrical_netlist
 from ilg_circuit.drive import PiecewiseLinear
-from ilg_circuit.errors import SolveError
+from ilg_circuit.errors import SolveError, StoppedEarlyError
+from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.solve import transient
 from ilg_circuit.solve.exact import exact_on_panels, exact_outputs
+from ilg_circuit.solve.grid import Grid
 from ilg_circuit.solve.ngspice import Session, session
 from ilg_circuit.solve.panels import Panels
 from ilg_circuit.solve.state_space import state_space
 
 RC = "rc\nR1 in out 1.0\nC1 out 0 1.0 IC=0.0\nVdrive in 0 external\n"
+#: The module, whose name is a function of its folder.
+engine_module: Any = importlib.import_module("ilg_circuit.solve.transient")
 GRID = np.linspace(0.0, 5.0, 51)
 
 
@@ -125,3 +130,44 @@ def test_every_point_of_the_grid_is_asked_for_in_turn(monkeypatch: pytest.Monkey
     delta[0] = 0.125  # a step that did not converge is ngspice's own
     assert of._next_step(4.0, delta, 0.0, 1, 0, 0, None) == 1
     assert delta[0] == 0.125
+
+
+@pytest.mark.parametrize(("stops", "solved"), [(0, True), (1, True), (2, True), (3, False)])
+def test_jumps_take_longer_where_ngspice_stops_in_them(
+    monkeypatch: pytest.MonkeyPatch, stops: int, solved: bool
+) -> None:
+    """Ten times, then a hundred times as long; at last the error is the user's."""
+    own, rises = engine_module._Batch._extrapolated, list[float]()
+
+    def stopping(batch: Any, grid: Grid, *, stiff: bool) -> object:
+        rises.append(grid.rise)
+        if len(rises) <= stops:
+            raise StoppedEarlyError("ngspice stopped at 15 s of 20 s")
+        return own(batch, grid, stiff=stiff)
+
+    monkeypatch.setattr(engine_module._Batch, "_extrapolated", stopping)
+    net, drive, t = (
+        electrical_netlist(600.0, ((20.0, 0.1),)),
+        parse_drive("square:4V,30s", 20.0),
+        np.linspace(0, 20, 41),
+    )
+    if not solved:
+        with pytest.raises(StoppedEarlyError):
+            transient(net, drive, t)
+    else:
+        found, exact = transient(net, drive, t), transient(net, drive, t, engine="exact")
+        assert np.abs(found.values - exact.values).max() <= found.errors.max() * np.abs(exact.values).max()
+    assert np.array(rises)[: stops + 1] / rises[0] == pytest.approx([1.0, 10.0, 100.0][: stops + 1])
+
+
+def test_a_drive_without_jumps_is_tried_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = list[float]()
+
+    def stopping(batch: Any, grid: Grid, *, stiff: bool) -> object:
+        calls.append(grid.rise)
+        raise StoppedEarlyError("ngspice stopped at 15 s of 20 s")
+
+    monkeypatch.setattr(engine_module._Batch, "_extrapolated", stopping)
+    with pytest.raises(StoppedEarlyError):
+        transient(electrical_netlist(600.0, ((20.0, 0.1),)), parse_drive("sine:1V,0.1Hz", 20.0), np.linspace(0, 20, 41))
+    assert len(calls) == 1
