@@ -33,6 +33,8 @@ _LEAST_STEP = 1e-13
 _RISE = 1e-3
 #: In one step the error goes with the square of it, not with the fourth power.
 _RISE_NONLINEAR = 1e-5
+#: What slopes beside a jump may add in it, relative to the largest voltage and in units of the fastest mode.
+_LEVEL = 1e-12
 #: But no step of it is shorter than this part of the run.
 _LEAST_RISE = 1e-11
 #: Fineness of intervals over which a low-order quadrature is good to many digits.
@@ -148,6 +150,8 @@ def design_grid(
     jumping = np.isin(breakpoints, drive.jumps(end))
     least = (4 if linear else 1) * _LEAST_RISE * end  # in four steps, or in one
     usual = max((_RISE if linear else _RISE_NONLINEAR) / fastest, least)
+    if not linear:
+        usual = max(min(usual, _level_rise(drive, breakpoints, jumping, end, fastest)), least)
     rise = _rise(breakpoints, jumping, end, longer * usual, least / 2)
     half = np.where(jumping, rise / 2, 0.0)
     begins = np.concatenate([[0.0], breakpoints])
@@ -177,6 +181,18 @@ def design_grid(
     home = np.clip(home, 0, None).astype(np.intp)
     rise = rise if jumping.any() else 0.0
     return Grid(nodes, samples, index.astype(np.intp), segments.astype(np.intp), home, rise, linear)
+
+
+def _level_rise(drive: Drive, breakpoints: Array, jumping: Mask, end: float, fastest: float) -> float:
+    """Return how long [s] a jump in one step may take beside slopes of the drive.
+
+    A straight line over the jump adds rise^2/8 of the slopes' difference to the integral of the drive.
+    """
+    bounds = np.concatenate([[0.0], breakpoints, [end]])
+    halves = np.diff(bounds) / 2
+    slopes = (drive.value(bounds[:-1] + halves) - drive.value(bounds[:-1])) / np.where(halves > 0, halves, np.inf)
+    change = float(np.abs(np.diff(slopes))[jumping].max(initial=0.0)) * fastest
+    return float(np.sqrt(8 * _LEVEL * drive.largest() / change)) if change else np.inf
 
 
 def _rise(breakpoints: Array, jumping: Mask, end: float, rise: float, least: float) -> float:

@@ -44,7 +44,7 @@ _GAIN = 3.0
 #: most, and what is to be reckoned with in any.
 _ROUNDING, _NOISE = 1e-11, 3e-13
 #: Rounding of a nonlinear run, by Newton's iterations.
-_NOISE_NONLINEAR = 5e-11
+_NOISE_NONLINEAR = 1.5e-10
 #: Half as wide steps make an error an eighth at least, at a kink on which no node lies.
 _HALVED = 8.0
 #: Of its largest value, what a charge that passes zero comes from or goes to at least: less is rounding about zero.

@@ -271,3 +271,15 @@ def test_topologies_tell_laws_apart() -> None:
         transient(
             [strip_netlist(strip_of("rc+sinh")), strip_netlist(strip_of("rc"))], DRIVES["step"], np.array([0.0, 1.0])
         )
+
+
+def test_a_jump_beside_a_steep_slope_has_its_place() -> None:
+    """All but linear, so that the exact engine knows the answer; one step over the jump would lean with the slope."""
+    times, volts = np.array([0.0, 0.5, 0.5006, 0.5006, 2.0]), np.array([-0.3, -0.3, -0.46, -0.3, 0.4])
+    drive, t = PiecewiseLinear(times, volts, "file"), np.linspace(0.0, 2.0, 201)
+    strip = strip_of("rc")
+    growing = replace(strip, material=replace(strip.material, capacitance_slope=1e-9))
+    exact, found = simulate(strip, drive, t, engine="exact").waveforms, simulate(growing, drive, t)
+    for name in ("current", "charge"):
+        largest = np.abs(exact[name]).max()
+        assert np.abs(found.waveforms[name] - exact[name]).max() <= found.error * largest, name
