@@ -49,8 +49,7 @@ engine_option = group(
     click.option(
         "--engine",
         type=click.Choice(["ngspice", "exact"]),
-        default="ngspice",
-        help="exact: matrix exponentials, for linear circuits only.",
+        help="exact: matrix exponentials, for linear circuits only.  [default: ngspice; exact where it is missing]",
     ),
 )
 tip_option = group(
