@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import runpy
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -47,4 +49,44 @@ def test_the_extra_all_has_whatever_a_user_may_want() -> None:
     extras = PROJECT["optional-dependencies"]
     (everything,) = extras["all"]
     named = set(re.fullmatch(r"ilg-circuit\[(.*)\]", everything)[1].split(","))
-    assert named == set(extras) - {"all", "bench", "dev", "peers"}
+    assert named == set(extras) - {"all", "bench", "dev", "docs", "peers"}
+
+
+def test_constraints_are_those_of_the_requirements_and_every_version_has_hashes() -> None:
+    check = [sys.executable, str(ROOT / "scripts" / "make_constraints.py"), "--check"]
+    done = subprocess.run(check, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "")
+    for path in (ROOT / "constraints").glob("*.txt"):
+        entries = re.split(r"\n(?=\S)", re.sub(r"^#.*\n", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE))
+        assert all(re.match(r"[\w.\[\]-]+==\S+.*\\\n +--hash=sha256:\w{64}", entry) for entry in entries)
+        named = {re.match(r"[\w.-]+", entry)[0].lower() for entry in entries}
+        needed = {re.match(r"[\w.-]+", text)[0].lower() for text in PROJECT["dependencies"]}
+        assert needed | {"hatchling"} <= named
+
+
+def test_where_pinned_versions_cannot_be_had_the_newest_are_installed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    install = runpy.run_path(str(ROOT / "scripts" / "install.py"))
+    steps: list[list[str]] = []
+
+    def pip(command: list[str], **how: object) -> subprocess.CompletedProcess[str]:
+        steps.append(command[command.index("install") + 1 :])
+        hashed = "--require-hashes" in command
+        said = "WARNING: slow\nERROR: Could not find a version\nERROR: No matching distribution found for numpy==9"
+        return subprocess.CompletedProcess(command, failing and hashed, "", said if hashed else "")
+
+    monkeypatch.setattr(subprocess, "run", pip)
+    failing = False
+    assert install["main"](["dev.txt"]) == 0
+    assert [step[0] for step in steps] == ["--require-hashes", "--no-deps"]
+    assert capsys.readouterr().out == ""
+    failing = True
+    assert install["main"](["dev.txt"]) == 0
+    assert steps[2:] == [["--require-hashes", "-r", str(ROOT / "constraints" / "dev.txt")], ["-e", ".[dev]"]]
+    (line,) = capsys.readouterr().out.splitlines()
+    assert line == (
+        "Not the versions of constraints/dev.txt (No matching distribution found for numpy==9): "
+        "the newest that fit are installed"
+    )
