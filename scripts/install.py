@@ -8,6 +8,7 @@ python scripts/install.py run.txt|dev.txt
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
@@ -38,8 +39,8 @@ def pinned(name: str) -> str:
     ):
         done = subprocess.run([*PIP, *step], cwd=ROOT, capture_output=True, text=True)
         if done.returncode:
-            lines = [line.removeprefix("ERROR: ") for line in done.stderr.splitlines() if line.startswith("ERROR: ")]
-            return lines[-1] if lines else "pip failed"
+            said = re.findall(r"^error: (.+)", done.stderr, flags=re.MULTILINE | re.IGNORECASE)
+            return said[-1] if said else "pip failed"
     return ""
 
 

@@ -20,6 +20,8 @@ FOLDER = ROOT / "constraints"
 
 #: File -> extras of the package whose requirements it holds.
 FILES = {"run.txt": (), "dev.txt": ("dev",)}
+#: What hatchling needs besides for an editable install.
+EDITABLE = "editables>=0.5"
 #: Extras that are in none of the files.
 NOT_IN_THEM = ("bench", "docs", "peers")
 HEAD = """\
@@ -71,7 +73,7 @@ def compiled(extras: tuple[str, ...]) -> str:
     given = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     with tempfile.TemporaryDirectory() as folder:
         build = Path(folder) / "build.in"
-        build.write_text("\n".join(given["build-system"]["requires"]) + "\n", encoding="utf-8")
+        build.write_text("\n".join([*given["build-system"]["requires"], EDITABLE]), encoding="utf-8")
         command = [sys.executable, "-m", "uv", "pip", "compile", "--universal", "--generate-hashes", "--no-annotate"]
         command += ["--no-header", "--quiet", "--python-version", given["project"]["requires-python"].lstrip(">=")]
         command += [part for extra in extras for part in ("--extra", extra)]

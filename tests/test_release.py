@@ -61,7 +61,7 @@ def test_constraints_are_those_of_the_requirements_and_every_version_has_hashes(
         assert all(re.match(r"[\w.\[\]-]+==\S+.*\\\n +--hash=sha256:\w{64}", entry) for entry in entries)
         named = {re.match(r"[\w.-]+", entry)[0].lower() for entry in entries}
         needed = {re.match(r"[\w.-]+", text)[0].lower() for text in PROJECT["dependencies"]}
-        assert needed | {"hatchling"} <= named
+        assert needed | {"hatchling", "editables"} <= named
 
 
 def test_where_pinned_versions_cannot_be_had_the_newest_are_installed(
