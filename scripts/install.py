@@ -3,7 +3,7 @@
 Where the pinned versions cannot be had, as for a Python that is newer than they are, it says so in one line and
 installs the newest that fit.
 
-python scripts/install.py run.txt|dev.txt
+python scripts/install.py run.txt|all.txt|dev.txt
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "constraints"
 
 #: File -> extras of the package whose requirements it holds.
-FILES = {"run.txt": (), "dev.txt": ("dev",)}
+FILES = {"run.txt": (), "all.txt": ("all",), "dev.txt": ("dev",)}
 #: What hatchling needs besides for an editable install.
 EDITABLE = "editables>=0.5"
 #: Extras that are in none of the files.

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from .completing import example_names
 from .emit import say
 from .help import argument, group
 from .paths import ANY_FOLDER, Command, forced, forcing
@@ -15,7 +16,10 @@ from .paths import ANY_FOLDER, Command, forced, forcing
     cls=Command,
     examples=("examples", "examples simulate_and_plot own_driver", "examples --out examples"),
 )
-@group("Output", argument("names", "Names of examples to copy; none: all that there are.", nargs=-1))
+@group(
+    "Output",
+    argument("names", "Names of examples to copy; none: all that there are.", nargs=-1, shell_complete=example_names),
+)
 @group("Output", click.option("--out", type=ANY_FOLDER, help="Folder to copy them into.  [default: this one]"))
 @forcing("Replace files that are there with another content.")
 @click.pass_context

@@ -9,6 +9,7 @@ import click
 
 from ..errors import InputError
 from ..front.each_file import by_file
+from .completing import strips
 from .each import fit_each
 from .emit import emit, say
 from .help import argument, group
@@ -30,6 +31,7 @@ from .progress import ProgressBar
     "Strip",
     click.option(
         "--actuator",
+        shell_complete=strips,
         metavar="STRIP",
         help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.",
     ),
