@@ -7,6 +7,8 @@ import runpy
 import subprocess
 import sys
 import tomllib
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -90,3 +92,42 @@ def test_where_pinned_versions_cannot_be_had_the_newest_are_installed(
         "Not the versions of constraints/dev.txt (No matching distribution found for numpy==9): "
         "the newest that fit are installed"
     )
+
+
+def test_a_wheel_carries_the_library_with_licences_and_says_which_glibc_it_needs(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Debian's packages as they are laid out; libgomp1's documents are those of gcc-12-base."""
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    debian = import_module("debian_packages")
+    asked: list[str] = []
+
+    def run(*command: str, check: bool = True, cwd: Path | None = None) -> str:
+        if "download" in command:
+            asked.extend(names := command[command.index("download") + 1 :])
+            for name in names:
+                (cwd / f"{name}_1_amd64.deb").write_text(name)
+        if "-x" in command:
+            name, root = Path(command[2]).read_text(), Path(command[3])
+            docs, libraries = root / "usr/share/doc", root / "usr/lib/x86_64-linux-gnu"
+            for folder in (docs, libraries):
+                folder.mkdir(parents=True, exist_ok=True)
+            if name == "libgomp1":
+                (libraries / "libgomp.so.1").write_bytes(b"\0GLIBC_2.9\0GLIBC_2.17\0")
+                with suppress(FileExistsError):
+                    (docs / name).symlink_to("gcc-12-base")
+                return ""
+            if name == "libngspice0":
+                (libraries / "libngspice.so.0").write_bytes(b"\0GLIBC_2.2.5\0GLIBC_2.35\0")
+            (docs / name).mkdir(exist_ok=True)
+            (docs / name / "copyright").write_text(f"{name}: see /usr/share/common-licenses/GPL-3.")
+        return "libngspice0\n39.3\nngspice 39.3" if "--show" in command else ""
+
+    monkeypatch.setattr(debian, "run", run)
+    assert debian.carry(tmp_path / "carried") == (2, 35)
+    assert asked == ["libngspice0", "libgomp1", "gcc-12-base"]
+    names = {path.name for path in (tmp_path / "carried").iterdir()}
+    libraries, licences = {"libngspice.so.0", "libgomp.so.1"}, {"libngspice0.copyright.txt", "libgomp1.copyright.txt"}
+    assert libraries | licences | {"made_from.txt"} <= names
+    assert (tmp_path / "carried" / "libgomp1.copyright.txt").read_text().startswith("gcc-12-base: ")
+    assert "libngspice0 39.3 (source ngspice 39.3), sha256 " in (tmp_path / "carried" / "made_from.txt").read_text()
