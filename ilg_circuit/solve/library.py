@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
-from ..errors import MissingLibraryError, argument, warn
+from ..errors import MissingLibraryError, warn
 
 VARIABLE = "NGSPICE_LIBRARY_PATH"
 
@@ -74,7 +74,7 @@ def chosen_engine(engine: str | None, *, linear: bool) -> str:
         return "ngspice"
     if not linear:
         raise MissingLibraryError(f"a nonlinear circuit needs ngspice; {install_hint()}")
-    warn(f"solved by {argument('engine', 'exact')}, since {install_hint()}")
+    warn(f"solved by the exact engine, since {install_hint()}")
     return "exact"
 
 

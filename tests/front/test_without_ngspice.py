@@ -14,7 +14,7 @@ from ilg_circuit.commands.simulate import simulate as command
 from ilg_circuit.errors import MissingLibraryError
 from ilg_circuit.solve.library import VARIABLE
 
-SAID = "solved by engine='exact', since "
+SAID = "solved by the exact engine, since "
 
 
 @pytest.fixture(autouse=True)
@@ -85,4 +85,4 @@ def test_the_command_says_it_in_a_line(tmp_path: Path, capsys: pytest.CaptureFix
     out = str(tmp_path / "run.csv")
     command.main(["paper", "--drive", "step:4V", "--duration", "60s", "--out", out], standalone_mode=False)
     said = capsys.readouterr().err.splitlines()
-    assert [line for line in said if line.startswith("warning: solved by --engine exact, since ")] == said
+    assert [line for line in said if line.startswith("warning: solved by the exact engine, since ")] == said

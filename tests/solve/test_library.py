@@ -148,7 +148,9 @@ def test_the_engine_is_the_one_asked_for_else_what_is_there(
     nothing_found: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert library.chosen_engine("ngspice", linear=True) == "ngspice"
-    with pytest.warns(IlgWarning, match="solved by engine='exact', since ngspice's shared library was not found; inst"):
+    with pytest.warns(
+        IlgWarning, match="solved by the exact engine, since ngspice's shared library was not found; inst"
+    ):
         assert library.chosen_engine(None, linear=True) == "exact"
     with pytest.raises(MissingLibraryError, match=r"^a nonlinear circuit needs ngspice; .* install it by"):
         library.chosen_engine(None, linear=False)
