@@ -21,6 +21,7 @@ from ..simulation.response import Response
 from ..simulation.response import simulate as solve
 from ..simulation.sensing import Sensed
 from ..simulation.sensing import sense as solve_sensed
+from ..solve.library import chosen_engine
 from ..solve.transient import Progress
 from .compared import compared
 from .data import Source
@@ -192,8 +193,8 @@ def impedance(
     load : Load, str or mapping, optional
         Load on the tip, such as "mass=1g".
     engine : {"ngspice", "exact"}, optional
-        Solver: ngspice, or the circuit's equations solved directly (default: ngspice; without its library exact for a
-        linear circuit, with a warning).
+        Solver: ngspice, or the circuit's equations solved directly (default: ngspice; without its library exact, with a
+        warning).
     check : bool
         Adds ``checks``, the differences from the other engine and the closed form.
 
@@ -220,7 +221,8 @@ def impedance(
     band = quantity(low, "Hz", "low"), quantity(high, "Hz", "high")
     chosen = frequencies(*band, points) if frequency is None else row(frequency, "frequency")
     how = mounted(tip, beam, load) | {"bias": quantity(bias, "V", "bias")}
-    result = solve_impedance(actuator, chosen, engine=engine_of(engine, actuator), **how)
+    by = chosen_engine(engine, linear=True)  # a small signal, about the bias
+    result = solve_impedance(actuator, chosen, engine=by, **how)
     return replace(result, checks=tuple(check_impedance(result, **how))) if check else result
 
 
