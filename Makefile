@@ -25,7 +25,7 @@ anew := FORCE
 endif
 endif
 
-.PHONY: help setup demo docs docs-quick test lint fuzz mutants peers bench clean FORCE
+.PHONY: help setup demo docs docs-quick test lint fuzz mutants peers bench dist constraints clean FORCE
 
 help:
 	@echo 'make setup   installs the package and what its commands need into .venv, and ngspice where there is none: as'
@@ -40,6 +40,8 @@ help:
 	@echo 'make mutants counts how many of 300 small faults in the engine the tests notice; hours, goes on likewise'
 	@echo 'make peers   installs other programs that the tests compare with'
 	@echo 'make bench   measures every figure that is stated again, beside its peers; most of an hour'
+	@echo 'make dist    builds the sdist, the wheel for every system and the one with ngspice for this Linux, into dist/'
+	@echo 'make constraints chooses the versions anew that are installed above, and writes their hashes'
 	@echo 'make clean   removes .venv and everything generated'
 	@echo 'PYTHON=python3.12 after any of them chooses the Python.'
 
@@ -78,6 +80,15 @@ peers: .venv/.stamp-dev
 bench: setup .venv/.stamp-bench
 	$(bin)/python benchmarks/all.py
 
+dist: .venv/.stamp-release
+	rm -rf dist
+	$(bin)/python -m build
+	! command -v apt-get >/dev/null || ILG_CARRY_NGSPICE=1 $(bin)/python -m build --wheel
+	$(bin)/python -m twine check --strict dist/*
+
+constraints: .venv/.stamp-release
+	$(bin)/python scripts/make_constraints.py
+
 clean:
 	rm -rf .venv build dist demo docs/_build docs/gallery ilg_circuit/browser/assets .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -92,14 +103,15 @@ clean:
 	@printf '%s\n' "$(PYTHON)" >.venv/.made-with
 	@touch $@
 
-.venv/.stamp-package: pyproject.toml .venv/.stamp-venv
+# Pinned versions by their hashes; where these cannot be had, the newest that fit, said in a line.
+.venv/.stamp-package: pyproject.toml constraints/all.txt .venv/.stamp-venv
 	@echo 'Installing the package into .venv, with what all its commands need'
-	@$(pip) install --no-compile -e '.[all]'
+	@$(bin)/python scripts/install.py all.txt
 	@touch $@
 
-.venv/.stamp-dev: .venv/.stamp-package
+.venv/.stamp-dev: constraints/dev.txt .venv/.stamp-package
 	@echo 'Installing the tools for tests and checks into .venv'
-	@$(pip) install -e '.[dev]'
+	@$(bin)/python scripts/install.py dev.txt
 	@touch $@
 
 .venv/.stamp-docs: .venv/.stamp-package
@@ -110,6 +122,11 @@ clean:
 .venv/.stamp-bench: .venv/.stamp-package
 	@echo 'Installing the programs that are measured beside this one into .venv'
 	@$(pip) install -e '.[bench]'
+	@touch $@
+
+.venv/.stamp-release: .venv/.stamp-package
+	@echo 'Installing the tools for releases into .venv'
+	@$(pip) install build twine uv
 	@touch $@
 
 .venv/.stamp-ngspice: scripts/get_ngspice.py .venv/.stamp-package

@@ -4,21 +4,19 @@ In this order: a library that is already there; Debian's package, as root or wit
 same package unpacked into the virtual environment, which needs no rights; Homebrew.
 """
 
+from __future__ import annotations
+
 import os
 import re
 import shutil
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
-from ilg_circuit.errors import MissingLibraryError
-from ilg_circuit.solve.library import candidates, loads, private_folder
+from debian_packages import apt_room, last_line, run, unpack
 
-BY_HAND = (
-    "install it (Debian, Ubuntu: apt-get install libngspice0; Fedora: dnf install libngspice; Arch: pacman -S ngspice; "
-    "macOS: brew install libngspice), or let NGSPICE_LIBRARY_PATH name the file"
-)
+from ilg_circuit.errors import MissingLibraryError
+from ilg_circuit.solve.library import VARIABLE, candidates, install_command, loads, private_folder
 
 
 def main() -> int:
@@ -36,7 +34,8 @@ def main() -> int:
             print(f"ngspice: {done}: {found}")
             return 0
     because = f" ({'; '.join(problems)})" if problems else ""
-    print(f"ngspice: no shared library found{because}: {BY_HAND}", file=sys.stderr)
+    way = f"install it by: {install_command()} (or let {VARIABLE} name the file)"
+    print(f"ngspice: no shared library found{because}: {way}", file=sys.stderr)
     return 1
 
 
@@ -61,29 +60,15 @@ def install_with_apt() -> str | None:
 
 
 def unpack_with_apt() -> str | None:
-    """Lets apt work in a folder of its own, as anybody may, and keeps the libraries that the system lacks."""
+    """Unpack into the virtual environment the libraries that the system lacks."""
     if not (shutil.which("apt-get") and shutil.which("dpkg-deb")):
         return None
     say("there is none here: unpacking Debian's package libngspice0 into .venv, the system stays as it is")
-    with tempfile.TemporaryDirectory() as folder:
-        room = Path(folder)
-        for name in ("state/lists/partial", "cache/archives/partial", "debs", "root", "kept"):
-            (room / name).mkdir(parents=True)
-        options = {
-            "Dir::State": room / "state",
-            "Dir::State::status": "/var/lib/dpkg/status",
-            "Dir::Cache": room / "cache",
-            "Acquire::Languages": "none",
-            "APT::Sandbox::User": "root",  # only root would change user, and that user cannot enter this folder
-        }
-        apt = ["apt-get", *(f"-o{name}={value}" for name, value in options.items())]
-        run(*apt, "update", check=False)
+    with apt_room() as (room, apt):
         plan = run(*apt, "install", "--simulate", "--no-install-recommends", "libngspice0")
         # A package with its old version in brackets is installed already.
         missing = re.findall(r"^Inst (\S+) \(", plan, flags=re.MULTILINE)
-        run(*apt, "download", *missing, cwd=room / "debs")
-        for package in (room / "debs").iterdir():
-            run("dpkg-deb", "-x", str(package), str(room / "root"))
+        unpack(room, apt, *missing)
         # One flat folder of nothing but libraries, links among them included: whatever lies in it can be loaded.
         for path in (room / "root").rglob("lib*.so*"):
             if re.fullmatch(r"lib.+\.so(\.\d+)*", path.name) and path.is_file():
@@ -102,21 +87,8 @@ def install_with_brew() -> str | None:
 
 
 def say(what: str, *through: str) -> None:
-    """Prints what will be done next, before it is done; ``through`` names the program that gives the rights."""
+    """Print what will be done next, before it is done; ``through`` names the program that gives the rights."""
     print(f"ngspice: {what}{f', through {through[0]}' if through else ''}", flush=True)
-
-
-def run(*command: str, check: bool = True, cwd: Path | None = None) -> str:
-    environment = os.environ | {"LC_ALL": "C"}  # the output is read
-    done = subprocess.run(
-        command, stdin=subprocess.DEVNULL, capture_output=True, text=True, cwd=cwd, env=environment, check=check
-    )
-    return done.stdout
-
-
-def last_line(error: Exception) -> str:
-    lines = str(getattr(error, "stderr", "") or error).strip().splitlines()
-    return lines[-1] if lines else type(error).__name__
 
 
 if __name__ == "__main__":

@@ -19,12 +19,12 @@ from ..circuit.library import HEAVIER, library, library_netlist
 from ..circuit.netlist import Role
 from ..circuit.provenance import FIRST_STEP, LONGEST_STEP, TIGHT_OPTIONS
 from ..drive import NETLIST_RISE, Drive
-from ..errors import InputError, MissingLibraryError, argument, visible
+from ..errors import InputError, argument, visible
 from ..provenance import Provenance
 from ..simulation.drives import parse_drive, two
 from ..simulation.impedance import frequencies, impedance
 from ..simulation.response import simulate
-from ..solve.library import prepare_library
+from ..solve.library import available
 from ..strip.actuator import Actuator
 from ..strip.elements import gravity_ratio, lumped_elements
 from ..units import format_quantity, parse
@@ -181,18 +181,9 @@ def _charge(actuator: Actuator, beam: str) -> list[dict[str, str]]:
     return [{"node": node, "capacitor": capacitors.get(node, "")} for node in nodes]
 
 
-def _has_ngspice() -> bool:
-    """Return whether the package can run ngspice here."""
-    try:
-        prepare_library()
-    except MissingLibraryError:
-        return False
-    return True
-
-
 def _native(actuator: Actuator, drive: Drive, duration: float, beam: str) -> dict[str, Any]:
     """What the package computes of the strip as it is, by its own ngspice; exactly where there is none."""
-    engine = "exact" if actuator.material.model.linear and not _has_ngspice() else "ngspice"
+    engine = "exact" if actuator.material.model.linear and not available() else "ngspice"
     times = (np.arange(_NATIVE) + 0.5) / _NATIVE * duration
     edges = drive.breakpoints(duration)
     if len(edges):

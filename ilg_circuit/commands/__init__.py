@@ -10,6 +10,7 @@ COMMANDS = {
     "demo": "Run the whole flow once: simulate, measure, identify, export.",
     "design": "Find the strip, within ranges, that meets requirements best.",
     "doctor": "Check the installation: versions, ngspice, one solved step.",
+    "examples": "List the example scripts, or copy them with their notebooks.",
     "identify": "Fit a strip to measured steps, waveforms and impedance spectra.",
     "impedance": "Compute the impedance spectrum at a strip's terminals.",
     "netlist": "Write a strip as a SPICE deck or subcircuit.",

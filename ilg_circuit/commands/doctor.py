@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import click
 
 from .. import __version__
-from ..errors import SolveError
+from ..errors import MissingLibraryError, SolveError
 from .emit import say
 from .paths import Command
 
@@ -25,24 +25,29 @@ def doctor() -> None:
 
 
 def examine() -> Iterator[str]:
-    """Yield the lines of the report. Raises an IlgError at the first fault."""
+    """Yield the lines of the report. Raises an IlgError at the first fault; a missing library is the last one."""
     import platform
 
     import numpy as np
 
     from ..drive import PiecewiseLinear
     from ..simulation import closed_forms, response
-    from ..solve.library import find_library
+    from ..solve.library import available, carried_folder, find_library, install_hint
     from ..solve.ngspice import session
     from ..strip.actuator import PAPER
     from ..strip.elements import lumped_port
 
     yield f"ilg-circuit {__version__}, Python {platform.python_version()}, {platform.system()} {platform.machine()}"
     yield ", ".join(f"{name} {_version(name)}" for name in PACKAGES)
-    yield f"ngspice library: {find_library()}"
-    yield f"ngspice version: {session().version}"
+    engine = "ngspice" if available() else "exact"
+    if engine == "ngspice":
+        library = find_library()
+        yield f"ngspice library: {library}{' (the one in the wheel)' if carried_folder() in library.parents else ''}"
+        yield f"ngspice version: {session().version}"
+    else:
+        yield "ngspice library: none; linear strips are solved by the exact engine"
     t = np.linspace(0, 300, 601)
-    solved = response.simulate(PAPER, PiecewiseLinear.step(4.0), t, beam="static")
+    solved = response.simulate(PAPER, PiecewiseLinear.step(4.0), t, beam="static", engine=engine)
     port = lumped_port(PAPER)
     constants = closed_forms.current_constants(port.dc_resistance, port.dynamic_resistance, port.capacitance)
     exact = 4 * closed_forms.current_step(t, *constants)
@@ -53,6 +58,8 @@ def examine() -> Iterator[str]:
             f"(allowed: {TOLERANCE:g}); report the versions above"
         )
     yield f"self-check: 4 V step of the paper's strip within {difference:.1e} of EC (4) (allowed: {TOLERANCE:g})"
+    if engine == "exact":
+        raise MissingLibraryError(f"nonlinear strips need ngspice; {install_hint()}")
 
 
 def _version(name: str) -> str:

@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..files import outdated_by_failure
 from ..front.each_file import by_file
 from ..front.films import by_file as drives_by_file
+from .completing import strips
 from .each import fit_each
 from .emit import emit, say
 from .help import argument, group
@@ -33,6 +34,7 @@ from .progress import ProgressBar
     "Strip",
     click.option(
         "--actuator",
+        shell_complete=strips,
         metavar="STRIP",
         help="The strip that was measured: its sizes, E, electrodes. TOML file or preset.",
     ),

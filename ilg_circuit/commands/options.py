@@ -12,6 +12,7 @@ import click
 from ..errors import InputError
 from ..simulation.drives import DRIVES
 from ..units import parse, si
+from .completing import models, strips
 from .help import argument, group
 from .paths import FILE, JSON, PAGE, PICTURE, TABLE, OutputFile
 
@@ -49,8 +50,7 @@ engine_option = group(
     click.option(
         "--engine",
         type=click.Choice(["ngspice", "exact"]),
-        default="ngspice",
-        help="exact: matrix exponentials, for linear circuits only.",
+        help="exact: matrix exponentials, for linear circuits only.  [default: ngspice; exact where it is missing]",
     ),
 )
 tip_option = group(
@@ -90,7 +90,9 @@ def _together(*options: Callable[..., Any]) -> Callable[[Callable[..., Any]], Ca
 DRIVE_TABLE = {"Forms of DRIVE": DRIVES}
 
 #: What is simulated.
-actuator_argument = group("Input", argument("actuator", "TOML file of a strip, or the preset paper."))
+actuator_argument = group(
+    "Input", argument("actuator", "TOML file of a strip, or the preset paper.", shell_complete=strips)
+)
 
 #: What a strip is made to do.
 run_options = _together(
@@ -149,7 +151,7 @@ def strip_options(*, required: bool) -> Callable[[Callable[..., Any]], Callable[
 fit_options = _together(
     group(
         "Model",
-        click.option("--model", cls=ModelOption, default="auto", metavar="MODEL"),
+        click.option("--model", cls=ModelOption, default="auto", metavar="MODEL", shell_complete=models),
         click.option(
             "--electrode-resistance",
             metavar="RESISTANCE",

@@ -50,8 +50,7 @@ from .progress import ProgressBar
     click.option(
         "--engine",
         type=click.Choice(["ngspice", "exact", "auto"]),
-        default="ngspice",
-        help="auto: exact for linear circuits, ngspice for others.",
+        help="auto: exact for linear circuits, ngspice for others.  [default: ngspice; exact where it is missing]",
     ),
     click.option("--accuracy", type=NUMBER, default=1e-6, help="Error allowed of ngspice, relative to each maximum."),
     click.option("--jobs", type=int, metavar="N", help="Number of processes.  [default: one a core]"),

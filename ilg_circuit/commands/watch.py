@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from .completing import strips
 from .emit import emit, origin, say
 from .help import argument, group
 from .options import fit_options, outputs, reading_options, result_options, sizes, strip_options
@@ -36,7 +37,12 @@ from .paths import ANY_FOLDER, FOLDER, LOG, PARAMETERS, LongCommand, forced, for
         help="End when no file has changed for this time.  [default: go on until Ctrl-C]",
     ),
 )
-@group("Strip", click.option("--actuator", metavar="STRIP", help="The strip that is measured. TOML file or preset."))
+@group(
+    "Strip",
+    click.option(
+        "--actuator", metavar="STRIP", shell_complete=strips, help="The strip that is measured. TOML file or preset."
+    ),
+)
 @strip_options(required=False)
 @fit_options
 @group(

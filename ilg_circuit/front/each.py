@@ -27,7 +27,7 @@ from ..strip.specimen import Specimen
 from ..study.workers import KILLED, GivenPool, local_pool, solve_on, tried
 from .data import onset_of
 from .each_file import values_of
-from .fits import identify
+from .fits import fit_engine, identify
 from .given import Given, Strip, quantity
 from .strips import KEYS, measured_strip
 
@@ -218,6 +218,7 @@ def checked(
     base = measured_strip(strip, **{key: rest.pop(key, None) for key in KEYS})
     if (model := rest.get("model", "auto")) != "auto":
         electrical_model(model)
+    rest["engine"] = fit_engine(rest.get("engine"), model)
     require_method(rest.get("intervals", "covariance"))
     said_of(rest.get("columns", ()), rest.get("units", ()), rest.get("part"), rest.get("cycle"))
     units = {"until": "s", "electrode_resistance": "ohm", "displacement_delay": "s", "bias": "V"}

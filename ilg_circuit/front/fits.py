@@ -16,8 +16,11 @@ from ..identification.identification import Identification
 from ..identification.identify import identify as fit
 from ..measurements.load_test import LoadTest
 from ..measurements.onset import Stated
+from ..measurements.record import Record
 from ..measurements.said import said_of
 from ..measurements.spectrum import Spectrum
+from ..solve.library import chosen_engine
+from ..strip.models import electrical_model
 from ..strip.specimen import Specimen
 from .data import Source, by_header, one_of, read, sets_of
 from .each_file import values_of
@@ -37,7 +40,7 @@ def identify(
     until: Given | None = None,
     displacement_delay: Given | Literal["fit"] | None = None,
     own: Sequence[str] = (),
-    engine: str = "ngspice",
+    engine: str | None = None,
     intervals: str = "covariance",
     weighting: Literal["modulus", "unit"] = "modulus",
     columns: Mapping[str, str] | Iterable[str] = (),
@@ -88,8 +91,9 @@ def identify(
         file of its own, else 0).
     own : sequence of str
         Parameters of which each set of data gets a value of its own; all others are shared.
-    engine : {"ngspice", "exact"}
-        What checks the fitted circuit: "ngspice" by a transient analysis, "exact" by the closed form.
+    engine : {"ngspice", "exact"}, optional
+        What checks the fitted circuit: "ngspice" by a transient analysis, "exact" by the closed form (default:
+        ngspice; without its library exact for linear models, with a warning).
     intervals : str
         Method of the 95 % intervals: "covariance", "profile", "bootstrap" or "mcmc".
     weighting : {"modulus", "unit"}
@@ -201,13 +205,18 @@ def identify(
         electrode_resistance=resistance if resistance in (None, "fit") else quantity(resistance, "ohm", "Re"),
         own=[own] if isinstance(own, str) else own,
         bias=_biases(bias, sets, data),
-        engine=engine,
+        engine=fit_engine(engine, model) if any(isinstance(each, Record) for each in sets) else engine or "ngspice",
         intervals=intervals,
         weighting=weighting,
         displacement_delay=delay if delay in (None, "fit") else quantity(delay, "s", "displacement_delay"),
         until=end,
         progress=progress,
     )
+
+
+def fit_engine(engine: str | None, model: str) -> str:
+    """Return the engine for a fit of a ``model``, of which "auto" chooses a linear one where it must."""
+    return chosen_engine(engine, linear=model == "auto" or electrical_model(model).linear)
 
 
 @checked

@@ -14,6 +14,7 @@ from ..errors import InputError, argument
 from ..measurements.said import NOTHING, Said
 from ..simulation.drives import DRIVE_FORMS, MOTION_FORMS, parse_drive
 from ..simulation.response import sample_times
+from ..solve.library import chosen_engine
 from ..strip.actuator import PAPER, Actuator
 from ..strip.file import load_actuator
 from ..strip.specimen import Specimen
@@ -57,6 +58,11 @@ def load(strip: Strip = "paper") -> Actuator:
     if isinstance(strip, Specimen):
         raise InputError(f"strip '{strip.name}' has no circuit yet: fit one, ilg.identify(data, strip).actuator")
     return PAPER if strip == "paper" else load_actuator(strip)
+
+
+def engine_of(engine: str | None, strip: Actuator) -> str:
+    """Return the engine for a strip, see `solve.library.chosen_engine`."""
+    return chosen_engine(engine, linear=strip.material.model.linear)
 
 
 def run_of(

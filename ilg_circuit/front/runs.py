@@ -21,10 +21,11 @@ from ..simulation.response import Response
 from ..simulation.response import simulate as solve
 from ..simulation.sensing import Sensed
 from ..simulation.sensing import sense as solve_sensed
+from ..solve.library import chosen_engine
 from ..solve.transient import Progress
 from .compared import compared
 from .data import Source
-from .given import Driven, Given, Strip, mounted, quantity, run_of
+from .given import Driven, Given, Strip, engine_of, mounted, quantity, run_of
 from .given import load as strip_of
 
 
@@ -40,7 +41,7 @@ def simulate(
     tip: str = "free",
     beam: str | None = None,
     load: Hung = None,
-    engine: str = "ngspice",
+    engine: str | None = None,
     accuracy: float | None = None,
     band: bool = False,
     compare: Source | bool = False,
@@ -74,8 +75,9 @@ def simulate(
         Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
         Load on the tip, such as "mass=1g" or ``{"mass": "1 g"}``.
-    engine : {"ngspice", "exact"}
-        Solver: ngspice, or matrix exponentials (linear circuits only).
+    engine : {"ngspice", "exact"}, optional
+        Solver: ngspice, or matrix exponentials, for linear circuits only (default: ngspice; without its library exact,
+        with a warning).
     accuracy : float, optional
         Largest error allowed, relative to the largest value (default 1e-9, nonlinear 1e-6).
     band : bool
@@ -141,6 +143,7 @@ def simulate(
     said = said_of(columns, units, part, cycle)
     source, at = run_of(drive, duration, samples=samples, step=step, times=times, said=said)
     how = mounted(tip, beam, load)
+    engine = engine_of(engine, actuator)
     response = solve(actuator, source, at, engine=engine, accuracy=accuracy, progress=progress, **how)
     if band:
         stderr = prediction_band(actuator, source, response.time, engine=engine, **how).stderr
@@ -164,7 +167,7 @@ def impedance(
     tip: str = "free",
     beam: str | None = None,
     load: Hung = None,
-    engine: str = "ngspice",
+    engine: str | None = None,
     check: bool = False,
 ) -> Impedance:
     """Return the impedance [ohm] that a strip shows at its terminals for a small signal.
@@ -189,8 +192,9 @@ def impedance(
         Beam with or without its mass (default: as the coupling was fitted).
     load : Load, str or mapping, optional
         Load on the tip, such as "mass=1g".
-    engine : {"ngspice", "exact"}
-        Solver: ngspice, or the circuit's equations solved directly.
+    engine : {"ngspice", "exact"}, optional
+        Solver: ngspice, or the circuit's equations solved directly (default: ngspice; without its library exact, with a
+        warning).
     check : bool
         Adds ``checks``, the differences from the other engine and the closed form.
 
@@ -217,7 +221,8 @@ def impedance(
     band = quantity(low, "Hz", "low"), quantity(high, "Hz", "high")
     chosen = frequencies(*band, points) if frequency is None else row(frequency, "frequency")
     how = mounted(tip, beam, load) | {"bias": quantity(bias, "V", "bias")}
-    result = solve_impedance(actuator, chosen, engine=engine, **how)
+    by = chosen_engine(engine, linear=True)  # a small signal, about the bias
+    result = solve_impedance(actuator, chosen, engine=by, **how)
     return replace(result, checks=tuple(check_impedance(result, **how))) if check else result
 
 
@@ -231,7 +236,7 @@ def sense(
     step: Given | None = None,
     times: ArrayLike | None = None,
     terminals: str = "open",
-    engine: str = "ngspice",
+    engine: str | None = None,
     accuracy: float | None = None,
     columns: Mapping[str, str] | Iterable[str] = (),
     units: Mapping[str, str] | Iterable[str] = (),
@@ -258,8 +263,9 @@ def sense(
         The times themselves [s] (n,), in place of a duration.
     terminals : {"open", "short"}
         Open: the voltage between them; short: the current through them.
-    engine : {"ngspice", "exact"}
-        Solver: ngspice, or matrix exponentials (linear circuits only).
+    engine : {"ngspice", "exact"}, optional
+        Solver: ngspice, or matrix exponentials, for linear circuits only (default: ngspice; without its library exact,
+        with a warning).
     accuracy : float, optional
         Largest error allowed, relative to the largest value (default 1e-9).
     columns : mapping of str to str, optional
@@ -295,5 +301,6 @@ def sense(
     """
     said = said_of(columns, units, part, cycle)
     source, at = run_of(motion, duration, "m", samples=samples, step=step, times=times, said=said)
-    how: dict[str, Any] = {"terminals": terminals, "engine": engine, "accuracy": accuracy}
-    return solve_sensed(strip_of(strip), source, at, progress=progress, **how)
+    actuator = strip_of(strip)
+    how: dict[str, Any] = {"terminals": terminals, "engine": engine_of(engine, actuator), "accuracy": accuracy}
+    return solve_sensed(actuator, source, at, progress=progress, **how)

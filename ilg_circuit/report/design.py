@@ -90,7 +90,7 @@ def _design(design: Design, report: DesignReport) -> str:
         value = format_quantity(design.simulated[quantity.name], quantity.unit, 5)
         lines += ["", f"{problem.objective.text}: {value}"]
     if problem.requirements:
-        rows = [["requirement", space.engine, "ngspice again", "margin", "met"]]
+        rows = [["requirement", space.engine, f"{design.referee} again", "margin", "met"]]
         for r in problem.requirements:
             name, unit = r.quantity.name, r.quantity.unit
             values = [format_quantity(found[name], unit, 5) for found in (design.exact, design.simulated)]
@@ -101,9 +101,8 @@ def _design(design: Design, report: DesignReport) -> str:
     if not design.feasible:
         lines += _infeasible(design, report)
     lines += ["", _search(design)]
-    lines.append(
-        f"simulated again by ngspice: differs by at most {design.difference:.1e} (its own estimate {design.error:.1e})"
-    )
+    estimate = f"differs by at most {design.difference:.1e} (its own estimate {design.error:.1e})"
+    lines.append(f"simulated again by {design.referee}: {estimate}")
     return "\n".join(lines)
 
 

@@ -59,7 +59,7 @@ def summary(front: Front) -> str:
     lines = [f"Pareto front: {headline(front)}, {len(shown)} of them"]
     lines += aligned([names, *rows], ">" * len(names), indent="  ")
     lines.append(f"no random design near a point is better in all objectives{amount}")
-    lines.append(f"simulated again by ngspice: differs by at most {front.difference:.1e}")
+    lines.append(f"simulated again by {front.referee}: differs by at most {front.difference:.1e}")
     return "\n".join(lines)
 
 

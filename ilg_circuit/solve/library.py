@@ -1,27 +1,39 @@
-"""Finds ngspice's shared library on Linux, macOS and Windows, and hands it to PySpice."""
+"""Finds ngspice's shared library on Linux, macOS and Windows, hands it to PySpice, and says what to do without it."""
 
 from __future__ import annotations
 
 import ctypes
 import ctypes.util
 import os
+import platform
 import sys
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
-from ..errors import MissingLibraryError
+from ..errors import MissingLibraryError, warn
 
 VARIABLE = "NGSPICE_LIBRARY_PATH"
 
-INSTALL_HINT = (
-    "ngspice's shared library was not found; install it (Debian, Ubuntu: apt install libngspice0; Fedora: dnf install "
-    f"libngspice; macOS: brew install libngspice) or set {VARIABLE} to the file"
-)
+#: Value of the variable that hides every library.
+NONE = "none"
+
+#: Linux distribution, or one that it is like -> the command that installs the library.
+_BY_DISTRIBUTION = {
+    "debian": "sudo apt install libngspice0",
+    "ubuntu": "sudo apt install libngspice0",
+    "fedora": "sudo dnf install libngspice",
+    "arch": "sudo pacman -S ngspice",
+    "suse": "sudo zypper install libngspice0",
+    "opensuse": "sudo zypper install libngspice0",
+}
+_BY_PLATFORM = {"darwin": "brew install libngspice", "win32": "pyspice-post-installation --install-ngspice-dll"}
+_BY_CONDA = "conda install -c conda-forge ngspice-lib"
 
 _PATTERNS = {
     "linux": ("libngspice.so", "libngspice.so.[0-9]*"),
     "darwin": ("libngspice.dylib", "libngspice.[0-9]*.dylib"),
-    "win32": ("ngspice.dll", "libngspice*.dll"),
+    "win32": ("ngspice.dll", "libngspice*.dll", "ngspice-[0-9]*.dll"),
 }
 
 
@@ -30,15 +42,61 @@ def private_folder() -> Path:
     return Path(sys.prefix) / "lib" / "ngspice"
 
 
+def carried_folder() -> Path:
+    """Return the folder of the library that a wheel may carry, for systems that have none."""
+    return Path(__file__).with_name("carried")
+
+
 def find_library() -> Path:
-    """Return the path of the shared library: the environment variable, the Python environment, then the system.
+    """Return the shared library's path: the environment variable's, the environment's, the system's, the wheel's.
 
     Raises MissingLibraryError with one line that says what to install.
     """
     path = next(candidates(), None)
     if path is None:
-        raise MissingLibraryError(INSTALL_HINT)
+        raise MissingLibraryError(install_hint())
     return path
+
+
+def available() -> bool:
+    """Return True if there is a library. Raises MissingLibraryError where the variable names no file."""
+    return next(candidates(), None) is not None
+
+
+def chosen_engine(engine: str | None, *, linear: bool) -> str:
+    """Return the engine: the one asked for, else ngspice; where there is no library, exact, with a warning.
+
+    Raises MissingLibraryError for a circuit that is not ``linear``, which only ngspice solves.
+    """
+    if engine is not None:
+        return engine
+    if available():
+        return "ngspice"
+    if not linear:
+        raise MissingLibraryError(f"a nonlinear circuit needs ngspice; {install_hint()}")
+    warn(f"solved by the exact engine, since {install_hint()}")
+    return "exact"
+
+
+def install_hint() -> str:
+    """Return what to say where there is no library."""
+    if os.environ.get(VARIABLE) == NONE:
+        return f"{VARIABLE} is '{NONE}', which hides ngspice's library; unset it"
+    return f"ngspice's shared library was not found; install it by: {install_command()} (or set {VARIABLE} to the file)"
+
+
+def install_command() -> str:
+    """Return the one command that installs the library on this platform."""
+    if (Path(sys.prefix) / "conda-meta").is_dir():
+        return _BY_CONDA
+    if command := _BY_PLATFORM.get(sys.platform):
+        return command
+    try:
+        release = platform.freedesktop_os_release()
+    except OSError:
+        return _BY_CONDA
+    names = [release.get("ID", ""), *release.get("ID_LIKE", "").split()]
+    return next((_BY_DISTRIBUTION[name] for name in names if name in _BY_DISTRIBUTION), _BY_CONDA)
 
 
 def candidates() -> Iterator[Path]:
@@ -47,6 +105,8 @@ def candidates() -> Iterator[Path]:
     Raises MissingLibraryError where the variable names no file.
     """
     named = os.environ.get(VARIABLE)
+    if named == NONE:
+        return
     if named:
         if not Path(named).is_file():
             raise MissingLibraryError(
@@ -59,6 +119,7 @@ def candidates() -> Iterator[Path]:
             yield from sorted(folder.glob(pattern))
     if known := ctypes.util.find_library("ngspice"):
         yield Path(known)
+    yield from sorted(carried_folder().glob("libngspice*"))
 
 
 def loads(library: Path) -> bool:
@@ -76,12 +137,15 @@ def prepare_library() -> Path:
 
 
 def _load_neighbours(library: Path) -> None:
-    """Load what a library in the private folder needs from there: the dynamic linker does not know that folder."""
-    if private_folder() not in library.parents:
-        return
-    left = [path for path in sorted(private_folder().rglob("*.so*")) if not path.name.startswith("libngspice")]
-    for _ in list(left):  # they may need each other: as many rounds as could ever help
-        left = [path for path in left if not _loaded(path, ctypes.RTLD_GLOBAL)]
+    """Load what an unpacked library needs from its own folder, which the dynamic linker does not know.
+
+    Of the wheel's folder only where the library does not load without: the system's are preferred.
+    """
+    for folder in (private_folder(), carried_folder()):
+        if folder in library.parents and not (folder == carried_folder() and _loaded(library)):
+            left = [path for path in sorted(folder.rglob("*.so*")) if not path.name.startswith("libngspice")]
+            for _ in list(left):  # they may need each other: as many rounds as could ever help
+                left = [path for path in left if not _loaded(path, ctypes.RTLD_GLOBAL)]
 
 
 def _loaded(path: Path, mode: int = ctypes.DEFAULT_MODE) -> bool:
@@ -99,7 +163,7 @@ def _folders() -> Iterator[Path]:
         yield from sorted(p for p in private.rglob("*") if p.is_dir())
     yield Path(sys.prefix) / "lib"
     if conda := os.environ.get("CONDA_PREFIX"):
-        yield Path(conda) / "lib"
+        yield from (Path(conda) / "lib", Path(conda) / "Library" / "bin")
     yield Path(sys.prefix) / "Library" / "bin"
     if sys.platform == "darwin":
         yield from (Path("/opt/homebrew/lib"), Path("/usr/local/lib"))
@@ -107,6 +171,8 @@ def _folders() -> Iterator[Path]:
     elif sys.platform == "win32":
         yield from (Path(p) for p in os.environ.get("PATH", "").split(os.pathsep) if p)
         yield Path("C:/Spice64_dll/dll-vs")
+        if pyspice := find_spec("PySpice"):  # where its post-installation puts it
+            yield Path(str(pyspice.origin)).parent / "Spice" / "NgSpice" / "Spice64_dll" / "dll-vs"
     else:
         yield from (Path("/usr/local/lib"), Path("/usr/lib64"), Path("/usr/lib"))
         yield from sorted(Path("/usr/lib").glob("*-linux-gnu*"))

@@ -138,7 +138,7 @@ class DesignReport(Result, Warned):
         ]
         for r in design.problem.requirements:
             value = format_quantity(design.simulated[r.quantity.name], r.quantity.unit, 6)
-            lines.append(f"{r.text}: {value} by ngspice")
+            lines.append(f"{r.text}: {value} by {design.referee}")
         save_actuator(replace(actuator, name=f"{actuator.name}, designed"), Path(path), "\n".join(lines + more))
 
 

@@ -61,6 +61,8 @@ class Front(Result, Warned):
         the front.
     deflections : ndarray (k,)
         Largest displacement over the distance of the load from the clamp; NaN without a coupling.
+    referee : str
+        What computed ``simulated``: ngspice, or the engine of the search where there is no ngspice.
     """
 
     presenter: ClassVar[str] = "front"
@@ -72,6 +74,7 @@ class Front(Result, Warned):
     units: dict[str, str]
     improvable: float
     deflections: Array
+    referee: str = "ngspice"
 
     def __len__(self) -> int:
         return len(next(iter(self.parameters.values())))
@@ -234,14 +237,16 @@ class _FrontInProgress:
         deflection = quantity("relative_deflection", self.space.names)
         measured = self.space.measure(columns, (*self.quantities, deflection))[0]
         units = {r.parameter.name: r.parameter.unit for r in self.space.ranges}
+        referee = self.space.referee()
         return Front(
             self.objectives,
             columns,
             values={q.name: measured[q.name] for q in self.quantities},
-            simulated=self.space.measure(columns, self.quantities, "ngspice")[0],
+            simulated=self.space.measure(columns, self.quantities, referee)[0],
             units=units | {q.name: q.unit for q in self.quantities},
             improvable=self._improvable(points, costs),
             deflections=measured[deflection.name],
+            referee=referee,
         )
 
     def _improvable(self, points: Array, costs: Array) -> float:

@@ -118,6 +118,8 @@ class Design:
         Lowest and highest value of each quantity among the initial points.
     failures : int
         Number of initial points that could not be evaluated.
+    referee : str
+        What computed ``simulated``: ngspice, or the engine of the search where there is no ngspice.
     problem : DesignProblem
         Ranges, requirements and objective.
     search : Search
@@ -133,6 +135,7 @@ class Design:
     error: float
     reach: dict[str, Reach]
     failures: int
+    referee: str = "ngspice"
 
     def score(self, requirement: Requirement) -> float:
         """Return a requirement's score by ngspice, as in `Requirement.score`."""
@@ -214,7 +217,7 @@ def _verified(
     problem: DesignProblem, result: Search, reach: dict[str, Reach], failures: int, extra: Sequence[Quantity]
 ) -> Design:
     """Return the design at the search's end, rounded where that violates no requirement, simulated by ngspice."""
-    space = problem.space
+    space, referee = problem.space, problem.space.referee()
     quantities = distinct((*problem.quantities, *extra))
     designs = []
     for values in (space.rounded(result.best.point), space.values(result.best.point)):
@@ -223,12 +226,12 @@ def _verified(
             continue
         columns = {name: np.array([x]) for name, x in values.items()}
         exact, _ = space.measure(columns, quantities)
-        simulated, evaluation = space.measure(columns, quantities, "ngspice")
+        simulated, evaluation = space.measure(columns, quantities, referee)
         if evaluation.failures:
-            raise SolveError(f"ngspice could not simulate the design that was found: {evaluation.failures[0]}")
+            raise SolveError(f"{referee} could not simulate the design that was found: {evaluation.failures[0]}")
         first, again = ({name: float(x[0]) for name, x in found.items()} for found in (exact, simulated))
         error = float(evaluation.errors[0])
-        designs.append(Design(problem, result, values, scenario, first, again, error, reach, failures))
+        designs.append(Design(problem, result, values, scenario, first, again, error, reach, failures, referee))
         if designs[-1].feasible:
             return designs[-1]
     if not designs:

@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
 from ..errors import InputError, argument
+from ..solve.library import chosen_engine
 from ..strip.changes import Value
 from .evaluate import Evaluation, evaluate, scenario_of, scenarios_of
 from .parameters import Scenario, ScenarioTemplate
@@ -109,6 +110,10 @@ class Space:
         """Return `measure` for the designs of ``columns``, parameter -> values (k,), by default with its own engine."""
         scenarios = scenarios_of(self.template, columns, self.fixed)
         return measure(scenarios, columns, quantities, engine or self.engine)
+
+    def referee(self) -> str:
+        """Return the engine that simulates the answer once more: ngspice, or where it is missing, the space's own."""
+        return chosen_engine(None, linear=self.engine == "exact")
 
     def at(self, points: Array, quantities: Iterable[Quantity]) -> dict[str, Array]:
         """Return each quantity's values (k,) at ``points`` (k, n); NaN for designs that fail."""

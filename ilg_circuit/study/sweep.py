@@ -18,6 +18,7 @@ from ..files import Log, require_writable, write_csv
 from ..findings import Finding, Warned
 from ..provenance import Provenance
 from ..result import Column, Result
+from ..solve.library import chosen_engine
 from ..strip.actuator import Actuator
 from ..strip.validity import deflection_warnings
 from .dataset import Store, SweepTotals, read_sweep, table, write_dataset
@@ -122,7 +123,7 @@ def sweep(
     outputs: str | Sequence[str] | None = None,
     waveforms: str | Sequence[str] | None = None,
     samples: int | None = None,
-    engine: str = "ngspice",
+    engine: str | None = None,
     accuracy: float = STUDY_ACCURACY,
     out: str | Path | None = None,
     jobs: int | None = None,
@@ -168,8 +169,9 @@ def sweep(
         Waveforms to keep, such as "displacement"; they are in ``to_xarray()``.
     samples : int, optional
         Samples of each waveform (default 601).
-    engine : {"ngspice", "exact", "auto"}
-        Solver; auto is exact for linear circuits and ngspice for others.
+    engine : {"ngspice", "exact", "auto"}, optional
+        Solver; auto is exact for linear circuits and ngspice for others (default: ngspice; without its library exact,
+        with a warning).
     accuracy : float
         Largest error allowed for ngspice, relative to the maximum of each waveform.
     out : str or Path, optional
@@ -237,6 +239,7 @@ def sweep(
     """
     require_study(cluster=cluster is not None)
     template = scenario_template(strip, drive, duration, tip=tip, beam=beam, load=load)
+    engine = chosen_engine(engine, linear=template.actuator.material.model.linear)
     spec = sweep_spec(
         template,
         range_texts(vary),

@@ -10,7 +10,7 @@ import pytest
 
 from ilg_circuit import __version__
 from ilg_circuit.commands import doctor
-from ilg_circuit.errors import SolveError
+from ilg_circuit.errors import MissingLibraryError, SolveError
 from ilg_circuit.simulation.response import simulate
 
 
@@ -22,6 +22,19 @@ def test_report() -> None:
     assert Path(lines[2].removeprefix("ngspice library: ")).name.startswith(("libngspice", "ngspice"))
     assert lines[3].removeprefix("ngspice version: ").isdigit()
     assert "EC (4)" in lines[4]
+
+
+def test_without_ngspice_the_exact_engine_is_checked_and_the_last_line_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("ilg_circuit.solve.library.candidates", lambda: iter(()))
+    monkeypatch.setattr("ilg_circuit.solve.library.install_command", lambda: "brew install libngspice")
+    report = doctor.examine()
+    lines = [next(report) for _ in range(4)]
+    with pytest.raises(MissingLibraryError, match=r"nonlinear strips need ngspice; .* install it by: brew install lib"):
+        next(report)
+    assert lines[2] == "ngspice library: none; linear strips are solved by the exact engine"
+    assert lines[3].startswith("self-check: 4 V step")
 
 
 def test_a_wrong_answer_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,7 +40,7 @@ WRONG: list[tuple[str, dict[str, Any], dict[str, list[Any]]]] = [
     ),
     ("simulate", RUN, {"duration": [-1, math.nan, math.inf, "long", "", "10 V", [1]], "samples": ["many", 2.5, -3]}),
     ("simulate", RUN, {"step": ["1 V", [1], 0], "tip": [3, None, "loose"], "beam": ["elastic", 3]}),
-    ("simulate", RUN, {"load": ["mass=1V", {"mass": None}, {1: 2}, "mass=-1g", 3], "engine": [None, "spice"]}),
+    ("simulate", RUN, {"load": ["mass=1V", {"mass": None}, {1: 2}, "mass=-1g", 3], "engine": [3, "spice"]}),
     ("simulate", RUN, {"accuracy": ["tight", -1, math.nan], "band": [True, "yes"], "part": ["x"], "colour": [1]}),
     ("simulate", RUN | {"engine": "exact", "samples": 3}, {"compare": [3, "none.csv", {"frequency_Hz": [1, 2]}]}),
     ("impedance", {"strip": "paper"}, {"low": ["a", -1, None], "points": ["x", 2.5], "frequency": [[], [-1]]}),
