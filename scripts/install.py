@@ -14,7 +14,7 @@ import sys
 
 from make_constraints import FILES, FOLDER, ROOT, stale
 
-PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--no-input", "-q", "install", "--no-compile")
+PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--no-input", "-q", "install")
 
 
 def main(arguments: list[str]) -> int:
@@ -28,13 +28,13 @@ def main(arguments: list[str]) -> int:
         return 0
     print(f"Not the versions of constraints/{name} ({reason}): the newest that fit are installed", flush=True)
     extras = f"[{','.join(FILES[name])}]" if FILES[name] else ""
-    return subprocess.run([*PIP, "-e", f".{extras}"], cwd=ROOT).returncode
+    return subprocess.run([*PIP, "--no-compile", "-e", f".{extras}"], cwd=ROOT).returncode
 
 
 def pinned(name: str) -> str:
     """Install by hashes; return the reason in a line where that fails, else nothing."""
     for step in (
-        ["--require-hashes", "-r", str(FOLDER / name)],
+        ["--require-hashes", "-r", str(FOLDER / name), "--no-compile"],
         ["--no-deps", "--no-build-isolation", "-e", "."],
     ):
         done = subprocess.run([*PIP, *step], cwd=ROOT, capture_output=True, text=True)

@@ -89,7 +89,7 @@ def test_both_engines_agree(text: str, tmp_path: Path, monkeypatch: pytest.Monke
         ("triangle:2V..1V,3s", "give the lower level first"),
         ("triangle:1V,0s", "must be more than zero"),
         ("cv:-1V..1V,0V/s", "must be more than zero"),
-        ("cv:-1V..1V,1V/s,1.5", "no whole number"),
+        ("cv:-1V..1V,1V/s,1.5", "not a whole number"),
         ("pulse:1V,3s,2s", "the width must lie between 0 and the period"),
         ("chirp:1V,1Hz..0.1Hz", "the lower first"),
         ("chirp:1V,1Hz..1MHz", "takes more than 1000000 lines"),

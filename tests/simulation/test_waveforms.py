@@ -62,7 +62,7 @@ def test_a_new_entry_is_all_that_a_new_waveform_takes(monkeypatch: pytest.Monkey
 
 
 def test_attributes_are_the_waveforms_and_no_others(response: Response) -> None:
-    with pytest.raises(AttributeError, match="no 'curent'; its waveforms are voltage, current"):
+    with pytest.raises(AttributeError, match="no attribute 'curent'; its waveforms are voltage, current"):
         _ = response.curent
     assert not hasattr(response, "__len__")
     again = pickle.loads(pickle.dumps(response.waveforms))
