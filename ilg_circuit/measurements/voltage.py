@@ -13,19 +13,20 @@ from ..drive import PiecewiseLinear
 from .onset import Onset, voltage_jumps
 from .smoothing import digit, resolution, smoothed
 
-#: What is left out of a measured voltage: this part of its largest value.
+#: Deviation of a measured voltage that is neglected, as a fraction of its largest value.
 _NEGLIGIBLE = 1e-6
-#: Leaving out readings of the voltage may move the current by this part of its noise.
+#: Largest change of the current by thinning the voltage, as a fraction of the current's noise.
 _OF_CURRENT_NOISE = 0.1
-#: On a smooth curve neighbouring second differences differ by less than this part.
+#: Relative difference of neighbouring second differences below which a curve is smooth.
 _SMOOTH = 0.5
-#: Parts into which the time between two samples of a smooth curve is divided.
+#: Number of parts into which a sampling interval of a smooth curve is divided.
 _PARTS = 8
-#: Largest fluctuation of a level's readings, in steps of the instrument.
+#: Largest fluctuation of the readings of a level, in steps of the instrument.
 _WOBBLE = 2.5
-#: A strip answers a voltage's noise where its current's noise follows by this part of the conductance, this surely.
+#: Least ratio of current noise to voltage noise, relative to the conductance, and its significance in standard errors,
+#: from which the strip responds to the voltage's noise.
 _ANSWERS, _SURE = 0.3, 6.0
-#: A jump moved to its last reading before stands behind that reading by this part of the interval.
+#: Distance of a jump behind the last reading before it, as a fraction of the interval, if it is moved there.
 _BEHIND = 1e-6
 
 
