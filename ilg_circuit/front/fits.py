@@ -93,9 +93,9 @@ def identify(
     intervals : str
         Method of the 95 % intervals: "covariance", "profile", "bootstrap" or "mcmc".
     weighting : {"modulus", "unit"}
-        Weights of impedances: "modulus" divides residuals by abs(Z), "unit" leaves them.
+        Weights of impedances: "modulus" divides residuals by abs(Z), "unit" does not weight them.
     columns, units : mapping of str to str, optional
-        What files do not say of themselves, see `read`.
+        Statements that the files lack, see `read`.
     part, cycle : int, optional
         Which of several measurements in a file, see `read`.
     length, free_length, width, thickness : float or str, optional
@@ -188,7 +188,7 @@ def identify(
             f"{argument('displacement')} stands beside a record, {argument('drive')} in place of one: give one of them"
         )
     if drive is not None and onset is not None and displacement_delay is not None:
-        raise InputError(f"{argument('onset')} and {argument('displacement_delay')} say the same: give one of them")
+        raise InputError(f"{argument('onset')} and {argument('displacement_delay')} state the same: give one of them")
     given = sets_of(by_header(arrays) if data is None else data, onset, said, displacement, drive, end)
     sets = [each for each in given if not isinstance(each, LoadTest)]
     if len(sets) < len(given):

@@ -1,6 +1,6 @@
 """Where a strip's energy goes: delivered by the source, dissipated and stored by each element, turned mechanical.
 
-The electrical side balances by itself, and so does the mechanical one:
+The electrical and the mechanical side balance separately:
 
     integral of u i    = stored on the ion capacitors + dissipated in Re, electron path, ion path + integral of u1 i1
     integral of F1 v1  = stored in beam, mass, springs + dissipated in dashpots

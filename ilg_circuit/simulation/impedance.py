@@ -69,7 +69,7 @@ class Impedance(Result):
 
     @property
     def warnings(self) -> list[str]:
-        """What a user of the spectrum should know."""
+        """Warnings on the spectrum as sentences."""
         if self.least_resistance < 0:
             return [
                 f"the real part falls to {self.least_resistance:.3g} ohm: with this coupling the port is not passive"

@@ -33,7 +33,7 @@ def private_folder() -> Path:
 def find_library() -> Path:
     """Return the path of the shared library: the environment variable, the Python environment, then the system.
 
-    Raises MissingLibraryError with one line that says what to install.
+    Raises MissingLibraryError, a line with what to install.
     """
     path = next(candidates(), None)
     if path is None:
@@ -68,7 +68,7 @@ def loads(library: Path) -> bool:
 
 
 def prepare_library() -> Path:
-    """Find the library, load what lies unpacked beside it, and name it to PySpice, before PySpice is imported."""
+    """Return the library after loading its unpacked dependencies and giving its path to PySpice, before its import."""
     path = find_library()
     _load_neighbours(path)
     os.environ[VARIABLE] = str(path)
@@ -76,11 +76,11 @@ def prepare_library() -> Path:
 
 
 def _load_neighbours(library: Path) -> None:
-    """Load what a library in the private folder needs from there: the dynamic linker does not know that folder."""
+    """Load the dependencies of a library in the private folder, which the dynamic linker does not search."""
     if private_folder() not in library.parents:
         return
     left = [path for path in sorted(private_folder().rglob("*.so*")) if not path.name.startswith("libngspice")]
-    for _ in list(left):  # they may need each other: as many rounds as could ever help
+    for _ in list(left):  # they may depend on each other: one round per file suffices
         left = [path for path in left if not _loaded(path, ctypes.RTLD_GLOBAL)]
 
 

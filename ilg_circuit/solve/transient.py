@@ -62,7 +62,7 @@ class Waveforms:
     """Outputs of ``n`` netlists at the same times.
 
     ``times`` [s] (t,); ``values`` (n, outputs, t) in the outputs' units; ``errors`` (n, outputs): estimated error
-    relative to the waveform's largest value (the exact engine's is its rounding); ``engine`` says what solved it.
+    relative to the waveform's largest value (the exact engine's is its rounding); ``engine`` is the solver's name.
     """
 
     times: Array
@@ -246,7 +246,7 @@ class _Batch:
             doubt = np.where(self._judged, doubt, 0.0)
             errors = np.maximum(errors, doubt) + self._jump_errors(solved_on, fastest, at_nodes)
             if not self._linear:
-                # a kink in a law spoils the series that is extrapolated: twice as many steps must give the same answer
+                # a kink in a law invalidates the extrapolation: twice the number of steps must give the same result
                 moved = np.inf if coarser is None else relative(values - coarser, values)
                 # hardly more than what it moved, and no less than rounding and the eighth that a kink leaves
                 likely = np.maximum(np.minimum(errors, 3 * moved), moved / _HALVED) + _NOISE_NONLINEAR

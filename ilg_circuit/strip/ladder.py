@@ -25,7 +25,7 @@ from ..errors import InputError
 if TYPE_CHECKING:
     from .models.ladder_path import LadderPath
 
-#: Band [Hz] of a ladder where nothing else is said.
+#: Default band [Hz] of a ladder.
 LADDER_BAND = (1e-4, 1e4)
 #: Error that an automatic number of sections stays below, relative to the ideal impedance, anywhere in the band.
 LADDER_ERROR = 1e-4
@@ -47,7 +47,7 @@ _NARROWEST = 1e-3
 
 @dataclass(frozen=True)
 class Ladders:
-    """How ladders are made: ``band`` [Hz], number of ``sections`` (None: as many as `LADDER_ERROR` needs), ``reach``.
+    """The design of ladders: ``band`` [Hz], number of ``sections`` (None: enough for `LADDER_ERROR`), ``reach``.
 
     ``reach`` sets the fastest relaxation of a Warburg ladder, as a number of 1/tau, in place of the band's upper end.
     """

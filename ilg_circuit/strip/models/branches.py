@@ -27,7 +27,7 @@ def branch_endings(count: int) -> list[str]:
 
 @dataclass(frozen=True)
 class Branches(IonPath):
-    """A number of R-C branches; their order is that of ascending time constants."""
+    """A number of R-C branches in the order of ascending time constants."""
 
     count: int
 

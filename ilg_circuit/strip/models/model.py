@@ -53,7 +53,7 @@ class LibraryText:
 class IonPath(ABC):
     """The path of the ions in an electrical model: one subclass for each kind, usually without fields.
 
-    ``library_note`` is what the header of a library says of a ladder's range.
+    ``library_note`` is the remark on a ladder's range in the header of a library.
     ``material`` are the keys in the section [material] of a strip's file that this path has beyond
     ``dynamic_resistivity`` and ``permittivity``; the set of them names the path. ``auto`` are the kinds of data,
     "record" and "spectrum", for which ``--model auto`` tries it, in the order of the registry. ``grows`` says whether
@@ -218,7 +218,7 @@ class ElectricalModel:
 
     @cached_property
     def name(self) -> str:
-        """Return the name: that of the ion path, and of every addition after a ``+``."""
+        """Return the name: the ion path's, and every addition's after a ``+``."""
         return "+".join((self.plain, *(a.name for a in self.additions)))
 
     @property
@@ -233,7 +233,7 @@ class ElectricalModel:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Return Rdc, the parameters of the ion path, those of the additions."""
+        """Return Rdc, the parameters of the ion path, the parameters of the additions."""
         return (RDC, *self.ions.parameters, *(a.parameter for a in self.additions))
 
     @cached_property

@@ -84,7 +84,7 @@ def composed(ions: IonPath, additions: tuple[str, ...] = ()) -> ElectricalModel:
 
 
 def model_names() -> tuple[str, ...]:
-    """Return every name that `electrical_model` knows with one addition at most, simple ones first."""
+    """Return every name that `electrical_model` accepts with one addition at most, simple ones first."""
     load_entry_points()
     added = (f"{m.name}+{a.name}" for a in ADDITIONS.values() for m in MODELS.values() if a.goes_with(m))
     return (*MODELS, *added)

@@ -14,7 +14,7 @@ from ...arrays import Array, ComplexArray
 
 #: Sets of starting values for one spectrum.
 SETS = 60
-#: A term that non-negative least squares leaves out enters by this part of the data's size.
+#: Size, relative to the data's, of a term whose coefficient by non-negative least squares is zero.
 _LITTLE = 1e-3
 
 

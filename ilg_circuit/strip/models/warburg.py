@@ -26,7 +26,7 @@ WARBURG_RESISTANCE = Parameter("warburg_resistance", "Rw", "ohm", "diffusion, fi
 DIFFUSION_TIME = Parameter("diffusion_time", "tau", "s", "length^2/diffusion coefficient; capacitance tau/Rw")
 #: Modes up to this one are taken as they are, those above as a continuum.
 _DISCRETE_MODES = 1000
-#: A diffusion time may grow so much beyond its starting value before its ladder ends below the band.
+#: Largest growth of a diffusion time beyond its starting value that its ladder covers.
 _REACH = 3.0
 
 
@@ -49,7 +49,7 @@ class Warburg(LadderPath):
         return warburg_impedance(s, values[:, :1], values[:, 1:])
 
     def ladder(self, constants: Sequence[float], ladders: Ladders) -> Ladder:
-        """Return the ladder; those of equal ``reach`` and ``sections`` are scaled copies, smooth to a fit."""
+        """Return the ladder; ladders of equal ``reach`` and ``sections`` are scaled copies, so that fits are smooth."""
         require_ladders(ladders)
         resistance, tau = constants
         low, high = ladders.band
