@@ -12,11 +12,11 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError
 
-#: Lines of a curve in its shortest period.
+#: Number of lines that approximate a curve in its shortest period.
 LINES = 256
 _MOST_ROWS = 1_000_000
 _MOST_TONES = 1000
-#: Sets of phases of which a multisine takes the best.
+#: Number of random sets of phases from which a multisine takes the best.
 _PHASES = 40
 
 Rows = tuple[Array, Array]

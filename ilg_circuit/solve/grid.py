@@ -31,7 +31,7 @@ _FIRST_STEP = 1e-5
 _LEAST_STEP = 1e-13
 #: Duration of a jump of the drive in units of the fastest mode; shorter jumps would only add rounding.
 _RISE = 1e-3
-#: In one step the error goes with the square of it, not with the fourth power.
+#: The same for a jump in one step, whose error is proportional to its square, not to the fourth power.
 _RISE_NONLINEAR = 1e-5
 #: Least step of a jump as a fraction of the run.
 _LEAST_RISE = 1e-11
@@ -42,7 +42,7 @@ _BESIDE_JUMP = 9
 _ORDER = 8
 #: Largest number of time points between two edges of the drive; more would take too long to solve.
 _MOST_POINTS = 1e8
-#: A step never grows beyond this part of the time since the segment began.
+#: Largest step, as a fraction of the time since the beginning of the segment.
 _GROWTH = 0.35
 
 

@@ -18,7 +18,7 @@ from .exact import exact_outputs
 from .grid import Grid, lagrange, smooth_intervals
 from .state_space import StateSpace
 
-#: Of outputs (n, outputs, t) the one of a name (n, t).
+#: Name of an output -> its values (n, t).
 Named = Callable[[str], Array]
 
 
