@@ -21,7 +21,7 @@ from .starts import SETS, amounts
 
 
 def branch_endings(count: int) -> list[str]:
-    """Return what the keys in [material] of each branch end in: nothing, ``_2``, ``_3``."""
+    """Return the suffixes of the keys in [material] of each branch: none, ``_2``, ``_3``."""
     return ["", *(f"_{k}" for k in range(2, count + 1))]
 
 
