@@ -39,7 +39,7 @@ TABLE, _LOCK = "table.csv", "lock"
 class FileTask:
     """One file to fit: ``options`` of `identify`, the ``folder`` for its fit (None: nothing is written).
 
-    ``spelling`` says how messages write the names of arguments, also in another process.
+    ``spelling`` is the style of arguments' names in messages, also in another process.
     """
 
     path: Path

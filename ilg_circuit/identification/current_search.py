@@ -1,7 +1,7 @@
 """Multi-start search for a fit of the current: descents from many starts on a thinned record, without an engine.
 
 Starts scattered over decades descend by the closed form of a linear port (see `modal`); the engine of record then fits
-from the best end, and how many descents ended there says how far it can be trusted.
+from the best minimum; the number of descents that reached it is a measure of confidence.
 """
 
 from __future__ import annotations

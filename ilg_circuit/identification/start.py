@@ -107,8 +107,8 @@ def model_start(
 ) -> Array:
     """Return starting values (n,) of ``model``'s parameters in their order; arguments as for `current_start`.
 
-    Where the record does not show as many relaxations as the model looks for first, it may do with fewer. Raises
-    FewerRelaxations where it shows less than that, InputError where it shows none.
+    If the record shows fewer relaxations than the model looks for at first, fewer may be enough. Raises
+    FewerRelaxations if it shows fewer than that, InputError if it shows none.
     """
     *counts, last = model.ions.branch_counts
 
@@ -153,7 +153,7 @@ class CouplingSearch:
     def start(self, end: float, displacement: Array, nuisance: Array) -> tuple[Array, float]:
         """Return ((Kd, Zd, zeta', wn'), sign) of samples up to ``end`` [s]; sign -1: it falls as the voltage rises.
 
-        ``displacement`` (samples,) and linear ``nuisance`` (samples, k) are those of the whole record. Raises
+        ``displacement`` (samples,) and linear ``nuisance`` (samples, k) cover the whole record. Raises
         InputError if the displacement does not respond to the voltage.
         """
         return self.starts(end, displacement, nuisance, 1)[0]

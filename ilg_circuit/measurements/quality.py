@@ -176,7 +176,7 @@ def _between(signs: Mask, missing: Mask) -> bool:
 
 
 def _breaks_off(t: Array, v: Array, u: Array, a: int, b: int, grain: float) -> bool:
-    """Tell whether the curve on one side of the top v[a:b], extended into the top, would rise well beyond ``grain``."""
+    """Return True if the curve beside the top v[a:b], extrapolated into it, rises well beyond ``grain``."""
     length = t[b - 1] - t[a]
     largest = float(np.abs(u).max())
     steady = float(np.ptp(u[a:b])) <= _DRIVEN * largest
