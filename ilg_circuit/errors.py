@@ -38,7 +38,7 @@ class IlgWarning(UserWarning):
 
 
 class InputError(IlgError, ValueError):
-    """The input is wrong: the message says what was given, what is allowed and what to do."""
+    """The error for wrong input; its message says what was given, what is allowed and what to do."""
 
     exit_code = 2
 
@@ -150,7 +150,7 @@ def nearest(name: str, names: Iterable[str]) -> list[str]:
 
 
 def first_line(error: Exception) -> str:
-    """Return the first line of what any exception says, or its type if the message is empty.
+    """Return the first line of an exception's message, or its type if the message is empty.
 
     >>> first_line(OSError("no such file\\nlooked in /usr/lib"))
     'no such file'
@@ -174,7 +174,7 @@ def visible(text: str) -> str:
 
 
 def one_line(message: str) -> str:
-    """Return a message as one printable line; the middle of a very long one is left out."""
+    """Return a message as one printable line; the middle of a very long message is left out."""
     line = visible(" ".join(message.split()))
     half = _LONGEST // 2
     return line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}"

@@ -1,4 +1,4 @@
-"""What optional parts of the package need beyond its own requirements, and what to say where it is not there."""
+"""Checks the optional requirements of parts of the package, and raises errors with what to install."""
 
 from __future__ import annotations
 

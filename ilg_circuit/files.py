@@ -24,7 +24,7 @@ _temporaries: set[Path] = set()
 
 
 def require_writable(path: Path) -> None:
-    """Refuse an output path before the work is done, not after: InputError says what is wrong with it."""
+    """Raise InputError for an output path that cannot be written, before the work is done."""
     try:
         there = path.stat()
     except (FileNotFoundError, NotADirectoryError):
@@ -118,7 +118,7 @@ OUTDATED = "OUTDATED.txt"
 
 
 def marked(folder: Path, kind: FolderKind = FIT) -> dict[str, Any]:
-    """Return what the marker of a folder says, empty where there is none."""
+    """Return the content of a folder's marker, empty if there is none."""
     try:
         content = json.loads((folder / kind.marker).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -127,7 +127,7 @@ def marked(folder: Path, kind: FolderKind = FIT) -> dict[str, Any]:
 
 
 def require_folder(path: Path, *, force: bool = False, inputs: Iterable[Path] = (), kind: FolderKind = FIT) -> None:
-    """Refuse a folder of results before the work is done: InputError says what is wrong with it.
+    """Raise InputError for a folder of results that cannot be written, before the work is done.
 
     One that is there is replaced only if this package made it, as this ``kind``, and nothing was added, or by
     ``force``; never one with ``inputs`` or the working folder in it.
@@ -163,14 +163,14 @@ def outdated_by_failure(path: Path | None) -> Iterator[None]:
     except IlgError as error:
         if path is None or not (marker := marked(path)):
             raise
-        text = f"The last run made no fit: {error}\nThe other files in this folder are those of an earlier run.\n"
+        text = f"The last run made no fit: {error}\nThe other files in this folder are from an earlier run.\n"
         try:
             write_text(path / OUTDATED, text)
             files = sorted({*marker.get("files", ()), OUTDATED})
             write_json(path / MARKER, {**marker, "files": files, "key": ""})
         except (OSError, InputError):
             raise error from None
-        error.args = (one_line(f"{error}; '{path}' is of an earlier run, as {OUTDATED} in it tells"),)
+        error.args = (one_line(f"{error}; '{path}' is of an earlier run, see {OUTDATED} in it"),)
         raise
 
 
@@ -199,7 +199,7 @@ def replacing_folder(
 
 
 def _exchange(made: Path, target: Path) -> None:
-    """Put a folder in the place of another, which is removed; or leave both as they were."""
+    """Replace a folder by another one, or leave both unchanged."""
     old = target.with_name(f"{made.name}.old")
     try:
         target.rename(old)

@@ -69,7 +69,7 @@ def codes(findings: Iterable[Finding]) -> set[str]:
     return {finding.code for finding in findings}
 
 
-#: Codes that are told first where there is room for few: the answer is wrong, or only a part of it holds.
+#: Codes that are listed first: the result is wrong, or only a part of it holds.
 _FIRST = (
     "not-a-success",
     "misfit",
@@ -98,7 +98,7 @@ _FIRST = (
     "one-pole-not-enough",
     "residuals-structured",
 )
-#: Codes that are told last: what was done as usual.
+#: Codes that are listed last: routine remarks.
 _LAST = (
     "residuals-autocorrelated",
     "displacement-autocorrelated",
@@ -111,7 +111,7 @@ _LAST = (
 
 
 def by_importance(findings: Iterable[Finding]) -> list[Finding]:
-    """Return ``findings``, those first that a reader of few must know, in their order otherwise."""
+    """Return ``findings`` with the most important first, otherwise in their order."""
     place = {code: k for k, code in enumerate(_FIRST)} | dict.fromkeys(_LAST, len(_FIRST) + 1)
     return sorted(findings, key=lambda finding: place.get(finding.code, len(_FIRST)))
 

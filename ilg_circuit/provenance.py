@@ -28,7 +28,7 @@ class Provenance:
     seed: int | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it, ready for JSON and TOML; what is not known is left out."""
+        """Return all entries, ready for JSON and TOML, without unknown ones."""
         known = {"version": self.version, "call": self.call, "inputs": dict(self.inputs), "seed": self.seed}
         return {name: value for name, value in known.items() if value not in ("", {}, None)}
 
@@ -53,5 +53,5 @@ def digest(path: str | Path) -> str:
 
 
 def command_line(arguments: Iterable[str] | None = None) -> str:
-    """Return the command with ``arguments`` (default: those of this process), quoted for a shell."""
+    """Return the command with ``arguments`` (default: this process's), quoted for a shell."""
     return shlex.join(["ilg-circuit", *(sys.argv[1:] if arguments is None else arguments)])

@@ -120,7 +120,7 @@ class Result:
         return {column.header: column.values for column in self.table()}
 
     def to_dataframe(self) -> DataFrame:
-        """Return the result's table as a pandas DataFrame, whose columns are named as those of a CSV file.
+        """Return the result's table as a pandas DataFrame, whose columns have the names of a CSV file.
 
         Returns
         -------
@@ -193,7 +193,7 @@ class Result:
         return whole
 
     def save(self, path: str | Path, *, size: Any = None, style: str | Path | None = None) -> None:
-        """Write the result; the suffix of ``path`` says as what. A file is replaced whole or not at all.
+        """Write the result in the format of the suffix of ``path``. A file is replaced whole or not at all.
 
         Parameters
         ----------
@@ -209,7 +209,7 @@ class Result:
         Raises
         ------
         InputError
-            The result cannot be written as what the suffix says, or the file cannot be written.
+            The result cannot be written in the format of the suffix, or the file cannot be written.
 
         Examples
         --------

@@ -118,7 +118,7 @@ def _with_point(text: str, what: str) -> str:
     if _THOUSANDS.match(text):
         number = match[0].strip()
         one, other = number.replace(",", "."), number.replace(",", "")
-        raise InputError(f"{what}: '{text}' may be {one} or {other}; write the one that is meant")
+        raise InputError(f"{what}: '{text}' may be {one} or {other}; write out the intended one")
     return f"{match[1] or 0}.{match[2]}{text[match.end() :]}"
 
 

@@ -260,7 +260,7 @@ def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:
 
 
 def series_sum(node: str, terms: Sequence[tuple[str, float]]) -> list[Element]:
-    """Return controlled sources in series from ``node`` to ground whose sum is that of ``terms``, see `Output`."""
+    """Return controlled sources in series from ``node`` to ground whose sum is the sum of ``terms``, see `Output`."""
     ends = [node, *(f"{node}_{k}" for k in range(1, len(terms))), GROUND]
     elements = []
     for k, (quantity, gain) in enumerate(terms):

@@ -85,7 +85,7 @@ def _charge(named: dict[str, Element], rate: str, filter_name: str) -> dict[str,
 
 
 def _held(named: dict[str, Element]) -> list[Element]:
-    """Return a resistor, far larger than those of the copy, from its voltage once nothing moves."""
+    """Return a resistor, far larger than the copy's, from its voltage in the steady state."""
     ends = [e for name, e in named.items() if e.role is Role.REFLECTION and name[0] == "C" and e.nodes[0][:4] == "ionx"]
     total = sum(e.value for e in ends if e.nodes[1] == GROUND)
     first = next(e for e in named.values() if e.role is Role.REFLECTION and e.nodes[0] == "copy")

@@ -1,4 +1,4 @@
-"""What every netlist handed out says of its origin, and how its lines are written."""
+"""Writes the origin of a netlist into its header, and formats its lines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TIGHT_OPTIONS = ".options reltol=1e-8 trtol=1 abstol=1e-12 vntol=1e-10 chgtol=1e
 #: Longest and first step that go with them, relative to the run; only later steps are controlled by their error.
 LONGEST_STEP = 2e-4
 FIRST_STEP = 1e-9
-#: What a header says of a netlist with inductors.
+#: Lines of the header of a netlist with inductors.
 INDUCTORS = (
     "LTspice puts 1 mohm into every inductor that does not say otherwise, which is not nothing here: append Rser=0 to",
     "     the lines that begin with L (LTspice alone reads it), or set the default in its control panel, Hacks:",

@@ -122,7 +122,7 @@ def strip_netlist(
 
     ``beam`` "dynamic" is the port EC (17) without simplification: beam compliance and mass, voltage reflected onto the
     electrical side. "static" is EC (26), (29): no mass, nothing reflected. None is the strip's own, `Actuator.beam`.
-    ``tip`` "clamped" holds the point L_F. ``band`` [Hz] is that of a ladder where the strip gives none. A nonlinear
+    ``tip`` "clamped" holds the point L_F. ``band`` [Hz] is a ladder's, if the strip gives none. A nonlinear
     strip starts at rest under ``rest`` [V]. Raises InputError for an unknown word, a load where there can be none, or a
     hanging strip that is nothing beside its weight.
     """
@@ -301,7 +301,7 @@ def _reflection(lumped: Elements, coupling: Coupling) -> list[Element]:
     """Return the reflection on the electrical side.
 
     The current k s d(s) F1 through a copy of Zp makes the voltage u1, which is in series with the port. F1 is the
-    voltage of node ``beam``. For a nonlinear ion path the copy is that of small signals near 0 V.
+    voltage of node ``beam``. For a nonlinear ion path the copy is linearised near 0 V.
     """
     role, gain = Role.REFLECTION, lumped.bending_ratio * FORCE_SCALE
     return [

@@ -1,4 +1,4 @@
-"""A netlist as text that is handed out: a deck or a subcircuit, which knows how to be saved and shown."""
+"""A netlist as text, a deck or a subcircuit, which can be saved and shown."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class SpiceText(str):
         return "".join(self)
 
     def with_provenance(self, provenance: Provenance) -> Self:
-        """Return the text with its origin in comments after the line that says what wrote it."""
+        """Return the text with its origin in comments after the title line."""
         text = str(self)
         place = text.index("\n", text.index("* written by ")) + 1
         added = "".join(f"* {plain(line)}\n" for line in provenance.lines()[1:])

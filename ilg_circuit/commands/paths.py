@@ -52,7 +52,7 @@ class OutputFile(click.Path):
         self.what, self.suffixes, self.bare, self.stdout = what, suffixes, bare, stdout
 
     def require(self, path: Path, option: str) -> None:
-        """Raise InputError for a path that cannot be written, or whose suffix says that it holds something else."""
+        """Raise InputError for a path that cannot be written, or whose suffix belongs to another kind of file."""
         if path == STDOUT:
             if self.stdout:
                 return
@@ -172,7 +172,7 @@ def _warnings_in_lines() -> Iterator[None]:
 
 
 def _take_look(context: click.Context, outputs: list[tuple[click.Parameter, Path]]) -> None:
-    """Take ``--size`` and ``--style`` from the options; `picture_look` returns what they say. Raises InputError."""
+    """Take ``--size`` and ``--style`` from the options; `picture_look` returns their values. Raises InputError."""
     size, style = (context.params.pop(name, None) for name in ("size", "style"))
     if size is None and style is None:
         return

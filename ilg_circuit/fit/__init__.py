@@ -1,5 +1,5 @@
-"""Least squares and its statistics, numbers only.
+"""Least-squares fits and their statistics, on numbers only.
 
 In: observations (numbers, and a function that predicts them) and starting values. Out: values, covariance, intervals,
-criteria, identifiability. May import: the ground floor alone (errors, units, files, arrays, findings).
+criteria, identifiability. May import: the top level only (errors, units, files, arrays, findings).
 """

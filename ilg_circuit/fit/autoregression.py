@@ -1,13 +1,13 @@
-"""Errors of a least-squares fit whose residuals are autocorrelated, by a first-order autoregression of them.
+"""Computes the errors of a least-squares fit with autocorrelated residuals, by a first-order autoregression.
 
-Every row of residuals (of spectra the real and the imaginary parts are two) is taken for noise of the correlation
-S = exp(-distance/length). The length is the one of greatest restricted likelihood (REML: by the part of the residuals
-that no parameter explains; the plain likelihood finds too short a length), the variance the one whose expectation the
-squares of the residuals are, and the covariance of the estimate, J the slopes, is (J^T J)^-1 J^T (sum of v S) J
-(J^T J)^-1. S^-1 is tridiagonal, so that all costs are proportional to the number of samples.
+Every row of residuals (a spectrum has two, real and imaginary parts) is modelled as noise with the correlation
+S = exp(-distance/length). The length maximises the restricted likelihood (REML, which uses the part of the residuals
+that no parameter explains; the plain likelihood gives too short a length). The variance is the moment estimate. The
+covariance of the estimate with slopes J is (J^T J)^-1 J^T (sum of v S) J (J^T J)^-1. S^-1 is tridiagonal, so that all
+costs are proportional to the number of samples.
 
-Distance is the index, an AR(1), or the place where the sample was taken (time for a record: after a gap it knows less
-of the one before), whichever has the greater likelihood. Where samples are evenly spaced these are the same.
+Distance is the difference of indices, as in an AR(1), or of the abscissae (time for a record: correlation decreases
+over a gap), whichever has the greater likelihood. For evenly spaced samples these are the same.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from .result import FitResult
 
 #: Longest correlation length, as a fraction of the row, that a row can determine.
 _LONGEST = 0.1
-#: Neighbours less far apart in lengths than this, and all of them, are independent: exp(-10).
+#: Distance of neighbours, in correlation lengths, above which they are independent: exp(-10).
 _SHORTEST = 0.1
-#: Unevenness of the distances below which places are as good as indices.
+#: Relative variation of the distances below which samples count as evenly spaced.
 _EVEN = 0.01
-#: Directions of the parameters that a row feels by less than this, of 1, are not its own to explain.
+#: Singular value, relative to 1, below which a row does not determine a direction of the parameters.
 _FELT = 1e-6
-#: Rows with fewer samples than this beyond their parameters say nothing of their correlation.
+#: Least number of samples beyond the parameters from which a row's correlation is estimated.
 _FEWEST = 8
 
 
@@ -37,8 +37,8 @@ _FEWEST = 8
 class Autoregression:
     """Covariance (n, n) of a fit's values, in their units, and degrees of freedom (n,) of the errors.
 
-    ``correlations`` are those of neighbours at the median distance, a row of residuals each; ``samples`` says how many
-    independent samples each row amounts to.
+    ``correlations`` are correlations of neighbours at the median distance, one per row of residuals; ``samples`` are
+    the effective numbers of independent samples of each row.
     """
 
     covariance: Array
@@ -55,9 +55,9 @@ class Autoregression:
 def autoregression(fit: FitResult) -> Autoregression:
     """Return the errors of ``fit`` by a first-order autoregression of each row of its residuals.
 
-    Degrees of freedom are the independent samples less the parameters that they determine, but no fewer than half of
-    the samples: the variance over long times, which is what matters to slopes longer than the correlation, has that
-    many by the information on the length alone. Those of several rows are joined as Satterthwaite's.
+    Degrees of freedom are the independent samples minus the parameters that they determine, but at least half of the
+    independent samples: the long-term variance, which determines the errors for slopes longer than the correlation, has
+    that many from the information on the length alone. Several rows are combined by Satterthwaite's formula.
     """
     size = np.linalg.norm(fit.slopes, axis=0)
     tangent, upper = np.linalg.qr(fit.slopes / size)
@@ -84,9 +84,9 @@ def autoregression(fit: FitResult) -> Autoregression:
 
 @dataclass(frozen=True)
 class Sequence:
-    """A row of samples that follow one another: their ``index`` (m,) among all, and candidate ``distances`` (m - 1,).
+    """A row of consecutive samples: their ``index`` (m,) among all, and candidate ``distances`` (m - 1,).
 
-    Distances are over their median.
+    Distances are divided by their median.
     """
 
     index: NDArray[np.intp]
@@ -94,7 +94,7 @@ class Sequence:
 
 
 def sequences(fit: FitResult) -> tuple[Sequence, ...]:
-    """Return the rows of residuals of ``fit``, each channel of each observation, in the order of their places."""
+    """Return the rows of residuals of ``fit``, one per channel of each observation, in the order of the abscissae."""
     found = []
     for observation, part in zip(fit.problem.observations, fit.problem.slices, strict=True):
         for index in np.split(np.arange(part.start, part.stop), observation.channels):
@@ -104,7 +104,7 @@ def sequences(fit: FitResult) -> tuple[Sequence, ...]:
 
 
 def _along(observation: Observation, count: int) -> tuple[NDArray[np.intp], tuple[Array, ...]]:
-    """Return the order of ``count`` samples along their places, and their distances by index and by place."""
+    """Return the order of ``count`` samples along the abscissa, and their distances by index and by abscissa."""
     even = np.ones(count - 1)
     places = np.asarray(observation.x, dtype=float)
     if places.shape != (count,):
@@ -138,7 +138,7 @@ class _Noise:
 
     @property
     def samples(self) -> float:
-        """Number of independent samples of as sure a mean."""
+        """Number of independent samples whose mean has the same variance."""
         ones = np.ones((len(self.steps) + 1, 1))
         return float(len(ones) ** 2 / self.correlated(ones).sum())
 
@@ -146,7 +146,7 @@ class _Noise:
 def _noise(residuals: Array, tangent: Array, candidates: tuple[Array, ...]) -> _Noise:
     """Return the noise of greatest restricted likelihood for a row of ``residuals`` (m,).
 
-    ``tangent`` (m, p) are the directions in which the parameters move it.
+    ``tangent`` (m, p) are the slopes of the row with respect to the parameters.
     """
     from scipy.optimize import minimize_scalar
 
@@ -174,14 +174,14 @@ def _noise(residuals: Array, tangent: Array, candidates: tuple[Array, ...]) -> _
 
 
 def _restricted(columns: Array, steps: Array) -> float:
-    """Return minus the restricted log likelihood, up to a constant, where neighbours correlate by ``steps`` (m - 1,).
+    """Return minus the restricted log likelihood, up to a constant, with correlations ``steps`` (m - 1,) of neighbours.
 
     ``columns`` (m, p + 1) are the directions of the parameters and, last, the residuals.
     """
     innovation = 1 - steps**2
     white = columns.copy()
     white[1:] = (columns[1:] - steps[:, None] * columns[:-1]) / np.sqrt(innovation)[:, None]
-    # the directions are orthonormal, and whitened by at most the longest correlation: their products lose no digit
+    # the directions are orthonormal and whitened with a bounded correlation, so that their products are accurate
     try:
         diagonal = np.diag(np.linalg.cholesky(white.T @ white))
     except np.linalg.LinAlgError:  # an exact record: its residuals are rounding, and may lie in the other directions
@@ -193,15 +193,15 @@ def _restricted(columns: Array, steps: Array) -> float:
 
 
 def _variances(residuals: list[Array], tangents: list[Array], spread: list[Array]) -> Array:
-    """Return the variance of each row for which the expected sums of squares are those of its residuals.
+    """Return the variances of the rows for which the expected sums of squares equal the residuals'.
 
     With residuals (1 - Q Q^T) e, the expectation in row s is v_s (m_s - 2 tr H_s) + sum of v_t tr(Q_s^T Q_s H_t) over
-    all t, H = Q^T S Q: of one row v (m - tr H).
+    all t, H = Q^T S Q; for a single row it is v (m - tr H).
     """
     grams = [q.T @ q for q in tangents]
     counts = np.array([len(r) for r in residuals], dtype=float)
     squares = np.array([float(r @ r) for r in residuals])
     expected = np.array([[float((g * h).sum()) for h in spread] for g in grams])
     expected += np.diag(counts - 2 * np.array([float(np.trace(h)) for h in spread]))
-    # in a row that another row's noise moves more than its own this may leave nothing: its residuals are there
+    # the estimate may be zero in a row that is dominated by another row's noise: its residuals are a lower limit
     return np.maximum(np.linalg.solve(expected, squares), squares / counts)

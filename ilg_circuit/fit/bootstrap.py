@@ -1,9 +1,8 @@
-"""Block bootstrap, to first order: uncertainty where residuals are autocorrelated.
+"""Block bootstrap, to first order: uncertainty with autocorrelated residuals.
 
-Blocks of residuals are drawn with replacement and put in place of the residuals; what they do to the parameters is
-their projection on the model's slopes at the fit, by the coordinates (logarithms), so that no draw needs a fit of its
-own. Blocks keep the correlation that independent draws, and the covariance s^2 (J^T J)^-1, take no notice of (Politis
-and Romano 1992).
+Blocks of residuals are drawn with replacement in place of the residuals. Their effect on the parameters is computed by
+projection on the model's slopes at the fit, in the coordinates (logarithms), so that no draw needs a new fit. Blocks
+preserve the correlation that independent draws, and the covariance s^2 (J^T J)^-1, neglect (Politis and Romano 1992).
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ SEED = 20190412
 
 @dataclass(frozen=True)
 class Bootstrap:
-    """Of a fit's parameters (n,), in their units: ``errors``, 95 % ``intervals`` (n, 2), and their ``covariance``.
+    """Bootstrap ``errors``, 95 % ``intervals`` (n, 2) and ``covariance`` of a fit's parameters (n,), in their units.
 
     ``block`` is the length of the blocks, the longest of several observations.
     """
@@ -34,7 +33,7 @@ class Bootstrap:
 
 
 def block_bootstrap(fit: FitResult, draws: int = DRAWS, seed: int = SEED) -> Bootstrap:
-    """Return the circular block bootstrap of ``fit``; linear terms take part and are left out of the result.
+    """Return the circular block bootstrap of ``fit``; linear terms are included but not returned.
 
     Each observation is drawn from its own residuals.
     """
@@ -46,7 +45,7 @@ def block_bootstrap(fit: FitResult, draws: int = DRAWS, seed: int = SEED) -> Boo
     for which, part in enumerate(fit.problem.slices):
         residuals = fit.residuals[part]
         length = len(residuals)
-        # a fit's residuals are smaller than the noise by the degrees of freedom that it took
+        # corrects for the degrees of freedom: a fit's residuals are smaller than the noise
         growth = np.sqrt(length / max(length - fit.leverage[which], 1))
         rng = np.random.default_rng([seed, which] if which else seed)
         centred = growth * (residuals - residuals.mean())

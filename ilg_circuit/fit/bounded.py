@@ -1,7 +1,7 @@
-"""A quantity that the data hardly determine but that is known to lie between bounds, such as a step's onset.
+"""Profile likelihood of a quantity that is known to lie between bounds, such as a step's onset.
 
-Its profile likelihood over the closed interval says how far each fitted parameter moves with it. Nothing is assumed of
-where in the interval it lies.
+The data hardly determine such a quantity. Its profile over the closed interval gives the change of each fitted
+parameter with it, without a prior within the interval.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from .fitting import fit
 from .problem import Problem
 from .result import FitResult
 
-#: Number of places tried first, and in each refinement where the likelihood distinguishes them; number of refinements.
+#: Number of places at first, and in each refinement if the likelihood distinguishes them; number of refinements.
 _FIRST, _CLOSER, _LOOKS = 5, 9, 6
-#: Looks where a place to begin from is enough.
+#: Number of refinements for a starting value only.
 _ROUGH_LOOKS = 2
-#: Places whose deviances differ by less are equally likely.
+#: Difference of deviances below which places are equally likely.
 _FLAT = 0.3
 #: Square of the normal quantile of 95 %.
 _LEVEL = 3.84
-#: A place nearer than this part of the bounds is the same.
+#: Distance below which two places are the same, relative to the bounds.
 _CLOSE = 1e-3
-#: Tolerance of the fits on the way.
+#: Tolerance of the intermediate fits.
 _TOLERANCE = 1e-9
-#: Step of a coordinate by which what follows from it is differentiated.
+#: Step of a coordinate for the derivatives of derived quantities.
 _STEP = 1e-5
-#: Gauss-Newton steps at most, and the part of a standard error below which a step ends them.
+#: Largest number of Gauss-Newton steps, and the step in standard errors that ends them.
 _STEPS, _SETTLED = 25, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class BoundedProfile:
-    """The profile over ``places`` (g,), ascending, of a quantity between the first and the last of them.
+    """The profile of a quantity over ``places`` (g,), its values in ascending order.
 
-    ``deviance`` (g,) is -2 log(likelihood) above its least value, on independent samples; ``coordinates`` (g, n) are
-    those of the fit's parameters, ``covariances`` (g, n, n) theirs there, but for one factor.
+    ``deviance`` (g,) is -2 log(likelihood) above its minimum, on independent samples; ``coordinates`` (g, n) are the
+    fit's parameters at each place, ``covariances`` (g, n, n) their covariances up to a common factor.
     """
 
     places: Array
@@ -57,7 +57,7 @@ class BoundedProfile:
         return self._end(inside[0], -1, low), self._end(inside[-1], 1, high)
 
     def _end(self, k: int, side: int, place: float) -> float:
-        """Return where the deviance reaches the quantile beyond place ``k``, by a straight line."""
+        """Return the place beyond place ``k`` where the deviance reaches the quantile, by linear interpolation."""
         if not 0 <= k + side < len(self.places):
             return place
         share = (_LEVEL - self.deviance[k]) / (self.deviance[k + side] - self.deviance[k])
@@ -65,11 +65,11 @@ class BoundedProfile:
 
     @property
     def middle(self) -> float:
-        """The middle of what is admitted: where the quantity is taken to lie."""
+        """The middle of the admitted interval, which is taken as the estimate."""
         return sum(self.admitted) / 2
 
     def knowing(self, place: float, coordinates: Array) -> BoundedProfile:
-        """Return the profile with ``coordinates`` (n,) at a ``place`` among the others, where a fit was made."""
+        """Return the profile with the ``coordinates`` (n,) of a further fit at a ``place``."""
         k, deviance = int(np.searchsorted(self.places, place)), np.interp(place, self.places, self.deviance)
         if place in self.places:
             return replace(self, coordinates=np.vstack([self.coordinates[:k], coordinates, self.coordinates[k + 1 :]]))
@@ -81,17 +81,17 @@ class BoundedProfile:
         )
 
     def of(self, quantities: Callable[[Array], Array]) -> BoundedProfile:
-        """Return the profile of ``quantities`` (g, m) that follow from the coordinates (g, n)."""
+        """Return the profile of ``quantities`` (g, m) derived from the coordinates (g, n)."""
         x, steps = self.coordinates, _STEP * np.eye(self.coordinates.shape[1])
         slopes = np.stack([(quantities(x + s) - quantities(x - s)) / (2 * _STEP) for s in steps], axis=1)
         covariances = slopes.transpose(0, 2, 1) @ self.covariances @ slopes
         return BoundedProfile(self.places, self.deviance, quantities(x), covariances)
 
     def reach(self, errors: Array, quantile: Array) -> tuple[Array, Array]:
-        """Return how far intervals reach below and above the coordinates at the `middle` (n,), of standard ``errors``.
+        """Return the lengths of intervals below and above the coordinates at the `middle` (n,), with their ``errors``.
 
-        ``quantile`` (n,) is Student's. The interval is that of the profile likelihood of both; ``errors`` are those at
-        the middle, and elsewhere in proportion to the square roots of the covariances' diagonals.
+        ``quantile`` (n,) is Student's. The intervals follow from the joint profile likelihood; ``errors`` are standard
+        errors at the middle, scaled elsewhere by the square roots of the covariances' diagonals.
         """
         sizes = np.sqrt(np.diagonal(self.covariances, axis1=1, axis2=2))
         at_middle = _between(self.places, sizes, self.middle)
@@ -106,13 +106,13 @@ class BoundedProfile:
 
     @property
     def range(self) -> Array:
-        """Changes (n,) of the coordinates from one end of what is admitted to the other."""
+        """Changes (n,) of the coordinates from one end of the admitted interval to the other."""
         low, high = (_between(self.places, self.coordinates, x) for x in self.admitted)
         return high - low
 
 
 def _between(places: Array, rows: Array, place: float) -> Array:
-    """Return the one of ``rows`` (g, ...) at ``places`` (g,), ascending, that belongs to a ``place`` between them."""
+    """Return ``rows`` (g, ...) at ascending ``places`` (g,) interpolated at a ``place``."""
     k = int(np.clip(np.searchsorted(places, place), 1, len(places) - 1)) if len(places) > 1 else 0
     if not k:
         return np.asarray(rows[0])
@@ -132,9 +132,9 @@ def profile_bounded(
 ) -> BoundedProfile:
     """Return the profile over a quantity within ``bounds``.
 
-    ``found`` is the fit with it at ``start``, ``at`` makes the problem with it elsewhere; ``moved`` are the
-    observations whose residuals tell where it is. A ``costly`` problem is tried at the ends only; ``looks`` is how
-    often a closer look is taken at most.
+    ``found`` is the fit with the quantity at ``start``; ``at`` returns the problem with another value; ``moved`` are
+    the observations whose residuals determine it. A ``costly`` problem is solved at the ends only; ``looks`` is the
+    largest number of refinements.
     """
     trial = _Trial(found, at, moved)
     trial.at(start)
@@ -155,21 +155,21 @@ def profile_bounded(
 
 
 def likeliest(found: FitResult, at: Callable[[float], Problem], bounds: tuple[float, float]) -> float:
-    """Return the value at which a quantity of one observation is taken; ``found`` is the fit with it at 0.
+    """Return the estimate of a quantity of one observation; ``found`` is the fit with the quantity at 0.
 
-    It is the middle of the admitted values, or 0 if that is near; arguments as in `profile_bounded`.
+    The estimate is the middle of the admitted values, or 0 if that is near; arguments as in `profile_bounded`.
     """
     middle = profile_bounded(found, at, bounds, (0,), looks=_ROUGH_LOOKS).middle
     return middle if abs(middle) > _CLOSE * (bounds[1] - bounds[0]) else 0.0
 
 
 def matters(profile: BoundedProfile, errors: Array, share: float = 0.2) -> Mask:
-    """Return the parameters (n,) that what is admitted moves by more than a ``share`` of their ``errors``."""
+    """Return the parameters (n,) that change by more than a ``share`` of their ``errors`` over the admitted values."""
     return np.asarray(np.abs(profile.range) > share * errors)
 
 
 class _Trial:
-    """Fits of one problem with a quantity at one place after another, each begun at the nearest one before."""
+    """Fits of one problem with a quantity at successive places, each started from the nearest earlier one."""
 
     def __init__(self, found: FitResult, at: Callable[[float], Problem], moved: Sequence[int]) -> None:
         self._found, self._at = found, at
@@ -199,9 +199,9 @@ class _Trial:
         self._places[place] = (sum(s / v * share for s, v, share in pairs), x)
 
     def _fitted(self, problem: Problem, start: Array) -> tuple[Array, Array]:
-        """Return coordinates (n,) and residuals of the fit: by Gauss-Newton steps with the slopes of the first fit.
+        """Return coordinates (n,) and residuals of the fit, by Gauss-Newton steps with the slopes of the first fit.
 
-        These need one prediction each, and are few since the fit lies near; where they do not settle it is fitted.
+        Each step needs one prediction, and few are needed near the minimum. If they do not converge, a full fit is run.
         """
         x, before = start, np.inf
         for _ in range(_STEPS):
@@ -220,7 +220,7 @@ class _Trial:
         return np.asarray(np.linalg.solve(self._normal, self._slopes @ residuals) / self._sizes)
 
     def profile(self) -> BoundedProfile:
-        """Return the profile; covariances are those of the admitted places, of others the nearest one's."""
+        """Return the profile; covariances are computed at admitted places, and copied from the nearest for others."""
         places, deviance, coordinates = self.table
         inside = np.flatnonzero(deviance <= _LEVEL)
         known = np.unique(inside[[0, len(inside) // 2, -1]])
@@ -239,7 +239,7 @@ class _Trial:
     def table(self) -> tuple[Array, Array, Array]:
         places = sorted(self._places)
         if not places:
-            raise SolveError("the model cannot be fitted wherever an onset or a clock is taken to lie")
+            raise SolveError("the model cannot be fitted with any admitted onset or clock")
         deviance = np.array([self._places[x][0] for x in places])
         least = float(deviance.min())
         # in units of the variance at the best place

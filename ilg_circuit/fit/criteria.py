@@ -10,13 +10,13 @@ import numpy as np
 
 from ..arrays import Array
 
-#: Neighbouring residuals that correlate by more than this are a structure, not noise.
+#: Correlation of neighbouring residuals above which they are a structure, not noise.
 _CORRELATED = 0.3
 
-#: Independent samples at least.
+#: Least number of independent samples.
 _FEWEST = 5.0
 
-#: Windows a decade of time, and decades, in a table of residuals.
+#: Windows per decade of time, and number of decades, in a table of residuals.
 _WINDOWS_A_DECADE, _DECADES = 2, 3
 
 
@@ -34,13 +34,13 @@ class ResidualWindow:
 
 
 def _edges(last: float) -> list[float]:
-    """Return the edges [s] of windows even by the logarithm of time, from the onset to ``last`` [s]."""
+    """Return the edges [s] of windows evenly spaced in log time, from the onset to ``last`` [s]."""
     powers = np.arange(_WINDOWS_A_DECADE * _DECADES, 0, -1) / _WINDOWS_A_DECADE
     return [0.0, *(last / 10**powers).tolist(), last]
 
 
 def residual_windows(time: Array, residuals: Array, last: float) -> tuple[ResidualWindow, ...]:
-    """Return the residuals in windows of equal logarithm of time to ``last`` [s], so that the fast part counts."""
+    """Return the residuals in windows evenly spaced in log time to ``last`` [s], so that the fast part has weight."""
     after = time >= 0
     t, rest = time[after], residuals[after]
     rows = []
@@ -54,7 +54,7 @@ def residual_windows(time: Array, residuals: Array, last: float) -> tuple[Residu
 def parts_by_time(time: Array, residuals: Array) -> list[Array]:
     """Return the residuals before the onset, and those since in the windows of `residual_windows`, without empty ones.
 
-    What a model leaves changes with the logarithm of time: fast at first, slowly at the end.
+    Residuals from model errors vary with the logarithm of time: fast at first, slowly at the end.
     """
     inner = _edges(float(time[-1]))[1:-1]
     parts = np.split(residuals, np.searchsorted(time, [0.0, *inner]) if time[-1] > 0 else [])
@@ -81,7 +81,7 @@ def structured(residuals: Array) -> bool:
 
 
 def effective_samples(residuals: Array) -> float:
-    """Return the number of independent samples that residuals with this autocorrelation amount to (AR(1))."""
+    """Return the effective number of independent samples of autocorrelated residuals (AR(1))."""
     correlation = min(max(autocorrelation(residuals), 0.0), 0.999)
     return max(len(residuals) * (1 - correlation) / (1 + correlation), 5.0)
 
@@ -100,8 +100,8 @@ def independent_samples(residuals: Array, channels: int = 1) -> float:
 def integrated_time(residuals: Array) -> float:
     """Return the integrated autocorrelation time in samples, 1 + 2 sum of the autocorrelations, at least 1.
 
-    About zero, which residuals should be about: an offset is a structure. The sum ends by Geyer's initial monotone
-    sequence (Geyer 1992): sums of two lags, as long as they are positive, none larger than the one before.
+    Autocorrelations are taken about zero, since an offset of residuals is a structure. The sum is truncated by Geyer's
+    initial monotone sequence (Geyer 1992): sums of two lags while they are positive, limited by the previous one.
     """
     samples = len(residuals)
     size = 1 << (2 * samples - 1).bit_length()
@@ -117,8 +117,8 @@ def integrated_time(residuals: Array) -> float:
 def samples_for_bic(parts: Sequence[Array]) -> float:
     """Return the number of independent samples, n over the `integrated_time`, of stationary ``parts`` of residuals.
 
-    Parts are real and imaginary ones, or `parts_by_time`. All count whose neighbours correlate by no more than chance,
-    three standard errors. No fewer than `_FEWEST`, so that a criterion keeps a penalty.
+    Parts are real and imaginary ones, or `parts_by_time`. All samples count in a part whose autocorrelation is within
+    three standard errors of zero. The number is at least `_FEWEST`, so that a criterion keeps a penalty.
     """
     samples = sum(map(len, parts))
     power = sum(float(part @ part) for part in parts)
@@ -129,7 +129,7 @@ def samples_for_bic(parts: Sequence[Array]) -> float:
 
 
 def likelihood(residuals: Array) -> float:
-    """Return -2 log(likelihood) of normal residuals at their best variance, up to a constant: m log(squares/m)."""
+    """Return -2 log(likelihood) of normal residuals with the variance maximised, up to a constant: m log(squares/m)."""
     samples = len(residuals)
     return float(samples * np.log(max(float(residuals @ residuals), np.finfo(float).tiny) / samples))
 

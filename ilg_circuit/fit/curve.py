@@ -1,9 +1,9 @@
-"""Least squares for any curve: y = model(x, *parameters), with standard errors, or an error rather than a guess.
+"""Least-squares fits of any curve y = model(x, *parameters), with standard errors.
 
-The parameters that enter linearly are found by trial and eliminated wherever a start is sought (variable projection,
-Golub and Pereyra 1973); fits then run from the given start and from the best of many others scattered around it, over
-decades if need be. What is returned was reached from at least two starts and is a minimum by its gradient; a curve
-that has none, or hides it, raises SolveError.
+Parameters that enter linearly are detected and eliminated in the search for starts (variable projection, Golub and
+Pereyra 1973). Fits then run from the given start and from the best of many others scattered around it, over decades if
+necessary. The result was reached from at least two starts and is a minimum by its gradient; otherwise SolveError is
+raised.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from .parameter import Parameter
 from .problem import Problem
 from .result import FitResult
 
-#: Relative step of central differences: rounding and truncation then cost about as much.
+#: Relative step of central differences, at which rounding and truncation errors are similar.
 _STEP = 6e-6
-#: Starts tried (scattered, their sums of squares compared) for each nonlinear parameter, and fits run from the best.
+#: Number of scattered starts per nonlinear parameter whose sums of squares are compared; number of fits from the best.
 _SCATTERED, _FITS = 60, 8
 _ROUNDS = 5
 #: Decades within which scattered starts lie about the given one, in each round.
@@ -96,14 +96,15 @@ def fit_curve(
     best = found.best
     if best.degenerate:
         raise SolveError(
-            "the fit ran away or two parameters act alike: the data do not determine every parameter of this curve"
+            "the fit diverged or two parameters have the same effect: the data do not determine every parameter of "
+            "this curve"
         )
     if not best.converged:
         raise SolveError(f"the fit did not converge from {len(found.runs)} starts; give a better one")
     if found.agreeing < 2:
         raise SolveError(
-            f"the best of {len(found.runs)} fits was not reached a second time: it may not be the least; give a "
-            "better start"
+            f"the best of {len(found.runs)} fits was not reached a second time: it may not be the global minimum; "
+            "give a better start"
         )
     p = _nearest(found, own, curve.start)
     labels = tuple(names) or tuple(f"b{k}" for k in range(1, len(p) + 1))
@@ -139,7 +140,7 @@ class _Curve:
         self.data = self._flat(self.y) / self.sigma
         if len(self.data) <= len(start):
             raise InputError(f"{len(self.data)} numbers do not determine {len(start)} parameters; more are needed")
-        # the residual of rounding in y and in the model
+        # residual due to rounding of y and of the model
         self.rounding = float(len(self.data) * (2 * np.finfo(float).eps * np.abs(self.data).max(initial=0.0)) ** 2)
         self.curve(start, check=True)
 
@@ -169,7 +170,7 @@ class _Curve:
         return self.jacobian(p) * self.sigma[:, None]
 
     def curve(self, p: Array, check: bool = False) -> Array:
-        """Return the weighted model (m,), NaN where it has no value."""
+        """Return the weighted model (m,), NaN where it is not defined."""
         try:
             with np.errstate(all="ignore"):
                 value = np.asarray(self._model(self._x, *p.tolist()))
@@ -190,13 +191,13 @@ class _Curve:
         return self.curve(p) - self.data
 
     def structured(self, p: Array) -> bool:
-        """Return True if residuals are autocorrelated along x, or in the order given where x is no row of numbers."""
+        """Return True if residuals are autocorrelated along x, or in the given order if x is not numeric."""
         x = np.asarray(self._x)
         order = np.argsort(x, kind="stable") if x.shape == self.y.shape else np.arange(len(self.y))
         return any(structured(part[order]) for part in np.split(self.residuals(p), self._channels))
 
     def jacobian(self, p: Array) -> Array:
-        """Return the central differences; each step fits the length over which the curve changes by its own size."""
+        """Return central differences with steps adapted to the scale on which the curve varies."""
         columns = []
         here = self.curve(p)
         size = float(np.linalg.norm(here)) if (np.abs(here) < HUGE).all() else 1.0
@@ -204,7 +205,7 @@ class _Curve:
             usual = _STEP * (abs(self.start[k]) or 1.0)
             step = _STEP * abs(p[k]) or usual
             column, slope = self._slope(p, k, step)
-            while not slope and step < usual:  # too short to be felt
+            while not slope and step < usual:  # too short to have an effect
                 step = min(1e3 * step, usual)
                 column, slope = self._slope(p, k, step)
             if slope > 0:
@@ -215,7 +216,7 @@ class _Curve:
         return np.column_stack(columns)
 
     def _slope(self, p: Array, k: int, step: float) -> tuple[Array, float]:
-        """Return the derivative by parameter k, and its size (zero where it has none)."""
+        """Return the derivative with respect to parameter k, and its size (zero if it has no effect)."""
         ahead, behind = p.copy(), p.copy()
         ahead[k] += step
         behind[k] -= step
@@ -224,7 +225,7 @@ class _Curve:
         return column, float(np.linalg.norm(column)) if (np.abs(column) < HUGE).all() else 0.0
 
     def linear(self, random: np.random.Generator) -> list[int]:
-        """Return parameters in which the curve is affine, together: by second and mixed differences at a few points."""
+        """Return parameters in which the curve is jointly affine, by second differences at a few points."""
         chosen: list[int] = []
         for k in range(len(self.start)):
             if all(self._affine(k, j, random) for j in [*chosen, k] for _ in range(2)):
@@ -262,10 +263,10 @@ class _Curve:
 
 
 def _searched(curve: _Curve, random: np.random.Generator) -> tuple[Search, Run]:
-    """Return the fits from the start (whose own run is the second answer) and from ever more scattered ones.
+    """Return the fits from all starts, with increasing scatter, and the run from the given start.
 
-    They end when two rounds had the same best, reached twice; where its residuals are autocorrelated, as those of a
-    merely local minimum are, not before all rounds.
+    The search ends when two rounds give the same best minimum, reached twice. All rounds are run if its residuals are
+    autocorrelated, as they are at a local minimum.
     """
     linear = curve.linear(random)
     free = [k for k in range(len(curve.start)) if k not in linear]
@@ -291,7 +292,7 @@ def _searched(curve: _Curve, random: np.random.Generator) -> tuple[Search, Run]:
 def _scattered(
     curve: _Curve, centre: Array, linear: list[int], free: list[int], random: np.random.Generator, count: int
 ) -> list[Array]:
-    """Return the best ``count`` of many starts around ``centre``, no two of them alike."""
+    """Return the best ``count`` distinct starts of many around ``centre``."""
     candidates: list[tuple[float, Array]] = []
     for k in range(_SCATTERED * max(len(free), 1)):
         decades = _DECADES[k % len(_DECADES)]
@@ -317,7 +318,7 @@ def _scattered(
 
 
 def _nearest(found: Search, own: Run, start: Array) -> Array:
-    """Return, of equal minima (exchanged terms, a sign), the start's ``own``, else the one nearest to the start."""
+    """Return the run ``own`` if it is among equal minima (exchanged terms, a sign), else the nearest to the start."""
     equal = found.runs[: found.agreeing]
     if any(run is own for run in equal):
         return own.parameters

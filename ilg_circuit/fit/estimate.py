@@ -1,4 +1,4 @@
-"""Estimates: a fitted or derived quantity with its unit and how far it can be trusted."""
+"""Estimates: fitted or derived quantities with units, standard errors and intervals."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class Estimate:
 
     @property
     def interval(self) -> Interval | None:
-        """The 95 % interval that is reported; None of what was held or is undetermined."""
+        """The reported 95 % interval; None for a quantity that was held or is not determined."""
         return None if self.stderr is None or self.ci95 is None else self.reported[1]
 
     @property
@@ -115,7 +115,7 @@ class Estimate:
         return f"<Estimate {value}, standard error {error}, 95 % interval {ends}>"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the entry of fit.json; an end of an interval that is open is null."""
+        """Return the entry of fit.json; an open end of an interval is null."""
         entry: dict[str, Any] = {
             "value": self.value,
             "stderr": self.stderr,
@@ -138,7 +138,7 @@ class Estimate:
 
 
 class Estimates(dict[str, Estimate]):
-    """Estimates by name; a name that is not there is an InputError which lists those that are."""
+    """Estimates by name; a missing name raises InputError, which lists the names."""
 
     def __missing__(self, name: str) -> Estimate:
         raise unknown_name("parameter", str(name), self)
@@ -154,8 +154,8 @@ class Estimated:
     def __getitem__(self, name: str) -> Estimate:
         """Return the estimate of that name, with ``value``, ``stderr``, ``interval`` and ``unit``.
 
-        ``stderr`` is the reported one, which allows for autocorrelated residuals. Raises InputError, which lists names,
-        for one that there is not.
+        ``stderr`` is the reported one, which allows for autocorrelated residuals. Raises InputError, which lists the
+        names, for a missing name.
 
         >>> import numpy as np
         >>> from ilg_circuit.fit.curve import fit_curve
@@ -177,7 +177,7 @@ class Estimated:
             yield from found
 
     def table(self) -> tuple[Column, ...]:
-        """Return a row an estimate."""
+        """Return one row per estimate."""
         return estimate_table(self.estimate_tables())
 
 

@@ -1,7 +1,7 @@
-"""Fits of a problem: lmfit descends, the end is tested, and the covariance is made.
+"""Fits a problem by lmfit, tests the minimum, and computes the covariance.
 
-A fit counts only where it stands at a minimum (relative offset, see `minimise`) and every parameter is felt; everything
-else is an error.
+A fit is accepted only at a minimum (relative offset, see `minimise`) where the data determine every parameter;
+otherwise an error is raised.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from .problem import RAN_AWAY, Evaluation, Problem, Progress
 from .result import FitResult
 
 MOST_EVALUATIONS = 200
-#: A logarithm that leaves this distance from its start has run away: the data do not hold it.
+#: Largest distance of a logarithm from its start; beyond it the fit has diverged.
 _RUNAWAY = 12.0
-#: Relative offset of a fit that has converged: its parameters are within this part of their standard errors.
+#: Largest relative offset of a converged fit: distance of the parameters from the minimum in standard errors.
 _OFFSET = 1e-2
-#: Or the next step would move no logarithm by more: data without noise, met to the solver's accuracy.
+#: Largest next step of a logarithm that also counts as converged, for data without noise.
 _CLOSE = 1e-6
-#: Condition of the Jacobian, its columns of equal length, beyond which two parameters act alike.
+#: Condition of the Jacobian, its columns of equal length, above which two parameters have the same effect.
 _CONDITION = 1e9
-#: Parameters with this share of the direction that the data do not feel are named.
+#: Least share of a parameter in the undetermined direction for it to be named.
 _SHARE = 0.3
-#: A fit that begins at the first-order answer of leaving an observation out moves no logarithm further at first.
+#: Largest first step of a logarithm in a leave-one-out fit, which starts from the first-order estimate.
 _LONGEST_STEP = 1.0
 #: Gauss-Newton steps of a fit near its minimum, and the relative offset that ends them.
 _NEAR_STEPS, _NEAR_OFFSET = 8, 1e-7
-#: Relative change of the sum of squares at which the fit of all observations but some ends.
+#: Relative change of the sum of squares that ends a leave-one-out fit.
 _LEFT_OUT = 1e-8
 
 
@@ -43,7 +43,7 @@ def fit(problem: Problem, start: Array, progress: Progress = None, tolerance: fl
     """Return the fit of ``problem`` from values ``start`` (n,), in the order of its labels.
 
     ``tolerance`` is the relative change of the sum of squares at which the descent ends. Observations that share no
-    parameter are fitted by themselves.
+    parameter are fitted separately.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def fit(problem: Problem, start: Array, progress: Progress = None, tolerance: fl
 def fit_near(problem: Problem, start: Array, progress: Progress = None) -> FitResult:
     """Return the fit of ``problem`` from values ``start`` (n,) near its minimum, by few Gauss-Newton steps.
 
-    They need less memory than a descent, which takes their place where they do not end. Raises SolveError as `fit`.
+    The steps need less memory than a descent, which is used if they do not converge. Raises SolveError as `fit`.
     """
     if len(problem.components()) > 1:
         return fit(problem, start, progress)
@@ -103,9 +103,9 @@ def fit_data(
 
 
 def fit_without(found: FitResult, left_out: Sequence[int], progress: Progress = None) -> FitResult:
-    """Return the fit of all observations but ``left_out``, begun where the slopes say that it ends.
+    """Return the fit of all observations except ``left_out``, started from the first-order estimate by the slopes.
 
-    Raises SolveError where the others do not determine every parameter.
+    Raises SolveError if the others do not determine every parameter.
     """
     problem = found.problem
     rest = problem.of([k for k in range(len(problem.observations)) if k not in left_out])
@@ -161,11 +161,11 @@ def finished(
 ) -> FitResult:
     """Return the result at coordinates ``x`` (n,), with its covariance.
 
-    ``residuals`` (samples,) and ``slopes`` (samples, n + q) by coordinates and amounts are over the sigmas. Every
-    observation has a variance of its own, its sum of squares over its degrees of freedom; with J = Q R the covariance
-    is R^-1 (sum of v_k Q_k^T Q_k) R^-T, for one observation s^2 (J^T J)^-1. Degrees of freedom of each error are
-    Satterthwaite's. ``variance`` states the variance instead. The covariance is NaN where the condition of the slopes,
-    columns of equal length, exceeds ``singular``.
+    ``residuals`` (samples,) and ``slopes`` (samples, n + q) with respect to coordinates and linear coefficients are
+    divided by the sigmas. Every observation has a separate variance, its sum of squares over its degrees of freedom;
+    with J = Q R the covariance is R^-1 (sum of v_k Q_k^T Q_k) R^-T, for one observation s^2 (J^T J)^-1. Degrees of
+    freedom of each error are Satterthwaite's. ``variance``, if given, is used instead. The covariance is NaN if the
+    condition of the slopes, columns of equal length, exceeds ``singular``.
     """
     size = np.linalg.norm(slopes, axis=0)
     single = len(problem.observations) == 1
@@ -242,7 +242,7 @@ def assembled(problem: Problem, groups: Sequence[Sequence[int]], parts: Sequence
 
 
 def composed(problem: Problem, parts: Sequence[FitResult]) -> FitResult:
-    """Return the result of ``problem``, each of whose components is the problem of one of ``parts``."""
+    """Return the result of ``problem``, whose components are the problems of ``parts``."""
     groups = problem.components()
     by_labels = {frozenset(part.labels): part for part in parts}
     chosen = [by_labels[frozenset(problem.of(group).labels)] for group in groups]
@@ -250,12 +250,12 @@ def composed(problem: Problem, parts: Sequence[FitResult]) -> FitResult:
 
 
 def with_starts(found: FitResult, starts: StartSummary) -> FitResult:
-    """Return the fit with word of how many starts led to it."""
+    """Return the fit with a summary of its starts."""
     return replace(found, starts=starts)
 
 
 def require_near(problem: Problem, x: Array, origin: Array) -> None:
-    """Raise SolveError where coordinates (n,) have run away from their ``origin``, by name."""
+    """Raise SolveError, with names, if coordinates (n,) have diverged from their ``origin``."""
     far = (np.abs(x - origin) > _RUNAWAY) & ~problem.scales.free
     lost = [label for label, away in zip(problem.labels, far, strict=True) if away]
     if lost:
@@ -263,20 +263,22 @@ def require_near(problem: Problem, x: Array, origin: Array) -> None:
 
 
 def _require_converged(problem: Problem, slope: Array, residuals: Array, tolerance: float, done: Evaluation) -> float:
-    """Return the relative offset of a fit that stands at a minimum.
+    """Return the relative offset of a fit at a minimum.
 
-    Raises SolveError where it does not: it ended early, on a plain, or where two parameters act alike.
+    Raises SolveError elsewhere: if the fit ended early, on a plateau, or where two parameters have the same effect.
     """
     size = np.linalg.norm(slope, axis=0)
     unfelt = [label for label, felt in zip(problem.labels, size, strict=False) if not felt > 0]
     if unfelt:
-        raise SolveError(f"the data do not determine every parameter of this model: {', '.join(unfelt)} is not felt")
+        raise SolveError(
+            f"the data do not determine every parameter of this model: {', '.join(unfelt)} has no effect on them"
+        )
     step, offset, condition = gauss_newton(slope, residuals)
     if not condition < _CONDITION:
         *others, last = acting_alike(slope, problem.labels)
         alike = f"{', '.join(others)} and {last}" if others else last
-        raise SolveError(f"the data do not determine every parameter of this model: {alike} act alike")
-    # a fit told to end early may end as far from the minimum as its tolerance allows
+        raise SolveError(f"the data do not determine every parameter of this model: {alike} have the same effect")
+    # with a loose tolerance a fit may end farther from the minimum
     limit = max(_OFFSET, 10 * float(np.sqrt(tolerance * len(residuals) / len(size))))
     if offset > limit and np.abs(step[: len(problem.labels)]).max(initial=0.0) > _CLOSE:
         if done.unsolved:
@@ -290,7 +292,7 @@ def _require_converged(problem: Problem, slope: Array, residuals: Array, toleran
 
 
 def acting_alike(slope: Array, labels: Sequence[str]) -> tuple[str, ...]:
-    """Return the parameters, at least two, of the direction that ``slope`` (samples, parameters first) feels least."""
+    """Return the parameters, two or more, of the direction with the least effect by ``slope`` (samples, parameters)."""
     direction = np.abs(np.linalg.svd(slope / np.linalg.norm(slope, axis=0))[2][-1])
     felt = direction[: len(labels)]
     chosen = felt >= min(_SHARE, float(np.sort(felt)[-min(2, len(felt))]))

@@ -1,8 +1,8 @@
-"""Identifiability: whether data determine the parameters of a fit, by rank, condition, standard errors, open profiles.
+"""Tests identifiability: whether data determine a fit's parameters, by rank, condition, errors and open profiles.
 
-The sensitivities, by the logarithms and in units of the residuals' standard deviation, say how far every direction of
-the parameters is felt: a singular value s has the standard error 1/s. Their rank counts the directions known to better
-than a factor of e; the condition number, columns of equal length, tells how nearly alike parameters act.
+The singular values s of the sensitivities, with respect to logarithms and in units of the residuals' standard
+deviation, correspond to standard errors 1/s of directions of the parameters. The rank is the number of directions
+determined to better than a factor of e; the condition number, with columns of equal length, measures collinearity.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from .fitting import fit
 from .reported import reported_errors
 from .result import FitResult
 
-#: A parameter whose standard error exceeds this part of it is not determined by the data.
+#: Relative standard error above which the data do not determine a parameter.
 DETERMINED = 0.5
-#: One whose error is smaller than this has a closed profile without a look.
+#: Relative standard error below which a profile is closed, without computing it.
 _SURE = 0.2
-#: Parameters of this correlation act alike.
+#: Correlation above which two parameters are collinear.
 _ALIKE = 0.98
-#: Branches whose time constants differ by less than this factor are one.
+#: Ratio of time constants below which two branches are the same.
 _DISTINCT = 1.5
-#: A profile is open where a change by this factor is not objected to.
+#: Factor by which a parameter of an open profile can be changed without a significant misfit.
 _FAR = 1e3
 
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Of a fit of ``parameters``: ``rank`` and ``condition`` (see the module), and what is not determined.
+    """Diagnostics of a fit of ``parameters``: ``rank``, ``condition`` (see the module), undetermined parameters.
 
-    ``loose`` have a standard error over `DETERMINED`; ``alike`` pairs act alike, (name, name, correlation), and
-    ``merged`` are branches that are one; ``open`` says which parameter has no upper or lower limit; ``unfelt`` are
-    parameters that were fixed because the data do not feel them.
+    ``loose`` have a standard error over `DETERMINED`; ``alike`` are collinear pairs (name, name, correlation);
+    ``merged`` are branches with the same time constant; ``open`` are parameters without an upper or lower limit;
+    ``unfelt`` are parameters that were fixed because they have no effect on the data.
     """
 
     parameters: int
@@ -56,13 +56,13 @@ class Identifiability:
 
     @property
     def reason(self) -> str:
-        """Why the data do not determine every parameter, in words; empty where they do."""
+        """The reasons why the data do not determine every parameter, in words; empty if they do."""
         reasons = []
         if self.unfelt:
             reasons.append(f"no effect on the data: {', '.join(self.unfelt)}")
         if self.loose:
             reasons.append(f"standard error over {DETERMINED:.0%}: {', '.join(self.loose)}")
-            reasons += [f"{a} and {b} act alike (correlation {value:+.3f})" for a, b, value in self.alike]
+            reasons += [f"{a} and {b} have the same effect (correlation {value:+.3f})" for a, b, value in self.alike]
         if self.rank < self.parameters:
             reasons.append(f"rank {self.rank} of {self.parameters}")
         if self.merged:
@@ -88,15 +88,15 @@ class Identifiability:
 def diagnose(
     found: FitResult, branches: Sequence[tuple[float, float]] = (), unfelt: Sequence[str] = ()
 ) -> Identifiability:
-    """Return what the data of a fit determine.
+    """Return the diagnostics of a fit.
 
     ``branches`` ((R [ohm], C [F]), ...) are by ascending time constant; ``unfelt`` are parameters that were fixed
-    because the data do not feel them.
+    because they have no effect on the data.
     """
     errors, labels, n = reported_errors(found), found.labels, len(found.values)
     wider = errors / found.pooled_errors
     felt = found.problem.projected((found.slopes[:, :n] * found.units).T)
-    with np.errstate(over="ignore"):  # of data without noise
+    with np.errstate(over="ignore"):  # for data without noise
         strengths = np.linalg.svd(felt / wider[:, None] / (found.deviation or np.finfo(float).tiny), compute_uv=False)
     lengths = np.linalg.norm(felt, axis=1, keepdims=True)
     constants = [r * c for r, c in branches]
@@ -117,7 +117,7 @@ def diagnose(
 
 
 def _open_sides(found: FitResult, k: int, widening: float) -> list[str]:
-    """Return the sides on which the data do not object to parameter ``k`` far away, all others fitted anew."""
+    """Return the sides on which parameter ``k`` has no limit, with all others refitted."""
     from scipy.stats import f as fisher
 
     freedom, label = found.degrees_of_freedom, found.labels[k]
@@ -134,7 +134,7 @@ def _open_sides(found: FitResult, k: int, widening: float) -> list[str]:
             else:
                 squares = float(held.sum_of_squares(np.empty((1, 0)))[0])
         except IlgError:
-            continue  # no fit can live with it
+            continue  # no fit is possible with it
         if squares <= limit * found.sum_of_squares:
             sides.append(f"{label} has no {name} limit")
     return sides

@@ -1,9 +1,9 @@
-"""95 % intervals of a fit's parameters, by the method that the user asks for.
+"""Computes 95 % intervals of a fit's parameters by the chosen method.
 
-``covariance`` is the default: from the slopes at the fit, by ``autoregression`` where residuals are autocorrelated.
-``autoregression`` allows for that whatever the residuals (see `fit.reported`), ``bootstrap`` is a block bootstrap,
-``profile`` the profile likelihood, which falls back parameter by parameter where it fails: to the autoregression where
-residuals are autocorrelated, else to the bootstrap. ``mcmc`` are the posterior's quantiles.
+``covariance`` is the default: from the slopes at the fit, or by ``autoregression`` if residuals are autocorrelated.
+``autoregression`` allows for autocorrelation in any case (see `fit.reported`), ``bootstrap`` is a block bootstrap.
+``profile`` is the profile likelihood; for a parameter where it fails, the autoregression is used if residuals are
+autocorrelated, else the bootstrap. ``mcmc`` are the posterior's quantiles.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Uncertainties:
 
 
 def require_method(method: str) -> Method:
-    """Return the method of that name. Raises InputError that lists them."""
+    """Return the method of that name. Raises InputError, which lists the methods, for another name."""
     methods: tuple[Method, ...] = get_args(Method)
     for known in methods:
         if method == known:
@@ -44,7 +44,7 @@ def require_method(method: str) -> Method:
 def uncertainties(fit: FitResult, method: Method = "covariance", progress: Progress = None) -> Uncertainties:
     """Return the estimates of ``fit`` with intervals by ``method``, component by component.
 
-    Raises InputError where emcee is missing.
+    Raises InputError if emcee is missing.
     """
     parts = [_of_component(part, method, progress) for part in fit.parts]
     every = {label: estimate for part in parts for label, estimate in part.estimates.items()}

@@ -1,8 +1,8 @@
-"""The engine of record as judge of a fit that a cheaper prediction made.
+"""Checks a fit by cheaper predictions with one prediction by the engine of record.
 
-A closed form fits; then the engine of record predicts the data once, at the answer. What it asks for by one
-Gauss-Newton step is how far the two engines' answers lie apart: where that is a small part of the standard errors the
-fit stands, else the engine of record fits again from there.
+After a fit by a closed form the engine of record predicts the data once, at the minimum. One Gauss-Newton step from
+there estimates the difference of the two engines' fits. If it is a small part of the standard errors, the fit is
+accepted; otherwise it is repeated with the engine of record from there.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from .fitting import fit, with_starts
 from .problem import Problem, Progress
 from .result import FitResult
 
-#: A fit stands where the engine of record moves no parameter by more than this part of its standard error,
+#: Largest step of a parameter by the engine of record for an accepted fit, in standard errors.
 MOST = 0.02
-#: or no coordinate by more than this: data without noise have no standard errors to speak of.
+#: The same for a coordinate, for data without noise, whose standard errors are negligible.
 _CLOSE = 1e-6
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """``move``: the largest step of a parameter that the engine of record asks for, in its standard errors.
+    """The outcome of the check: ``move`` is the largest step of a parameter in its standard errors.
 
     ``refitted`` is True if the answer is the engine's own fit.
     """
@@ -38,7 +38,7 @@ class Judgement:
 def judged(
     found: FitResult, problem_of_record: Problem, progress: Progress = None, rows: NDArray[np.intp] | None = None
 ) -> tuple[FitResult, Judgement]:
-    """Return the fit as the engine of record confirms it, and by how much it would have moved.
+    """Return the fit confirmed or repeated by the engine of record, and the judgement of the given fit.
 
     Parameters
     ----------
@@ -48,11 +48,11 @@ def judged(
         The same problem, predicted by the engine of record. It is solved once, and fitted only where that moves a
         parameter by more than 0.02 of its standard error and by more than a millionth of itself.
     rows
-        The samples (m,) of ``found`` that ``problem_of_record`` has, where these are not all.
+        The samples (m,) of ``found`` in ``problem_of_record``, if these are not all.
 
     Returns
     -------
-    The fit, which keeps its cheaper predictions and its word on starts, and the judgement of what was ``found``.
+    The fit, which keeps its cheaper predictions and its summary of starts, and the judgement of ``found``.
 
     Raises
     ------
@@ -77,9 +77,9 @@ def judged(
 
 
 def _step(found: FitResult, record: Problem, rows: slice | NDArray[np.intp]) -> Array:
-    """Return the Gauss-Newton step (n,) of the values from the fit's minimum to that of the engine of record.
+    """Return the Gauss-Newton step (n,) of the values from the fit's minimum to the engine of record's minimum.
 
-    At its minimum a fit's own residuals ask for no step; what is left is the difference of the two predictions.
+    At the minimum the fit's own residuals give no step, so that the step follows from the difference of predictions.
     """
     at = found.values[None]
     differences = found.problem.predicted(at)[0][rows] - record.predicted(at)[0]

@@ -1,9 +1,10 @@
-"""Markov chain Monte Carlo: the posterior of a fit's parameters, by an affine-invariant ensemble (emcee).
+"""Samples the posterior of a fit's parameters by Markov chain Monte Carlo, an affine-invariant ensemble (emcee).
 
 The prior is flat in the coordinates, the logarithms, within a factor of a thousand about the fit. The noise's
-variance (prior 1/variance) and the linear nuisance terms (flat) are integrated out: what is left is
-squares^(-(samples - k)/2), squares those of the best k nuisance terms, for a linear model Student's t about the fit.
-Where residuals are autocorrelated the rise of squares above the fit's counts for less, as in `profile`.
+variance (prior 1/variance) and the k linear nuisance terms (flat) are integrated out. The marginal posterior is
+squares^(-(samples - k)/2), with the sum of squares minimised over the nuisance terms; for a linear model it is
+Student's t about the fit. If residuals are autocorrelated, the increase of the sum of squares is scaled as in
+`profile`.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ _LONG, _BURN = 50.0, 5.0
 
 @dataclass(frozen=True)
 class Chain:
-    """Samples (draws, n) of the parameters, in their units, and how the chain that gave them went.
+    """Samples (draws, n) of the parameters, in their units, with diagnostics of the chain.
 
-    ``autocorrelation`` time and ``steps`` are in steps of the ensemble of ``walkers``, the steps thrown away included.
+    ``autocorrelation`` time and ``steps`` are in steps of the ensemble of ``walkers``, discarded steps included.
     """
 
     draws: Array
@@ -45,7 +46,7 @@ class Chain:
 
     @property
     def length(self) -> str:
-        """How long the chain is, in words."""
+        """The length of the chain, in words."""
         times = self.steps / self.autocorrelation
         verdict = "" if self.converged else f", less than the {_LONG:.0f} that a converged chain has"
         return f"{self.walkers} walkers, {self.steps} steps, {times:.0f} autocorrelation times{verdict}"
@@ -61,8 +62,8 @@ def sample(
 ) -> Chain:
     """Return the chain of ``fit``; ``widening`` (n,) is `reported.widening`.
 
-    It ends when it is long enough to be trusted, or after ``most_steps``, and says which. The walkers of half the
-    ensemble move together: their circuits are solved at once. Raises InputError where emcee is not installed.
+    It ends when it is long enough, or after ``most_steps``; `Chain.converged` distinguishes these. The walkers of half
+    the ensemble move together, so that their circuits are solved at once. Raises InputError if emcee is not installed.
     """
     try:
         import emcee
@@ -128,5 +129,5 @@ def _squares(fit: FitResult, x: Array) -> Array:
     except IlgError:
         if len(x) == 1:
             return np.full(1, np.inf)
-        half = len(x) // 2  # one set spoils the whole netlist: find it
+        half = len(x) // 2  # one invalid set makes the whole netlist fail: bisect
         return np.concatenate([_squares(fit, x[:half]), _squares(fit, x[half:])])

@@ -1,8 +1,8 @@
-"""Descent to a minimum of a sum of squares: Levenberg-Marquardt by lmfit, ended by Gauss-Newton steps.
+"""Minimises a sum of squares: Levenberg-Marquardt by lmfit, followed by Gauss-Newton steps.
 
-What a minimiser calls a success is not believed. A descent counts only where it stands at a minimum: Bates and Watts'
-relative offset (Technometrics 23, 179, 1981), the part of the residuals that the tangent plane still explains, is
-negligible, and every parameter is felt.
+The minimiser's own report of success is not used. A descent is accepted only at a minimum: Bates and Watts' relative
+offset (Technometrics 23, 179, 1981), the part of the residuals in the tangent plane, is negligible, and the Jacobian is
+not singular.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ Residuals = Callable[[Array], Array]
 #: p (n,) -> their derivatives (m, n)
 Jacobian = Callable[[Array], Array]
 
-#: Relative offset below which a descent has converged: parameters within this part of their standard errors.
+#: Relative offset below which a descent has converged: distance from the minimum in standard errors.
 OFFSET = 1e-6
-#: Condition of the Jacobian, its columns of equal length, beyond which a parameter is not felt.
+#: Condition of the Jacobian, its columns of equal length, above which it is singular.
 CONDITION = 1e11
-#: Larger residuals count as not finite.
+#: Largest residual that counts as finite.
 HUGE = 1e100
 
 
 @dataclass(frozen=True)
 class Run:
-    """End of a descent: ``parameters`` (n,), ``sum_of_squares``, ``offset`` (see the module), ``condition``."""
+    """The end of a descent: ``parameters`` (n,), ``sum_of_squares``, ``offset`` (see the module), ``condition``."""
 
     parameters: Array
     sum_of_squares: float
@@ -38,19 +38,19 @@ class Run:
 
     @property
     def degenerate(self) -> bool:
-        """True if a parameter is not felt there: it ran away, or two act alike."""
+        """True if the Jacobian is singular: a parameter diverged, or two have the same effect."""
         return not self.condition < CONDITION
 
     @property
     def converged(self) -> bool:
-        """True at a minimum at which every parameter is felt."""
+        """True at a minimum with a regular Jacobian."""
         return self.offset < OFFSET and not self.degenerate
 
 
 def levenberg_marquardt(
     residuals: Residuals, jacobian: Jacobian, start: Array, *, ftol: float, xtol: float, most: int
 ) -> Array:
-    """Return where lmfit's Levenberg-Marquardt ends from ``start`` (n,).
+    """Return the parameters (n,) at the end of lmfit's Levenberg-Marquardt method from ``start`` (n,).
 
     ``ftol`` and ``xtol`` are the relative changes of the sum of squares and of the parameters at which it ends;
     ``most`` evaluations end it too.
@@ -90,9 +90,9 @@ def descend(
 ) -> Run:
     """Return the end of a descent from ``start`` (n,).
 
-    ``tolerance`` (relative change of sum of squares and parameters) ends Levenberg-Marquardt, or ``most`` evaluations
-    do; ``polishes`` are the most Gauss-Newton steps thereafter. ``rounding`` is the sum of squares that rounding alone
-    leaves. Where the model has no value, residuals count as huge and flat.
+    Levenberg-Marquardt ends at ``tolerance`` (relative change of sum of squares and parameters) or after ``most``
+    evaluations; ``polishes`` is the largest number of Gauss-Newton steps thereafter. ``rounding`` is the sum of squares
+    due to rounding alone. Where the model is not defined, residuals are taken as huge and constant.
     """
     problem = _Guarded(residuals, jacobian)
     if np.abs(problem.residuals(start)).max(initial=0.0) >= HUGE:
@@ -102,7 +102,7 @@ def descend(
 
 
 def blur(sum_of_squares: float, rounding: float) -> float:
-    """Return by how much rounding of the residuals moves a sum of their squares."""
+    """Return the error of a sum of squares due to rounding of the residuals."""
     if not np.isfinite(sum_of_squares):
         return 0.0
     return float(1e-13 * sum_of_squares + rounding + 2 * np.sqrt(rounding * sum_of_squares))
@@ -128,7 +128,7 @@ class _Guarded:
 
 
 def _polished(problem: _Guarded, p: Array, rounding: float, polishes: int) -> Run:
-    """Take Gauss-Newton steps, halved if they overshoot, while they help; return the end and its measures."""
+    """Return the end of Gauss-Newton steps, halved if they overshoot, as long as they reduce the sum of squares."""
     r = problem.residuals(p)
     squares = float(r @ r)
     offset = condition = np.inf
@@ -142,7 +142,7 @@ def _polished(problem: _Guarded, p: Array, rounding: float, polishes: int) -> Ru
             candidate = p + step / 2**halvings
             trial = problem.residuals(candidate)
             total = float(trial @ trial)
-            # near the end squares no longer tell; the full step is then as good as the point
+            # near the minimum the change of the sum of squares is rounding; the full step is then accepted
             if total < squares or (not halvings and offset < 1e-2 and total <= squares + blur(squares, rounding)):
                 break
         else:
@@ -162,7 +162,7 @@ def gauss_newton(j: Array, r: Array, rounding: float = 0.0) -> tuple[Array, floa
     condition = float(np.linalg.cond(upper))
     if not condition < CONDITION:
         return np.zeros(n), np.inf, condition
-    # Q^T r by the triangular factor alone, its rounding mended once
+    # Q^T r from the triangular factor alone, with one step of iterative refinement
     along = np.linalg.solve(upper.T, scaled.T @ r)
     along += np.linalg.solve(upper.T, scaled.T @ (r - scaled @ np.linalg.solve(upper, along)))
     step = -np.linalg.solve(upper, along) / size

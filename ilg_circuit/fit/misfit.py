@@ -1,8 +1,8 @@
-"""How much of the data a model leaves undescribed, by size, beyond the noise.
+"""Computes the misfit of a model: residuals beyond the noise, relative to the data's size.
 
-The root mean square is over windows even by the logarithm of time: over all samples a fast beginning would drown in a
-long tail. Thresholds are from trials over random truths: 1 to
-2 % go with errors of 28 % in Rdc at the 90th percentile.
+The root mean square is taken over windows evenly spaced in log time, since over all samples a long tail would dominate
+a fast beginning. Thresholds are from trials with random parameters: misfits of 1 to 2 % correspond to errors of 28 % in
+Rdc at the 90th percentile.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy as np
 from ..arrays import Array
 from .criteria import ResidualWindow, residual_windows
 
-#: Misfits, as fractions of the data's size, above which there is a warning, no success, and no success by one window.
+#: Misfits, as fractions of the data's size, above which there is a warning, and failure, overall or in one window.
 WARN, FAIL, FAIL_WINDOW = 0.02, 0.10, 0.25
-#: Warning and no success for spectra, complex and relative.
+#: Misfits for warning and failure of spectra, complex and relative.
 WARN_SPECTRUM, FAIL_SPECTRUM = 0.03, 0.20
 #: Largest chi^2 explained by noise: a quantile in a window, and a number of deviations of the overall mean.
 _QUANTILE, _DEVIATIONS = 0.999, 3.0
@@ -25,7 +25,7 @@ _QUANTILE, _DEVIATIONS = 0.999, 3.0
 
 @dataclass(frozen=True)
 class Misfit:
-    """The misfit as a ``share`` of the data's size; ``worst`` is the one of the worst window, ``start`` to ``end``.
+    """The misfit as a ``share`` of the data's size; ``worst`` is the misfit of the worst window, ``start`` to ``end``.
 
     These are times in s since the onset, or frequencies in Hz. ``warn`` and ``fail`` are the limits of the share.
     """
@@ -43,14 +43,14 @@ class Misfit:
 
 
 def misfit_over_time(time: Array, residuals: Array, noise: float, size: float) -> Misfit | None:
-    """Return the misfit of a record; None where no sample lies after the onset at 0.
+    """Return the misfit of a record; None if no sample lies after the onset at 0.
 
     Parameters
     ----------
     time, residuals
         Time since the onset [s], and data - model (n,).
     noise, size
-        The data's white noise, and what a misfit is compared with, in the data's unit.
+        The data's white noise, and the reference size of a misfit, in the data's unit.
     """
     windows = residual_windows(time, residuals, float(time[-1]))
     if not windows or not size:
@@ -69,7 +69,7 @@ def misfit_over_time(time: Array, residuals: Array, noise: float, size: float) -
 
 
 def _beyond(window: ResidualWindow, noise: float) -> float:
-    """Return the root mean square of a window beyond what its noise may be."""
+    """Return the root mean square of a window beyond the plausible noise."""
     from scipy.stats import chi2
 
     allowed = noise**2 * float(chi2.ppf(_QUANTILE, window.count)) / window.count

@@ -1,4 +1,4 @@
-"""Multi-start: descents from many starts, so that no answer depends on the luck of one."""
+"""Multi-start: descents from many starts, so that the result does not depend on a single one."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from ..arrays import Array
 from .minimise import Jacobian, Residuals, Run, blur, descend
 
-#: Minima are the same whose sums of squares differ by no more, relatively.
+#: Relative difference of sums of squares up to which minima are the same.
 SAME = 1e-7
 
 
 @dataclass(frozen=True)
 class StartSummary:
-    """``starts`` that were tried, and how many of them, ``agreeing``, ended at the best minimum."""
+    """The number of ``starts``, and the number ``agreeing`` on the best minimum."""
 
     starts: int = 1
     agreeing: int = 1
@@ -31,7 +31,7 @@ ONE_START = StartSummary()
 
 @dataclass(frozen=True)
 class Search:
-    """All runs, best first; ``agreeing`` of them, the first ones, ended at the best minimum."""
+    """All runs, best first, of which the first ``agreeing`` reached the best minimum."""
 
     runs: tuple[Run, ...]
     agreeing: int
@@ -57,9 +57,9 @@ def search(
     polishes: int = 60,
     enough: int = 0,
 ) -> Search:
-    """Return the descents from all ``starts``, or up to the one that makes ``enough`` of them agree on the best.
+    """Return the descents from all ``starts``, or until ``enough`` of them agree on the best minimum.
 
-    The other arguments are those of `minimise.descend`.
+    For the other arguments see `minimise.descend`.
     """
     runs: list[Run] = []
     for start in starts:

@@ -1,4 +1,4 @@
-"""Observations: what was measured of one quantity in one file, and how a model predicts it."""
+"""Observations: the measured values of one quantity in one file, with a model's prediction."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ Predict = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """One row of measured numbers and the model of it.
+    """An array of measured values and the prediction by a model.
 
-    ``data`` (m,) are real numbers in ``unit``; ``x`` are the places where they were measured. ``predict`` takes sets of
-    the parameters ``names`` (k, p) to (k, m); ``derivatives``, given for all observations of a problem or none, takes
-    one set (p,) to the derivatives (m, p), which are central differences otherwise. ``nuisance`` (m, q) are linear
-    terms of this observation alone, such as an offset. ``sigma`` [unit], one or one a sample (m,), is the unit in which
-    residuals count; ``size`` [unit] is what they are compared with. ``channels`` is the number of equal parts of
-    ``data``, such as real and imaginary ones, one after the other.
+    ``data`` (m,) are real numbers in ``unit``; ``x`` are their abscissae. ``predict`` maps sets of the parameters
+    ``names`` (k, p) to predictions (k, m); ``derivatives``, given for all observations of a problem or none, maps one
+    set (p,) to derivatives (m, p), which are central differences otherwise. ``nuisance`` (m, q) are linear terms of
+    this observation alone, such as an offset. ``sigma`` [unit], one or one per sample (m,), is the standard deviation
+    by which residuals are divided; ``size`` [unit] is the reference size of residuals. ``channels`` is the number of
+    equal parts of ``data``, such as real and imaginary ones, one after the other.
     """
 
     source: str
@@ -49,7 +49,7 @@ class Observation:
         return self
 
     def fitted(self, values: Array) -> Array:
-        """Return the prediction (m,) of the parameters (p,) with the best linear terms."""
+        """Return the prediction (m,) for the parameters (p,) with least-squares linear terms."""
         prediction = self.predict(values[None])[0]
         if self.nuisance.shape[1]:
             prediction = (
@@ -58,7 +58,7 @@ class Observation:
         return prediction
 
     def independent_samples(self, residuals: Array) -> float:
-        """Return the number of independent samples that ``residuals`` (m,) amount to."""
+        """Return the effective number of independent samples of ``residuals`` (m,)."""
         return independent_samples(residuals, self.channels)
 
     def rms(self, fitted: Array) -> float:
@@ -67,7 +67,7 @@ class Observation:
 
 
 def _not_kept(values: Array) -> Array:
-    raise SolveError("a fit that was stored does not predict anew; fit again, or use the curves that it has")
+    raise SolveError("a stored fit cannot make new predictions; fit again, or use its stored curves")
 
 
 def observation(

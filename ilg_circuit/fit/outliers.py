@@ -1,4 +1,4 @@
-"""Readings in a record over time that no model error explains: single rows far off both their neighbours and the model.
+"""Finds outliers in a record over time: single rows far from both their neighbours and the model.
 
 A model that is too simple leaves residuals as smooth as the transient; a reading is named only where it stands apart
 from its neighbours' residuals, by far more than they scatter.
@@ -11,20 +11,20 @@ from numpy.typing import NDArray
 
 from ..arrays import Array, Mask
 
-#: Least distance of an outlier, in deviations of the residuals and in ranges of its neighbours.
+#: Least distance of an outlier, in standard deviations of the residuals and in ranges of its neighbours.
 _FAR, _OVER_NEIGHBOURS = 6.0, 1.5
-#: Neighbours, and the half-width in rows of the window in which the residuals' deviation is taken.
+#: Number of neighbours; half-width in rows of the window for the residuals' standard deviation.
 _NEIGHBOURS, _HALF = 4, 25
 #: Median absolute deviation of a normal variable of unit deviation.
 _MAD = 0.6745
-#: Rows behind an edge of the drive that are named only where they answer less than the row after them.
+#: Number of rows after an edge of the drive that are outliers only if their response is smaller than the next row's.
 _BEHIND_EDGE = 2
 
 
 def outlying(
     data: Array, residuals: Array, pieces: NDArray[np.intp], grain: float | Array, *, jumps: bool = True
 ) -> Mask:
-    """Return the readings (n,) that are named as outliers.
+    """Return a mask (n,) of the readings that are outliers.
 
     Parameters
     ----------
@@ -34,11 +34,11 @@ def outlying(
         Number (n,) of the smooth piece of the drive to which each row belongs, ascending, 0 at rest; neighbours never
         lie across an edge.
     grain
-        The least deviation of a reading that counts, in the same unit, or one for each (n,): the instrument's
+        The least significant deviation of a reading, in the same unit, or one for each (n,): the instrument's
         resolution.
     jumps
-        Whether the quantity jumps with the drive and falls from there, as a current does; else the rows behind an edge
-        are never named.
+        True if the quantity jumps with the drive and decays from there, as a current does; otherwise the rows after an
+        edge are never outliers.
     """
     named = np.zeros(len(data), dtype=bool)
     everywhere = _deviation(residuals)

@@ -1,7 +1,7 @@
-"""Parameters of a fit: what each is called and within what limits it lies, and the coordinates that a fit moves in.
+"""Parameters of a fit with names, units and limits, and the coordinates in which they are fitted.
 
-A positive parameter is fitted by its logarithm, one between two limits by a logit, one without limits as it is, so that
-no step of a fit can leave the limits.
+A positive parameter is fitted by its logarithm, a parameter with two limits by its logit, and one without limits
+directly, so that no step of a fit can leave the limits.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..arrays import Array, Mask
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter: name in files, symbol, SI unit, meaning, and the limits between which it lies.
+    """One parameter: name in files, symbol, SI unit, meaning, lower and upper limit.
 
     ``lower`` is finite (0: the parameter is positive), or minus infinity together with an infinite ``upper``.
     """
@@ -34,7 +34,7 @@ class Parameter:
 class Scales:
     """Maps parameters (n,) between their limits ``lower`` and ``upper`` (n,) to coordinates without limits, and back.
 
-    With w = p - lower and W = upper - lower the coordinate is log(w/(1 - w/W)); of a parameter without limits, p.
+    With w = p - lower and W = upper - lower the coordinate is log(w/(1 - w/W)); for a parameter without limits it is p.
     """
 
     lower: Array
@@ -58,7 +58,7 @@ class Scales:
 
     def values(self, x: Array) -> Array:
         """Return values (..., n) at coordinates ``x`` (..., n)."""
-        with np.errstate(over="ignore", divide="ignore"):  # beyond all numbers: at the limit, or infinite
+        with np.errstate(over="ignore", divide="ignore"):  # overflow: at the limit, or infinite
             e = np.exp(np.where(self.free, 0.0, x))
             w = np.where(np.isinf(self._width), e, 1 / (1 / e + 1 / self._width))
         return np.where(self.free, x, self._lower + w)

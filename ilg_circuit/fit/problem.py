@@ -1,4 +1,4 @@
-"""One least-squares problem: observations of any kind, their parameters shared or one a record."""
+"""One least-squares problem: observations of any kind, with parameters that are shared or separate per record."""
 
 from __future__ import annotations
 
@@ -17,23 +17,22 @@ from .parameter import Parameter, Scales
 
 Progress = Callable[[], None] | None
 
-RAN_AWAY = "the fit ran away: the data do not determine every parameter of this model"
+RAN_AWAY = "the fit diverged: the data do not determine every parameter of this model"
 _STEP = 1e-4
-#: Derivatives of more numbers than this are made one parameter after the other.
+#: Size above which derivatives are computed one parameter at a time.
 _LARGE = 2_000_000
 #: Largest sensible distance of a coordinate from its start.
 _FAR = 5.0
-#: A step that leaves this distance is rejected unsolved.
+#: Distance from the start beyond which a step is rejected without a prediction.
 _FENCE = 16.0
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """``observations`` to be predicted by ``parameters``; those in ``per_record`` have one value a source.
+    """A fit of ``parameters`` to ``observations``; parameters in ``per_record`` have one value per source.
 
-    ``fixed`` are values of parameters, by label, that a fit does not move. A label is a parameter's name, with its
-    source in brackets where it is per record. In a ``rough`` problem, whose minimum another one takes up, derivatives
-    are one-sided.
+    ``fixed`` are values of held parameters by label. A label is a parameter's name, with its source in brackets if it
+    is per record. In a ``rough`` problem, whose minimum is only a start for another one, derivatives are one-sided.
     """
 
     observations: tuple[Observation, ...]
@@ -56,7 +55,7 @@ class Problem:
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """Labels (n,) of the values that a fit moves."""
+        """Labels (n,) of the fitted values."""
         return tuple(label for label, _ in self.labelled if label not in self.fixed)
 
     @cached_property
@@ -66,12 +65,12 @@ class Problem:
 
     @cached_property
     def scales(self) -> Scales:
-        """Limits and coordinates of the values that a fit moves."""
+        """Limits and coordinates of the fitted values."""
         return Scales.of(self.moved)
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:
-        """Where each observation's samples stand among all."""
+        """Slices of each observation's samples among all."""
         return tuple(
             slice(a, b) for a, b in pairwise(np.cumsum([0, *(len(o.data) for o in self.observations)]).tolist())
         )
@@ -83,7 +82,7 @@ class Problem:
 
     @cached_property
     def nuisance(self) -> Array:
-        """All linear terms over the sigmas (samples, q), each observation's in columns of its own."""
+        """All linear terms over the sigmas (samples, q), in separate columns for each observation."""
         whole = np.zeros((len(self.data), sum(o.nuisance.shape[1] for o in self.observations)))
         at = 0
         for o, rows in zip(self.observations, self.slices, strict=True):
@@ -93,7 +92,7 @@ class Problem:
 
     @cached_property
     def places(self) -> tuple[NDArray[np.intp], ...]:
-        """For each observation where its ``names`` stand among all labels, fixed ones last."""
+        """For each observation the indices of its ``names`` among all labels, fixed ones last."""
         order = {label: k for k, label in enumerate([*self.labels, *self.fixed])}
 
         def place(name: str, source: str) -> int:
@@ -115,10 +114,10 @@ class Problem:
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
     def derivatives(self, x: Array) -> tuple[Array, Array]:
-        """Return the prediction (samples,) and its derivatives (samples, n) by the coordinates ``x`` (n,).
+        """Return the prediction (samples,) and its derivatives (samples, n) with respect to the coordinates ``x`` (n,).
 
-        Derivatives that an observation does not give are central differences; their 2 n + 1 sets are predicted at once.
-        In a ``rough`` problem they are forward ones.
+        Without derivatives in the observations, central differences are used, with 2 n + 1 sets predicted at once; in a
+        ``rough`` problem forward differences.
         """
         n = len(x)
         steps = np.concatenate([np.zeros((1, n)), _STEP * np.eye(n), -_STEP * np.eye(n)])
@@ -147,11 +146,11 @@ class Problem:
         return self.predictions(x[None])[0], slopes[:, : len(x)] * self.scales.slopes(x)
 
     def sum_of_squares(self, x: Array) -> Array:
-        """Return sums of squares (k,) at coordinates (k, n), the linear terms at their best."""
+        """Return sums of squares (k,) at coordinates (k, n), minimised over the linear terms."""
         return (self.projected(self.data - self.predictions(x)) ** 2).sum(axis=-1)
 
     def projected(self, rows: Array) -> Array:
-        """Return ``rows`` (..., samples) without what linear terms explain."""
+        """Return ``rows`` (..., samples) after projecting out the linear terms."""
         if not self.nuisance.shape[1]:
             return rows
         return rows - (rows @ self._basis) @ self._basis.T
@@ -165,7 +164,7 @@ class Problem:
         return replace(self, fixed={**self.fixed, label: value})
 
     def predicting(self, predict: Sequence[Predict | None]) -> Problem:
-        """Return the problem with the given predictions of its observations in place of its own."""
+        """Return the problem with other predictions of its observations."""
         pairs = zip(self.observations, predict, strict=True)
         return replace(self, observations=tuple(replace(o, predict=p) if p else o for o, p in pairs))
 
@@ -178,7 +177,7 @@ class Problem:
         return replace(part, fixed={label: value for label, value in self.fixed.items() if label in known})
 
     def components(self) -> list[list[int]]:
-        """Return the observations in groups that share no parameter: each is a problem of its own."""
+        """Return the observations in groups that share no parameter: each is an independent problem."""
         groups: list[tuple[set[int], list[int]]] = []
         for k, at in enumerate(self.places):
             labels = {int(i) for i in at if i < len(self.labels)}
@@ -189,7 +188,7 @@ class Problem:
 
 
 def _each_once(predict: Predict, values: Array) -> Array:
-    """Return predictions of every row, no row solved twice: other observations' parameters change nothing here."""
+    """Return predictions of every row, solving equal rows once: other observations' parameters have no effect here."""
     if len(values) == 1:
         return predict(values)
     rows, back = np.unique(values, axis=0, return_inverse=True)
@@ -212,7 +211,7 @@ class Evaluation:
     def __call__(self, x: Array) -> tuple[Array, Array]:
         """Return the prediction (samples,) and its derivatives (samples, n) by the coordinates.
 
-        Raises SolveError where the fit has run away, or its first circuit cannot be solved.
+        Raises SolveError if the fit has diverged, or its first circuit cannot be solved.
         """
         if not self.count:
             self._start = x.copy()
@@ -245,7 +244,7 @@ class Evaluation:
         return float(np.abs(x - self._start)[bounded].max(initial=0.0))
 
     def _rejected(self) -> tuple[Array, Array]:
-        """Return so large a misfit that the step is taken back."""
+        """Return a misfit so large that the step is rejected."""
         kept, slopes = self._result
         self.count += 1
         return kept + 1e3 * np.abs(kept).max(), slopes

@@ -1,8 +1,8 @@
-"""Profile likelihood: how far a parameter can be moved, all others fitted anew, before the data object.
+"""Computes profile-likelihood intervals: a parameter is varied, with all others refitted, up to a significant misfit.
 
-lmfit's `conf_interval` walks and finds the ends; the criterion is the F test's. Where residuals are autocorrelated the
-likelihood is adjusted by the standard error that is reported (Royall and Tsou 2003, J. R. Stat. Soc. B 65, 391). A
-profile that never reaches the criterion is open on that side: the data set no limit there.
+lmfit's `conf_interval` finds the ends; the criterion is the F test. If residuals are autocorrelated, the likelihood is
+adjusted by the reported standard error (Royall and Tsou 2003, J. R. Stat. Soc. B 65, 391). A profile that does not
+reach the criterion is open on that side: the data give no limit there.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from .result import FitResult
 if TYPE_CHECKING:
     import lmfit
 
-#: A parameter without a limit within this factor has none.
+#: Largest factor within which a limit of a parameter is searched.
 REACH = 1e6
 _LEVEL = 0.95
-#: Where the profile begins in lmfit's units, whose first step is a standard error if that is less than the value.
+#: Value of the scaled parameter at the fit: lmfit's first step is a standard error if that is less than the value.
 _CENTRE = 10.0
-#: A profile that gains less by a further standard error is level.
+#: Increase of the criterion over a standard error below which a profile is flat.
 _LEVEL_GAIN = 1e-4
-#: F ratio that no step of a standard error leads to.
+#: F ratio that is larger than after any step of a standard error.
 _JUMP = 1e5
-#: Relative amount by which a fit on the profile may be better than the profiled one: rounding.
+#: Relative decrease of the sum of squares along the profile that counts as rounding.
 _BETTER = 1e-6
 
 
 @dataclass(frozen=True)
 class ProfileInterval:
-    """Ends of one parameter's 95 % interval; 0 or infinite where it is open. ``failure`` says why there is none."""
+    """Ends of one parameter's 95 % interval, 0 or infinite if open; ``failure`` is the reason if there is none."""
 
     low: float
     high: float
@@ -73,12 +73,12 @@ def _interval(fit: FitResult, k: int, widening: float, progress: Progress) -> Pr
         lowest = min(lowest, gain)
         ratio = max(gain, 0.0) * fit.degrees_of_freedom / widening**2
         if ratio > _JUMP:
-            raise SolveError("within a standard error it jumps, where no circuit can be solved")
+            raise SolveError("no circuit can be solved within a standard error")
         return float(fisher.cdf(ratio, 1, fit.degrees_of_freedom))
 
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")  # lmfit warns of an open side, which the result says
+            warnings.simplefilter("ignore")  # lmfit warns of an open side, which the result states
             best = minimizer.leastsq()
             walk.bound(best.params)
             ends_found = lmfit.conf_interval(
@@ -91,13 +91,13 @@ def _interval(fit: FitResult, k: int, widening: float, progress: Progress) -> Pr
             )[walk.name(k)]
             ends = ends_found[0][1], ends_found[-1][1]
             for end in ends:
-                # lmfit takes a profile that falls back for a level one: only what lies further out can tell
+                # lmfit takes a profile that falls again for a flat one: points further out distinguish them
                 if np.isinf(end) and any(probability(best, at) > _LEVEL for at in walk.beyond(minimizer, best, end)):
                     return ProfileInterval(np.nan, np.nan, "the profile rises, falls and rises again")
     except (IlgError, lmfit.MinimizerException, ValueError, ArithmeticError) as error:
         return ProfileInterval(np.nan, np.nan, f"the profile ended early: {error}")
     if lowest < -_BETTER:
-        return ProfileInterval(np.nan, np.nan, "a better fit lies beside this one")
+        return ProfileInterval(np.nan, np.nan, "there is a better fit near this one")
     low, high = (walk.value(z) for z in ends)
     if not low < fit.values[k] < high:
         return ProfileInterval(np.nan, np.nan, "the profile has no ends about the value")
@@ -105,7 +105,7 @@ def _interval(fit: FitResult, k: int, widening: float, progress: Progress) -> Pr
 
 
 class _Walk:
-    """The fit in lmfit's hands: coordinates in standard errors about `_CENTRE`, the nuisance terms among them."""
+    """The fit in lmfit's form: coordinates in standard errors about `_CENTRE`, including the nuisance terms."""
 
     def __init__(self, fit: FitResult, k: int, widening: float, progress: Progress) -> None:
         import lmfit
@@ -124,7 +124,7 @@ class _Walk:
         return f"p{k}"
 
     def bound(self, parameters: lmfit.Parameters) -> None:
-        """Keep the walk of the parameter in question within `REACH`, its first step a standard error."""
+        """Limit the profiled parameter to `REACH`, with a first step of a standard error."""
         reach = np.log(REACH) / self._steps[self._k]
         chosen = parameters[self.name(self._k)]
         chosen.stderr, chosen.min, chosen.max = 1.0, _CENTRE - reach, _CENTRE + reach
@@ -132,7 +132,7 @@ class _Walk:
     def beyond(
         self, minimizer: lmfit.Minimizer, best: lmfit.minimizer.MinimizerResult, side: float
     ) -> Iterator[lmfit.minimizer.MinimizerResult]:
-        """Return fits with the parameter in question held further and further out on a ``side``, a decade a step."""
+        """Return fits with the profiled parameter held further out on a ``side``, in steps of a decade."""
         parameters = best.params.copy()
         held = parameters[self.name(self._k)]
         held.vary = False
@@ -153,7 +153,7 @@ class _Walk:
         return (self._evaluate(x)[0] + self._fit.problem.nuisance @ amounts - self._fit.problem.data) / self._size
 
     def jacobian(self, parameters: lmfit.Parameters) -> Array:
-        """Return the derivatives by the parameters that are free."""
+        """Return the derivatives with respect to the free parameters."""
         x, _ = self._point(parameters)
         free = [j for j in range(self._fit.count) if parameters[self.name(j)].vary]
         slopes = np.column_stack([self._evaluate(x)[1], self._fit.problem.nuisance])

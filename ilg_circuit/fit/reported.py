@@ -1,7 +1,7 @@
-"""What is reported of a fit's errors: its covariance, or where residuals are autocorrelated a wider one.
+"""Computes the reported errors of a fit: by its covariance, or a wider one if residuals are autocorrelated.
 
-That is by an autoregression of the residuals, but no smaller than the block bootstrap's: where residuals are no noise
-but what the model does not describe, an autoregression need not hold.
+The wider one is from an autoregression of the residuals, but at least the block bootstrap's: if residuals are model
+errors and not noise, an autoregression need not hold.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from .bootstrap import Bootstrap, block_bootstrap
 from .criteria import autocorrelation, structured
 from .result import FitResult
 
-#: Correlation of neighbours, in standard errors of white noise, from which it is allowed for.
+#: Correlation of neighbours, in standard errors of white noise, above which it is allowed for.
 _BEYOND_CHANCE = 2.5
 
 
 @dataclass(frozen=True)
 class Reported:
-    """Of autocorrelated residuals: ``covariance`` (n, n) of the values and 95 % ``intervals`` (n, 2), in their units.
+    """Errors with autocorrelated residuals: ``covariance`` (n, n) of the values, 95 % ``intervals`` (n, 2).
 
     ``freedom`` (n,) are the degrees of freedom of the errors.
-    Each error is the larger of the autoregression's and of the bootstrap's (``blocks``), each interval holds both.
+    Each error is the larger of the autoregression's and the bootstrap's (``blocks``); each interval includes both.
     """
 
     covariance: Array
@@ -42,7 +42,7 @@ class Reported:
 def with_autocorrelation(fit: FitResult) -> Reported:
     """Return errors and intervals of a ``fit`` of one component that allow for autocorrelated residuals."""
     noise, blocks = autoregression(fit), block_bootstrap(fit)
-    errors = np.maximum(noise.errors, np.finfo(float).tiny)  # zero where the data are met exactly
+    errors = np.maximum(noise.errors, np.finfo(float).tiny)  # zero if the fit is exact
     wider = np.maximum(blocks.errors / errors, 1.0)
     ends = np.array([fit.intervals_by(noise.errors, noise.freedom), blocks.intervals])
     return Reported(
@@ -84,7 +84,7 @@ def reported_errors(fit: FitResult) -> Array:
 
 
 def widening(fit: FitResult) -> Array:
-    """Return the factor (n,) by which reported intervals are wider than those of independent residuals of one variance.
+    """Return the ratio (n,) of reported intervals to intervals for independent residuals of one variance.
 
     Its square is the adjustment of the profile likelihood of Royall and Tsou (2003).
     """
@@ -98,11 +98,11 @@ def widening(fit: FitResult) -> Array:
 
 
 def autocorrelated(fit: FitResult) -> bool:
-    """Return True if residuals of any row are correlated beyond chance, however little: errors allow for it."""
+    """Return True if the residuals of any row are significantly correlated: errors then allow for it."""
     rows = [fit.residuals[row.index] for row in sequences(fit)]
     return any(autocorrelation(r) > _BEYOND_CHANCE / np.sqrt(len(r)) for r in rows)
 
 
 def correlated(fit: FitResult) -> bool:
-    """Return True if the residuals of any observation are so correlated that they are structure, not noise."""
+    """Return True if the correlation of any observation's residuals shows a structure, not noise."""
     return any(structured(fit.residuals[part]) for part in fit.problem.slices)

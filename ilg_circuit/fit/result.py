@@ -1,4 +1,4 @@
-"""The result of a fit: values, covariance and residuals of a problem that stands at a minimum."""
+"""The result of a fit: values, covariance and residuals at a minimum."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class FitResult(Estimated, Result):
 
     @cached_property
     def pooled_errors(self) -> Array:
-        """Standard errors (n,) that one variance for all observations gives, s^2 (J^T J)^-1."""
+        """Standard errors (n,) with one variance for all observations, s^2 (J^T J)^-1."""
         if len(self.problem.observations) == 1:
             return self.errors
         size = np.linalg.norm(self.slopes, axis=0)
@@ -139,7 +139,7 @@ class FitResult(Estimated, Result):
     def intervals_by(self, errors: Array, freedom: Array) -> Array:
         """Return 95 % intervals (n, 2) by Student's t of ``errors`` (n,) in the values' units, about the coordinates.
 
-        No end leaves the parameter's limits, and a resistance is treated as the conductance that it is the inverse of.
+        The ends respect the parameter's limits; the interval of a resistance is the inverse of its conductance's.
         """
         from scipy.stats import t as student
 
@@ -164,7 +164,7 @@ class FitResult(Estimated, Result):
 
     @cached_property
     def estimates(self) -> Mapping[str, Estimate]:
-        """The values with their errors, by labels; those that were held without."""
+        """The values by labels, with errors except for held values."""
         units = {label: p.unit for label, p in self.problem.labelled}
         rows = zip(self.labels, self.values.tolist(), self.errors.tolist(), self.intervals.tolist(), strict=True)
         found = {label: Estimate(value, units[label], error, (low, high)) for label, value, error, (low, high) in rows}
@@ -217,14 +217,14 @@ class FitResult(Estimated, Result):
         return self.nuisance[start : start + widths[k]]
 
     def statistics_of(self, k: int) -> dict[str, float]:
-        """Return rmse [unit], AIC, BIC and n of observation ``k``, by as many unknowns as it determines."""
+        """Return rmse [unit], AIC, BIC and n of observation ``k``, with the number of unknowns that it determines."""
         residuals = self.residuals_of(k)
         unknowns, size = float(self.leverage[k]), likelihood(residuals)
         bic = size + float(np.log(len(residuals))) * unknowns
         return {"rmse": self.rms_of(k), "aic": size + 2 * unknowns, "bic": bic, "n": len(residuals)}
 
     def independent_samples(self, k: int) -> float:
-        """Return the number of independent samples that the residuals of observation ``k`` amount to."""
+        """Return the effective number of independent samples of the residuals of observation ``k``."""
         return self.problem.observations[k].independent_samples(self.residuals_of(k))
 
     def by_label(self) -> Mapping[str, float]:
@@ -233,7 +233,7 @@ class FitResult(Estimated, Result):
 
     @cached_property
     def means(self) -> dict[str, float]:
-        """The parameters by name, the geometric mean of those with a value a source."""
+        """The parameters by name, with the geometric mean for parameters per source."""
         known = self.by_label()
         each: dict[str, list[float]] = {}
         for label, p in self.problem.labelled:
@@ -242,7 +242,7 @@ class FitResult(Estimated, Result):
 
     @cached_property
     def averaging(self) -> tuple[tuple[str, ...], Array]:
-        """Names (p,) that a fit moved, and the matrix (p, n) from logarithms of values to those of `means`."""
+        """Names (p,) of fitted parameters, and the matrix (p, n) from logarithms of values to logarithms of `means`."""
         names = tuple(dict.fromkeys(p.name for p in self.problem.moved))
         matrix = np.array([[float(p.name == name) for p in self.problem.moved] for name in names]).reshape(
             len(names), -1
@@ -250,7 +250,7 @@ class FitResult(Estimated, Result):
         return names, matrix / matrix.sum(axis=1, keepdims=True)
 
     def predicting(self, problem: Problem) -> FitResult:
-        """Return the same result with another problem of the same data, such as one that is cheaper to predict."""
+        """Return the same result with another problem of the same data, such as one with cheaper predictions."""
         parts = self.components
         if parts:
             groups = problem.components()

@@ -1,4 +1,4 @@
-"""Selection of a model by BIC: the simplest of those that the data determine, within strong evidence of the best.
+"""Selects a model by BIC: the simplest model that the data determine, within strong evidence of the best.
 
 A model whose residuals are much smaller than another's is preferred to it, regardless of the BIC.
 """
@@ -17,9 +17,9 @@ from .identifiability import Identifiability
 
 Status = Literal["fitted", "failed", "not tried"]
 
-#: A model with more parameters must be better by this much BIC (very strong evidence, Kass and Raftery 1995).
+#: Decrease of the BIC required for more parameters (very strong evidence, Kass and Raftery 1995).
 EVIDENCE = 10.0
-#: A model whose misfit is smaller by this factor does not lose, as far as misfits are at least `_EXACT`.
+#: Ratio of misfits above which a model with the smaller one does not lose; misfits below `_EXACT` count as equal.
 CLEAR = 1.5
 _EXACT = 1e-6
 
@@ -28,11 +28,11 @@ _EXACT = 1e-6
 class Candidate:
     """A model that was tried, for tables and files.
 
-    ``parameters`` counts those that were fitted; ``rmse`` [unit of the data] is that of a single observation,
+    ``parameters`` is the number of fitted parameters; ``rmse`` [unit of the data] is given for a single observation,
     ``relative_rms`` the same over its size, ``misfit`` the geometric mean of all observations' relative rms. ``bic`` is
-    on ``independent`` samples, the same for all candidates; ``against`` says why the model is not to be chosen, or
-    could not be fitted; ``reason`` is the outcome as code and numbers, ``verdict`` in words. ``status`` says whether it
-    was fitted, failed, or was not tried.
+    on ``independent`` samples, the same for all candidates; ``against`` is the reason why the model should not be
+    chosen, or could not be fitted; ``reason`` is the outcome as code and numbers, ``verdict`` in words. ``status`` is
+    "fitted", "failed" or "not tried".
     """
 
     model: str
@@ -74,7 +74,7 @@ def bic_on_independent(rms: Array, samples: Array, unknowns: int) -> float:
 
 
 def clearly_better(misfit: float, other: float) -> bool:
-    """Return True if a candidate of ``misfit`` cannot lose to one of the ``other``."""
+    """Return True if a candidate of ``misfit`` cannot lose to one with the ``other`` misfit."""
     return max(misfit, _EXACT) * CLEAR < max(other, _EXACT)
 
 
@@ -87,8 +87,8 @@ def simplest_of_best(
 ) -> str:
     """Return the model with fewest ``unknowns`` within ``evidence`` of the least BIC among the ``admitted``.
 
-    None is taken that an admitted one is clearly better than, by the ``misfits``. Where none is admitted, the first of
-    all is returned: nothing simpler exists.
+    A model is excluded if an admitted one is clearly better by the ``misfits``. If none is admitted, the first and
+    simplest model is returned.
     """
     among = [model for model in bics if model in admitted] or list(bics)[:1]
     if misfits is not None:

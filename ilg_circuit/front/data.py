@@ -86,7 +86,7 @@ def read(
         Its undeformed section [m^2], where a force was measured.
     displacement : str, Path, DataFrame, mapping, tuple of two arrays, or list of these; optional
         The displacement of each record, on a clock of its own: a file, columns by header, or times [s] and
-        values [m]. What ``columns`` and ``units`` say of ``displacement.time`` is said of it. With arrays by keyword
+        values [m]. Statements on ``displacement.time`` in ``columns`` and ``units`` apply to it. With arrays by keyword
         it may also be one of them.
     scale : str or float, optional
         Size of a camera's pixel: "0.042mm/px", "23.8px/mm", or metres.
@@ -94,7 +94,7 @@ def read(
         Frames a second, where a camera's file has frames and no times.
     axis : str, optional
         Direction of the displacement of a point with x and y: "x", "y", "-x", "-y" or an angle from x to y such as
-        "30deg" (default: that in which it moves most, which is said in a finding).
+        "30deg" (default: the direction of largest motion, stated in a finding).
     **arrays : array_like
         Arrays (n,) in SI units in place of ``data``: ``time``, ``voltage``, ``current``, ``displacement``, ``force``,
         ``charge``; or ``frequency`` and complex ``impedance``; or ``stretch`` and ``stress``.

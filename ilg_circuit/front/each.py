@@ -39,7 +39,7 @@ TABLE, _LOCK = "table.csv", "lock"
 class FileTask:
     """One file to fit: ``options`` of `identify`, the ``folder`` for its fit (None: nothing is written).
 
-    ``spelling`` says how messages write the names of arguments, also in another process.
+    ``spelling`` is the style of arguments' names in messages, also in another process.
     """
 
     path: Path
@@ -287,7 +287,7 @@ def _kept(task: FileTask) -> FileFit | None:
 
 @contextmanager
 def _held(root: Path, *, force: bool) -> Iterator[None]:
-    """Hold the folder of a batch, made if absent. Raises InputError for one that is none of fits."""
+    """Hold the folder of a batch, made if absent. Raises InputError for a folder that does not hold fits."""
     other = f"another {argument('folder')}"
     if root.is_dir():
         if any(root.iterdir()) and not (root / MARKER).exists() and not force:
@@ -307,7 +307,7 @@ def _held(root: Path, *, force: bool) -> Iterator[None]:
 def _fit(
     numbers: Sequence[int], tasks: Sequence[FileTask], jobs: int | None, save: Callable[[int, FileFit], None]
 ) -> None:
-    """Fit the tasks of these numbers on ``jobs`` processes, or in this one."""
+    """Fit the tasks with these indices on ``jobs`` processes, or in this one."""
     possible = find_spec("loky") is not None and len(numbers) > 1
     pool = local_pool(len(numbers), jobs, fit_file) if possible else None
     if pool is None:
@@ -319,6 +319,6 @@ def _fit(
 
 
 def _alone(pool: GivenPool, task: FileTask) -> FileFit:
-    """Fit a file that may have killed its worker once more, alone."""
+    """Fit a file whose worker was killed again, alone."""
     found = tried(pool, task)
     return found if found is not None else FileFit(str(task.path), 1, error=KILLED)

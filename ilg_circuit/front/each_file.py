@@ -23,7 +23,7 @@ def values_of(
     Parameters
     ----------
     given
-        Path or name of a file -> its value; ``*`` -> that of all others.
+        Path or name of a file -> its value; ``*`` -> the value for all others.
     sources
         Paths; what is not a path has no name.
     what

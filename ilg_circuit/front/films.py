@@ -19,7 +19,7 @@ from ..simulation.drives import FORMS
 from ..simulation.shapes import sampled
 from .given import Driven, drive_of
 
-#: A film may begin so much earlier than its drive, in parts of its length.
+#: Largest time by which a film may begin before its drive, as a fraction of its length.
 _EARLIER = 1.6
 
 
@@ -61,19 +61,19 @@ def film(
         return made
     if isinstance(onset, str):
         raise InputError(
-            f"{argument('onset', onset)}: {track.source} has no voltage whose readings tell it; give a time such as 4s"
+            f"{argument('onset', onset)}: {track.source} has no voltage that determines it; give a time such as 4s"
         )
     return replace(made, delay=onset - made.onset)
 
 
 def _in_a_file(drive: Driven) -> bool:
-    """Tell whether a drive is the rows of a file."""
+    """Return True if a drive is given by the rows of a file."""
     forms = [form.name for form in FORMS if form.parts is None]
     return isinstance(drive, str) and drive.partition(":")[0] in forms
 
 
 def by_file(texts: tuple[str, ...]) -> dict[str, str]:
-    """Return drives that were given as DRIVE or FILE=DRIVE, by file; that of all others as ``*``."""
+    """Return drives that were given as DRIVE or FILE=DRIVE, by file; a drive for all others as ``*``."""
     found = {}
     for text in texts:
         head, colon, tail = text.partition(":")

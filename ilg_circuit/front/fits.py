@@ -73,7 +73,7 @@ def identify(
         or frequency_Hz, re_ohm, im_ohm), what `read` returned, or a list of these, of one strip.
     strip : Actuator, Specimen, str or Path
         Geometry, Young's modulus and density: an object, such as `new_strip` returns, a path or a preset's name
-        (default: the paper's, which is said in a finding).
+        (default: the paper's, stated in a finding).
     model : str
         Name of an electrical model, such as "rc" or "rc2+sinh" (all are under Notes), or "auto": the simplest of those
         that fit about as well as the best by BIC.
@@ -97,9 +97,9 @@ def identify(
     intervals : str
         Method of the 95 % intervals: "covariance", "profile", "bootstrap" or "mcmc".
     weighting : {"modulus", "unit"}
-        Weights of impedances: "modulus" divides residuals by abs(Z), "unit" leaves them.
+        Weights of impedances: "modulus" divides residuals by abs(Z), "unit" does not weight them.
     columns, units : mapping of str to str, optional
-        What files do not say of themselves, see `read`.
+        Statements that the files lack, see `read`.
     part, cycle : int, optional
         Which of several measurements in a file, see `read`.
     length, free_length, width, thickness : float or str, optional
@@ -116,7 +116,7 @@ def identify(
         The voltage under which data hold a displacement alone, such as "step:2V", see `simulate`; or a mapping from
         the name of a file to it. Such data are columns of time and displacement, or x and y; what is fitted is the
         coupling and how much later their clock reads than the drive's, unless ``onset`` (when the drive's voltage
-        began, by their clock) or ``displacement_delay`` states it. The circuit stays that of ``strip``.
+        began, by their clock) or ``displacement_delay`` states it. The circuit is taken from ``strip``.
     scale : str or float, optional
         Size of a camera's pixel, see `read`.
     fps : float, optional
@@ -130,7 +130,7 @@ def identify(
     -------
     Identification
         ``parameters`` maps names, listed under Notes, to estimates with ``value``, ``stderr`` and ``interval``;
-        ``fit["capacitance"]`` is one of them. ``actuator`` is the fitted strip, ``warnings`` say what is doubtful.
+        ``fit["capacitance"]`` is one of them. ``actuator`` is the fitted strip, ``warnings`` list doubtful points.
         ``success`` is False if the data do not determine the answer. See `ilg.results`.
 
     Raises
@@ -192,7 +192,7 @@ def identify(
             f"{argument('displacement')} stands beside a record, {argument('drive')} in place of one: give one of them"
         )
     if drive is not None and onset is not None and displacement_delay is not None:
-        raise InputError(f"{argument('onset')} and {argument('displacement_delay')} say the same: give one of them")
+        raise InputError(f"{argument('onset')} and {argument('displacement_delay')} state the same: give one of them")
     given = sets_of(by_header(arrays) if data is None else data, onset, said, displacement, drive, end)
     sets = [each for each in given if not isinstance(each, LoadTest)]
     if len(sets) < len(given):

@@ -1,4 +1,4 @@
-"""Converts what users give into what the rooms take: strips, drives, loads and times."""
+"""Converts users' arguments into the objects of the rooms: strips, drives, loads and times."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def drive_of(drive: Driven, duration: float, unit: str = "V", said: Said = NOTHI
 
 
 def mounted(tip: str, beam: str | None, hung: Hung) -> dict[str, Any]:
-    """Return tip, beam (None for the strip's own) and load, as solvers take them."""
+    """Return tip, beam (None for the strip's own) and load in the form for solvers."""
     return {"tip": tip, "beam": beam, "load": load_of(hung)}
 
 

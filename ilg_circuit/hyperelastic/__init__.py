@@ -1,6 +1,6 @@
-"""Load tests -> hyperelastic material: incompressible Ogden, with neo-Hookean and Mooney-Rivlin as its simple cases.
+"""Hyperelastic materials from load tests: incompressible Ogden, with neo-Hookean and Mooney-Rivlin as special cases.
 
-In: load tests. Out: an Ogden material with its verdict. May import: the ground floor, `fit` and `measurements`.
+In: load tests. Out: an Ogden material with its verdict. May import: the top level, `fit` and `measurements`.
 """
 
 from ..measurements.load_test import LoadTest

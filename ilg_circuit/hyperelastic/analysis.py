@@ -1,4 +1,4 @@
-"""Load tests -> material: the number of terms chosen, predictions for all loads, and findings."""
+"""Characterises a material from load tests: selects the number of terms, predicts all loads, and collects findings."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from .tangent import tangent_modulus
 
 MODELS = ("auto", "ogden", *FIXED)
 
-#: Predictions are made up to this many times as far from stretch 1, by logarithm, as there are readings.
+#: Largest stretch of a prediction, relative to the readings' largest, both as distances from 1 in logarithm.
 _FARTHEST = 3.0
 
 
@@ -51,13 +51,13 @@ def characterise(
     ----------
     model, terms
         auto: neo-Hookean, Mooney-Rivlin and Ogden with 1 to 4 terms are fitted, up to the first number of terms that
-        the data do not determine, and the lowest BIC decides among those that they do; ``terms`` asks for an Ogden
-        material of that many.
+        the data do not determine, and the determined model of lowest BIC is chosen; ``terms`` selects an Ogden material
+        with this number of terms.
     at
-        Stretches of the predictions; by default the farthest one measured.
+        Stretches of the predictions (default: the largest one measured).
     branch
-        What is fitted of tests whose rows go back and forth: loading (the first, and what goes farther than any row
-        before), unloading, reloading or all; see `LoadTest.taking`.
+        Branch of cyclic tests that is fitted: loading (the first loading, and stretches beyond all earlier ones),
+        unloading, reloading or all; see `LoadTest.taking`.
     constrained, weighting, seed
         As `fit_model`.
 
@@ -76,7 +76,7 @@ def characterise(
     if not candidates:
         raise InputError("one reading is too few for any material; give at least 2 readings at stretches other than 1")
     by_name = {f.name: f for f in candidates}
-    # the neo-Hookean comes first and is determined whenever anything is
+    # the neo-Hookean material comes first and is determined if any model is
     best = by_name[
         simplest_of_best(
             {name: f.bic for name, f in by_name.items()},
@@ -108,7 +108,7 @@ def characterise(
 
 
 def _require(tests: Sequence[LoadTest], model: str, terms: int | None, stretches: Array) -> None:
-    """Raise InputError for tests or a model that are none, and for stretches far beyond the readings."""
+    """Raise InputError for invalid tests or models, and for stretches far beyond the readings."""
     if not tests:
         raise InputError(f"no test was given; give at least one of {', '.join(MODES)}")
     modes = [t.mode for t in tests]
@@ -130,7 +130,7 @@ def _require(tests: Sequence[LoadTest], model: str, terms: int | None, stretches
 def _candidates(
     tests: Sequence[LoadTest], fit: Callable[[str, int | None], HyperelasticFit]
 ) -> tuple[HyperelasticFit, ...]:
-    """Return fits of all models that there are readings enough for, up to the first number of terms too many."""
+    """Return fits of all models with enough readings, up to the first number of terms that is not determined."""
     readings = sum(len(t.stretch) for t in tests)
     found = [fit(model, None) for model, alphas in FIXED.items() if readings > len(alphas)]
     for terms in range(1, MOST_TERMS + 1):

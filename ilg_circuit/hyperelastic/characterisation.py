@@ -1,4 +1,4 @@
-"""The result of a characterisation: the material that load tests determine, and what it predicts."""
+"""The result of a characterisation: the material fitted to load tests, and its predictions."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from .material import CONVENTION, OTHER_CONVENTION, Ogden
 class Prediction:
     """Nominal and Cauchy stress [Pa] of one mode at one stretch.
 
-    ``error`` is the nominal stress's standard error, NaN where the data do not determine it; ``measured`` tells
-    whether a test of this mode covers the stretch.
+    ``error`` is the nominal stress's standard error, NaN if the data do not determine it; ``measured`` is True if a
+    test of this mode covers the stretch.
     """
 
     mode: str
@@ -48,7 +48,7 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Instability:
-    """Where a mode is unstable: stretches from ``low`` to ``high`` within the data's range.
+    """A range of stretches, ``low`` to ``high`` within the data's range, where a mode is unstable.
 
     ``kind``: "slope" (the nominal stress does not rise with the stretch) or "drucker" (nor does the Kirchhoff stress
     with the logarithmic strain).
@@ -111,7 +111,7 @@ class Characterisation(Estimated, Result):
 
     @property
     def success(self) -> bool:
-        """Whether the material describes what was measured; where it does not, no strip is made of it."""
+        """True if the material describes the measurements; otherwise no strip is written with it."""
         return self.fit.success
 
     @property
@@ -120,7 +120,7 @@ class Characterisation(Estimated, Result):
         return sentences(self.findings)
 
     def estimate_tables(self) -> dict[str, dict[str, Estimate]]:
-        """Return the parameters, and what follows from them, such as ``youngs_modulus``."""
+        """Return the parameters, and derived quantities such as ``youngs_modulus``."""
         return {"parameter": parameters(self.fit), "derived": derived(self.fit)}
 
     def curves(self) -> Iterator[Curve]:
@@ -130,7 +130,7 @@ class Characterisation(Estimated, Result):
             yield Curve(f"stress_{t.mode}", "Pa", t.source, over, t.stress, t.stress - residuals)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the result as plain data in SI units; what is not determined is null."""
+        """Return the result as plain data in SI units; undetermined values are null."""
         fit, small = self.fit, self.small_strain_modulus
         return {
             "success": self.success,

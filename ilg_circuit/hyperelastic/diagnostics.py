@@ -17,22 +17,22 @@ from .fit import ROUNDING, HyperelasticFit
 from .material import MODES, Ogden
 from .tangent import SMALL
 
-#: A range of stretches is followed at this many points for instability and absurdity.
+#: Number of points at which a range of stretches is checked for instability and implausible stresses.
 POINTS = 400
 
-#: Equibiaxial over uniaxial stress at one stretch: rubbers and gels have 1 to 3, and 2 at the start.
+#: Ratio of equibiaxial to uniaxial stress above which it is implausible; rubbers and gels have 1 to 3, initially 2.
 _ABSURD = 10.0
-#: Largest relative difference of the fitted E and the E of small strains alone, and the number of their joint standard
-#: errors from which a difference counts.
+#: Largest relative difference of the fitted E and the E from small strains alone, and least difference in combined
+#: standard errors for it to be significant.
 _E_DIFFERS, _E_ERRORS = 0.1, 2.5
-#: Unloading that does more work than loading, reloading that does less, by this part does so beyond noise.
+#: Least relative difference of work between branches that is significant.
 _GAINED = 0.02
 
 
 def absurd_from(material: Ogden, high: float) -> float | None:
     """Return the stretch up to ``high`` from which the equibiaxial stress is over ten times the uniaxial; else None.
 
-    In tension only: a sheet pressed in its plane carries far more than a pressed column, and rightly.
+    Only tension is checked: in compression a sheet pressed in its plane carries far more than a column.
     """
     stretch = np.geomspace(1.0, high, POINTS)[1:] if high > 1 else np.empty(0)
     ratio = material.nominal("equibiaxial", stretch) / material.nominal("uniaxial", stretch)
@@ -41,7 +41,7 @@ def absurd_from(material: Ogden, high: float) -> float | None:
 
 
 def on_branches(tests: Sequence[LoadTest]) -> Iterator[Finding]:
-    """Yield what branches the rows of a test are, which were fitted, and how far they lie apart."""
+    """Yield findings on the branches of a test: which were fitted, and their hysteresis."""
     for test in tests:
         if not test.ordered:
             yield Finding("rows-unordered", test.source)
@@ -63,7 +63,7 @@ def on_branches(tests: Sequence[LoadTest]) -> Iterator[Finding]:
 
 
 def on_misfit(fit: HyperelasticFit) -> Iterator[Finding]:
-    """Yield what the material does not describe, and whether that or an unknown E makes it no success."""
+    """Yield findings on a misfit and on an undetermined E, with whether they make the fit fail."""
     for test, misfit in zip(fit.tests, fit.misfits, strict=True):
         if misfit.warn or misfit.fail:
             values = {"test": test.mode, "share": misfit.share, "worst": misfit.worst}
@@ -76,7 +76,7 @@ def on_misfit(fit: HyperelasticFit) -> Iterator[Finding]:
 
 
 def on_modes(fit: HyperelasticFit) -> Iterator[Finding]:
-    """Yield what a fit predicts for loads that were not tested: the stress itself, so that everyone can judge it."""
+    """Yield findings with the predicted stress for loads that were not tested, for the reader to judge."""
     modes = [t.mode for t in fit.tests]
     farthest = fit.farthest
     wild = absurd_from(fit.material, fit.stretch_range[1]) if "equibiaxial" not in modes else None
@@ -97,7 +97,7 @@ def on_modes(fit: HyperelasticFit) -> Iterator[Finding]:
 
 
 def on_stability(fit: HyperelasticFit, instabilities: Sequence[Instability]) -> Iterator[Finding]:
-    """Yield where the material is unstable."""
+    """Yield findings on the ranges where the material is unstable."""
     codes = {"drucker": "drucker-fails", "slope": "stress-falls"}
     for found in instabilities:
         yield Finding(codes[found.kind], f"unstable in {found.mode} load", {"low": found.low, "high": found.high})
@@ -106,13 +106,13 @@ def on_stability(fit: HyperelasticFit, instabilities: Sequence[Instability]) -> 
 
 
 def on_modulus(fit: HyperelasticFit, small: tuple[float, float] | None) -> Iterator[Finding]:
-    """Yield whether readings are near stretch 1, where E is the slope, and whether the fit follows them."""
+    """Yield findings on E, the slope at stretch 1: extrapolated, or different from the readings near 1."""
     nearest = min(float(np.abs(t.stretch - 1).min()) for t in fit.tests)
     modulus = fit.material.youngs_modulus
     if nearest > 0.501 * SMALL:
         yield Finding("modulus-extrapolated", values={"distance": nearest})
     elif small is not None:
-        # beyond the noise of both, and large enough to matter, even if the model misses the curve
+        # significant compared with both errors, and large enough to matter, even if the model has a misfit
         doubt = _E_ERRORS * float(np.hypot(small[1], 3 * np.nan_to_num(fit.plain_modulus_error)))
         if abs(modulus - small[0]) > max(doubt, _E_DIFFERS * small[0]):
             advice = "" if fit.weighting == "relative" else f"; {argument('weighting', 'relative')} follows them"
@@ -121,7 +121,7 @@ def on_modulus(fit: HyperelasticFit, small: tuple[float, float] | None) -> Itera
 
 
 def on_statistics(fit: HyperelasticFit) -> Iterator[Finding]:
-    """Yield what is not determined, autocorrelated residuals, and a minimum that one start alone found."""
+    """Yield findings on undetermined parameters, autocorrelated residuals, and an unconfirmed minimum."""
     for reason in fit.undetermined:
         yield Finding("material-not-determined", fit.name, {"reason": str(reason)})
     for test, residuals in zip(fit.tests, fit.residuals, strict=True):
@@ -135,7 +135,7 @@ def on_statistics(fit: HyperelasticFit) -> Iterator[Finding]:
 
 
 def on_extrapolation(predictions: Sequence[Prediction]) -> Iterator[Finding]:
-    """Yield which stretches no reading of a mode reaches."""
+    """Yield findings on stretches beyond the readings of a mode."""
     for mode in MODES:
         beyond = [f"{p.stretch:.4g}" for p in predictions if p.mode == mode and not p.measured]
         if beyond:

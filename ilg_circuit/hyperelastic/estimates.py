@@ -15,7 +15,7 @@ from .fit import HyperelasticFit
 def parameters(fit: HyperelasticFit) -> dict[str, Estimate]:
     """Return mu_i [Pa] and alpha_i in the paper's convention, with standard errors and 95 % intervals.
 
-    Where mu_i alpha_i > 0 was imposed, the interval of mu_i is symmetric about its logarithm: it keeps the sign.
+    If mu_i alpha_i > 0 was imposed, the interval of mu_i is symmetric in its logarithm and keeps the sign.
     """
     n, by = fit.terms, fit.to_parameters
     fixed = "" if fit.model == "ogden" else f"{fit.name} by definition"
@@ -41,7 +41,7 @@ def derived(fit: HyperelasticFit) -> dict[str, Estimate]:
 
 
 def correlations(fit: HyperelasticFit) -> dict[str, float]:
-    """Return the correlation of every pair of fitted parameters; none where a combination is not determined."""
+    """Return the correlation of every pair of fitted parameters; empty if a combination is not determined."""
     names = [f"{kind}_{i + 1}" for kind in ("mu", "alpha") for i in range(fit.terms)][: fit.result.count]
     covariance = fit.parameter_covariance()[: fit.result.count, : fit.result.count]
     if np.isnan(covariance).any():
@@ -52,15 +52,15 @@ def correlations(fit: HyperelasticFit) -> dict[str, float]:
 
 
 def _modulus(fit: HyperelasticFit, value: float, gradient: Array) -> Estimate:
-    """Return a modulus [Pa], whose interval keeps its sign where signs were imposed."""
+    """Return the estimate of a modulus [Pa], whose interval keeps its sign if signs were imposed."""
     return _estimate(fit, value, gradient, "Pa", one_sign=fit.constrained)
 
 
 def _estimate(fit: HyperelasticFit, value: float, gradient: Array, unit: str, one_sign: bool = False) -> Estimate:
-    """Return a value with its 95 % intervals by Student's t, ``one_sign``: of its logarithm; bare if undetermined.
+    """Return a value with 95 % intervals by Student's t, for ``one_sign`` in its logarithm; none if undetermined.
 
-    ``gradient`` (2 n,) is that of the value by (g_1 .. g_n, alpha_1 .. alpha_n). Where residuals are autocorrelated the
-    errors that allow for it stand beside those by the covariance, and are reported.
+    ``gradient`` (2 n,) is the value's gradient with respect to (g_1 .. g_n, alpha_1 .. alpha_n). If residuals are
+    autocorrelated, errors that allow for it are given in addition to the covariance's, and are reported.
     """
     error = _error(gradient, fit.plain_covariance)
     if not math.isfinite(error):

@@ -1,8 +1,8 @@
-"""Fits of one model to one or several load tests together, by the least squares of `fit`, from many starts.
+"""Fits one model to one or several load tests together by least squares, from many starts.
 
-The parameters are each term's modulus g_i = mu_i alpha_i/2, of which a fit moves the size, and alpha_i. All signs are
-positive where the material is to be stable, so that mu_i alpha_i > 0 holds by construction; otherwise they are those of
-the start.
+The parameters are the absolute value of each term's modulus g_i = mu_i alpha_i/2, and alpha_i. If the material is
+constrained to be stable, all signs of g_i are positive, so that mu_i alpha_i > 0 holds by construction; otherwise the
+signs of the start are kept.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from .search import RESOLUTION, descents, search
 
 MOST_TERMS = 4
 
-#: alphas that a model fixes; an Ogden material of n terms has none
+#: alphas that a model fixes; an Ogden material has none
 FIXED: dict[str, tuple[float, ...]] = {"neo-hookean": (2.0,), "mooney-rivlin": (2.0, -2.0)}
 
-#: |alpha_i| ln(l) stays below this over the data: far beyond any rubber, and far from overflow.
+#: Upper limit of |alpha_i| ln(l) over the data, far above any rubber's and without overflow.
 _STEEPEST = 40.0
-#: Two ends of a search are the same where their sums of squares differ by less than this part.
+#: Relative difference of sums of squares below which two minima are the same.
 _SAME = 1e-3
 #: Residuals below this fraction of the largest stress are rounding.
 ROUNDING = 1e-5
-#: Condition of the slopes beyond which the data leave a combination of parameters open.
+#: Condition of the slopes above which a combination of parameters is not determined.
 _SINGULAR = 1e9
 
 
@@ -48,8 +48,8 @@ _SINGULAR = 1e9
 class HyperelasticFit:
     """A model fitted to load tests: a view of ``result``, whose values are abs(g_i) [Pa], then alpha_i.
 
-    ``signs`` (n,) are those of the moduli. ``constrained`` is True if g_i > 0 was imposed, ``weighting`` is absolute
-    or relative; see `fit_model`.
+    ``signs`` (n,) are the signs of the moduli. ``constrained`` is True if g_i > 0 was imposed, ``weighting`` is
+    absolute or relative; see `fit_model`.
     """
 
     model: str
@@ -92,18 +92,18 @@ class HyperelasticFit:
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
-        """How much of each test is not described."""
+        """The misfit of each test."""
         return tuple(stress_misfit(t, r) for t, r in zip(self.tests, self.residuals, strict=True))
 
     @property
     def modulus_known(self) -> bool:
-        """Whether E is positive and known better than to its own size; True where its error is not determined."""
+        """True if E is positive and its standard error less than E; True if its error is not determined."""
         g = self.material.shear_modulus
         return g > 0 and not self.modulus_error >= g
 
     @property
     def success(self) -> bool:
-        """Whether the material describes every test, and has an E."""
+        """True if the material describes every test, and E is determined."""
         return self.modulus_known and not any(m.fail for m in self.misfits)
 
     @property
@@ -131,7 +131,7 @@ class HyperelasticFit:
 
     @cached_property
     def reported(self) -> Reported | None:
-        """Errors that allow for autocorrelated residuals; None where these are noise, or errors are not determined."""
+        """Errors that allow for autocorrelated residuals; None if residuals are noise, or errors not determined."""
         determined = np.isfinite(self.result.covariance).all()
         if not determined or self.result.rmse < ROUNDING or not autocorrelated(self.result):
             return None
@@ -139,15 +139,15 @@ class HyperelasticFit:
 
     @cached_property
     def plain_covariance(self) -> Array:
-        """Covariance (2 n, 2 n) of (g_1 .. g_n [Pa], alpha_1 .. alpha_n) for residuals that are independent.
+        """Covariance (2 n, 2 n) of (g_1 .. g_n [Pa], alpha_1 .. alpha_n) for independent residuals.
 
-        Rows of alphas that the model fixes are zero; all are NaN where the data do not determine a combination.
+        Rows of alphas that the model fixes are zero; all are NaN if the data do not determine a combination.
         """
         return self._completed(self.result.covariance)
 
     @cached_property
     def covariance(self) -> Array:
-        """The same (2 n, 2 n), allowing for autocorrelation where residuals have it."""
+        """The same (2 n, 2 n), allowing for autocorrelated residuals."""
         return self.plain_covariance if self.reported is None else self._completed(self.reported.covariance)
 
     def _completed(self, moved: Array) -> Array:
@@ -164,7 +164,7 @@ class HyperelasticFit:
 
     @property
     def plain_modulus_error(self) -> float:
-        """Standard error of G [Pa] for residuals that are independent; NaN where undetermined."""
+        """Standard error of G [Pa] for independent residuals; NaN where undetermined."""
         return float(np.sqrt(self.plain_covariance[: self.terms, : self.terms].sum()))
 
     @property
@@ -187,7 +187,7 @@ class HyperelasticFit:
 
     @cached_property
     def undetermined(self) -> tuple[Finding, ...]:
-        """What the data do not determine: a modulus to a factor of ten, an alpha to its own size or within limits."""
+        """Findings on undetermined parameters: a modulus to a factor of ten, an alpha to its own size or its limits."""
         if np.isnan(self.covariance).any():
             return (Finding("terms-act-alike"),)
         n, errors = self.terms, np.sqrt(np.diag(self.covariance)).tolist()
@@ -218,7 +218,7 @@ def fit_model(
     Parameters
     ----------
     tests
-        Load tests, all readings of which are fitted. Each test's residuals have a variance of their own.
+        Load tests, all readings of which are fitted. Each test's residuals have a separate variance.
     model, terms
         ogden with ``terms`` 1 to 4, neo-hookean, or mooney-rivlin.
     constrained
@@ -250,15 +250,15 @@ def fit_model(
     found, evaluations = search(coarse, count, constrained, seed)
     agreeing, best = max(found.agreeing, found.near(_SAME)), found.best
     if readings > MOST_READINGS:
-        # the best minimum of some readings may be the second of all
+        # the best minimum of the thinned readings may be the second best of all readings
         ends = [run.parameters for run in (best, *found.runs[agreeing : agreeing + 2])]
         refined, more = descents(whole, count, ends)
         best, evaluations = refined.best, evaluations + more
     moduli, alphas = best.parameters[:count], best.parameters[count:]
-    if not fixed:  # the order of terms is free: by their part of G, the largest first
+    if not fixed:  # the order of terms is arbitrary: by their part of G, the largest first
         order = np.argsort(-np.abs(moduli), kind="stable")
         moduli, alphas = moduli[order], alphas[order]
-        if all(t.mode == "planar" for t in given):  # planar stress is even in alpha: of equal fits always the same one
+        if all(t.mode == "planar" for t in given):  # planar stress is even in alpha: choose one of the equal fits
             alphas = np.abs(alphas)
     signs = np.sign(moduli)
     result = _finished(whole(signs), np.concatenate([np.abs(moduli), alphas]), best.offset, evaluations)
@@ -275,7 +275,7 @@ def describe(model: str, terms: int) -> str:
 def _require_model(
     tests: tuple[LoadTest, ...], model: str, terms: int | None, weighting: str
 ) -> tuple[float, ...] | None:
-    """Return the alphas that a model fixes. Raises InputError for a request that cannot be met."""
+    """Return the alphas that a model fixes. Raises InputError for an invalid model."""
     if not tests:
         raise InputError(f"no test was given; give at least one of {', '.join(MODES)}")
     if model != "ogden" and model not in FIXED:
@@ -291,7 +291,7 @@ def _require_model(
 
 
 def _finished(problem: Problem, values: Array, offset: float, evaluations: int) -> FitResult:
-    """Return the result at ``values``; residuals that are rounding have the variance of that."""
+    """Return the result at ``values``; the variance is at least that due to rounding."""
     x = problem.scales.coordinates(values)
     prediction, slopes = problem.derivatives(x)
     residuals = problem.data - prediction

@@ -5,7 +5,7 @@ The convention is that of *Motion Simulation of Ionic Liquid Gel Soft Actuators 
     W = sum mu_i/alpha_i (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3),    l1 l2 l3 = 1,    G = 1/2 sum mu_i alpha_i
 
 Other books and programs write W = sum 2 mu_i/alpha_i^2 (...), where G = sum mu_i; `Ogden.moduli` and
-`Ogden.from_moduli` convert. In every test one stretch l is imposed, and that of the traction-free direction is l^k:
+`Ogden.from_moduli` convert. In every test one stretch l is imposed; the traction-free direction has the stretch l^k:
 k = -1/2 uniaxial, -2 equibiaxial, -1 planar. Neo-Hookean is alpha = 2, Mooney-Rivlin alpha = (2, -2).
 """
 
@@ -32,7 +32,7 @@ OTHER_CONVENTION = "W = sum 2 mu_i/alpha_i^2 (l1^alpha_i + l2^alpha_i + l3^alpha
 class Ogden:
     """An incompressible Ogden material: ``mu`` [Pa] and ``alpha`` [1], one of each per term, paper's convention.
 
-    mu_i alpha_i > 0 for every term suffices for stability; it is not necessary, and not asked for here.
+    mu_i alpha_i > 0 for every term suffices for stability; it is not necessary, and not required here.
     """
 
     mu: tuple[float, ...]
@@ -73,17 +73,17 @@ class Ogden:
 
     @property
     def shear_modulus(self) -> float:
-        """G = 1/2 sum mu_i alpha_i [Pa], the initial one."""
+        """The initial shear modulus G = 1/2 sum mu_i alpha_i [Pa]."""
         return math.fsum(self.moduli)
 
     @property
     def youngs_modulus(self) -> float:
-        """E = 3 G [Pa], the initial one; 3 because the material is incompressible."""
+        """The initial Young's modulus E = 3 G [Pa]; 3 because the material is incompressible."""
         return 3 * self.shear_modulus
 
     @property
     def stable_by_sign(self) -> bool:
-        """Whether mu_i alpha_i > 0 for every term: then the material is stable at every stretch."""
+        """True if mu_i alpha_i > 0 for every term, so that the material is stable at every stretch."""
         return all(g > 0 for g in self.moduli)
 
     def nominal(self, mode: str, stretch: ArrayLike) -> Array:
@@ -127,14 +127,14 @@ class Ogden:
         trace = 2 * (d1 + d2 + d3) / 3
         determinant = (d1 * d2 + d2 * d3 + d3 * d1) / 3
         root = np.sqrt(np.maximum(trace**2 / 4 - determinant, 0))
-        # the smaller root by the product of both, where their difference would cancel
+        # the smaller root from the product of both, since their difference would cancel
         return np.where(trace > 0, determinant / (trace / 2 + root), trace / 2 - root)
 
 
 def stress_basis(mode: str, stretch: Array, alpha: ArrayLike) -> Array:
     """Return nominal stress of each term per unit of its modulus mu_i alpha_i/2, (..., terms): 2 (l^a - l^(k a))/(a l).
 
-    Written so that it is smooth through alpha = 0 and keeps its digits near l = 1.
+    The form used is smooth through alpha = 0 and accurate near l = 1.
     """
     k, logs, a = _mode(mode), np.log(stretch)[..., None], np.asarray(alpha, dtype=float)
     return np.asarray(2 * (1 - k) * logs * np.exp((k * a - 1) * logs) * _relative(((1 - k) * a) * logs))
@@ -161,7 +161,7 @@ def _relative(z: Array) -> Array:
 
 
 def _relative_slope(z: Array) -> Array:
-    """Return the derivative of `_relative`: by its series where the closed form cancels."""
+    """Return the derivative of `_relative`, by its series where the closed form cancels."""
     small = np.abs(z) < 1e-2
     safe = np.where(small, 1.0, z)
     series = 1 / 2 + z * (1 / 3 + z * (1 / 8 + z * (1 / 30 + z / 144)))

@@ -1,4 +1,4 @@
-"""How much of a load test a material leaves undescribed: residuals over the span of its stress, windows of stretch."""
+"""Computes the misfit of a load test: residuals relative to the span of its stress, in windows of stretch."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from ..arrays import Array
 from ..fit.misfit import FAIL, FAIL_WINDOW, WARN, Misfit
 from ..measurements.load_test import LoadTest
 
-#: Windows of the stretch, even by its logarithm.
+#: Number of windows of the stretch, evenly spaced in its logarithm.
 _WINDOWS = 6
-#: Readings from which their own noise can be told, by second differences along the path.
+#: Least number of readings from which their noise can be estimated, by second differences along the path.
 _FEWEST = 8
 
 
 def stress_misfit(test: LoadTest, residuals: Array) -> Misfit:
     """Return the misfit of one test from its ``residuals`` (n,) [Pa]; the ends of the worst window are stretches.
 
-    Shares are root mean squares of the span of the stress, from zero. A warning is for what is beyond the noise, no
-    success for all that is not described, noise or not.
+    Shares are root mean squares relative to the span of the stress, from zero. The limit for a warning applies to the
+    misfit beyond the noise, the limit for failure to all residuals.
     """
     span = max(float(test.stress.max()), 0.0) - min(float(test.stress.min()), 0.0)
     share = float(np.sqrt(np.mean(residuals**2))) / span

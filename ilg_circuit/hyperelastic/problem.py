@@ -1,4 +1,4 @@
-"""The stresses of load tests as observations of a fit, and the problem of fitting terms to them."""
+"""Turns the stresses of load tests into observations, and makes the problem of fitting terms to them."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ..fit.problem import Problem
 from ..measurements.load_test import LoadTest
 from .material import stress_basis, stress_derivatives
 
-#: The search uses this many readings of all tests together, the last descent all of them.
+#: Number of readings of all tests together in the search; the last descent uses all of them.
 MOST_READINGS = 300
 
 
 def stress_observation(test: LoadTest, sigma: Array, signs: Array) -> Observation:
-    """Return the nominal stress of a load test as an observation of terms with moduli of these ``signs``.
+    """Return the nominal stress of a load test as an observation of terms whose moduli have ``signs``.
 
-    ``sigma`` (m,) [Pa] is the unit of its residuals.
+    ``sigma`` (m,) [Pa] is the standard deviation by which its residuals are divided.
     """
     n = len(signs)
 
@@ -50,7 +50,7 @@ def stress_observation(test: LoadTest, sigma: Array, signs: Array) -> Observatio
 
 
 def residual_units(tests: tuple[LoadTest, ...], weighting: str) -> list[Array]:
-    """Return the unit [Pa] of each reading's residual, test by test: the largest stress over the reading's weight."""
+    """Return the standard deviation [Pa] of each reading, by test: the largest stress over the reading's weight."""
     stress = np.concatenate([t.stress for t in tests])
     scale = float(np.abs(stress).max())
     weights = np.ones_like(stress)
@@ -67,7 +67,7 @@ def stress_problem(
     steepest: float,
     signs: Array,
 ) -> Problem:
-    """Return the fit of ``tests`` by terms with moduli of these ``signs`` and alphas up to ``steepest``."""
+    """Return the problem of ``tests`` and terms whose moduli have ``signs``, with alphas up to ``steepest``."""
     n, names = len(signs), _names(len(signs))
     moduli = [Parameter(name, "g", "Pa", "size of a term's part of the shear modulus") for name in names[:n]]
     alphas = [Parameter(name, "alpha", "", "exponent", -steepest, steepest) for name in names[n:]]
@@ -83,7 +83,7 @@ def thinned(tests: tuple[LoadTest, ...], sigmas: list[Array]) -> tuple[list[Load
     for t, sigma in zip(tests, sigmas, strict=True):
         n = len(t.stretch)
         every = step if n > 10 * step else 1  # a test of few readings keeps them all
-        # the last one, where the material is stiffest, stays
+        # the last reading, where the material is stiffest, is kept
         part = np.argsort(t.stretch, kind="stable")[(n - 1) % every :: every]
         kept.append(replace(t, stretch=t.stretch[part], stress=t.stress[part], branch=t.branch or "all"))
         units.append(sigma[part])

@@ -1,7 +1,7 @@
-"""The search of a hyperelastic fit: starts at random alphas, completed by their best moduli, and descents from them.
+"""Multi-start search of a hyperelastic fit: random alphas with their best moduli, and descents from them.
 
-At given alphas the stress is linear in the moduli, so every random draw of alphas is completed by its best moduli
-(non-negative least squares) before the best draws are descended from.
+For given alphas the stress is linear in the moduli. Every random draw of alphas therefore gets the moduli of (non-
+negative) least squares, and descents start from the best draws.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from ..fit.multistart import Search, gather
 from ..fit.multistart import search as multistart
 from ..fit.problem import Problem
 
-#: No stress is read better than to this part of the largest: keeps statistics of exact data finite.
+#: Least relative error of a stress, which keeps statistics of exact data finite.
 RESOLUTION = 1e-7
 
-#: A modulus below this part of the largest stress is zero.
+#: Modulus, relative to the largest stress, below which it is zero.
 _LEAST_MODULUS = math.exp(-150.0)
 _DRAWS = 400
 _DESCENTS = 10
-#: How a descent ends: relative change of the sum of squares, evaluations, Gauss-Newton steps.
+#: Ends of a descent: relative change of the sum of squares, evaluations, Gauss-Newton steps.
 _TOLERANCE, _MOST_EVALUATIONS, _POLISHES = 1e-12, 200, 10
 
 
@@ -38,7 +38,7 @@ def search(build: Build, terms: int, constrained: bool, seed: int) -> tuple[Sear
     problem = build(np.ones(terms))
     found, evaluations = descents(build, terms, _starts(problem, constrained, seed))
     if found.best.degenerate and not problem.fixed and terms > 1:
-        # a term is not needed where it is, but perhaps elsewhere
+        # a term without effect at this alpha may have one at another
         starts = _starts(problem, constrained, seed, found.best.parameters)
         found, more = descents(build, terms, starts, found.runs)
         evaluations += more
@@ -46,9 +46,9 @@ def search(build: Build, terms: int, constrained: bool, seed: int) -> tuple[Sear
 
 
 def descents(build: Build, terms: int, starts: Sequence[Array], earlier: Sequence[Run] = ()) -> tuple[Search, int]:
-    """Return the ends of descents from ``starts``, in the same form, and the number of evaluations.
+    """Return the minima of descents from ``starts``, in the same form, and the number of evaluations.
 
-    ``build`` makes the problem of given signs, which no descent changes; ``earlier`` descents take part.
+    ``build`` returns the problem for given signs, which no descent changes; ``earlier`` descents are included.
     """
     by_signs: dict[tuple[float, ...], list[Array]] = {}
     for start in starts:
@@ -85,11 +85,11 @@ def descents(build: Build, terms: int, starts: Sequence[Array], earlier: Sequenc
 def _starts(problem: Problem, constrained: bool, seed: int, best: Array | None = None) -> list[Array]:
     """Return starts (unknowns,), moduli with their signs, then alphas, best first: random alphas, their best moduli.
 
-    With ``best``, an end of the search, the alpha of its least term alone is drawn.
+    With ``best``, a minimum of the search, only the alpha of its smallest term is drawn.
     """
     terms = len(problem.parameters) // 2
     free = not problem.fixed
-    alphas = np.empty((1, 0))  # of a model that fixes them
+    alphas = np.empty((1, 0))  # for a model that fixes them
     if free:
         steep = 0.45 * problem.parameters[-1].upper
         random = np.random.default_rng(seed)
@@ -101,7 +101,7 @@ def _starts(problem: Problem, constrained: bool, seed: int, best: Array | None =
         if best is not None:
             others = np.arange(terms) != np.argmin(np.abs(best[:terms]))
             alphas[:, others] = best[terms:][others]
-    # the stress is linear in the moduli: those of each draw's single terms, all at once
+    # the stress is linear in the moduli: columns of all draws' single terms at once
     units = np.hstack([np.tile(np.eye(terms), (len(alphas), 1)), np.repeat(alphas, terms, axis=0)])
     bases = problem.predicted(units).reshape(len(alphas), terms, -1).swapaxes(1, 2)
     chosen = []
@@ -125,7 +125,7 @@ def _best_moduli(basis: Array, data: Array, positive: bool) -> tuple[Array, floa
             g = np.zeros(len(size))
     else:
         g = np.linalg.lstsq(basis / size, data, rcond=1e-10)[0]
-    # a term that the draw does not want starts small, not at the end of a logarithm
+    # a term with zero modulus in a draw starts small, so that its logarithm is finite
     least = 1e-3 * max(float(np.abs(g).max()), float(np.linalg.norm(data)))
     g = np.where(g < 0, -1.0, 1.0) * np.maximum(np.abs(g), least) / size
     return g, float(((basis @ g - data) ** 2).sum())

@@ -1,6 +1,6 @@
-"""Young's modulus by the readings at small strains alone: the tangent at stretch 1, not a secant.
+"""Estimates Young's modulus from the readings at small strains alone: the tangent at stretch 1, not a secant.
 
-A stress over that of a neo-Hookean material of G = 1 is a curve whose value at stretch 1 is G, for every load. It is
+The ratio of the stress to a neo-Hookean material's stress with G = 1 equals G at stretch 1, for every load. It is
 fitted by a polynomial in the logarithm of the stretch for each load, all with the same value at 1.
 """
 
@@ -15,20 +15,20 @@ from ..fit.criteria import autocorrelation
 from ..measurements.load_test import LoadTest
 from .material import Ogden
 
-#: Strains up to here are small: the stress is then set by E, and by little else.
+#: Largest small strain, up to which the stress is determined mainly by E.
 SMALL = 0.2
-#: The polynomial has this order at most, and no more unknowns than this part of the readings.
+#: Largest order of the polynomial, and largest number of unknowns relative to the readings.
 _MOST, _UNKNOWN = 4, 0.6
-#: Readings that a tangent needs: for a line and for its residuals.
+#: Least number of readings for a tangent: for a line and for its residuals.
 _FEWEST = 4
 
 
 def tangent_modulus(tests: Sequence[LoadTest]) -> tuple[float, float] | None:
-    """Return E and its standard error [Pa] by the readings of ``tests`` at small strains alone.
+    """Return E and its standard error [Pa] from the readings of ``tests`` at small strains alone.
 
-    The order of the polynomial has the least BIC or, for few readings, the least corrected AIC. The error allows for
-    autocorrelation, and for what one more order would change. None where there are too few readings, or they tell no E
-    beyond its error.
+    The order of the polynomial has the lowest BIC or, for few readings, the lowest corrected AIC. The error allows for
+    autocorrelation, and includes the change by one more order. None if there are too few readings, or E does not exceed
+    its error.
     """
     small = [(t.mode, t.stretch[near], t.stress[near]) for t in tests for near in [np.abs(t.stretch - 1) <= SMALL]]
     small = [part for part in small if len(part[1])]
@@ -44,7 +44,7 @@ def tangent_modulus(tests: Sequence[LoadTest]) -> tuple[float, float] | None:
 
 
 def _fits(small: Sequence[tuple[str, Array, Array]], order: int) -> bool:
-    """Return True if there are readings enough, of each load, for polynomials of an ``order``."""
+    """Return True if there are enough readings of each load for polynomials of an ``order``."""
     count = sum(len(stress) for *_, stress in small)
     enough = all(len(stress) > order for *_, stress in small) or not order
     return enough and 1 + order * len(small) <= _UNKNOWN * count

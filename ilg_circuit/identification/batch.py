@@ -63,7 +63,7 @@ class FileFit:
 
     @property
     def outcome(self) -> str:
-        """What became of the file in one line."""
+        """The outcome for the file in one line."""
         if self.content is None:
             return f"failed: {self.error}"
         how = "fitted" if self.exit_code == 0 else "no success"
@@ -135,7 +135,7 @@ class Batch(Result):
         return [e and e.quoted for e in found]
 
     def table(self) -> tuple[Column, ...]:
-        """Return a row a file: outcome, model, parameters with standard errors and 95 % intervals, misfit, error."""
+        """Return one row per file: outcome, model, parameters with errors and 95 % intervals, misfit, error."""
         columns = [
             Column("file", [file.path for file in self.files], over=True),
             Column("exit_code", [file.exit_code for file in self.files], ""),

@@ -1,6 +1,6 @@
-"""A displacement on a clock of its own: its delay against the voltage's clock, and its rate.
+"""Finds the delay and the rate of a displacement's separate clock, relative to the voltage's clock.
 
-Both are found roughly by linear fits of d(s) at many delays, so that the search for the coupling begins near them.
+Initial guesses of both come from linear fits of d(s) at many delays.
 """
 
 from __future__ import annotations
@@ -21,30 +21,31 @@ from .film import FilmData, Moving
 from .motion import COUPLING, DisplacementData, Motion, RateOf
 from .start import CouplingSearch, thinned
 
-#: Readings that a rough search makes do with, its places, its closer looks and by what part each is closer.
+#: Rough search: number of readings, of delays in each pass, of refining passes, and factor by which each is narrower.
 _ROWS, _PLACES, _LOOKS, _CLOSER = 200, 13, 3, 0.25
-#: Times at which the building blocks of d(s) are made.
+#: Number of times at which the basis functions of d(s) are computed.
 _GRID = 500
-#: Readings at rest by which it is known where the tip begins to move, within this part of the record or this long [s].
+#: Least number of readings at rest for finding the beginning of the motion; uncertainty of that, as a fraction of the
+#: record and at most [s].
 _AT_REST, _NEAR, _NEAREST = 5, 0.05, 2.0
-#: Latest begin of a camera without a rest, as a fraction of its own record.
+#: Latest start of a camera whose record has no rest, as a fraction of that record.
 _LATEST = 0.5
-#: Two clocks differ by no more than this, relative to their rate.
+#: Largest relative difference of the rates of two clocks.
 MOST_RATE = 0.03
-#: Rounds in which delay and rate are found in turn, the delays [of their bounds] that are the same, those that are
-#: tried about the one before, and closer looks at each.
+#: Alternating search for delay and rate: rounds, tolerance of the delay and span about the previous one (both as
+#: fractions of its bounds), refining passes.
 _ROUNDS, _SAME, _SPAN, _PROFILE_LOOKS = 8, 0.005, 0.3, 2
-#: A place within this part of those that were tried lies inside them.
+#: Fraction of the tried span within which a result counts as inside it.
 _INSIDE = 0.9
-#: Parts of a record in which it is looked for motion.
+#: Number of parts of a record that are searched for motion.
 _PARTS = 60
 
 
 def in_step(record: Moving, delay: float | Literal["fit"]) -> tuple[Moving, RateOf | None]:
     """Return a record with its displacement on the voltage's clock, roughly where ``delay`` is to be fitted.
 
-    Beside it stand the rate of the displacement's clock, again roughly, and where it has no say of the delay; None
-    where the drive cannot tell a rate.
+    The second answer is an approximate rate of the displacement's clock about the time where rate and delay are
+    independent; None if the drive does not determine a rate.
     """
     channel = record.record.displacement
     assert channel is not None
@@ -71,7 +72,7 @@ def in_step(record: Moving, delay: float | Literal["fit"]) -> tuple[Moving, Rate
 
 
 def likeliest_clock(data: DisplacementData, motion: Motion, found: FitResult) -> tuple[float, RateOf]:
-    """Return the likeliest delay [s] and rate, near those of a fit of ``data``."""
+    """Return the most likely delay [s] and rate near the values of a fit of ``data``."""
     assert data.delays is not None
     span = (data.delays[1] - data.delays[0]) / 2
     for _ in range(_ROUNDS):
@@ -93,7 +94,7 @@ def _likeliest(
     start: float,
     half: float,
 ) -> tuple[DisplacementData, FitResult]:
-    """Return the data of the likeliest place within ``half`` of ``start``, and their fit."""
+    """Return the data at the most likely delay within ``half`` of ``start``, and their fit."""
 
     def problem(place: float) -> Problem:
         return Problem((at(place).observation(motion),), COUPLING)
@@ -116,9 +117,9 @@ def _moved(record: Moving, zero: float) -> Moving:
 
 
 def _gains(record: Moving, channel: Channel, end: float) -> Callable[[float, RateOf], float]:
-    """Return the function that gives the squares which d(s) explains by how late a clock is, and its rate.
+    """Return the sum of squares that d(s) explains as a function of a clock's delay and rate.
 
-    ``end`` [s] is the last time that it is asked for.
+    ``end`` [s] is the last time at which it is evaluated.
     """
     keep = thinned(channel.time, _ROWS)
     time, values, level = channel.time[keep], channel.values[keep], np.ones((len(keep), 1))
@@ -132,7 +133,7 @@ def _gains(record: Moving, channel: Channel, end: float) -> Callable[[float, Rat
 
 
 def _best(gain: Callable[..., float], low: float, high: float, *beside: object) -> float:
-    """Return the place at which a gain, with further arguments ``beside``, is largest, by successive refinement."""
+    """Return the argument that maximises a gain with further arguments ``beside``, by successive refinement."""
     for _ in range(_LOOKS):
         places = np.linspace(low, high, _PLACES)
         best = float(places[int(np.argmax([gain(float(x), *beside) for x in places]))])
@@ -142,7 +143,7 @@ def _best(gain: Callable[..., float], low: float, high: float, *beside: object) 
 
 
 def _pivot(channel: Channel, late: float) -> float:
-    """Return the mean time [s] of the motion: there the delay does not depend on the rate."""
+    """Return the mean time [s] of the motion, about which delay and rate are independent."""
     after = channel.time >= late
     t, y = channel.time[after], channel.values[after]
     edges = np.linspace(t[0], t[-1], _PARTS + 1)

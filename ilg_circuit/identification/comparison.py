@@ -1,4 +1,4 @@
-"""A prediction beside a measurement: the model's response to a record's drive, and the recorded one."""
+"""Compares a prediction with a measurement: the model's response to a record's drive, and the recorded response."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ def compare(
     load: Load | None = None,
     engine: str = "ngspice",
 ) -> tuple[Compared, ...]:
-    """Return current and displacement of a record, to ``until`` [s] in its file's time, beside the predictions.
+    """Return current and displacement of a record and their predictions, up to ``until`` [s] in the file's time.
 
-    The voltage is taken from the record as a fit does: jumps between the readings that show them, noise off its levels.
-    Raises InputError where nothing of the record lies before ``until``, and what `simulate` and `prediction_band` do.
+    The voltage is processed as in a fit: jumps lie between readings, levels are averaged. Raises InputError if the
+    record begins after ``until``, and the errors of `simulate` and `prediction_band`.
     """
     channels = {"current": measurement.current}
     if measurement.displacement is not None and tip == "free" and actuator.coupling is not None:
@@ -77,7 +77,7 @@ def _after(channel: Channel, end: float) -> Channel:
 
 
 def _positions(channel: Channel, part: Channel, predicted: Array) -> tuple[Array, bool, bool]:
-    """Return displacements from rest, positive to the anode, and whether the axis was turned, the rest unknown."""
+    """Return displacements from rest, positive to the anode; True if the axis was reversed; True if rest is unknown."""
     known = bool(channel.rest.any())
     turned = float(np.cov(part.values, predicted)[0, 1]) < 0 if len(predicted) > 1 else False
     values = -part.values if turned else part.values

@@ -1,6 +1,6 @@
-"""The coupling d(s) from one record or several: one for all that have a displacement.
+"""Fits one coupling d(s) to all records that have a displacement.
 
-Each record keeps what its individual fit found: how long d(s) describes it, and whether it drifts.
+The window and the drift of each record are taken from its individual fit.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .port_start import combined
 
 @dataclass(frozen=True)
 class CouplingFit:
-    """d(s) of all records: the fit of all, and each record's ``individual`` one."""
+    """The joint fit of d(s) to all records, and each record's ``individual`` fit."""
 
     individual: tuple[DisplacementFit, ...]
     fit: FitResult
@@ -34,18 +34,18 @@ class CouplingFit:
 
     @property
     def coupling(self) -> Coupling:
-        """The coupling, the geometric mean of parameters that records have for themselves."""
+        """The coupling, with the geometric mean of parameters that each record has for itself."""
         return Coupling(*(self.fit.means[name] for name in NAMES), beam=self.motion.beam)
 
     @property
     def data(self) -> tuple[DisplacementData, ...]:
-        """The displacements that were fitted, each relative to where its own fit begins."""
+        """The fitted displacements, each relative to the initial position of its individual fit."""
         if len(self.individual) == 1:
             return (self.individual[0].data,)
         return tuple(replace(i.data, reference=i.level) for i in self.individual)
 
     def sigmas(self) -> tuple[float, ...]:
-        """Return the units [m] in which the residuals of each record count."""
+        """Return the standard deviations [m] by which the residuals of each record are divided."""
         return tuple(sigma_of(i.fit, i.data.size) for i in self.individual)
 
 
@@ -56,10 +56,10 @@ def fit_coupling(
     progress: Progress = None,
     delay: float | Literal["fit"] | None = None,
 ) -> tuple[CouplingFit | None, list[Finding]]:
-    """Return the fit of d(s) to all records that have a displacement, and findings on it.
+    """Return the joint fit of d(s) to all records that have a displacement, and findings on it.
 
-    ``delay`` [s] is the camera's; by default fitted where it has a clock of its own. None where no displacement can be
-    fitted, or all together cannot.
+    ``delay`` [s] is the camera's; by default it is fitted if the camera has a separate clock. The fit is None if no
+    displacement can be fitted, or the joint fit fails.
     """
     fits: list[DisplacementFit] = []
     findings: list[Finding] = []
@@ -75,7 +75,7 @@ def fit_coupling(
     findings += [finding.about(i.data.source) for i in fits for finding in i.findings]
     if len(fits) < 2:
         return (CouplingFit((fits[0],), fits[0].fit, fits[0].motion) if fits else None), findings
-    # the dynamic beam where any record by itself shows its inertia
+    # the dynamic beam if the individual fit of any record shows inertia
     beam = "dynamic" if any(i.motion.beam == "dynamic" for i in fits) else "static"
     found = CouplingFit(tuple(fits), fits[0].fit, Motion(actuator, beam, records[0].engine))
     pairs = zip(found.data, found.sigmas(), strict=True)
@@ -93,7 +93,7 @@ def fit_coupling(
 
 
 def _of_one_sign(fits: list[DisplacementFit]) -> tuple[list[DisplacementFit], list[Finding]]:
-    """Return the records whose displacement moves in the direction of most, and findings on the others."""
+    """Return the records whose displacement has the majority's sign, and findings on the others."""
     sign = 1.0 if sum(i.data.sign for i in fits) >= 0 else -1.0
     against = [Finding("displacement-opposed", i.data.source) for i in fits if i.data.sign != sign]
     return [i for i in fits if i.data.sign == sign], against

@@ -33,26 +33,26 @@ from .port_model import ANY_LADDER, BRACKET, IndividualFit, PortModel, observed,
 from .start import FewerRelaxations, model_start, thinned
 from .stored import decaying_terms
 
-#: Number of rows on which models are tried; the chosen model is then fitted to all rows.
+#: Largest number of rows of a fit, and of the trial fits that compare models.
 _MOST_ROWS, _TRIAL_ROWS = 4000, 2000
 #: Number of rows with which the onset is searched, for models that determine it.
 _ONSET_ROWS = 400
-#: Tolerance of a fit whose residuals only are asked for.
+#: Tolerance of a fit of which only the residuals are used.
 _ROUGH = 1e-5
 #: Error of a nonlinear model's transient in a fit, relative to the largest current.
 _NONLINEAR_ACCURACY = 1e-6
-#: The same in a fit that only finds out which of several starts is best.
+#: The same in a fit that only selects the best of several starts.
 _ROUGH_ACCURACY = 1e-3
 
 
 @dataclass(frozen=True)
 class CurrentData:
-    """The current of a record over time since the onset [s]; samples at rest only where they tell the offset.
+    """The current of a record over time since the onset [s], with samples at rest if they determine the offset.
 
-    ``share`` (-0.5 to 0.5) is where in the record's bracket the excitation is taken to begin, 0 in the middle;
-    ``left_out`` are the rows of the record's current that are no measurement of this strip; ``only`` are those that a
-    trial makes do with, None for all. Readings later than ``until`` [s] after the onset are not fitted. ``accuracy`` is
-    that of a nonlinear model's transients.
+    ``share`` (-0.5 to 0.5) is the position of the onset in the record's bracket, 0 in the middle; ``left_out`` are
+    rows of the record's current that are not fitted, such as outliers; ``only`` are the rows of a trial fit, None for
+    all. Readings later than ``until`` [s] after the onset are not fitted. ``accuracy`` is the accuracy of a nonlinear
+    model's transients.
     """
 
     record: Record
@@ -82,7 +82,7 @@ class CurrentData:
 
     @property
     def since(self) -> Array:
-        """Time since the onset [s] (samples,), wherever it is taken to lie."""
+        """Time since the assumed onset [s] (samples,)."""
         return self._kept.since(self.share)
 
     @property
@@ -92,7 +92,7 @@ class CurrentData:
 
     @property
     def bracketed(self) -> bool:
-        """True if the readings leave open when the voltage jumped."""
+        """True if the time of the voltage's jump is known only within a bracket."""
         return bool(self.channel.width or self.record.voltage.widths.any())
 
     def at_share(self, share: float) -> CurrentData:
@@ -106,7 +106,7 @@ class CurrentData:
 
     @property
     def delay(self) -> float | Literal["fit"]:
-        """How much later [s] the displacement's clock reads: one of its own is not known."""
+        """Delay [s] of the displacement's clock; "fit" for a separate clock, whose delay is unknown."""
         return "fit" if self.record.own_clock else 0.0
 
     @property
@@ -133,11 +133,11 @@ class CurrentData:
         return replace(self, only=None)
 
     def trial(self) -> CurrentData:
-        """Return the data with few enough rows to try many models."""
+        """Return the data with a reduced number of rows, for trial fits of many models."""
         return self if len(self.rows) <= _MOST_ROWS else self._thinned(_TRIAL_ROWS)
 
     def _thinned(self, most: int) -> CurrentData:
-        """Return the data with at most so many rows, dense where the transient is fast."""
+        """Return the data with at most ``most`` rows, dense where the transient is fast."""
         return replace(self, only=self.rows[thinned(self.abscissa, most)])
 
     @cached_property
@@ -167,7 +167,7 @@ class CurrentData:
         return numbers
 
     def ports(self, model: PortModel) -> Ports:
-        """Return the function from values (k, n) to the ports that they make, with ladders for this record."""
+        """Return the function from values (k, n) to ports with ladders for this record."""
         ladders = model.kind.ladders(np.array(model.typical), self.band)
         return lambda values: [model.port(v, ladders) for v in values]
 
@@ -178,7 +178,7 @@ class CurrentData:
 
     @cached_property
     def nuisance(self) -> Array:
-        """Linear terms (samples, q): the offset, and in a record that begins within a run what was stored before."""
+        """Linear terms (samples, q): the offset, and the initial state of a record that begins within a run."""
         offset = np.ones((len(self.data), int(self.has_offset)))
         if self.record.beginning != "run":
             return offset
@@ -264,7 +264,7 @@ class CurrentData:
             cheap = port_problem((replace(self, accuracy=_ROUGH_ACCURACY),), model, (1.0,))
             found = fit_from_several(problem, replace(cheap, rough=True), start, progress)
             return IndividualFit(self, model, found)
-        # multi-start by few samples, then the fit of all
+        # multi-start with few samples, then the fit of all
         values, starts, check = search_starts(problem, lambda at: self.modal(model, at), self.since, start)
         model = PortModel(kind, held, tuple(values.tolist()))
         problem = port_problem((self,), model, (1.0,))
@@ -286,7 +286,7 @@ def currents(
 ) -> Array:
     """Return currents [A] (ports, samples) into ``ports`` of one model at ``t`` [s], steady before the onset at 0.
 
-    ``nonlinear`` is the error of a nonlinear model's, relative to the largest current.
+    ``nonlinear`` is the error of a nonlinear model's currents, relative to the largest current.
     """
     after = t >= 0
     result = np.repeat(_at_rest(ports, drive.rest)[:, None], len(t), axis=1)

@@ -1,7 +1,7 @@
-"""Multi-start for a fit of the current: descents from many starts on a thinned record, cheap since they need no engine.
+"""Multi-start search for a fit of the current: descents from many starts on a thinned record, without an engine.
 
 Starts scattered over decades descend by the closed form of a linear port (see `modal`); the engine of record then fits
-from the best end, and how many descents ended there says how far it can be trusted.
+from the best minimum; the number of descents that reached it is a measure of confidence.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ _SETS = 64
 _DECADES = (0.3, 1.0, 2.0)
 _FITS, _MORE_FITS = 5, 8
 _EVALUATIONS = 100
-#: Descents that agree on the best end are enough.
+#: Number of descents to the same best minimum at which the search stops.
 _AGREEING = 3
 _SAMPLES = 300
-#: Residuals below this part of the data are the closed form's rounding.
+#: Relative residuals below this value are rounding errors of the closed form.
 _ROUNDING = 1e-11
 #: Factor by which the final residuals may exceed those of the start, which uses other samples.
 _COME_BACK = 1.5
-#: Where every fit needs ngspice: starts besides the suggested one, how far scattered, and which ends are one.
+#: If every fit needs ngspice: number of additional starts, their scatter, relative tolerance for the same minimum.
 _FEW, _NEAR, _SAME_MISFIT = 2, 0.5, 1e-3
-#: They end at this tolerance, and are one too where all that they leave is the roughness of the solver.
+#: Tolerance of these fits; relative residuals below which minima are the same, being the solver's error.
 _TRIAL, _NOTHING = 1e-4, 1e-3
 
 
@@ -44,7 +44,7 @@ def search_starts(
     """Return the best start (n,) of ``problem``, one observation of a current, from ``start`` (n,) and around it.
 
     ``at_times`` makes the prediction at other times [s] than ``t`` (samples,), those of the data. The third answer is
-    a check that the final fit's values must pass: it raises SolveError where they are not at the best minimum found.
+    a check of the final fit's values: it raises SolveError if they are not at the best minimum found.
     """
     cheap = _thinned_problem(problem, at_times, t)
     size = float(np.abs(cheap.data).max()) or 1.0
@@ -60,11 +60,11 @@ def search_starts(
 
     def check(values: Array) -> None:
         squares = float(cheap.sum_of_squares(cheap.scales.coordinates(values)[None])[0])
-        # what the engine of record may be away from the closed form
+        # allowance for the difference between the engine of record and the closed form
         blur = len(cheap.data) * (1e-5 * size) ** 2
         if squares > _COME_BACK * best + blur:
             raise SolveError(
-                f"the fit did not come back to the best of its {len(found.runs)} starts: the data do not determine "
+                f"the fit did not return to the best of its {len(found.runs)} starts: the data do not determine "
                 "this model"
             )
 
@@ -73,10 +73,10 @@ def search_starts(
 
 
 def fit_from_several(problem: Problem, rough: Problem, start: Array, progress: Progress, seed: int = 0) -> FitResult:
-    """Return the best fit from ``start`` and a few starts around it, where there is no closed form to search with.
+    """Return the best fit from ``start`` and a few starts around it, for models without a closed form.
 
-    The ``rough`` problem is the same by cheaper predictions: from where the best of its fits ends the fit goes on.
-    Raises SolveError where none of them converges.
+    The ``rough`` problem is the same with cheaper predictions; its best fit is the start of the final one. Raises
+    SolveError if none of them converges.
     """
     random = np.random.default_rng(seed)
     origin = problem.scales.coordinates(start)
@@ -101,7 +101,7 @@ def fit_from_several(problem: Problem, rough: Problem, start: Array, progress: P
 
 
 def _thinned_problem(problem: Problem, at_times: Callable[[Array], Predict], t: Array) -> Problem:
-    """Return the problem with few samples, each weighted by how many it stands for: its minimum is near that of all."""
+    """Return the problem with few samples, weighted by the number each represents, so that the minimum is similar."""
     (o,) = problem.observations
     keep = thinned(t, _SAMPLES)
     edges = np.concatenate([[0.0], (keep[1:] + keep[:-1] + 1) / 2, [float(len(o.x))]])
@@ -118,7 +118,7 @@ def _descents(problem: Problem, starts: Sequence[Array], rounding: float) -> Sea
     def solved(x: Array) -> tuple[Array, Array]:
         try:
             prediction, slopes = evaluate(x)
-        except SolveError:  # no circuit, or no value at all
+        except SolveError:  # no valid circuit, or no finite value
             return nothing, np.zeros((len(nothing), len(x)))
         return problem.projected(prediction - problem.data), problem.projected(slopes.T).T
 

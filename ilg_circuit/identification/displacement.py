@@ -1,6 +1,6 @@
-"""The fit of d(s) to one record's displacement: how far d(s) describes it, whether it drifts, which beam it shows.
+"""Fits d(s) to one record's displacement, and chooses the window, the drift and the beam (static or dynamic).
 
-The window is the longest stretch from the onset that d(s) describes; what lies outside counts in no fit and no BIC.
+The window is the longest stretch from the onset that d(s) describes; readings outside count in no fit and no BIC.
 """
 
 from __future__ import annotations
@@ -35,21 +35,21 @@ from .port_model import BRACKET
 from .rest import Rest
 from .start import CouplingSearch, thinned
 
-#: Residuals up to this part of the readings' span count as described by the model.
+#: Largest residuals of a displacement that counts as described, as a fraction of the readings' span.
 DESCRIBED = 0.02
-#: The same up to this multiple of the noise.
+#: The same as a multiple of the noise.
 OVER_NOISE = 1.5
-#: Tolerance of a fit that only finds out how far d(s) goes, and of the one that is reported.
+#: Tolerance of a fit that only determines the window, and of the reported fit.
 _TRIAL, _FINAL = 1e-5, 1e-10
-#: Starts of the fit that is reported, the tolerance of those that confirm it, and which misfits are the same.
+#: Number of starts of the reported fit, tolerance of the confirming fits, relative tolerance for the same misfit.
 _STARTS, _CONFIRMING, _SAME_MISFIT = 3, 1e-7, 1e-4
 _WINDOW_RATIO = 1.25
-#: Delays that are tried at first, the part of the record within which they lie, and the longest [s].
+#: Number of initial delays, their largest value as a fraction of the record, and in [s].
 _DELAYS, _MOST_DELAY, _LONGEST_DELAY = 9, 0.05, 2.0
 #: Largest number of fitted readings of a displacement, dense where it is fast.
 _MOST_ROWS = 8000
 _FEWEST_SAMPLES = 40
-#: A beam whose residuals are this many times the other's is not chosen, even if few of them are independent.
+#: Ratio of residuals above which a beam is not chosen, even if few samples are independent.
 _CLEARLY_WORSE = 1.5
 
 
@@ -57,11 +57,11 @@ _CLEARLY_WORSE = 1.5
 class DisplacementFit:
     """Fit of d(s) to one record.
 
-    ``data`` says how far the fit goes; ``fitted`` [m] (samples,) is the model at all samples; ``per_volt`` [m/V] the
-    static displacement. The fit's residuals cover rest and window. ``at_rest`` is what the rest says by itself, and
-    ``supported`` whether that tells a drift over the window; ``wanted`` [m/s] is the drift that the fit would have,
-    where the rest does not allow it. ``bic_gain`` is the BIC of the static beam less that of the dynamic one, None
-    where only one of them could be fitted.
+    ``data`` include the window; ``fitted`` [m] (samples,) is the model at all samples; ``per_volt`` [m/V] the static
+    displacement. The fit's residuals cover rest and window. ``at_rest`` is the straight line through the readings at
+    rest, and ``supported`` is True if it determines a drift over the window; ``wanted`` [m/s] is the unconstrained
+    drift, if the rest does not allow it. ``bic_gain`` is the BIC of the static beam minus the BIC of the dynamic beam,
+    None if only one of them could be fitted.
     """
 
     data: DisplacementData
@@ -81,12 +81,12 @@ class DisplacementFit:
 
     @property
     def rest(self) -> float:
-        """Position at rest [m] by the readings before the onset; where there are none, the first reading."""
+        """Position at rest [m] by the readings before the onset, or else the first reading."""
         return self.at_rest.onset if self.supported else self.at_rest.middle
 
     @property
     def level(self) -> float:
-        """Position [m] from which the model moves: the fit's constant."""
+        """Initial position [m] of the model: the fit's constant."""
         return self.data.reference + float(self.fit.nuisance[0])
 
     @property
@@ -99,9 +99,9 @@ class DisplacementFit:
 
 @dataclass(frozen=True)
 class _Attempt:
-    """A fit up to ``data.window``; ``described`` if d(s) holds there.
+    """A fit up to ``data.window``; ``described`` is True if d(s) describes the data there.
 
-    ``wanted`` [m/s] is the drift that it would have, where the rest does not allow it.
+    ``wanted`` [m/s] is the unconstrained drift, if the rest does not allow it.
     """
 
     data: DisplacementData
@@ -120,9 +120,9 @@ def fit_displacement(
 ) -> DisplacementFit:
     """Return the fit of d(s) to the displacement of a strip whose circuit is known.
 
-    The whole record if the model describes it; else the longest stretch from the onset that it does describe, or the
-    whole record after all where it describes none. The camera's clock is behind by ``delay`` [s], or that is fitted.
-    Raises InputError or SolveError where no stretch can be fitted.
+    The window is the whole record if the model describes it; else the longest described stretch from the onset; or the
+    whole record if there is none. The camera's clock is behind by ``delay`` [s], or the delay is fitted. Raises
+    InputError or SolveError if no stretch can be fitted.
     """
     rate = None
     if record.record.own_clock:
@@ -133,7 +133,9 @@ def fit_displacement(
     else:
         search = _WindowSearch(record, actuator, progress, delay)
     best, bic_gain = search.by_evidence(search.longest())
-    if delay == "fit" and best.motion.beam == "dynamic" and best.motion.linear:  # its delay is not the static beam's
+    if (
+        delay == "fit" and best.motion.beam == "dynamic" and best.motion.linear
+    ):  # its delay differs from the static beam's
         search = search.at_clock(*likeliest_clock(best.data, best.motion, best.fit))
         best = search.attempt("dynamic", best.data.window, replace(best, wanted=None)) or best
     return search.finish(*search.confirmed(best), bic_gain)
@@ -142,7 +144,7 @@ def fit_displacement(
 def _likeliest_delay(
     record: Moving, actuator: Actuator, progress: Progress, delays: tuple[float, float], rate: RateOf | None
 ) -> _WindowSearch:
-    """Return the search with the one of a few delays that leaves least of the longest stretch."""
+    """Return the search with the delay, out of a few, that gives the smallest residuals over the longest stretch."""
     tried: list[tuple[float, float, _Attempt, _WindowSearch]] = []
     places = np.linspace(*delays, _DELAYS).tolist()
     for delay in [0.0, *places] if record.record.own_clock else places:
@@ -151,7 +153,7 @@ def _likeliest_delay(
             found = search.longest()
             tried.append((-found.data.window, found.fit.rmse, found, search))
             if found.described and record.record.own_clock:
-                break  # it was looked for already
+                break  # it was searched already
     if not tried:
         raise InputError("the displacement does not follow the voltage as the coupling d(s) does, at any delay")
     *_, found, search = min(tried, key=lambda each: each[:2])
@@ -159,13 +161,13 @@ def _likeliest_delay(
 
 
 def delay_bounds(record: Moving) -> tuple[float, float]:
-    """Return between which delays [s] of a camera one is looked for."""
+    """Return the bounds [s] within which a camera's delay is searched."""
     most = min(_MOST_DELAY * record.record.duration, _LONGEST_DELAY)
     return -most, most
 
 
 class _WindowSearch:
-    """One record, fitted over several windows and by both beams; what has failed is not tried again."""
+    """Fits of one record over several windows with both beams; failed fits are not repeated."""
 
     def __init__(
         self,
@@ -189,7 +191,7 @@ class _WindowSearch:
         self.rest = Rest.of(channel)
         channel = channel.until(record.until)
         end = float(channel.time[-1])
-        # data are fitted relative to a reference near rest, so that a rest position far away does not dominate
+        # data are fitted relative to a reference near rest, so that a large rest position does not dominate
         reference = self.rest.middle if self.rest.count else 0.0
         measured, source = record.record.voltage, record.source
         self.base = DisplacementData(
@@ -208,7 +210,7 @@ class _WindowSearch:
     def at_clock(self, delay: float, clock: RateOf) -> _WindowSearch:
         """Return the search with another delay and rate of the displacement's clock."""
         again, delays = copy(self), self.base.delays
-        if delays is not None and self.base.own_clock:  # it is looked for about where it is
+        if delays is not None and self.base.own_clock:  # bounds are centred on this delay
             most = (delays[1] - delays[0]) / 2
             delays = (delay - most, delay + most)
         again.base, again.failed = replace(self.base, delay=delay, delays=delays, clock=clock), set()
@@ -219,9 +221,9 @@ class _WindowSearch:
         return CouplingSearch(data.since(data.channel), data.drive.from_rest(), self.ratio)
 
     def longest(self) -> _Attempt:
-        """Return a quick fit of the longest stretch that d(s) describes, or of the whole record where there is none.
+        """Return a quick fit of the longest stretch that d(s) describes, or of the whole record if there is none.
 
-        By the static beam, as the paper's own fit, and for the whole record by the dynamic one too if it takes that.
+        The static beam is used, as in the paper; for the whole record the dynamic beam too, if only it describes that.
         """
         end = float(self.base.channel.time[-1])
         whole = best = self.attempt("static", end, tolerance=_TRIAL)
@@ -240,9 +242,9 @@ class _WindowSearch:
     def by_evidence(self, found: _Attempt) -> tuple[_Attempt, float | None]:
         """Return the fit of the same stretch by the static beam, or by the dynamic one on very strong evidence.
 
-        Both beams have the same parameters, since E, density and damping are the actuator's: the BIC tells them apart
-        by their residuals alone, on as many samples as the better one's are independent. Where the readings leave the
-        onset or a delay open each beam has its own: a static strip that began later looks like one with inertia.
+        Both beams have the same parameters, since E, density and damping are the actuator's. The BIC therefore depends
+        on the residuals only; the number of independent samples is taken from the better fit. If the onset or a delay
+        is uncertain, it is fitted for each beam: a later onset of a static beam resembles inertia.
         """
         end = found.data.window
         static = self.attempt("static", end, found)
@@ -257,7 +259,7 @@ class _WindowSearch:
         return (dynamic if clear else static), gain
 
     def confirmed(self, best: _Attempt) -> tuple[_Attempt, StartSummary]:
-        """Return the attempt after others of the same kind from different starts; a better one takes its place."""
+        """Return the best of the attempt and of further fits from different starts, and a summary of the starts."""
         agreeing = 1
         negligible = DEFAULT_ACCURACY * best.data.size
         others = self.search.starts(best.data.window, *self._data(best.data), _STARTS)[1:]
@@ -279,10 +281,11 @@ class _WindowSearch:
     def attempt(
         self, beam: str, end: float, like: _Attempt | None = None, tolerance: float = _FINAL
     ) -> _Attempt | None:
-        """Return the fit up to ``end`` [s], from where ``like`` ended or the search's start; None where it fails.
+        """Return the fit up to ``end`` [s], started from the fit ``like`` or the initial guess; None if it fails.
 
-        Where the rest supports a drift over that stretch it is fitted; a slope beyond the rest's own interval is held
-        at its end, so that what d(s) does not describe is not a drift. What this beam held over that stretch stays so.
+        If the rest supports a drift over that stretch, the drift is fitted. A slope outside the rest's interval is held
+        at the interval's end, so that a misfit of d(s) is not taken for drift. A drift once held stays held for this
+        beam and stretch.
         """
         if (beam, end) in self.failed:
             return None
@@ -304,7 +307,7 @@ class _WindowSearch:
         return found
 
     def _allowed(self, found: _Attempt) -> bool:
-        """Return True if the fit's drift, where it has one, lies within the interval of the rest's own slope."""
+        """Return True if the fit's drift, if any, lies within the interval of the slope at rest."""
         return not found.data.drift or self.rest.nearest(slope := float(found.fit.nuisance[1])) == slope
 
     def finish(self, best: _Attempt, starts: StartSummary, bic_gain: float | None) -> DisplacementFit:
@@ -340,9 +343,9 @@ class _WindowSearch:
         tolerance: float,
         like: _Attempt | None = None,
     ) -> _Attempt:
-        """Return one fit of ``data`` from ``start`` (4,), or from the search's start or where ``like`` ended.
+        """Return one fit of ``data`` from ``start`` (4,), from the initial guess or from the fit ``like``.
 
-        The one of these that leaves less is taken; the same beam over the same stretch only goes on.
+        The start with the smaller residuals is taken; for the same beam and stretch the fit ``like`` is continued.
         """
         starts = [] if like is None else [like.begin]
         if start is not None:
@@ -359,14 +362,14 @@ class _WindowSearch:
         _, data, problem, values = min(tried, key=lambda each: each[0])
         found = fit(problem, values, self.progress, tolerance)
         limit = max(OVER_NOISE * noise_level(data.data), DESCRIBED * data.size)
-        # a fit that goes astray at its end has taken in the beginning of something else
+        # residuals that grow at the end of the window show the beginning of a different process
         last = found.residuals[data.abscissa > 0.9 * data.window]
         astray = len(last) > 0 and float(np.sqrt(np.mean(last**2))) > 1.5 * limit
         return _Attempt(data, motion, found, found.rmse <= limit and not astray)
 
 
 def _at_its_onset(found: _Attempt) -> FitResult:
-    """Return the fit with onset and clock where this beam makes them likeliest; the same fit where they are known."""
+    """Return the fit with the most likely onset and clock for this beam; the same fit if they are known."""
     data, motion = found.data, found.motion
     if data.delays is not None and motion.linear:
         delay, clock = likeliest_clock(data, motion, found.fit)

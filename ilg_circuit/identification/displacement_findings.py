@@ -1,4 +1,4 @@
-"""What is to be said of a fit of d(s): misfit by windows of time, window, drift, beam, and what is not determined."""
+"""Findings on a fit of d(s): misfit by windows of time, window, drift, beam, undetermined parameters."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..measurements.smoothing import noise_level
 if TYPE_CHECKING:
     from .displacement import DisplacementFit
 
-#: A misfit from this part of the span on is said.
+#: Least misfit that is reported, as a fraction of the span.
 _SAID = 0.02
 #: Residuals below this fraction of the span are ignored, even if they have structure.
 _NEGLIGIBLE = 1e-4
@@ -25,7 +25,7 @@ _SEEN = 3.0
 
 
 def displacement_findings(found: DisplacementFit, described: bool) -> list[Finding]:
-    """Return the findings on a fit, which holds as ``described`` says."""
+    """Return the findings on a fit; ``described`` is True if d(s) describes the displacement."""
     data, fit, channel = found.data, found.fit, found.data.channel
     said: list[Finding] = []
     if data.window < channel.time[-1]:
@@ -62,7 +62,7 @@ def _drift_findings(found: DisplacementFit) -> list[Finding]:
 
 
 def start_findings(starts: StartSummary, quantity: str = "") -> list[Finding]:
-    """Return the finding on a best minimum that was reached from one start only."""
+    """Return the finding on a minimum that was reached from one start only."""
     if starts.confirmed:
         return []
     return [Finding("start-not-confirmed", quantity, {"starts": starts.starts})]

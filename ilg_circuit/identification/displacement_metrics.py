@@ -1,4 +1,4 @@
-"""Peak, overshoot, settling and back-relaxation of a measured displacement, beside those of its fit."""
+"""Computes peak, overshoot, settling and back-relaxation of a measured displacement and of its fit."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _SEEN = 4.0
 class DisplacementMetrics:
     """Figures under a constant voltage, positive to the anode: ``measured`` and ``model`` over the first ``until`` [s].
 
-    ``measured`` are those of the readings less the position ``rest`` [m] and of nothing else, smoothed by local
-    parabolas over ``windows`` (least, most) samples; ``error`` [m] is the smoothed curve's standard error at its peak.
-    ``model`` are those of d(s) alone at the same times. Where the fit ends before the voltage does, ``record`` are the
-    measured figures up to ``record_until`` [s]. ``resting`` is the number of readings that tell the rest position: with
-    none it is the first reading.
+    ``measured`` are figures of the readings minus the position ``rest`` [m], smoothed by local parabolas over
+    ``windows`` (least, most) samples; ``error`` [m] is the smoothed curve's standard error at its peak. ``model`` are
+    figures of d(s) alone at the same times. If the fit ends before the constant voltage does, ``record`` are the
+    measured figures up to ``record_until`` [s]. ``resting`` is the number of readings that determine the rest position;
+    if it is 0, the rest position is the first reading.
     """
 
     until: float
@@ -110,7 +110,7 @@ def _measured(t: Array, data: Array) -> tuple[StepMetrics, Smoothed, float]:
 
 
 def _with_summit(figures: StepMetrics, t: Array, data: Array, curve: Smoothed) -> StepMetrics:
-    """Return the figures with the peak, where there is one, of a cubic through all samples about it."""
+    """Return the figures with the peak, if any, refined by a cubic through all samples about it."""
     if not np.isfinite(figures.peak_time):
         return figures
     side = float(np.sign(figures.peak))

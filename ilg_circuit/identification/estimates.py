@@ -1,4 +1,4 @@
-"""What a fit says of the strip: parameters and derived quantities with errors, and the covariance for predictions."""
+"""Computes a strip's parameters and derived quantities with errors, and the covariance for predictions, from a fit."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from .port_fit import PortFit
 from .port_model import ANY_LADDER, ELECTRODE_RESISTANCE, PortData
 
 _STEP = 1e-4
-#: A quantity does not depend on a parameter with a smaller slope between their logarithms.
+#: Logarithmic slope below which a quantity does not depend on a parameter.
 _UNFELT = 1e-6
 
 Estimates = dict[str, Estimate]
 
 
 def uncertainty_of(model: str, fit: FitResult, more: Array, voltage: float | None) -> Uncertainty:
-    """Return the covariance of the logarithms of the parameters of ``fit``; those per record are averaged.
+    """Return the covariance of the logarithms of the parameters of ``fit``; parameters per record are averaged.
 
-    ``more`` (n, n) is a covariance of the values beside the fit's, by what the fit takes for known; ``voltage`` [V] the
-    largest of the data.
+    ``more`` (n, n) is an additional covariance of the values, from quantities that the fit takes for known; ``voltage``
+    [V] is the largest of the data.
     """
     names, averaging = fit.averaging
     relative = (reported_covariance(fit) + more) / np.outer(fit.values, fit.values)
@@ -43,7 +43,7 @@ def uncertainty_of(model: str, fit: FitResult, more: Array, voltage: float | Non
 def parameter_estimates(
     fit: FitResult, port: PortFit | None, intervals: Uncertainties, uncertainty: Uncertainty
 ) -> tuple[Estimates, dict[str, Estimates]]:
-    """Return the strip's parameters, and by file those that each has for itself (above: their geometric mean)."""
+    """Return the strip's parameters, and by file the parameters per file (whose geometric mean is the strip's)."""
     errors = dict(zip(uncertainty.names, np.sqrt(np.diag(np.array(uncertainty.covariance))).tolist(), strict=True))
     per_record = fit.problem.per_record
     values, fixed = (port.values, port.fixed) if port is not None else ({}, {})
@@ -70,10 +70,8 @@ def parameter_estimates(
 
 
 def _held_because(port: PortFit) -> str:
-    """Return why Re was not fitted, and how far that matters."""
-    how = (
-        "held at the value given" if port.model.held else "held at zero, since nothing else is known of the electrodes"
-    )
+    """Return the reason why Re was not fitted, and its effect."""
+    how = "held at the value given" if port.model.held else "held at zero, since the electrodes are not described"
     if not port.kind.linear:
         return f"not fitted: {how} ({argument('electrode_resistance', 'fit')} frees it)"
     limit = port.port.high_frequency_resistance
@@ -81,12 +79,12 @@ def _held_because(port: PortFit) -> str:
 
 
 def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty, onsets: Onsets) -> Estimates:
-    """Return what follows from the port's parameters, with errors and 95 % intervals.
+    """Return the quantities derived from the port's parameters, with errors and 95 % intervals.
 
-    That are the resistances at both ends of the spectrum, which no choice of Re changes, what the model derives, such
-    as time constants, and of one pole the constants of EC (4). Errors are those of the logarithms, by their slopes;
-    an interval is as wide as that of `Onsets.widened` for a parameter, so that an onset which moves R and C against
-    each other leaves their product as sure as it is.
+    They are the resistances at both ends of the spectrum, which do not depend on the choice of Re, the quantities that
+    the model derives, such as time constants, and for one pole the constants of EC (4). Errors are propagated through
+    the slopes of the logarithms. Intervals include the uncertainty of the onset as in `Onsets.widened`, with its
+    correlations: an onset that changes R and C in opposite directions does not widen the interval of their product.
     """
     values, model = port.values, port.model
     names, averaging = fit.averaging
@@ -116,7 +114,7 @@ def port_quantities(port: PortFit, fit: FitResult, uncertainty: Uncertainty, ons
 
 
 def _following(port: PortFit, moved: dict[str, float]) -> dict[str, tuple[float, str]]:
-    """Return the quantities, values and units, that follow from the port's parameters, some ``moved``."""
+    """Return the values and units of the derived quantities, with some of the port's parameters ``moved``."""
     values = {**port.values, **moved}
     made = port.model.port(np.array([values[name] for name in port.model.names]), ANY_LADDER)
     found = {
@@ -132,14 +130,14 @@ def _following(port: PortFit, moved: dict[str, float]) -> dict[str, tuple[float,
 
 
 def _lengths(slopes: Array, covariance: Array) -> Array:
-    """Return the standard errors (m,) of what changes by ``slopes`` (n, m) with values of ``covariance`` (n, n)."""
+    """Return the standard errors (m,) of quantities with ``slopes`` (n, m) against values of ``covariance`` (n, n)."""
     return np.sqrt(np.maximum(np.einsum("nm,nk,km->m", slopes, covariance, slopes), 0.0))
 
 
 def _quantiles(fit: FitResult, slopes: Array) -> Array:
-    """Return Student's quantiles (m,) of 95 % for what changes by ``slopes`` (m, n) with the values of ``fit``.
+    """Return Student's 95 % quantiles (m,) of quantities with ``slopes`` (m, n) against the values of ``fit``.
 
-    That is by the fewest degrees of freedom among the values that it depends on.
+    The degrees of freedom are the fewest among the values that a quantity depends on.
     """
     from scipy.stats import t as student
 
@@ -148,7 +146,7 @@ def _quantiles(fit: FitResult, slopes: Array) -> Array:
 
 
 def file_quantities(data: PortData, fit: FitResult, k: int) -> Estimates:
-    """Return what is derived of one file of port data, observation ``k`` of ``fit``."""
+    """Return the quantities derived from one file of port data, observation ``k`` of ``fit``."""
     if isinstance(data, ImpedanceData):
         f = data.abscissa
         ends = {"lowest_frequency": float(f[0]), "highest_frequency": float(f[-1])}
@@ -163,7 +161,7 @@ def file_quantities(data: PortData, fit: FitResult, k: int) -> Estimates:
 
 
 def displacement_quantities(own: DisplacementFit, amounts: Array, per_volt: float) -> Estimates:
-    """Return what is derived of one displacement; ``amounts`` are its linear terms in the fit of all."""
+    """Return the quantities derived from one displacement; ``amounts`` are its linear terms in the joint fit."""
     return {
         "rest_position": Estimate(own.rest, "m"),
         "displacement_per_volt": Estimate(per_volt, "m/V"),
@@ -176,10 +174,10 @@ def _drift(own: DisplacementFit, amounts: Array) -> Estimate:
     if own.data.drift:
         return Estimate(float(amounts[1]), "m/s", float(own.fit.nuisance_errors[1]))
     if own.supported:
-        return Estimate(own.data.held, "m/s", fixed_because="held at the end of the rest's own interval")
+        return Estimate(own.data.held, "m/s", fixed_because="held at the end of the interval at rest")
     rest, over = own.at_rest, format_quantity(own.data.window, "s", 4)
-    known = f"a rest of {format_quantity(rest.length, 's', 3)} does not tell a drift over {over}"
-    why = known if rest.count else "no rest before the onset tells a drift"
+    known = f"a rest of {format_quantity(rest.length, 's', 3)} does not determine a drift over {over}"
+    why = known if rest.count else "no readings at rest before the onset determine a drift"
     return Estimate(0.0, "m/s", fixed_because=f"left out: {why}")
 
 

@@ -1,4 +1,4 @@
-"""A displacement alone as what the coupling d(s) is fitted to: the voltage is stated, and nothing is said of a port."""
+"""Fits the coupling d(s) to a displacement alone: the voltage is stated, and the port is not fitted."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .motion import NAMES
 
 @dataclass(frozen=True)
 class FilmData:
-    """A film, as `displacement.fit_displacement` takes it: of its drive's onset nothing is left open but the clock's.
+    """A film, as `displacement.fit_displacement` takes it: the drive is exact, only the clock's delay may be unknown.
 
     Readings later than ``until`` [s] after the onset are not fitted.
     """
@@ -55,7 +55,7 @@ class FilmData:
 
     @property
     def delay(self) -> float | Literal["fit"]:
-        """How much later [s] the displacement's clock reads than the drive's, where that was stated."""
+        """Delay [s] of the displacement's clock relative to the drive's, if it was stated, else "fit"."""
         return "fit" if self.record.delay is None else self.record.delay
 
     @property
@@ -74,18 +74,18 @@ Moving: TypeAlias = CurrentData | FilmData
 
 
 def driven_strip(base: Actuator | Specimen | None, strip: Actuator, held: float | None) -> Actuator:
-    """Return the strip that films are of: its circuit is known, and is not fitted.
+    """Return the filmed strip with its known circuit, which is not fitted.
 
-    Without an electrode resistance [ohm], ``held`` or the strip's own, the voltage across the gel is the drive's
-    whatever the circuit is. Raises InputError for one whose circuit is not known.
+    Without an electrode resistance [ohm], ``held`` or the strip's own, the voltage across the gel equals the drive for
+    any circuit. Raises InputError for a strip with a resistance whose circuit is not known.
     """
     port = lumped_port(strip)
     resistance = port.electrode_resistance if held is None else held
     if resistance and isinstance(base, Specimen):
         raise InputError(
             f"{argument('electrode_resistance', f'{resistance:g}ohm')}: the voltage across the gel then depends on its "
-            "circuit, which a displacement alone does not tell: give a strip with dc_resistivity, dynamic_resistivity "
-            "and permittivity, or leave the resistance out"
+            "circuit, which a displacement alone does not determine: give a strip with dc_resistivity, "
+            "dynamic_resistivity and permittivity, or leave the resistance out"
         )
     if resistance == port.electrode_resistance:
         return strip
@@ -97,24 +97,24 @@ def driven_strip(base: Actuator | Specimen | None, strip: Actuator, held: float 
 
 
 def require_films(model: str, own: Sequence[str], held: float | None) -> None:
-    """Raise InputError for what a fit of displacements alone cannot take, such as an Re that is not ``held``."""
+    """Raise InputError for options that do not apply to displacements alone, such as an Re that is not ``held``."""
     if model != "auto":
         raise InputError(
-            f"{argument('model', model)}: a displacement alone says nothing of the circuit, which stays the strip's; "
-            "leave it out"
+            f"{argument('model', model)}: a displacement alone does not determine the circuit, which is taken "
+            "from the strip; leave it out"
         )
     if held is None:
         raise InputError(
-            f"{argument('electrode_resistance', 'fit')}: a displacement alone does not tell it; give it, or leave it "
-            "out"
+            f"{argument('electrode_resistance', 'fit')}: a displacement alone does not determine it; give it, or leave "
+            "it out"
         )
     for name in own:
         if name not in NAMES:
-            raise InputError(f"{argument('own', name)}: of displacements alone these may be own: {', '.join(NAMES)}")
+            raise InputError(f"{argument('own', name)}: for displacements alone these may be own: {', '.join(NAMES)}")
 
 
 def with_known(found: Uncertainty, before: Uncertainty | None) -> Uncertainty:
-    """Return the covariance of a coupling with that of the circuit, which was known ``before`` from another fit."""
+    """Return the covariance of a coupling, extended by the circuit's covariance ``before``, from another fit."""
     if before is None or before.model != found.model:
         return found
     kept = [k for k, name in enumerate(before.names) if name not in found.names]
@@ -126,7 +126,7 @@ def with_known(found: Uncertainty, before: Uncertainty | None) -> Uncertainty:
 
 
 def film_findings(base: Actuator | Specimen | None) -> list[Finding]:
-    """Return what is to be known of a strip of which a displacement alone was measured."""
+    """Return the findings on a strip for which only a displacement was measured."""
     if base is None:
         return [Finding("no-actuator-film")]
     if isinstance(base, Specimen):

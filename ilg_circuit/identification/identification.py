@@ -1,4 +1,4 @@
-"""The result of an identification: what the measurements of one strip say of it."""
+"""The result of an identification: a strip fitted to its measurements."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .observation_fit import ObservationFit
 from .port_fit import PortFit
 from .port_model import Measured
 
-#: Of fit.json.
+#: Version of the schema of fit.json.
 SCHEMA_VERSION = 2
 
 
@@ -91,13 +91,13 @@ class Identification(Estimated, Warned, Result):
 
     @property
     def data(self) -> tuple[Measured, ...]:
-        """What was fitted, one quantity a file: currents and impedances, then displacements alone."""
+        """The fitted data, one quantity per file: currents and impedances, then displacements alone."""
         moved = self.coupling.data if self.coupling is not None else ()
         return (*(self.port.data if self.port is not None else ()), *(d for d in moved if d.source in self.films))
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """The files in the order given, those of displacements alone last."""
+        """The files in the order given, files of displacements alone last."""
         return (*(d.source for d in (self.port.data if self.port is not None else ())), *self.films)
 
     @property
@@ -129,12 +129,12 @@ class Identification(Estimated, Warned, Result):
         return {o.quantity: o.windows(last) for o in self.observations}
 
     def estimate_tables(self) -> dict[str, Mapping[str, Estimate]]:
-        """Return the parameters, those of single records named as capacitance[1V.csv], and what follows from them."""
+        """Return parameters, with names such as capacitance[1V.csv] for single records, and derived quantities."""
         own = {f"{name}[{file}]": e for file, found in self.own.items() for name, e in found.items()}
         return {"parameter": self.parameters, "own": own, "derived": self.derived}
 
     def curves(self) -> Iterator[Curve]:
-        """Yield every observation with the fit of all."""
+        """Yield every observation with the joint fit."""
         for o in self.observations:
             name, unit = ("frequency", "Hz") if o.quantity == "impedance" else ("time", "s")
             yield Curve(o.quantity, o.unit or "ohm", o.source, Column(name, o.abscissa, unit), o.data, o.fitted)

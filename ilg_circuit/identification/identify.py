@@ -1,4 +1,4 @@
-"""Measurements -> strip: current, impedance and displacement of one file or several, fitted as one problem."""
+"""Identifies a strip: currents, impedances and displacements of one file or several are fitted as one problem."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ from .selection import fit_best, fit_named
 from .statistics import statistics_of, told
 
 Data = Record | Spectrum | Film
-#: What predicts, and how points of a spectrum are weighted.
+#: Engines for predictions, and weightings of a spectrum's points.
 ENGINES, WEIGHTINGS = ("ngspice", "exact"), ("modulus", "unit")
 
 
@@ -83,17 +83,17 @@ def identify(
     until: float | None = None,
     progress: Progress = None,
 ) -> Identification:
-    """Return what records and spectra of one strip say of it.
+    """Return the strip fitted to its records, spectra and films.
 
-    The port is fitted to all currents and impedances, the coupling d(s) to all displacements; the last step is one fit
-    of all observations. Of films alone the circuit stays the strip's.
+    The port is fitted to all currents and impedances, the coupling d(s) to all displacements; the last step is a joint
+    fit of all observations. With films alone the circuit is taken from ``base``.
 
     Parameters
     ----------
     data
         One record, spectrum or film, or several.
     base
-        Geometry, E and density (default: the paper's, with a finding). Its name is that of the fitted strip, unless
+        Geometry, E and density (default: the paper's, with a finding). The fitted strip takes its name, unless
         it is a preset.
     model
         Of `strip.models`, or auto: the simplest of the best by BIC.
@@ -103,21 +103,21 @@ def identify(
     own
         Parameters that each file has for itself.
     bias
-        Bias [V] of each file, of which records take no notice (default 0).
+        Bias [V] of each file, ignored for records (default 0).
     intervals
         Method of the 95 % intervals, see `fit.intervals`.
     weighting
-        Of spectra, see `impedance.ImpedanceData`.
+        Weighting of spectra, see `impedance.ImpedanceData`.
     displacement_delay
-        How much later [s] the clock of the displacement reads than the voltage's; "fit" for one more unknown (default:
-        fitted where the displacement is of a file of its own, else 0). Of a film: how much later than its drive's.
+        Delay [s] of the displacement's clock relative to the voltage's, for a film relative to its drive's; "fit" to
+        fit it (default: fitted if the displacement has a separate file, else 0).
     until
-        Time [s] since the onset up to which records are fitted; later readings are left out of everything.
+        Time [s] since the onset up to which records are fitted; later readings are not used.
 
     Raises
     ------
     InputError
-        The data hold no answer, or two files hold the same readings.
+        The data cannot be fitted, or two files hold the same readings.
     SolveError
         A fit of the port does not converge.
     """
@@ -152,7 +152,7 @@ def identify(
     coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress, displacement_delay)
     if port is None and coupling is None:
         raise InputError("; ".join(str(f) for f in about_coupling))
-    names = names if len(files) > 1 else frozenset()  # of one file all parameters are its own
+    names = names if len(files) > 1 else frozenset()  # with one file, parameters per file are meaningless
     try:
         joint = joined(port, coupling, actuator, names, progress)
     except SolveError as error:
@@ -212,7 +212,7 @@ def identify(
 
 
 def _require_known(own: frozenset[str], data: Sequence[PortData]) -> None:
-    """Raise InputError for a parameter that no model which is tried has."""
+    """Raise InputError for a parameter that no tried model has."""
     kinds = {"spectrum" if d.quantity == "impedance" else "record" for d in data}
     models = dict.fromkeys(name for kind in sorted(kinds) for name in registry.candidates(kind))
     known = dict.fromkeys([*(n for m in models for n in electrical_model(m).names), *NAMES])
@@ -240,11 +240,11 @@ def _fitted_ends(port: PortFit | None) -> tuple[float, float] | None:
 def _data(
     files: Sequence[Data], engine: str, bias: Sequence[float] | None, weighting: Weighting
 ) -> tuple[PortData | FilmData, ...]:
-    """Return the data of every file. Raises InputError where two hold the same readings, or there are none."""
+    """Return the data of every file. Raises InputError if two files hold the same readings, or there is no file."""
     if not files:
         raise InputError("an identification needs at least one record or spectrum")
     sources = [f.source for f in files]
-    # files told apart where folders hold files of the same name
+    # files of the same name in different folders get a number
     labels = [s if sources.count(s) == 1 else f"{s} ({sources[: k + 1].count(s)})" for k, s in enumerate(sources)]
     found: list[PortData | FilmData] = []
     for file, label, volts in zip(files, labels, bias or [0.0] * len(files), strict=True):
@@ -262,7 +262,7 @@ def _data(
 
 
 def _until(data: PortData | FilmData, until: float | None) -> PortData | FilmData:
-    """Return the data up to ``until`` [s] since the onset. Raises InputError where too few readings are left."""
+    """Return the data up to ``until`` [s] since the onset. Raises InputError if too few readings remain."""
     if until is None or not isinstance(data, CurrentData | FilmData):
         return data
     if isinstance(data, FilmData):
@@ -291,7 +291,7 @@ def _without_outliers(data: tuple[PortData, ...], held: float | None) -> tuple[t
 def _fit_port(
     data: tuple[PortData, ...], model: str, held: float | None, per_record: frozenset[str], progress: Progress
 ) -> tuple[PortFit | None, tuple[Candidate, ...], list[Finding]]:
-    """Return the port's fit to all rows, the candidates and first findings; no fit without data of a port."""
+    """Return the port's fit to all rows (None without data of a port), the candidates and the first findings."""
     if not data:
         return None, (), []
     port, candidates, findings = _tried(tuple(d.trial() for d in data), model, held, per_record, progress)
@@ -301,7 +301,7 @@ def _fit_port(
 def _tried(
     data: tuple[PortData, ...], model: str, held: float | None, per_record: frozenset[str], progress: Progress
 ) -> tuple[PortFit, tuple[Candidate, ...], list[Finding]]:
-    """Return the port's fit, the candidates and first findings; Re held at zero where it is not determined."""
+    """Return the port's fit, the candidates and the first findings; Re is held at zero if it is not determined."""
     notes = [note.about(d.source) for d in data for note in d.notes]
     if model == "auto":
         if held is None:
@@ -339,7 +339,7 @@ def _actuator(
     try:
         return Actuator.from_port(strip.geometry, port.port, base=strip.material, **how)
     except InputError as error:
-        raise SolveError(f"the fit of model {port.kind.name} came to what no strip has: {error}") from None
+        raise SolveError(f"the fit of model {port.kind.name} is impossible for a strip: {error}") from None
 
 
 def _observations(

@@ -1,8 +1,8 @@
-"""A measured impedance spectrum as an observation of the port, and its individual fit.
+"""Turns a measured impedance spectrum into an observation of the port, and fits it individually.
 
-The closed form of the port (no ladder, no engine) is fitted to real and imaginary parts together, each weighted by
-1/abs(Z) unless told otherwise, from many starts that the data suggest. What the data do not feel is fixed and named,
-above all an electron path that is practically open.
+The closed form of the port (no ladder, no engine) is fitted to real and imaginary parts together, weighted by 1/abs(Z)
+by default, from many starts derived from the data. Parameters without effect on the data, above all an electron path
+that is practically open, are fixed and named.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ Weighting = Literal["modulus", "unit", "proportional"]
 
 #: The electron path, which a spectrum may not show.
 DC = "dc_resistance"
-#: An open electron path in the strip that is handed on: beyond any measured impedance by this factor.
+#: Resistance of an open electron path in the fitted strip, relative to the largest measured impedance.
 _OPEN = 1e6
 #: Stands for an open circuit in a fit; finite, so that arithmetic stays finite.
 _INFINITE = 1e200
 _UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
 _OPEN_PATH = "no electron path is seen: practically an open circuit"
-#: A parameter is not felt whose logarithm alone, all others held, has a standard error beyond this.
+#: Standard error of a parameter's logarithm, all others held, above which the data do not determine it.
 _FELT = 3.0
-#: Largest size of the logarithm of an SI value: larger ones are not physical.
+#: Largest absolute logarithm of a physical SI value.
 _RANGE = 100.0
-#: The same of the logit of a parameter with an upper limit.
+#: The same for the logit of a parameter with an upper limit.
 _LIMITED_RANGE = 20.0
 _FITS, _MORE_FITS = 8, 12
 _EVALUATIONS = 150
-#: Runs whose sums of squares differ by this part ended at the same minimum.
+#: Relative difference of sums of squares below which two runs reached the same minimum.
 _SAME = 1e-6
 
 
@@ -52,8 +52,8 @@ _SAME = 1e-6
 class ImpedanceData:
     """An impedance over frequency [Hz], small signal about ``bias`` [V]; its numbers are Re Z and Im Z times weights.
 
-    By the weighting "modulus" the weights are 1/abs(Z), "unit" one over the rms of abs(Z), "proportional" one over each
-    part's size. Points that break the Kramers-Kronig relations are left out of ``spectrum``, not of ``measured``.
+    The weights are 1/abs(Z) for the weighting "modulus", 1/rms(abs(Z)) for "unit", and one over each part's size for
+    "proportional". Points that violate the Kramers-Kronig relations are left out of ``spectrum``, not of ``measured``.
     """
 
     spectrum: Spectrum
@@ -116,7 +116,7 @@ class ImpedanceData:
             return np.full(2 * len(z), 1 / float(np.sqrt(np.mean(size**2))))
         if self.weighting == "modulus":
             return np.concatenate([1 / size, 1 / size])
-        # a part that crosses zero would count for everything
+        # a part that crosses zero would dominate all others
         parts = np.abs(np.concatenate([z.real, z.imag]))
         return 1 / np.maximum(parts, 1e-2 * np.concatenate([size, size]))
 
@@ -132,7 +132,7 @@ class ImpedanceData:
         return float(np.sqrt(np.mean((np.abs(self.shown(residuals)) / self.spectrum.modulus) ** 2) / 2))
 
     def complex_rms(self, residuals: Array) -> float:
-        """Return the rms of abs(data - fit)/abs(Z), `relative_rms` times sqrt(2): both parts of a reading together."""
+        """Return the rms of abs(data - fit)/abs(Z), which is `relative_rms` times sqrt(2)."""
         return float(np.sqrt(2)) * self.relative_rms(residuals)
 
     def worst_window(self, residuals: Array) -> tuple[float, float, float]:
@@ -213,16 +213,14 @@ class ImpedanceData:
         alone = self._lonely_errors(problem, x, found.best.sum_of_squares)
         unfelt = tuple(label for label, error in zip(problem.labels, alone, strict=True) if not error < _FELT)
         for label in unfelt:
-            fixed[label] = "not determined: the spectrum does not feel it"
+            fixed[label] = "not determined: the spectrum does not depend on it"
             problem = problem.holding(label, at[label])
         if not problem.labels:
             raise SolveError(f"the spectrum determines no parameter of model {kind.name}")
         start = np.array([at[label] for label in problem.labels])
         result = fit(problem, start, progress, tolerance=1e-13)
         if result.sum_of_squares > found.best.sum_of_squares * (1 + _SAME) + 1e-24:
-            raise SolveError(
-                f"the fit of model {kind.name} did not come back to the best of its {len(found.runs)} starts"
-            )
+            raise SolveError(f"the fit of model {kind.name} did not return to the best of its {len(found.runs)} starts")
         starts = StartSummary(len(found.runs), found.near(_SAME))
         return IndividualFit(self, model, with_starts(result, starts), fixed, unfelt)
 
@@ -233,11 +231,11 @@ class ImpedanceData:
     def _without_open_path(
         self, problem: Problem, model: PortModel, x: Array, found: Search, random: np.random.Generator
     ) -> tuple[Problem, Array, Search, dict[str, str]]:
-        """Return the problem, coordinates and search with Rdc fixed at an open circuit, if that is not seen."""
+        """Return the problem, coordinates and search with Rdc fixed at an open circuit, if the data do not show Rdc."""
         closed = problem.holding(DC, _INFINITE)
         at = problem.labels.index(DC)
         without = self._search(closed, model, random, np.delete(x, at))
-        # Rdc must gain more than a parameter costs, counting independent readings only
+        # Rdc must improve the BIC on independent readings
         residuals = problem.predictions(x[None])[0] - problem.data
         readings, independent = len(residuals), problem.observations[0].independent_samples(residuals)
         best, other = found.best.sum_of_squares, without.best.sum_of_squares
@@ -249,7 +247,7 @@ class ImpedanceData:
         return closed, x, without, {DC: self._open_text(closed, model, x)}
 
     def _lonely_errors(self, problem: Problem, x: Array, squares: float) -> Array:
-        """Return the standard error (n,) of every coordinate, all others held: a lower limit of the true one."""
+        """Return the standard error (n,) of every coordinate with all others held, a lower limit of the true error."""
         slopes = problem.derivatives(x)[1]
         size = np.linalg.norm(np.where(np.isfinite(slopes), slopes, 0.0), axis=0)
         deviation = np.sqrt(squares / max(len(self.data) - len(x), 1)) + 1e-9
@@ -259,7 +257,7 @@ class ImpedanceData:
     def _search(
         self, problem: Problem, model: PortModel, random: np.random.Generator, near: Array | None = None
     ) -> Search:
-        """Return descents from starts that the data suggest, and from ``near``."""
+        """Return descents from starts derived from the data, and from ``near``."""
         kind, held = model.kind, model.held or 0.0
         omega = 2 * np.pi * self.spectrum.frequency
 
@@ -284,7 +282,7 @@ class ImpedanceData:
 
         chosen = ([near] if near is not None else []) + suggested(_FITS)
         if not chosen:
-            raise SolveError(f"no start of model {kind.name} gives numbers for this spectrum")
+            raise SolveError(f"no start of model {kind.name} gives finite residuals for this spectrum")
         found = descents(chosen)
         if found.near(_SAME) < 2:
             around = found.best.parameters + random.uniform(-0.3, 0.3, len(problem.labels))
@@ -292,7 +290,7 @@ class ImpedanceData:
         return found
 
     def _open_text(self, problem: Problem, model: PortModel, x: Array) -> str:
-        """Return why Rdc is fixed: an open circuit, and the least resistance that the data allow (95 %, one-sided).
+        """Return why Rdc is fixed: an open circuit, with the lower limit of the resistance (95 %, one-sided).
 
         Linear in the conductance G = 1/Rdc about 0: dZ/dG = -(Z - Re)^2, the other parameters' directions taken out.
         """
@@ -305,7 +303,7 @@ class ImpedanceData:
         whole = float(direction @ direction)
         direction = direction - tangent @ (tangent.T @ direction)
         size = float(direction @ direction)
-        if size < 1e-9 * whole:  # another parameter does the same
+        if size < 1e-9 * whole:  # another parameter has the same effect
             return _OPEN_PATH
         freedom = max(len(residuals) - len(x) - 1, 1)
         best = max(float(direction @ residuals) / size, 0.0)

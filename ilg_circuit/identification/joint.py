@@ -26,11 +26,11 @@ from .port_model import Measured, PortData, PortModel, sigma_of
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """The fit of all observations: currents and impedances in their order, then displacements.
+    """The joint fit of all observations: currents and impedances in their order, then displacements.
 
-    ``port`` and ``coupling`` are views of it, None where no file is of theirs; ``onsets`` are what the readings leave
-    open of when the voltage jumped. ``judgement`` says how far the engine of record would move the answer, None where
-    it made it.
+    ``port`` and ``coupling`` are views of it, None without files for them; ``onsets`` are the profiles of uncertain
+    onsets. ``judgement`` is an estimate of the difference to a fit by the engine of record, None if that engine was
+    used.
     """
 
     fit: FitResult
@@ -47,10 +47,10 @@ def joined(
     per_record: frozenset[str],
     progress: Progress = None,
 ) -> Joint:
-    """Return the fit of all observations, from where port and coupling ended by themselves.
+    """Return the joint fit of all observations, started from the separate fits of port and coupling.
 
-    Without an electrode resistance they share no parameter, and their fits are those of the components. Raises
-    SolveError where the common fit or the engine fails.
+    Without an electrode resistance they share no parameter, and the joint fit consists of the separate ones. Raises
+    SolveError if the joint fit or the engine fails.
     """
     together = port is not None and coupling is not None and port_matters(actuator, port.model)
     ports = port.data if port is not None else ()
@@ -76,7 +76,7 @@ def joined(
 
 
 def _rows(data: Sequence[Measured], few: Sequence[Measured]) -> NDArray[np.intp] | None:
-    """Return where the samples of ``few`` data stand among all, None where they are all."""
+    """Return the indices of the samples of ``few`` among all samples, None if they are the same."""
     rows, start = [], 0
     for d, trial in zip(data, few, strict=True):
         if isinstance(d, CurrentData) and isinstance(trial, CurrentData):
@@ -99,7 +99,7 @@ def _observation(
 
 
 def _composed(port: PortFit | None, coupling: CouplingFit | None) -> FitResult:
-    """Return the fit of all that the fits of port and coupling make side by side."""
+    """Return the joint fit composed of the independent fits of port and coupling."""
     if port is None:
         assert coupling is not None
         return coupling.fit

@@ -1,9 +1,10 @@
-"""Kramers-Kronig check of a spectrum before any model is fitted: is it the answer of a linear, steady, causal thing?
+"""Kramers-Kronig check of a spectrum: whether it is the response of a linear, stationary, causal system.
 
-By the measurement model of `measurement_model`, of Z or of 1/Z, whichever explains more. A point is left out only for
-what noise, rounding and the model's own error cannot do. It lies far from what all others make expect, in units of the
-noise of its neighbours; by more than the last digit of the readings can; alone, while its neighbours are where they
-should be; and the others obey the relations. Deviations that neighbours share are reported, and nothing is left out.
+The check uses the model of `measurement_model` for Z or for 1/Z, whichever has the larger evidence. A point is left out
+only if noise, rounding and the model's error cannot explain it. Its deviation from the prediction by all other points
+must be large compared with the noise of its neighbours and with the last digit of the readings; its neighbours must
+not deviate; and the others must satisfy the relations. Deviations shared by neighbours are reported, without leaving
+out points.
 """
 
 from __future__ import annotations
@@ -21,23 +22,24 @@ from ..measurements.spectrum import Spectrum
 from ..units import format_quantity
 from .measurement_model import MeasurementModel, measurement_model
 
-#: A point is bad whose distance is so many robust standard deviations, at least this part of abs(Z), so many times the
-#: half of the last digit's unit, and so many times the residuals of its neighbours.
+#: Least deviation of a bad point: in robust standard deviations, as a fraction of abs(Z), in halves of the last digit's
+#: unit, and relative to the residuals of its neighbours.
 _FAR_OUT, _LEAST, _UNITS, _ALONE = 6.0, 0.01, 3.0, 3.0
-#: Neighbours on either side: of the noise (the larger one counts), and of the residuals that a bad point must exceed.
+#: Numbers of neighbours on either side: for the noise (the larger estimate is used), and for the residuals that a bad
+#: point must exceed.
 _NOISE_NEAR, _NEXT = (6, 3), 2
-#: Points are suspects from this part of the limits on, and judged when all others like them are out. Of so many that
-#: stand farthest out the one goes first without which the rest obeys best.
+#: Fraction of the limits above which a point is a suspect, to be judged without the other suspects. Number of largest
+#: deviations among which the point whose removal improves the fit most is taken out first.
 _SUSPECT, _COMPARED = 0.3, 3
 _MOST_BAD, _MOST_SUSPECTS = 0.1, 30
-#: Number of neighbouring points from which they are not single outliers.
+#: Number of neighbouring points above which they are not single outliers.
 _RUN = 3
-#: Residuals beyond this part of abs(Z) are worth a word: noise, and (the smaller one) a structure; and beyond so many
-#: times the rounding.
+#: Least residuals that are reported, relative to abs(Z): noise, and residuals with a structure; least ratio to the
+#: rounding.
 _NOISY, _STRUCTURED, _OVER_ROUNDING = 0.01, 0.003, 2.0
-#: The median size of a complex normal number whose parts have the mean square one, over sqrt(2).
+#: Median modulus of a complex normal number whose parts have variance one, divided by sqrt(2).
 _MEDIAN = np.sqrt(np.log(2))
-#: Digits that are taken for written ones.
+#: Largest number of significant digits that are attributed to the file.
 _DIGITS = 12
 
 
@@ -45,9 +47,9 @@ _DIGITS = 12
 class KramersKronig:
     """The check's outcome. ``residuals`` (f,) are (data - measurement model)/abs(data), complex, at every frequency.
 
-    ``bad`` (f,) are the points that were left out of the measurement model because they stand far out; ``terms`` is
-    the number of time constants, ``freedom`` that of unknowns that the spectrum determines; ``rms`` that of the other
-    points' residuals, real and imaginary parts together.
+    ``bad`` (f,) is True for outliers, which were left out of the measurement model; ``terms`` is the number of time
+    constants, ``freedom`` the effective number of parameters; ``rms`` is the root mean square of the other points'
+    residuals, real and imaginary parts together.
     """
 
     frequency: Array
@@ -61,7 +63,7 @@ class KramersKronig:
 
     @property
     def consistent(self) -> bool:
-        """True if nothing speaks against a linear, steady, causal system."""
+        """True if the spectrum is consistent with a linear, stationary, causal system."""
         return not self.findings
 
     def to_dict(self) -> dict[str, Any]:
@@ -92,7 +94,7 @@ def kramers_kronig(spectrum: Spectrum) -> KramersKronig:
 def last_digit(z: ComplexArray) -> Array:
     """Return half a unit of the last digit that the readings ``z`` (f,) were given with (f,), over abs(Z).
 
-    Readings have so many significant digits, or so many decimals, as the longest of the column.
+    All readings of a column are assumed to have the digits, significant or decimal, of its longest number.
     """
     return np.asarray(np.hypot(_unit(z.real), _unit(z.imag)) / 2 / np.abs(z))
 
@@ -121,7 +123,7 @@ def _checked(f: Array, z: ComplexArray, digit: Array, *, admittance: bool) -> Kr
     whole = model(np.ones(len(f), dtype=bool))
     limits = np.maximum(_STRUCTURED, _UNITS * digit)
     found = whole if (np.abs(whole.residuals) < limits).all() else _without_bad_points(whole, model, digit)
-    if not found.kept.all() and _spread(found, rounding)[1]:  # the others do not obey the relations either
+    if not found.kept.all() and _spread(found, rounding)[1]:  # the others violate the relations too
         found = whole
     modelled = (y / np.abs(y) - found.residuals) * np.abs(y)
     if admittance:
@@ -135,8 +137,8 @@ def _checked(f: Array, z: ComplexArray, digit: Array, *, admittance: bool) -> Kr
 def _without_bad_points(whole: MeasurementModel, model: Any, digit: Array) -> MeasurementModel:
     """Return the measurement model without the outliers, or ``whole`` if these are not exceptions.
 
-    All suspects are taken out, the farthest first, so that none hides another; then those return, the least first, that
-    the rest explains.
+    All suspects are taken out, the farthest first, so that none masks another. Then points that the model explains
+    return, the smallest deviation first.
     """
     most = int(_MOST_BAD * len(whole.kept))
     found, kept = whole, whole.kept.copy()
@@ -161,7 +163,7 @@ def _without_bad_points(whole: MeasurementModel, model: Any, digit: Array) -> Me
 
 
 def _standing_out(found: MeasurementModel, digit: Array) -> Array:
-    """Return how far every point (f,) is from what the others make expect, over the limit of what noise does."""
+    """Return the deviation of every point (f,) from its prediction by the others, relative to the limit."""
     noise = np.full(len(digit), np.median(found.surprise[found.kept]))
     for half in _NOISE_NEAR:
         noise = np.maximum(noise, np.median(found.surprise[_near(found.kept, half)], axis=1))
@@ -175,7 +177,7 @@ def _largest_next(found: MeasurementModel) -> Array:
 
 
 def _near(kept: Mask, half: int) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Return the kept points that are nearest to each point (f, 2 half), itself not among them."""
+    """Return the nearest kept points of each point (f, 2 half), without itself."""
     at = np.flatnonzero(kept)
     gap = np.abs(at[None, :] - np.arange(len(kept))[:, None]).astype(float)
     gap[gap == 0] = np.inf
@@ -187,7 +189,7 @@ def _rms(found: MeasurementModel) -> float:
 
 
 def _spread(found: MeasurementModel, rounding: float) -> tuple[bool, bool]:
-    """Return whether the kept points' residuals have structure, and whether that is to be reported."""
+    """Return True if the kept points' residuals have structure, and True if that is to be reported."""
     kept = found.residuals[found.kept]
     shaped = structured(kept.real) or structured(kept.imag)
     return shaped, shaped and _rms(found) > max(_STRUCTURED, _OVER_ROUNDING * rounding)

@@ -1,11 +1,11 @@
-"""The linear measurement model of the Kramers-Kronig check, and what it expects of every point from the others.
+"""Fits the linear measurement model of the Kramers-Kronig check, and predicts every point from the others.
 
     Z(s) = R + s L + 1/(s C) + sum over k of R_k/(1 + s tau_k)
 
-with any signs, on a fixed grid of tau_k that reaches beyond the band on both sides (Boukamp 1995), obeys the relations.
-The amounts have a normal prior, whose width against the noise is the one of most evidence: with a dense grid and no
-number of terms to choose, the model has no error of its own that could pass for a violation. The same form of 1/Z holds
-for circuits with inductances in parallel.
+with coefficients of any sign, on a fixed grid of tau_k that extends beyond the band on both sides (Boukamp 1995),
+satisfies the relations. The coefficients have a normal prior, whose width relative to the noise maximises the evidence.
+With a dense grid and no choice of the number of terms, the model error cannot be mistaken for a violation. The same
+form of 1/Z holds for circuits with inductances in parallel.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 
 from ..arrays import Array, ComplexArray, Mask
 
-#: Time constants a decade, decades beyond the band on either side, and the most of them.
+#: Time constants per decade, decades beyond the band on either side, largest number of time constants.
 _PER_DECADE, _BEYOND, _MOST = 8, 1.5, 200
-#: R, L and C are freer than the relaxations by this factor.
+#: Factor by which the prior of R, L and C is wider than for the relaxations.
 _FREE = 30.0
 #: Widths of the prior that are tried, relative to the strongest direction.
 _WIDTHS = np.logspace(-12, 0, 37)
@@ -29,10 +29,10 @@ _LEAST_SIGMA = 1e-9
 class MeasurementModel:
     """The model of relative numbers y/abs(y) of the points ``kept`` (f,).
 
-    ``residuals`` (f,) are complex, of all points. ``deleted`` (f,) is what each point is away from what all other kept
-    ones make expect, and ``surprise`` (f,) the same over its expected size, noise and extrapolation together, but for a
-    factor that all points share. ``freedom`` is how many unknowns the data determine, ``terms`` the number of time
-    constants, ``evidence`` -2 log(evidence).
+    ``residuals`` (f,) are complex, for all points. ``deleted`` (f,) is the deviation of each point from its prediction
+    by the other kept points (deleted residual), and ``surprise`` (f,) the same over its standard deviation, of noise
+    and prediction together, up to a factor common to all points. ``freedom`` is the effective number of parameters,
+    ``terms`` the number of time constants, ``evidence`` is -2 log(evidence).
     """
 
     residuals: ComplexArray
@@ -47,7 +47,7 @@ class MeasurementModel:
 def measurement_model(omega: Array, y: ComplexArray, kept: Mask, rounding: float) -> MeasurementModel:
     """Return the measurement model of ``y`` (f,), impedances or admittances at ``omega`` (f,) [rad/s].
 
-    ``rounding`` is the relative standard deviation below which no residual means anything.
+    ``rounding`` is the relative standard deviation of rounding, below which residuals are meaningless.
     """
     columns, terms = _columns(omega, 1 / np.abs(y))
     target, rows = _parts(y / np.abs(y)), np.concatenate([kept, kept])
@@ -73,7 +73,7 @@ def measurement_model(omega: Array, y: ComplexArray, kept: Mask, rounding: float
 
 
 def _columns(omega: Array, weight: Array) -> tuple[ComplexArray, int]:
-    """Return the weighted columns (f, 3 + terms) of R, L, 1/C and the relaxations, and the number of these."""
+    """Return the weighted columns (f, 3 + terms) of R, L, 1/C and the relaxations, and the number of relaxations."""
     low, high = omega.min(), omega.max()
     terms = min(int(np.ceil(_PER_DECADE * (np.log10(high / low) + 2 * _BEYOND))) + 1, _MOST)
     tau = np.geomspace(10**-_BEYOND / high, 10**_BEYOND / low, terms)
@@ -83,7 +83,7 @@ def _columns(omega: Array, weight: Array) -> tuple[ComplexArray, int]:
 
 
 def _most_evident(strengths: Array, amounts: Array, rest: Array, rounding: float) -> tuple[float, float]:
-    """Return the ratio of noise to prior of most evidence, and -2 log(evidence), the noise at its best."""
+    """Return the ratio of noise to prior that maximises the evidence, and -2 log(evidence) with the noise maximised."""
     widths = strengths[0] * _WIDTHS
     over = (strengths / widths[:, None]) ** 2
     squares = (amounts**2 / (1 + over)).sum(axis=1) + float(rest @ rest)
@@ -97,7 +97,7 @@ def _most_evident(strengths: Array, amounts: Array, rest: Array, rounding: float
 def _deleted(
     matrix: Array, right: Array, inverse: Array, width: float, residuals: Array, kept: Mask
 ) -> tuple[ComplexArray, Array]:
-    """Return each point's distance from what the others make expect (f,), and the same over its expected size (f,)."""
+    """Return each point's deleted residual (f,), and the same over its standard deviation (f,)."""
     count = len(kept)
     felt = matrix @ right.T
     unfelt = np.maximum((matrix**2).sum(axis=1) - (felt**2).sum(axis=1), 0.0) / width**2
@@ -107,7 +107,7 @@ def _deleted(
     spread[:, 1, 1] = (im**2) @ inverse + unfelt[count:]
     spread[:, 0, 1] = spread[:, 1, 0] = (re * im) @ inverse
     one = np.eye(2)
-    # of a kept point, which takes part in its own fit, the covariance of the deleted residual is (1 - H)^-1
+    # for a kept point, which influences its own fit, the covariance of the deleted residual is (1 - H)^-1
     among = np.linalg.inv((1 + 1e-9) * one - np.where(kept[:, None, None], spread, 0.0))
     found = np.column_stack([residuals[:count], residuals[count:]])
     found = np.where(kept[:, None], np.einsum("kij,kj->ki", among, found), found)

@@ -1,7 +1,7 @@
-"""Current and displacement of a linear strip as sums of modes, whose answer to a measured drive is a closed form.
+"""Computes current and displacement of a linear strip as sums of modes, in closed form for a measured drive.
 
-Many parameter sets at once, and far cheaper than an engine: for the thousands of predictions that a search of many
-starts, a profile likelihood or a Markov chain needs.
+Many parameter sets are computed at once, at much lower cost than by an engine, for the thousands of predictions of a
+multi-start search, a profile likelihood or a Markov chain.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..solve.port_system import port_system
 from ..solve.state_space import state_space
 from ..strip.port import Port
 
-#: values (m, parameters) -> the ports that they make
+#: values (m, parameters) -> ports with these values
 Ports = Callable[[Array], list[Port]]
 
 

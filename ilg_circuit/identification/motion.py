@@ -1,8 +1,8 @@
-"""The measured displacement as an observation of the coupling d(s), EC (31).
+"""Turns a measured displacement into an observation of the coupling d(s), EC (31).
 
-Rest position and drift are linear terms of each record. A linear strip is predicted by the closed form of its modes
-too, which is far cheaper than an engine. Where the electrodes have a resistance the displacement depends on the port's
-parameters too; elsewhere the port has no say (physics: the displacement is d(s) times the port voltage).
+Rest position and drift are linear terms of each record. For a linear strip there is a closed form by modes, at much
+lower cost than an engine. With an electrode resistance the displacement depends on the port's parameters; without one
+it does not (the displacement is d(s) times the port voltage).
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ from ..strip.port import Port
 from .modal import modal_displacements
 from .port_model import PortModel, observed
 
-#: The parameters of d(s) as a fit names them, in the order of the fields of `Coupling`.
+#: The parameters of d(s) with their names in a fit, in the order of the fields of `Coupling`.
 COUPLING = tuple(
     Parameter(f"coupling_{f.name}", unit=f.metadata["unit"]) for f in fields(Coupling) if "unit" in f.metadata
 )
 NAMES = tuple(p.name for p in COUPLING)
-#: Largest ringing [rad] of d(s) that a fit follows: far more than any record shows.
+#: Largest phase [rad] of ringing of d(s) in a fit, much larger than any record shows.
 _MOST_RINGING = 300.0
 
 
 @dataclass(frozen=True)
 class Motion:
-    """How displacements of a strip are predicted: by its ``actuator``, with the static or dynamic ``beam``.
+    """A predictor of displacements of an ``actuator``, with the static or dynamic ``beam``.
 
-    ``port`` is the model whose parameters the displacement depends on too, None where it does not.
+    ``port`` is the electrical model that the displacement depends on, None if it does not depend on any.
     """
 
     actuator: Actuator
@@ -70,7 +70,7 @@ class Motion:
         after = t >= 0
         zeta, wn = values[0, -2:]
         if min(wn * t[-1], 20 / max(zeta, 1e-300)) > _MOST_RINGING:
-            raise SolveError("the fit of d(s) left what the record can resolve")
+            raise SolveError("the fit of d(s) diverged beyond the resolution of the record")
         strips = self._strips(values, t)
         result = np.zeros((len(values), len(t)))
         if accuracy is None:
@@ -95,7 +95,7 @@ class Motion:
         return [replace(strip_of(self.actuator, p), coupling=c) for p, c in zip(ports, couplings, strict=True)]
 
     def _simplest(self) -> Actuator:
-        """Return the strip with as many ions as the displacement feels: none with the static beam and no Re."""
+        """Return the strip without the parts of its circuit that do not affect the displacement."""
         full = lumped_port(self.actuator)
         if self.beam != "static" or full.electrode_resistance:
             return self.actuator
@@ -105,16 +105,16 @@ class Motion:
 
 @dataclass(frozen=True)
 class RateOf:
-    """How fast a clock goes: ``rate``, its seconds to one of the voltage's clock, about ``pivot`` [s] since the onset.
+    """The ``rate`` of a clock, its seconds per second of the voltage's clock, about ``pivot`` [s] since the onset.
 
-    There the rate moves no time.
+    At the pivot times do not depend on the rate.
     """
 
     rate: float = 1.0
     pivot: float = 0.0
 
     def at_onset(self, delay: float) -> tuple[float, RateOf]:
-        """Return the delay [s] and the rate about the onset that are the same as ``delay`` and this one."""
+        """Return the equivalent of ``delay`` [s] and this rate with the pivot at the onset."""
         return delay - self.pivot * (1 - 1 / self.rate), RateOf(self.rate)
 
     def times(self, t: Array) -> Array:
@@ -131,11 +131,11 @@ class DisplacementData:
     """The displacement of a record up to ``window`` [s] since the onset, relative to ``reference`` [m].
 
     ``sign`` is -1 where the camera's axis points away from the anode; with ``drift`` a slow linear one is a term of the
-    fit beside the rest position. ``held`` [m/s] is a drift that is taken off before the fit. The onset is taken by
-    ``share`` (-0.5 to 0.5) of its bracket from the middle. The camera's clock is behind by ``delay`` [s], which lies
-    within ``delays`` where it is fitted; one that is its ``own_clock`` reads ``ahead`` [s] more than the voltage's to
-    begin with, and goes at the rate of ``clock``, which is fitted where the drive may tell it (``tells_rate``).
-    ``loose`` (samples,) is what a small change of the clock's moves, a linear term of the fit.
+    fit beside the rest position. ``held`` [m/s] is a drift that is subtracted before the fit. ``share`` (-0.5 to 0.5)
+    is the position of the onset in its bracket, 0 in the middle. The camera's clock is behind by ``delay`` [s], which
+    is bounded by ``delays`` if it is fitted. A separate clock (``own_clock``) initially reads ``ahead`` [s] more than
+    the voltage's and has the rate of ``clock``, which is fitted if the drive determines it (``tells_rate``). ``loose``
+    (samples,) is the derivative of the displacement with respect to the clock's delay or rate, a linear term.
     """
 
     channel: Channel
@@ -172,7 +172,7 @@ class DisplacementData:
 
     @property
     def bracketed(self) -> bool:
-        """True if the readings leave open when the voltage jumped."""
+        """True if the time of the voltage's jump is known only within a bracket."""
         return bool(self.measured.widths.any())
 
     def at_share(self, share: float) -> DisplacementData:
@@ -183,7 +183,7 @@ class DisplacementData:
         return replace(self, delay=delay)
 
     def at_rate(self, rate: float) -> DisplacementData:
-        """Return the data of a camera whose clock goes at another ``rate``."""
+        """Return the data of a camera whose clock has another ``rate``."""
         return replace(self, clock=replace(self.clock, rate=rate))
 
     def since(self, channel: Channel) -> Array:
@@ -192,7 +192,7 @@ class DisplacementData:
 
     @property
     def late(self) -> float:
-        """How much later [s] the displacement's clock reads at the onset."""
+        """Delay [s] of the displacement's clock at the onset."""
         return self.ahead + self.clock.reading(self.delay) - (self.share * self._width if self.own_clock else 0.0)
 
     @property
@@ -218,7 +218,7 @@ class DisplacementData:
 
     @property
     def nuisance(self) -> Array:
-        """Linear terms (samples, 1 to 3): rest position, drift, what is ``loose``."""
+        """Linear terms (samples, 1 to 3): rest position, drift, ``loose``."""
         t = self.abscissa
         known = np.column_stack([np.ones(len(t)), t])[:, : 1 + self.drift]
         return known if self.loose is None else np.column_stack([known, self.loose])
@@ -231,9 +231,9 @@ class DisplacementData:
         of_record: bool = False,
         accuracy: float = DEFAULT_ACCURACY,
     ) -> Observation:
-        """Return the observation that ``motion`` predicts: by the closed form of a linear strip, else by the engine.
+        """Return the observation predicted by ``motion``: by the closed form of a linear strip, else by the engine.
 
-        The prediction ``of_record`` is the engine's that was asked for.
+        The prediction ``of_record`` is made by the chosen engine.
         """
         t, drive = self.since(self.part), self.drive
         closed = motion.linear and not (of_record and self.engine != "exact")

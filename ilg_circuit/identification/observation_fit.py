@@ -27,11 +27,11 @@ from .port_model import Measured
 
 Numbers = NDArray[Any]
 
-#: Residuals of a joint fit over those of the individual fits from which it does not hold for all files.
+#: Ratio of joint to individual residuals above which the joint fit does not hold for all files.
 WORSE = 1.5
-#: An individual fit whose residuals are this part of the data describes nothing.
+#: Relative residuals above which an individual fit does not describe the data.
 _NOT_DESCRIBED = 0.15
-#: What residuals are compared with.
+#: Reference sizes for residuals, by quantity.
 SIZE = {"current": "peak", "impedance": "abs(Z)", "displacement": "span"}
 #: Misfits below this fraction of a record's size are ignored, whatever their ratio.
 _NEGLIGIBLE = 1e-4
@@ -114,14 +114,14 @@ class ObservationFit:
         }
 
 
-#: For each observation of a fit the fit without its file, or why there is none.
+#: For each observation of a fit, the fit without its file, or the reason why there is none.
 LeftOut = Sequence[FitResult | str]
 
 
 def leave_one_out(found: FitResult, progress: Progress, against: Mapping[str, str] | None = None) -> LeftOut:
     """Return for each observation the fit of all other files.
 
-    None of a file that something speaks ``against`` beforehand, by its source.
+    A file with a reason ``against`` it, by its source, is not left out.
     """
     sources = [o.source for o in found.problem.observations]
     fits: dict[str, FitResult | str] = {}
@@ -133,7 +133,7 @@ def leave_one_out(found: FitResult, progress: Progress, against: Mapping[str, st
         try:
             fits[source] = why or fit_without(found, left_out, progress)
         except IlgError as error:
-            fits[source] = f"the others by themselves: {error}"
+            fits[source] = f"fit of the other files: {error}"
     return [fits[source] for source in sources]
 
 
@@ -148,7 +148,7 @@ def leave_one_port_out(found: PortFit, progress: Progress) -> LeftOut:
 
 
 def predicted_by(found: FitResult, k: int, others: FitResult | str) -> tuple[Array | None, str]:
-    """Return observation ``k`` as the others predict it, with its own linear terms; or why they cannot."""
+    """Return the prediction of observation ``k`` from the others, with its own linear terms; or why there is none."""
     if isinstance(others, str):
         return None, others
     observation = found.problem.observations[k]
@@ -210,7 +210,7 @@ def _misfit(d: Measured, residuals: Array) -> Misfit | None:
 
 
 def misfit_findings(rows: Sequence[ObservationFit]) -> list[Finding]:
-    """Return a finding on every observation of which the model leaves too much."""
+    """Return a finding on every observation with a large misfit."""
     found = []
     for r in rows:
         m = r.misfit
@@ -223,7 +223,7 @@ def misfit_findings(rows: Sequence[ObservationFit]) -> list[Finding]:
 
 
 def consistency_findings(rows: Sequence[ObservationFit], without: LeftOut) -> list[Finding]:
-    """Return findings on files that no port describes, and on files that one port does not hold for together."""
+    """Return findings on files that no port describes, and on files that are inconsistent with one port."""
     found = []
     lost = [f"{r.source} ({r.rms_individual / r.size:.0%} of its {SIZE[r.quantity]})" for r in rows if r.not_described]
     if lost:
@@ -236,7 +236,7 @@ def consistency_findings(rows: Sequence[ObservationFit], without: LeftOut) -> li
 
 
 def _outlying_file(rows: Sequence[ObservationFit], without: LeftOut) -> list[Finding]:
-    """Return the one file without which a port holds for all others, if there is just one."""
+    """Return the finding on a single file without which one port holds for all others, if there is one."""
     if len(rows) < 3:
         return []
     found = []

@@ -1,7 +1,7 @@
-"""The onset as an unknown: it lies somewhere between two readings, and what depends on it has that in its interval.
+"""Treats the onset as an unknown between two readings, and includes its uncertainty in the intervals.
 
-A shift d of a step's onset is a factor exp(d/tau) on each branch of a linear port, so that a current alone never tells
-it; diffusion and the displacement do.
+A shift d of a step's onset is a factor exp(d/tau) on each branch of a linear port, so that the current of such a port
+does not determine it; diffusion and the displacement do.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from .motion import DisplacementData
 from .observation_fit import ObservationFit
 from .port_model import BRACKET, Measured
 
-#: Data and the unit of their residuals -> the observation that a model predicts.
+#: (data, standard deviation of their residuals) -> observation with a model's prediction.
 Observe = Callable[[Measured, float | Array], Observation]
-#: A place -> the data there.
+#: A share, delay or rate -> the data with that value.
 At = Callable[[float], Measured]
-#: A delay is profiled within this part of its bounds about where the first fits found it.
+#: Range of a delay's profile about its first estimate, as a fraction of its bounds.
 _NEAR = 0.15
-#: Most alternating searches for delay and rate; steps of a delay, in intervals between readings, and of a rate.
+#: Largest number of alternating searches for delay and rate; step of a delay, in sampling intervals, and of a rate.
 _ROUNDS, _DELAY_STEP, _RATE_STEP = 6, 0.1, 1e-4
-#: An onset nearer to the middle than this part of what is admitted is in the middle.
+#: Distance of an onset from the middle, relative to the admitted range, below which it is in the middle.
 _MIDDLE = 1e-3
 
 
@@ -51,13 +51,13 @@ class OnsetProfile:
 
     @property
     def half(self) -> float:
-        """Half of what is admitted of the onset [s]."""
+        """Half-width of the admitted range of the onset [s]."""
         low, high = self.profile.admitted
         return self.channel.width * (high - low) / 2
 
     @property
     def estimate(self) -> Estimate:
-        """The onset [s] in the file's time; its interval is what the readings, and the fit, leave open."""
+        """The onset [s] in the file's time; its interval follows from the readings and the fit."""
         low, middle, high = (
             self.channel.zero + share * self.channel.width
             for share in (self.profile.admitted[0], self.profile.middle, self.profile.admitted[1])
@@ -65,7 +65,7 @@ class OnsetProfile:
         return Estimate(middle, "s", (high - low) / np.sqrt(12), (low, high))
 
     def finding(self, fit: FitResult, errors: Array) -> Finding | None:
-        """Return the parameters' uncertainty by the onset, if any, beside their standard ``errors`` (n,)."""
+        """Return a finding if the onset adds to the uncertainty of parameters with standard ``errors`` (n,)."""
         felt = matters(self.profile, errors / fit.units)
         if not felt.any():
             return None
@@ -90,12 +90,12 @@ class ClockProfile:
 
     @property
     def every(self) -> tuple[BoundedProfile, ...]:
-        """The profiles of what the coupling depends on beside the fit: with a rate the delay is a term of the fit."""
+        """The profiles that widen the coupling's intervals: with a rate, the delay is already a term of the fit."""
         return (self.delay if self.rate is None else self.rate,)
 
     @property
     def estimates(self) -> dict[str, Estimate]:
-        """Delay [s] at the onset and rate; intervals are what the fit, and the readings of the onset, leave open."""
+        """Delay [s] at the onset and rate, with intervals from the fit and from the bracket of the onset."""
         low, high = self.delay.admitted
         middle, errors = self.data.late, np.array([low, high]) - self.delay.middle
         found = {}
@@ -109,7 +109,7 @@ class ClockProfile:
 
 @dataclass(frozen=True)
 class Onsets:
-    """The profiles of all files whose readings leave the onset open, and of clocks that were fitted."""
+    """The profiles of all uncertain onsets, and of clocks that were fitted."""
 
     profiles: tuple[OnsetProfile, ...] = ()
     clocks: tuple[ClockProfile, ...] = ()
@@ -151,13 +151,13 @@ class Onsets:
         return replace(found, estimates=estimates, findings=(*found.findings, *(f for f in findings if f)))
 
     def reach(self, errors: Array, quantile: Array, of: Callable[[Array], Array]) -> Array:
-        """Return how much further (2, m) intervals reach below and above, by the uncertainty of the onsets.
+        """Return the widening (2, m) of intervals below and above, by the uncertainty of the onsets.
 
-        ``errors`` (m,), with Student's ``quantile`` (m,), are those of quantities that ``of`` makes (g, m) of
-        coordinates (g, n).
+        ``errors`` (m,), with Student's ``quantile`` (m,), are standard errors of quantities (g, m) that ``of`` computes
+        from coordinates (g, n).
         """
         more = np.zeros((2, len(errors)))
-        for each in self.every:  # several onsets may all lie at their ends
+        for each in self.every:  # several onsets may all be at the ends of their ranges
             more += np.maximum(np.array(each.of(of).reach(errors, quantile)) - quantile * errors, 0.0)
         return more
 
@@ -171,7 +171,7 @@ class Onsets:
         return replace(row, derived={**row.derived, **told})
 
     def covariance(self, fit: FitResult) -> Array:
-        """Return the covariance (n, n) of the values by onsets anywhere in what is admitted."""
+        """Return the covariance (n, n) of the values due to onsets distributed over their admitted ranges."""
         moves = [p.range * fit.units for p in self.every]
         return sum((np.outer(m, m) / 12 for m in moves), np.zeros((len(fit.values),) * 2))
 
@@ -179,14 +179,14 @@ class Onsets:
 def _with_share(
     problem: Problem, data: Sequence[Measured], members: Sequence[int], observe: Observe, share: float
 ) -> Problem:
-    """Return the problem with the onset of some ``members`` of its data elsewhere."""
+    """Return the problem with another onset for some ``members`` of its data."""
     parts = [d.at_share(share) if k in members else d for k, d in enumerate(data)]
     pairs = zip(parts, problem.observations, strict=True)
     return replace(problem, observations=tuple(observe(d, o.sigma) for d, o in pairs))
 
 
 def _with(problem: Problem, k: int, observe: Observe, at: At, place: float) -> Problem:
-    """Return the problem with observation ``k`` of the data that ``at`` makes of a place."""
+    """Return the problem with observation ``k`` replaced by the data ``at`` a place."""
     observations = list(problem.observations)
     observations[k] = observe(at(place), observations[k].sigma)
     return replace(problem, observations=tuple(observations))
@@ -200,10 +200,10 @@ def settled(
     costly: bool = False,
     progress: Progress = None,
 ) -> tuple[FitResult, tuple[Measured, ...], Onsets]:
-    """Return the fit with every onset in the middle of what the data admit, the data so moved, and the profiles.
+    """Return the fit with every onset in the middle of its admitted range, the data likewise, and the profiles.
 
-    ``data`` are those of the observations of ``found``, which ``observe`` makes of them and their sigmas. The current
-    tells an onset; the displacement does where its residuals are noise. Raises SolveError where a fit fails.
+    ``observe`` makes the observations of ``found`` from ``data`` and their sigmas. The onset is determined by the
+    current, and by the displacement if its residuals are noise. Raises SolveError if a fit fails.
     """
     profiles: list[OnsetProfile] = []
     moved = list(data)
@@ -234,19 +234,19 @@ def settled(
 
 
 def _tells_onset(data: Measured, residuals: Array) -> bool:
-    """Return True if a displacement says when the voltage began: its clock is known, and its residuals are noise."""
+    """Return True if a displacement determines the onset: its clock is known, and its residuals are noise."""
     return isinstance(data, DisplacementData) and data.delays is None and not structured(residuals)
 
 
 def _clock(
     found: FitResult, k: int, observe: Observe, d: DisplacementData, onset: float, costly: bool, progress: Progress
 ) -> tuple[FitResult, ClockProfile]:
-    """Return the fit with the delay and, if determined, the rate of displacement ``k`` in their middle."""
+    """Return the fit with the delay and, if determined, the rate of displacement ``k`` in mid-range."""
     if d.tells_rate:
         told = _rate(found, k, observe, d, costly, progress)
         if told is not None:
             found, d, rate = told
-            # the delay alone: the rate moves it freely
+            # profile of the delay alone, with the rate free
             free = replace(d, loose=_slope(found, k, observe, d.at_rate, d.clock.rate, _RATE_STEP))
             delay = _delay(_refitted(found, k, observe, free, progress), k, observe, free, costly)
             return found, ClockProfile(d, delay, rate, onset)
@@ -261,7 +261,7 @@ def _clock(
 def _rate(
     found: FitResult, k: int, observe: Observe, d: DisplacementData, costly: bool, progress: Progress
 ) -> tuple[FitResult, DisplacementData, BoundedProfile] | None:
-    """Return the fit, data and profile of the rate of a displacement's clock, its delay loose; None for no rate."""
+    """Return the fit, data and profile of the rate of a displacement's clock with its delay free; None for no rate."""
     delay, clock = d.clock.at_onset(d.delay)
     d = replace(d, delay=delay, clock=clock)
     step = _DELAY_STEP * float(np.median(np.diff(d.abscissa)))
@@ -284,7 +284,7 @@ def _rate(
 
 
 def _slope(found: FitResult, k: int, observe: Observe, at: At, place: float, step: float) -> Array:
-    """Return by what (samples,) of observation ``k`` a place moves, at the values of a fit."""
+    """Return the derivative (samples,) of observation ``k`` with respect to a place, at the values of a fit."""
     part, sigma = found.problem.slices[k], found.problem.observations[k].sigma
     ends = [_with(found.problem, k, observe, at, x) for x in (place - step, place + step)]
     low, high = (problem.predictions(found.coordinates[None])[0][part] for problem in ends)
@@ -292,7 +292,7 @@ def _slope(found: FitResult, k: int, observe: Observe, at: At, place: float, ste
 
 
 def _delay(found: FitResult, k: int, observe: Observe, d: DisplacementData, costly: bool) -> BoundedProfile:
-    """Return the profile of the delay of a displacement: near where it was found, or as far as that leaves it open."""
+    """Return the profile of the delay of a displacement near its estimate, or over its bounds if that is not enough."""
     assert d.delays is not None
     low, high = d.delays
     at = partial(_with, found.problem, k, observe, d.at_delay)
@@ -311,6 +311,6 @@ def _refitted(found: FitResult, k: int, observe: Observe, data: DisplacementData
 
 
 def clock_findings(records: Sequence[Moving], onsets: Onsets) -> list[Finding]:
-    """Return findings on displacements of files of their own whose clock's rate is taken to be the voltage's."""
+    """Return findings on displacements with a separate clock whose rate is assumed to equal the voltage's."""
     told = {clock.data.source for clock in onsets.clocks if clock.rate is not None}
     return [Finding("clock-rate-assumed", d.source) for d in records if d.record.own_clock and d.source not in told]

@@ -1,4 +1,4 @@
-"""Readings of a current that no model error explains: named and left out, before models are compared."""
+"""Finds outliers of a current, which no model error explains, and leaves them out before models are compared."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from ..measurements.smoothing import resolution
 from ..strip.models import electrical_model
 from .current import CurrentData
 
-#: Models by which readings are judged, the first that can be fitted; a misfit of the model is not an outlier.
+#: Models for the residuals, of which the first that can be fitted is used.
 _MODELS = ("rc2", "rc")
-#: Largest fraction of outliers among the rows; with more, something else is wrong.
+#: Largest fraction of outliers among the rows; with more, they are not outliers.
 _MOST = 0.02
 _ROUNDS = 6
 #: Rows of a displacement's running median, and the fewest readings that have one.
 _MEDIAN, _FEWEST = 5, 20
-#: Rows about each reading whose noise is taken, by the median of neighbouring differences over this.
+#: Window of the local noise in rows; ratio of the median difference of neighbours to the standard deviation.
 _WINDOW, _OF_DIFFERENCES = 51, 0.6745 * np.sqrt(2)
-#: Residuals of this part of the largest reading are the solvers' rounding, where there is no noise.
+#: Residuals without noise, as a fraction of the largest reading, below which they are rounding of the solvers.
 _ROUNDING = 1e-7
 
 
 def without_outliers(data: CurrentData, held: float) -> tuple[CurrentData, list[Finding]]:
     """Return the data without the readings that are named as outliers, and a finding on them.
 
-    Fits are repeated until no further reading is named. Where no model can be fitted nothing is left out.
+    Fits are repeated until no further outlier is found. If no model can be fitted, nothing is left out.
     """
     for _ in range(_ROUNDS):
         residuals = _residuals(data, held)
@@ -53,9 +53,9 @@ def named_by(data: CurrentData, residuals: Array) -> NDArray[np.intp]:
 
 
 def spikes(channel: Channel, drive: PiecewiseLinear) -> Mask:
-    """Return the readings (n,) of a displacement that stand apart from their neighbours.
+    """Return the readings (n,) of a displacement that are outliers relative to their neighbours.
 
-    A displacement is continuous: its deviations from a running median take the place of a model's residuals.
+    A displacement is continuous, so that deviations from a running median are used in place of a model's residuals.
     """
     from scipy.ndimage import median_filter
 
@@ -66,7 +66,9 @@ def spikes(channel: Channel, drive: PiecewiseLinear) -> Mask:
     # the median follows the noise, so deviations from it are too small: differences of neighbours give the noise
     steps = np.abs(np.diff(channel.values))
     noise = median_filter(np.append(steps, steps[-1]), _WINDOW, mode="reflect")
-    noise = np.maximum(noise, float(np.median(steps)) / 2) / _OF_DIFFERENCES  # few rows are quiet by chance
+    noise = (
+        np.maximum(noise, float(np.median(steps)) / 2) / _OF_DIFFERENCES
+    )  # a few rows may have little noise by chance
     return outlying(channel.values, residuals, pieces, np.maximum(noise, resolution(channel.values)), jumps=False)
 
 

@@ -1,4 +1,4 @@
-"""Findings on an identified port: what its residuals show, and what the data do not determine."""
+"""Findings on an identified port: its residuals, and parameters that the data do not determine."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from .impedance import DC, ImpedanceData
 from .port_fit import PortFit
 from .port_model import PortData
 
-#: Residuals count as autocorrelated where they exceed this factor of the data's white noise, and this part of the size.
+#: Least residuals that may count as autocorrelated, relative to the white noise and to the size of the data.
 _OVER_NOISE, _NEGLIGIBLE = 1.5, 1e-4
 #: A spectrum's misfit is reported above this factor of its own noise and this fraction of abs(Z).
 _MISFIT, _NEGLIGIBLE_MISFIT = 2.0, 1e-3
-#: A rejected candidate of least rms is worth a word where its rms is below this part of the chosen one's: more
-#: parameters always take a little of the noise.
+#: Ratio to the chosen model's rms below which a rejected candidate of smallest rms is reported: more parameters always
+#: reduce the rms slightly.
 _CLOSER = 0.9
-#: BICs that differ by less are the same: a model with a part that does nothing.
+#: Difference below which BICs are equal, as for a model with a part that has no effect.
 _SAME_BIC = 0.1
 
 
 def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Finding]:
-    """Return findings on the port: what its residuals show, and what the data do not determine."""
+    """Return findings on the port's residuals, and on parameters that the data do not determine."""
     found: list[Finding] = []
     shares = []
     for k, d in enumerate(port.data):
@@ -67,7 +67,7 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
 
 
 def rejected_findings(candidates: Sequence[Candidate]) -> list[Finding]:
-    """Return the candidates of least BIC and of clearly least rms that were not chosen, each with its reason."""
+    """Return findings on the candidates of lowest BIC and of clearly lowest rms, if they were not chosen."""
     found: list[Finding] = []
     chosen = next(c for c in candidates if c.chosen)
     fitted = [c for c in candidates if c.bic is not None and c.misfit is not None]
@@ -84,7 +84,7 @@ def rejected_findings(candidates: Sequence[Candidate]) -> list[Finding]:
 
 
 def _resolution(d: PortData, rms: float) -> list[Finding]:
-    """Return a finding if the instrument is so coarse that standard errors are too small."""
+    """Return a finding if the instrument's resolution is so coarse that standard errors are too small."""
     steps = np.diff(np.unique(d.data))
     if len(steps) and float(steps.min()) > 2 * rms and len(steps) < len(d.data) / 4:
         return [Finding("resolution-coarse", d.source, {"step": float(steps.min())})]

@@ -1,4 +1,4 @@
-"""The port from one file or several: one electrical model fitted to all currents and spectra of a strip."""
+"""Fits one electrical model of the port to all currents and spectra of a strip."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .impedance import DC, ImpedanceData
 from .port_model import IndividualFit, PortData, PortModel, port_problem, sigma_of
 from .port_start import suggestions
 
-#: An individual fit falls back to this model where the file alone does not hold the one asked for.
+#: Model of an individual fit if the file alone does not determine the requested one.
 SIMPLEST = "rc"
 #: Relative difference of levels below which they do not show a nonlinearity.
 _SAME_VOLTAGE = 0.2
@@ -30,19 +30,19 @@ _SAME_VOLTAGE = 0.2
 _FITS, _SAME = 2, 1e-3
 #: A joint fit is taken as the global minimum if its sum of squares is at most this factor times the individual fits'.
 _AS_GOOD = 1.02
-#: A joint fit whose residuals are less than this part of an individual fit's gives the better weight.
+#: Ratio of joint to individual residuals below which weights are taken from the joint fit.
 _WORTH = 0.7
-#: A fitted Re starts at this part of the least resistance that any file shows.
+#: Initial guess of Re, as a fraction of the smallest resistance in any file.
 _LITTLE_RE = 0.1
-#: Residuals count as no less than this part of an observation's size.
+#: Least rms of residuals used for weights, as a fraction of an observation's size.
 NEGLIGIBLE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class PortFit:
-    """One port for all files: the fit, each file's individual fit, and the port (parameters per record: their mean).
+    """The fit of one port to all files, each file's individual fit, and the port (mean of parameters per record).
 
-    ``fixed`` says of parameters that were not fitted, why.
+    ``fixed`` gives the reasons why parameters were not fitted.
     """
 
     model: PortModel
@@ -76,7 +76,7 @@ class PortFit:
         return self.model.port(np.array([values[name] for name in self.model.names]), ladders)
 
     def identifiability(self) -> Identifiability:
-        """Return what the data determine of the port."""
+        """Return which parameters of the port the data determine."""
         return diagnose(self.fit, self.port.branches, self.unfelt)
 
     @property
@@ -86,21 +86,21 @@ class PortFit:
 
     @property
     def misfit(self) -> float:
-        """The same over each file's size, the geometric mean of all."""
+        """The geometric mean over all files of the rms relative to each file's size."""
         sizes = np.array([d.size for d in self.data])
         return float(np.exp(np.mean(np.log(np.maximum(self.rms / sizes, NEGLIGIBLE)))))
 
     def independent(self) -> Array:
-        """Return the number of independent samples (files,) that the residuals amount to."""
+        """Return the effective number of independent samples (files,) of the residuals."""
         return np.array([self.fit.independent_samples(k) for k in range(len(self.data))])
 
     @property
     def only_noise(self) -> bool:
-        """True if no file's residuals are larger than by its individual fit, or more than noise."""
+        """True if no file's residuals exceed its individual fit's, or the noise."""
         return not correlated(self.fit) and self.beyond_individual(self.independent()) < EVIDENCE
 
     def beyond_individual(self, samples: Array) -> float:
-        """Return the BIC above that of all individual fits, which have more parameters, on ``samples`` (files,)."""
+        """Return the BIC minus the BIC of all individual fits, which have more parameters, on ``samples`` (files,)."""
         rms = np.array([max(i.rms, NEGLIGIBLE * d.size) for i, d in zip(self.individual, self.data, strict=True)])
         gain = 2 * float(samples @ np.log(np.maximum(self.rms / rms, 1e-300)))
         more = sum(i.fit.count for i in self.individual) - self.fit.count
@@ -116,8 +116,8 @@ def fit_port(
 ) -> PortFit:
     """Return the fit of ``model`` to all data, Re ``held`` [ohm] or, None, fitted too.
 
-    ``per_record`` names parameters that have a value for each file. Raises InputError for a model that these data
-    cannot hold, SolveError where they do not determine its parameters.
+    ``per_record`` names parameters that have a value for each file. Raises InputError for a model that is not suitable
+    for these data, SolveError if they do not determine its parameters.
     """
     kind = electrical_model(model)
     require_suitable(kind, data)
@@ -151,7 +151,7 @@ def fit_port(
 
 
 def on_all_rows(found: PortFit, progress: Progress = None) -> PortFit:
-    """Return the fit of all rows, where ``found`` is that of a trial on some of them."""
+    """Return the fit of all rows, where ``found`` is a trial fit of some of them."""
     data = tuple(d.whole for d in found.data)
     if all(len(d.data) == len(few.data) for d, few in zip(data, found.data, strict=True)):
         return found
@@ -174,7 +174,7 @@ def _on_all_rows(found: IndividualFit, progress: Progress) -> IndividualFit:
 
 
 def require_suitable(kind: ElectricalModel, data: Sequence[PortData]) -> None:
-    """Raise InputError where these data or their engine cannot show what a model has."""
+    """Raise InputError if these data do not determine an element of a model, or their engine cannot solve it."""
     if kind.spectra_only and all(d.quantity == "current" for d in data):
         hidden = ", ".join(kind.spectra_only)
         raise InputError(f"model {kind.name}: only a spectrum shows {hidden}; leave it out, or add a spectrum")
@@ -192,7 +192,7 @@ def require_suitable(kind: ElectricalModel, data: Sequence[PortData]) -> None:
 
 
 def levels_differ(data: Sequence[PortData]) -> bool:
-    """Return True if steps and biases differ, or a waveform passes many voltages."""
+    """Return True if steps and biases differ, or a waveform covers many voltages."""
     levels = [d.level for d in data]
     sizes = [abs(level) for level in levels if level is not None]
     return len(sizes) < len(levels) or max(sizes) > (1 + _SAME_VOLTAGE) * min(sizes)
@@ -205,7 +205,7 @@ def _slowest(kind: ElectricalModel, started: list[Array]) -> Array:
 
 
 def _individual(d: PortData, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
-    """Return the individual fit by the model, its linear part or the simplest, the first that can be fitted."""
+    """Return the individual fit of the model, of its linear part or of the simplest: the first that can be fitted."""
     models = [m for m in (kind.name, kind.plain, SIMPLEST) if d.holds(electrical_model(m))]
     for model in dict.fromkeys(models[:-1]):
         try:
@@ -219,7 +219,7 @@ def _individual(d: PortData, kind: ElectricalModel, held: float, progress: Progr
 
 
 def _least_resistance(data: Sequence[PortData]) -> float:
-    """Return the least resistance [ohm] that any file shows: peak current per volt, or the spectrum's real part."""
+    """Return the smallest resistance [ohm] in any file: voltage over peak current, or the spectrum's real part."""
     found = []
     for d in data:
         shown = d.shown(d.data)
@@ -235,10 +235,10 @@ def _weighted(
     started: list[Array],
     progress: Progress,
 ) -> FitResult:
-    """Return the best fit, every file counted in units of its individual fit's residuals.
+    """Return the best fit, with the residuals of every file divided by the rms of its individual fit.
 
-    Where the joint fit's residuals are much smaller, as those of a nonlinear model may be, the fit is repeated with
-    weights by these.
+    If the joint fit's residuals are much smaller, as may happen for a nonlinear model, the fit is repeated with weights
+    from these.
     """
     sigmas = tuple(sigma_of(i.fit, d.size) for d, i in zip(data, individual, strict=True))
     alone = sum(len(d.data) * (i.rms / s) ** 2 for d, i, s in zip(data, individual, sigmas, strict=True))
@@ -253,7 +253,7 @@ def _weighted(
 
 
 def _best(problem: Problem, kind: ElectricalModel, started: list[Array], alone: float, progress: Progress) -> FitResult:
-    """Return the better one of the fits from the most promising starts; one fit where nothing is left to gain.
+    """Return the best of the fits from the most promising starts; the first if it cannot be improved.
 
     ``alone`` is the sum of squares of the individual fits, in the same units.
     """
@@ -285,7 +285,7 @@ def _best(problem: Problem, kind: ElectricalModel, started: list[Array], alone: 
 
 
 def _cost(problem: Problem, start: Array) -> float:
-    """Return the sum of squares at ``start`` (n,); infinite where there is no solution."""
+    """Return the sum of squares at ``start`` (n,); infinite if there is no solution."""
     try:
         return float(problem.sum_of_squares(problem.scales.coordinates(start)[None])[0])
     except IlgError:
@@ -293,7 +293,7 @@ def _cost(problem: Problem, start: Array) -> float:
 
 
 def _ordered_fit(problem: Problem, kind: ElectricalModel, start: Array, progress: Progress) -> FitResult:
-    """Return the fit with interchangeable branches by ascending time constant: fitted again where they crossed."""
+    """Return the fit with interchangeable branches in order of time constant, repeated if they have crossed."""
     found = fit(problem, start, progress)
     means = np.array([found.means[name] for name in kind.names])
     order = kind.order(means)

@@ -1,4 +1,4 @@
-"""The electrical port as a fit sees it, and what every kind of data about it has in common."""
+"""The electrical port as a model with fit parameters, and the interface of all kinds of data for it."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from ..strip.models import ElectricalModel, Ladders
 from ..strip.port import Port
 
 ELECTRODE_RESISTANCE = Parameter("electrode_resistance", "Re", "ohm", "both electrodes, EC (15), (16)")
-#: A closed form takes a ladder's constants from the port, however many sections it has.
+#: Ladders for closed forms, which do not depend on the number of sections.
 ANY_LADDER = Ladders(sections=1)
-#: Shares of an onset's bracket, from its middle to its ends.
+#: Range of the position of an onset in its bracket, 0 in the middle.
 BRACKET = (-0.5, 0.5)
-#: An observation counts as if it had noise of this part of its size at least: simulated ones may have none.
+#: Least standard deviation of an observation, as a fraction of its size: simulated data may have no noise.
 _LEAST_SIGMA = 1e-9
 
 
 @dataclass(frozen=True)
 class PortModel:
-    """An electrical model and its Re [ohm]: ``held``, or one more parameter where that is None.
+    """An electrical model and its Re [ohm]: ``held``, or a further parameter if that is None.
 
     ``typical`` are values (n,) of the model's parameters for which ladders are designed.
     """
@@ -48,7 +48,7 @@ class PortModel:
         return tuple(p.name for p in self.parameters)
 
     def port(self, values: Array, ladders: Ladders | None = None) -> Port:
-        """Return the port that ``values`` (n,), in the order of ``names``, make."""
+        """Return the port with parameters ``values`` (n,) in the order of ``names``."""
         electrode = float(values[-1]) if self.held is None else self.held
         return self.kind.port(values[: len(self.kind.names)].tolist(), electrode, ladders)
 
@@ -57,8 +57,8 @@ class PortModel:
 class IndividualFit:
     """The individual fit of one file's port ``data`` by ``model``, the requested one or a simpler one.
 
-    ``fixed`` gives the reasons why parameters were not fitted, which the data do not determine; ``unfelt`` names
-    those among them that have no effect; ``findings`` are other remarks.
+    ``fixed`` gives the reasons why parameters were not fitted; ``unfelt`` names the fixed parameters without effect on
+    the data; ``findings`` are other remarks.
     """
 
     data: PortData
@@ -75,17 +75,17 @@ class IndividualFit:
 
     @property
     def independent(self) -> float:
-        """Number of independent samples that its residuals amount to."""
+        """Effective number of independent samples of its residuals."""
         return self.fit.independent_samples(0)
 
     @property
     def sure(self) -> bool:
-        """True if every parameter is known at least in its order of magnitude."""
+        """True if every parameter is determined at least in its order of magnitude."""
         return bool((self.fit.errors < self.fit.values).all())
 
     @property
     def values(self) -> dict[str, float]:
-        """The values that were fitted, by name."""
+        """The fitted values by name."""
         return dict(zip(self.fit.labels, self.fit.values.tolist(), strict=True))
 
 
@@ -93,9 +93,9 @@ class Measured(Protocol):
     """One measured quantity of one file.
 
     ``data`` (samples,) are real numbers in ``unit``; ``size`` [unit] is what misfits are compared with; ``voltage`` [V]
-    the largest applied, or the bias; ``engine`` names what predicts the data. ``channel`` is the record's, whose onset
-    is taken by ``share`` (-0.5 to 0.5) of its bracket from the middle; None for data that are not over time.
-    ``bracketed`` says whether the readings leave open when the voltage jumped.
+    the largest applied, or the bias; ``engine`` names the method of prediction. ``channel`` is the record's, None for
+    data that are not over time; ``share`` (-0.5 to 0.5) is the position of the onset in its bracket, 0 in the middle.
+    ``bracketed`` is True if the time of the voltage's jump is known only within that bracket.
     """
 
     @property
@@ -125,15 +125,15 @@ class Measured(Protocol):
         """Return the data with the onset elsewhere in its bracket."""
 
     def shown(self, numbers: Array) -> NDArray[Any]:
-        """Return ``numbers`` as they were measured [A], [ohm] or [m], one a point of ``abscissa``."""
+        """Return ``numbers`` in the measured unit [A], [ohm] or [m], one per point of ``abscissa``."""
 
 
 @runtime_checkable
 class PortData(Measured, Protocol):
     """One file's currents or impedances.
 
-    ``level`` [V] is the voltage of all the time, None for a waveform; ``band`` [Hz] is what the data cover; ``notes``
-    are the reader's findings.
+    ``level`` [V] is the constant voltage, None for a waveform; ``band`` [Hz] is the range of frequencies of the data;
+    ``notes`` are the reader's findings.
     """
 
     @property
@@ -144,23 +144,25 @@ class PortData(Measured, Protocol):
     def notes(self) -> tuple[Finding, ...]: ...
 
     def observation(self, model: PortModel, sigma: float | Array = 1.0, *, of_record: bool = False) -> Observation:
-        """Return the observation that ``model`` predicts: by a closed form, or where there is none, or for the
-        prediction ``of_record``, by the engine that was asked for."""
+        """Return the observation with the prediction of ``model``, by a closed form.
+
+        Without a closed form, or for the prediction ``of_record``, the chosen engine is used.
+        """
 
     def at_share(self, share: float) -> PortData:
         """Return the data with the onset elsewhere in its bracket."""
 
     @property
     def whole(self) -> PortData:
-        """The data with all rows, if these are the rows of a trial."""
+        """The data with all rows, for data that are reduced for trial fits."""
 
     def trial(self) -> PortData:
-        """Return the data with few enough rows to try many models."""
+        """Return the data with a reduced number of rows, for trial fits of many models."""
 
     def individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         """Return the fit of these data alone.
 
-        Raises InputError or SolveError where they do not hold the model.
+        Raises InputError or SolveError if the data do not determine the model.
         """
 
     def holds(self, kind: ElectricalModel) -> bool:
@@ -173,7 +175,7 @@ class PortData(Measured, Protocol):
 def observed(
     data: Measured, names: tuple[str, ...], predict: Predict, nuisance: Array, sigma: float | Array, channels: int = 1
 ) -> Observation:
-    """Return the observation of ``data`` that ``predict`` makes of the parameters ``names``."""
+    """Return the observation of ``data`` with the prediction ``predict`` from the parameters ``names``."""
     return Observation(
         source=data.source,
         quantity=data.quantity,
@@ -198,16 +200,16 @@ def port_problem(
     *,
     of_record: bool = False,
 ) -> Problem:
-    """Return the problem of all ``data``, each counting in units of its sigma; see `PortData.observation`."""
+    """Return the problem of all ``data``, residuals divided by their sigmas; see `PortData.observation`."""
     pairs = zip(data, sigmas, strict=True)
     observations = tuple(d.observation(model, sigma, of_record=of_record) for d, sigma in pairs)
     return Problem(observations, model.parameters, per_record, dict(fixed or {}))
 
 
 def sigma_of(fit: FitResult, size: float, rms: float | None = None) -> float:
-    """Return the unit in which an observation's residuals count: their deviation, as far as samples are independent.
+    """Return the standard deviation by which an observation's residuals are divided, corrected for autocorrelation.
 
-    ``fit`` is the observation's individual fit, ``rms`` a better value of its residuals' size if there is one.
+    ``fit`` is the observation's individual fit, ``rms`` a better value of the rms of its residuals, if there is one.
     """
     samples = len(fit.residuals)
     spent = np.sqrt(samples / max(samples - fit.count, 1))

@@ -1,7 +1,8 @@
-"""Starting values for a fit of several files, from their individual fits.
+"""Computes starting values for a fit of several files from their individual fits.
 
-One file may not feel what another determines: a spectrum at high frequency no electron path, a short step no slow
-branch. So individual answers are averaged by their information, and branches are also drawn from all answers together.
+Files determine different parameters: a spectrum at high frequency does not depend on the electron path, a short step
+does not depend on a slow branch. Individual results are therefore averaged with their information as weights, and
+branches are also selected from all results together.
 """
 
 from __future__ import annotations
@@ -16,21 +17,21 @@ from ..fit.result import FitResult
 from ..strip.models import ElectricalModel
 from .port_model import IndividualFit, PortData
 
-#: So many individual answers are tried as they are.
+#: Largest number of individual results that are tried unchanged.
 _MOST_INDIVIDUAL = 4
-#: A logarithm with a standard error beyond this is not known well enough to start from.
+#: Largest standard error of a logarithm that is used as a starting value.
 _LOOSE = 1.0
-#: Directions that no file feels, relative to the best felt one.
+#: Eigenvalue, relative to the largest, below which no file determines a direction.
 _UNFELT = 1e-12
-#: Emission voltages tried, in parts of the largest voltage.
+#: Emission voltages that are tried, relative to the largest voltage.
 _EMISSIONS = np.geomspace(0.05, 5.0, 60)
 
 
 def combined(parameters: Sequence[Parameter], fits: Sequence[FitResult], independent: Sequence[float]) -> Array:
-    """Return values (n,) by all ``fits``, each weighted by its information; NaN where that is too little.
+    """Return the average (n,) of all ``fits``, weighted by their information; NaN where that is too small.
 
-    In the coordinates in which a fit works: x = (sum of H)^+ sum of H x, H the inverse covariance. ``independent`` are
-    the numbers of independent samples of the fits.
+    In the fit's coordinates x = (sum of H)^+ sum of H x, with the inverse covariance H. ``independent`` are the numbers
+    of independent samples of the fits.
     """
     names = [p.name for p in parameters]
     information, sums = np.zeros((len(names), len(names))), np.zeros(len(names))
@@ -58,7 +59,7 @@ def combined(parameters: Sequence[Parameter], fits: Sequence[FitResult], indepen
 
 
 def suggestions(kind: ElectricalModel, data: Sequence[PortData], individual: Sequence[IndividualFit]) -> list[Array]:
-    """Return sets of parameters (n,) of ``kind`` that the individual fits suggest."""
+    """Return starts (n,) for the parameters of ``kind`` from the individual fits."""
     fits, independent = [i.fit for i in individual], [i.independent for i in individual]
     typical = combined(kind.parameters, fits, independent)
     largest = max((abs(d.voltage) for d in data), default=0.0) or 1.0
@@ -77,7 +78,7 @@ def suggestions(kind: ElectricalModel, data: Sequence[PortData], individual: Seq
 def _pooled(
     kind: ElectricalModel, known: dict[str, float], ranked: Sequence[tuple[PortData, IndividualFit]]
 ) -> list[dict[str, float]]:
-    """Return starts out of the branches of two individual fits, of different kinds of data if there are both."""
+    """Return starts from the branches of two individual fits, of different kinds of data if available."""
     first, *others = ranked
     others.sort(key=lambda pair: pair[0].quantity == first[0].quantity)
     pairs: list[tuple[float, float]] = []
@@ -92,7 +93,7 @@ def _pooled(
 def _chord(data: Sequence[PortData], individual: Sequence[IndividualFit], largest: float) -> dict[str, float]:
     """Return emission voltage and Rdc from the steady conductances under several voltages, the chords of the sinh law.
 
-    1/R(u) = sinh(u/Vt)/(u/Vt)/Rdc; nothing where there is one voltage only.
+    1/R(u) = sinh(u/Vt)/(u/Vt)/Rdc; empty if there is only one voltage.
     """
     pairs = {
         abs(d.voltage): i.values["dc_resistance"]

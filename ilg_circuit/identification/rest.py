@@ -1,8 +1,8 @@
-"""What the readings before the onset say by themselves: where the tip rests, and whether its position drifts.
+"""Estimates the rest position and its drift from the readings before the onset.
 
-A drift of the instrument and the slow part of d(s) look alike over the record. At rest nothing but the drift moves, so
-that only a rest which tells the slope by itself supports a drift in the fit; length and noise decide, never the size of
-the slope that is found.
+A drift of the instrument and the slow part of d(s) are similar over the record. At rest only the drift changes the
+position. A drift is therefore fitted only if the readings at rest determine its slope; this depends on their length and
+noise, not on the slope itself.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from ..fit.criteria import effective_samples
 from ..measurements.record import Channel
 from ..measurements.smoothing import resolution
 
-#: Longest stretch, in lengths of the rest, over which the rest supports a drift,
+#: Longest stretch, in lengths of the rest, over which the rest supports a drift.
 _LONGEST = 20.0
-#: and largest uncertainty of the line's end by the slope of the rest, as a fraction of the readings' span.
+#: Largest uncertainty of the drift at the end of the stretch, as a fraction of the readings' span.
 _VAGUEST = 0.1
-#: Level of the interval of the slope, three standard errors: one of 95 % would miss the truth of every twentieth
-#: record, and a drift held at its end would then move d(s).
+#: Confidence level of the interval of the slope, three standard errors. A 95 % interval would exclude the true slope
+#: for one record in twenty, and a drift held at its end would then bias d(s).
 _LEVEL = 0.997
 _FEWEST = 10
 #: Rounding of readings, relative to their size.
@@ -30,11 +30,11 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Rest:
-    """``count`` readings over ``length`` [s] before the onset; ``middle`` [m] is their median.
+    """The line through ``count`` readings over ``length`` [s] before the onset; ``middle`` [m] is their median.
 
-    ``onset`` [m] is where their straight line ends, ``slope`` [m/s] its slope and ``half`` [m/s] half the slope's
-    99.7 % interval, infinite where too few readings tell none. Without readings at rest ``middle`` is the first one of
-    all.
+    ``onset`` [m] is its value at the onset, ``slope`` [m/s] its slope and ``half`` [m/s] the half-width of the slope's
+    99.7 % interval, infinite for too few readings. Without readings at rest ``middle`` is the first reading of the
+    record.
     """
 
     count: int
@@ -46,7 +46,7 @@ class Rest:
 
     @classmethod
     def of(cls, channel: Channel) -> Rest:
-        """Return what the readings at rest of ``channel`` say."""
+        """Return the line through the readings at rest of ``channel``."""
         t, values = channel.time[channel.rest], channel.values[channel.rest]
         count = len(t)
         middle = float(np.median(values)) if count else float(channel.values[0])
@@ -60,15 +60,15 @@ class Rest:
         return self.length * _LONGEST >= end and self.half * end <= _VAGUEST * span
 
     def nearest(self, slope: float) -> float:
-        """Return ``slope`` [m/s], or the end of the rest's interval that it lies beyond."""
+        """Return ``slope`` [m/s] clipped to the interval of the slope at rest."""
         return float(np.clip(slope, self.slope - self.half, self.slope + self.half))
 
 
 def _line(t: Array, values: Array, step: float) -> tuple[float, float, float]:
-    """Return slope, half its interval and the value at the onset of the line through readings at rest.
+    """Return slope, half-width of its interval, and value at the onset of the line through readings at rest.
 
-    Readings that wander count as fewer than they are; those that differ by one ``step`` of the instrument tell no slope
-    finer than a step over their length.
+    Autocorrelated readings count as fewer independent ones; the slope is not determined to better than one ``step`` of
+    the instrument over their length.
     """
     from scipy.stats import t as student
 

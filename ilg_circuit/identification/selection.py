@@ -1,4 +1,4 @@
-"""Which electrical model the data of a strip support: candidates fitted, compared by BIC, and the verdict on each."""
+"""Selects the electrical model of a strip: candidates are fitted and compared by BIC, each with a verdict."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from .impedance import ImpedanceData
 from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
 from .port_model import PortData
 
-#: Tried even where a simpler model's residuals are only noise: the check that one pole is enough.
+#: Model that is tried even if a simpler model's residuals are only noise, to check that one pole is enough.
 _CHECK = "rc2"
 
 
 def fit_named(
     data: Sequence[PortData], model: str, held: float | None, per_record: frozenset[str], progress: Progress
 ) -> tuple[PortFit, tuple[Candidate, ...]]:
-    """Return the fit of the model asked for, as the only candidate."""
+    """Return the fit of the requested model, and the model as the only candidate."""
     found = fit_port(data, model, held, per_record, progress)
     identifiability = found.identifiability()
     row = _row(found, _samples(found), identifiability)
@@ -36,13 +36,13 @@ def fit_named(
 def fit_best(
     data: Sequence[PortData], held: float, per_record: frozenset[str], progress: Progress
 ) -> tuple[PortFit, tuple[Candidate, ...]]:
-    """Return the fit of the best model of all data together, by BIC on independent samples, and all candidates.
+    """Return the joint fit of the best model, by BIC on independent samples, and all candidates.
 
-    The number of independent samples is one for all, from the residuals of the candidate of least rms; a candidate that
-    is better by a factor of `CLEAR` does not lose. A model with a parameter that is not determined, or whose best fit
-    was reached from one start only, is not chosen. A sinh electron path or a growing capacitance is tried where
-    voltages differ and the best linear model's residuals are larger than those of the individual fits. Raises
-    SolveError where no model can be fitted.
+    The number of independent samples is the same for all candidates, from the residuals of the candidate of smallest
+    rms; a candidate whose rms is smaller by a factor of `CLEAR` does not lose. A model with a parameter that is not
+    determined, or whose best fit was reached from one start only, is not chosen. A sinh electron path or a growing
+    capacitance is tried if voltages differ and the best linear model's residuals exceed the individual fits'. Raises
+    SolveError if no model can be fitted.
     """
     contest = _Contest(data, held, per_record, progress)
     tried = {m for d in data for m in candidates("spectrum" if d.quantity == "impedance" else "record")}
@@ -59,7 +59,7 @@ def fit_best(
 
 
 class _Contest:
-    """All fits so far, each model's or why there is none."""
+    """The fits of all models so far, or the reasons why they failed."""
 
     def __init__(self, data: Sequence[PortData], held: float, per_record: frozenset[str], progress: Progress) -> None:
         self._data, self._held, self._per_record, self._progress = data, held, per_record, progress
@@ -69,7 +69,7 @@ class _Contest:
         self._identifiability: dict[str, Identifiability] = {}
 
     def enter(self, model: str) -> None:
-        """Fit a model, unless that takes transients and a simpler one's residuals are only noise."""
+        """Fit a model, unless it needs transients and a simpler model's residuals are only noise."""
         count, costly = len(electrical_model(model).parameters), any(d.quantity == "current" for d in self._data)
         for other, found in self.fits.items():
             if costly and model != _CHECK and found.only_noise and count >= len(found.kind.parameters):
@@ -82,7 +82,7 @@ class _Contest:
             self.failures[model] = ("failed", Finding("candidate-failed", values={"error": str(error)}))
 
     def enter_nonlinear(self, ions: str) -> None:
-        """Fit ``ions`` with each addition that is not linear, where anything can speak for it."""
+        """Fit ``ions`` with each nonlinear addition, if the data can support one."""
         for model in model_names():
             kind = electrical_model(model)
             if model in self.fits or kind.linear or kind.plain != ions:
@@ -100,12 +100,12 @@ class _Contest:
 
     @property
     def richest(self) -> str:
-        """The model of least rms."""
+        """The model of smallest rms."""
         return min(self.fits, key=lambda model: self.fits[model].misfit)
 
     @property
     def samples(self) -> Array:
-        """Independent samples of each file (files,): by the residuals of the model of least rms."""
+        """Independent samples of each file (files,), from the residuals of the model of smallest rms."""
         return _samples(self.fits[self.richest])
 
     @property
@@ -114,13 +114,13 @@ class _Contest:
         return {m: _bic(found, samples) for m, found in self.fits.items()}
 
     def identifiability(self, model: str) -> Identifiability:
-        """Return what the data determine of a model that was fitted."""
+        """Return which parameters of a fitted model the data determine."""
         if model not in self._identifiability:
             self._identifiability[model] = self.fits[model].identifiability()
         return self._identifiability[model]
 
     def best(self, among: list[str]) -> str:
-        """Return the simplest of the best models that nothing speaks against."""
+        """Return the simplest of the best models without a reason against them."""
         if not among:
             if len(set(map(str, self._errors))) == 1:  # the error concerns the data, not the model
                 raise self._errors[0]
@@ -146,7 +146,7 @@ class _Contest:
         return tuple(rows)
 
     def _reason(self, model: str, winner: str) -> Finding:
-        """Return why a model that was fitted was chosen, or was not."""
+        """Return why a fitted model was chosen or not."""
         found, best, bics = self.fits[model], self.fits[winner], self.bics
         against = _against(found, self.identifiability(model))
         if model == winner:
@@ -190,7 +190,7 @@ def _bic(found: PortFit, samples: Array) -> float:
 
 
 def _against(found: PortFit, identifiability: Identifiability) -> Finding | None:
-    """Return why a model that was fitted is not to be chosen; None where nothing speaks against it."""
+    """Return the reason against choosing a fitted model, or None."""
     if not identifiability.determined:
         return Finding("candidate-not-determined", values={"reason": identifiability.reason})
     starts = found.fit.starts

@@ -1,4 +1,4 @@
-"""Starting values from the data alone: poles from a grid, everything else by linear least squares.
+"""Computes starting values from the data: poles from a grid, all other constants by linear least squares.
 
 For given poles, current and displacement are linear in the remaining constants; their building blocks are first and
 second order filters of the drive, superposed from the closed forms for a whole grid of poles at once.
@@ -25,13 +25,13 @@ _MOST_SAMPLES = 500
 _RATES = 40
 _DAMPINGS = (0.15, 0.3, 0.5, 0.7, 1.0, 1.5, 2.5, 4.0, 8.0, 16.0)
 _FREQUENCIES = 24
-#: Starts of d(s) whose damping ratio or natural frequency differs by this factor lie apart.
+#: Ratio of damping ratios or natural frequencies above which two starts of d(s) are distinct.
 _APART = 1.8
-#: Two building blocks that leave less than this part of each other are one.
+#: Relative residual below which two basis functions are linearly dependent.
 _ALIKE = 1e-12
-#: The steady conductance starts from no less than this part of the peak's.
+#: Least starting value of the steady conductance, relative to the peak's.
 _LEAST_STEADY = 1e-2
-#: The drive may be so coarse, in parts of its range, where only starting values are wanted.
+#: Tolerance of the drive for starting values, as a fraction of its range.
 _COARSE = 0.01
 
 
@@ -67,7 +67,7 @@ def current_start(
     peak = float(np.abs(g[0]) + g[1:].sum())
     g[0] = max(g[0], _LEAST_STEADY * peak)
     dc = max(1 / g[0] - electrode_resistance, 1e-3 / g[0])
-    # the terminal's conductances are turned into branches with the share of Re taken off
+    # the terminal's conductances are converted into branches after subtracting Re
     share = max(1 - electrode_resistance * float(g.sum()), 0.05)
     pairs = [(share / gk, gk / rate / share) for gk, rate in zip(g[1:], chosen_rates, strict=True)]
     return dc, sorted(pairs, key=lambda pair: pair[0] * pair[1])
@@ -76,9 +76,9 @@ def current_start(
 def _refined(
     t: Array, current: Array, drive: PiecewiseLinear, rates: Array, beside: Array
 ) -> tuple[Array, Array] | None:
-    """Return conductances and rates after a simplex search from the grid's best; None if they are not sensible.
+    """Return conductances and rates after a simplex search from the best grid point; None if they are not physical.
 
-    The grid is coarse, and under waveforms of both signs that is enough to make the steady conductance negative.
+    Under waveforms of both signs the coarse grid alone can make the steady conductance negative.
     """
     from scipy.optimize import minimize
 
@@ -107,8 +107,8 @@ def model_start(
 ) -> Array:
     """Return starting values (n,) of ``model``'s parameters in their order; arguments as for `current_start`.
 
-    Where the record does not show as many relaxations as the model looks for first, it may do with fewer. Raises
-    FewerRelaxations where it shows less than that, InputError where it shows none.
+    If the record shows fewer relaxations than the model looks for at first, fewer may be enough. Raises
+    FewerRelaxations if it shows fewer than that, InputError if it shows none.
     """
     *counts, last = model.ions.branch_counts
 
@@ -133,7 +133,7 @@ def model_start(
 
 
 class CouplingSearch:
-    """Starting values of d(s) for a record: its building blocks are made once, for fits over any part of it.
+    """Starting values of d(s) for a record, with basis functions that are computed once for all windows.
 
     ``t`` [s] since the onset (negative: at rest); ``ratio`` = 3 L_F^2/b^2.
     """
@@ -153,13 +153,13 @@ class CouplingSearch:
     def start(self, end: float, displacement: Array, nuisance: Array) -> tuple[Array, float]:
         """Return ((Kd, Zd, zeta', wn'), sign) of samples up to ``end`` [s]; sign -1: it falls as the voltage rises.
 
-        ``displacement`` (samples,) and linear ``nuisance`` (samples, k) are those of the whole record. Raises
-        InputError when the displacement does not answer to the voltage.
+        ``displacement`` (samples,) and linear ``nuisance`` (samples, k) cover the whole record. Raises
+        InputError if the displacement does not respond to the voltage.
         """
         return self.starts(end, displacement, nuisance, 1)[0]
 
     def at(self, t: Array) -> CouplingSearch:
-        """Return the search for other times [s] within these, its building blocks interpolated."""
+        """Return the search for other times [s] within these, by interpolation of its basis functions."""
         found = copy(self)
         found._keep, found._t, found._after = np.arange(len(t)), t, t >= 0
         grid, later = self._t[self._after], t[t >= 0]
@@ -169,13 +169,13 @@ class CouplingSearch:
         return found
 
     def gain(self, displacement: Array, nuisance: Array) -> float:
-        """Return the squares of the displacement (samples,) that the best start explains beside linear terms."""
+        """Return the sum of squares of the displacement (samples,) that the best start explains beyond linear terms."""
         amounts, gained = self._terms(np.inf, displacement, nuisance)
         allowed = amounts[:, 0] * amounts[:, 1] > 0
         return float(gained.max(initial=0.0, where=allowed))
 
     def starts(self, end: float, displacement: Array, nuisance: Array, count: int) -> list[tuple[Array, float]]:
-        """Return the best ``count`` starts, as `start`, of places that lie apart; the best one first."""
+        """Return the best ``count`` distinct starts, as `start`, the best one first."""
         amounts, gained = self._terms(end, displacement, nuisance)
         # y = k d0 [x1 + (wn/Zd) x2]: both amounts of one sign
         allowed = np.flatnonzero((amounts[:, 0] * amounts[:, 1] > 0) & (gained > 0))
@@ -194,7 +194,7 @@ class CouplingSearch:
         return starts
 
     def _terms(self, end: float, displacement: Array, nuisance: Array) -> tuple[Array, Array]:
-        """Return the amounts (grid, 2) of the samples up to ``end`` [s], and the squares that they explain (grid,)."""
+        """Return the coefficients (grid, 2) for samples up to ``end`` [s], and the squares explained (grid,)."""
         part = self._t <= end
         data, extra, after = displacement[self._keep][part], nuisance[self._keep][part], self._after[part]
         basis = np.zeros((len(self._grid), 2, len(data)))
@@ -204,9 +204,9 @@ class CouplingSearch:
 
 
 def _two_terms(basis: Array, data: Array) -> tuple[Array, Array]:
-    """Return least-squares amounts (n, 2) of ``data`` (m,) by each ``basis`` (n, 2, m), and the squares explained.
+    """Return least-squares coefficients (n, 2) of ``data`` (m,) for ``basis`` (n, 2, m), and squares explained (n,).
 
-    Amounts are zero where the two are one.
+    Coefficients are zero where the two basis functions are linearly dependent.
     """
     size = np.linalg.norm(basis, axis=2)
     size[size == 0] = 1.0
@@ -218,7 +218,7 @@ def _two_terms(basis: Array, data: Array) -> tuple[Array, Array]:
 
 
 def _coarse(drive: PiecewiseLinear) -> PiecewiseLinear:
-    """Return a drive of few knots that stays close to a measured one of many."""
+    """Return a drive with few knots that approximates a measured one with many."""
     if len(drive.times) < 50:
         return drive
     kept = simplified(drive.times, drive.values, _COARSE * float(np.ptp(drive.values)))
@@ -260,7 +260,7 @@ def _second_order(kind: str, time: Array, zeta: float, wn: float) -> Array:
 
 
 def _linear_fit(basis: Array, data: Array, beside: Array | None = None) -> tuple[Array, float]:
-    """Return amounts and the sum of squares that is left, ``beside`` (samples, q) being orthonormal linear terms."""
+    """Return coefficients and the residual sum of squares, beside orthonormal linear terms ``beside`` (samples, q)."""
     if beside is not None and beside.shape[1]:
         basis, data = basis - beside @ (beside.T @ basis), data - beside @ (beside.T @ data)
     found: Array = np.asarray(np.linalg.lstsq(basis, data, rcond=1e-10)[0], dtype=np.float64)

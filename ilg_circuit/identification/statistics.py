@@ -25,10 +25,10 @@ def statistics_of(
     candidates: Sequence[Candidate],
     intervals: Uncertainties,
 ) -> dict[str, Any]:
-    """Return the statistics of the port, with "displacement" those of the coupling.
+    """Return the statistics of the port, and the coupling's under "displacement".
 
-    Of a single file rmse is in its unit; of several all residuals are over their sigmas. Without a port they are those
-    of the coupling throughout.
+    For a single file the rmse is in its unit; for several files residuals are divided by their sigmas. Without a port
+    all statistics are the coupling's.
     """
     count = len(port.data) if port is not None else 0
     statistics = _port_statistics(port, rows, candidates) if port is not None else _without_port(fit, rows)
@@ -41,7 +41,7 @@ def statistics_of(
     return statistics
 
 
-#: What is not told of every kind of fit.
+#: Statistics that are not defined for every kind of fit.
 _UNKNOWN = (
     "rmse_over_peak",
     "relative_rms",
@@ -104,7 +104,7 @@ def _port_statistics(port: PortFit, rows: Sequence[ObservationFit], candidates: 
 
 
 def told(judgement: Judgement | None) -> dict[str, Any]:
-    """Return what the engine of record says of a fit that a closed form made."""
+    """Return the engine of record's judgement of a fit by a closed form, as plain data."""
     if judgement is None:
         return {"judgement": None}
     return {"judgement": {"largest_move_in_standard_errors": judgement.move, "refitted": judgement.refitted}}

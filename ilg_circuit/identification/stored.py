@@ -1,8 +1,7 @@
-"""What a strip had stored before a record that begins within a run: decaying terms, fitted and not assumed to be zero.
+"""Linear terms for the unknown initial state of a strip whose record begins within a run.
 
-The answer to an unknown initial state is a sum of exponentials whose rates the model has and whose amounts nothing
-tells. A dense grid of rates spans them all; the few combinations of it that differ are linear terms of the fit,
-whatever the model.
+The response to an initial state is a sum of exponentials with the model's rates and unknown coefficients. A dense grid
+of rates spans all such responses; its few distinct combinations are linear terms of the fit for any model.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 
-#: Rates a decade, and the least singular value, relative to the largest, of a combination that counts.
+#: Rates per decade, and least singular value, relative to the largest, of a combination that is used.
 _A_DECADE, _COUNTS = 4, 1e-3
 
 

@@ -1,8 +1,8 @@
-"""Branches of a load test: loading, unloading and reloading, told by the order of its rows.
+"""Finds the branches of a load test, loading, unloading and reloading, from the order of its rows.
 
-Rubbers and gels soften when they are stretched for the first time (Mullins effect): what a strip answers after that is
-not what it answered before, and no elastic material follows both. A row is loading where the stretch goes farther from
-1 than it has ever been on that side, reloading where it goes there again, unloading where it comes back.
+Rubbers and gels soften when they are stretched for the first time (Mullins effect): their response afterwards differs,
+and no elastic material describes both. A row is loading if the stretch exceeds its earlier extreme on that side of 1,
+reloading if the stretch moves away from 1 within earlier extremes, and unloading if it returns towards 1.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from ..arrays import Array
 LOADING, UNLOADING, RELOADING = "loading", "unloading", "reloading"
 KINDS = (LOADING, UNLOADING, RELOADING)
 
-#: A turn back by this part of the range of logarithms of the stretch is a new branch, a smaller one is not.
+#: Least reversal that begins a new branch, as a fraction of the range of the logarithm of the stretch.
 _TURN = 0.05
-#: Nor is one within so many standard deviations of the stretch's noise, up to this part of the range.
+#: Least reversal in standard deviations of the noise of the stretch; upper limit of that, as a fraction of the range.
 _NOISE, _MOST_NOISE = 6.0, 0.3
-#: Branches shorter than this many steps, on average, are rows in no order; two branches have this many at least.
+#: Least mean length of branches, in rows; if shorter, the rows are not in order. Least length with two branches only.
 _SHORTEST, _SHORTEST_OF_TWO = 3.0, 2
-#: Of two curves the area is compared where both have readings over this part of the range at least.
+#: Least overlap of two curves whose areas are compared, as a fraction of the range.
 _COMMON = 0.2
 _STRIPS = 400
 
@@ -47,8 +47,8 @@ class Leg:
 def find_legs(stretch: Array, stress: Array) -> tuple[Leg, ...] | None:
     """Return the branches of rows of ``stretch`` and ``stress`` [Pa], both (n,); None for rows in no order.
 
-    Rows that run one way are one branch wherever they lie. A return without readings, such as between specimens one
-    after another in a table, is no unloading, and what follows it is loading again.
+    Rows in one direction are one branch. A return without readings, as between specimens listed one after another in a
+    table, is not unloading, and the rows after it are loading again.
     """
     logs = np.log(stretch)
     span = float(np.ptp(logs))
@@ -71,10 +71,10 @@ def find_legs(stretch: Array, stress: Array) -> tuple[Leg, ...] | None:
 
 
 def area_shares(legs: Sequence[Leg]) -> dict[str, float]:
-    """Return by how much less work, as a part of that of loading, unloading and reloading did over the same stretches.
+    """Return the decrease in work from loading to unloading and to reloading, as fractions of the work of loading.
 
-    That of unloading is the hysteresis. The first branches on the side of the first loading count; a kind is missing
-    where there is none, or where both have too few stretches in common.
+    The works are compared over common stretches; the fraction of unloading is the hysteresis. The first branches on the
+    side of the first loading are used. A kind is missing if there is no such branch, or if the overlap is too small.
     """
     first = next((leg for leg in legs if leg.kind == LOADING and len(leg.stretch) > 1), None)
     if first is None:
@@ -89,7 +89,7 @@ def area_shares(legs: Sequence[Leg]) -> dict[str, float]:
 
 
 def _scatter(logs: Array) -> float:
-    """Return the standard deviation of noise, by second differences."""
+    """Return the standard deviation of the noise, from second differences."""
     return float(np.median(np.abs(np.diff(logs, 2)))) / (0.6745 * np.sqrt(6)) if len(logs) > 4 else 0.0
 
 
@@ -135,7 +135,7 @@ def _pieces(logs: Array, turns: list[int], threshold: float) -> list[tuple[slice
 
 
 def _kinds(logs: Array, pieces: list[tuple[slice, bool]], threshold: float) -> list[tuple[str, slice]]:
-    """Return pieces with their kinds; what of a reloading goes farther than ever before is loading."""
+    """Return pieces with their kinds; the part of a reloading beyond the earlier extreme is loading."""
     found: list[tuple[str, slice]] = []
     farthest: dict[int, float] = {}
     came_back: set[int] = set()

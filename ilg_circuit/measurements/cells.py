@@ -1,4 +1,4 @@
-"""Numbers from the rows of a table: by numpy where every cell is a number, cell by cell where one is not."""
+"""Reads numbers from the rows of a table: by numpy if every cell is a number, else cell by cell."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ import numpy as np
 from ..arrays import Array, Mask
 from ..errors import InputError
 
-#: Instruments write a number from here on for "no reading": 9.9E37, 9.91E37, 3.4E38, 1.8E308.
+#: Numbers of this size or more are instruments' marks for "no reading": 9.9E37, 9.91E37, 3.4E38, 1.8E308.
 NO_READING = 9.9e36
-#: Rows that are read at once.
+#: Number of rows that are read at once.
 _CHUNK = 20_000
-#: No line is longer.
+#: Largest number of characters in a line.
 LONGEST_LINE = 100_000
 
 _MARKS = re.compile(
@@ -38,7 +38,7 @@ _STROKES = re.compile(r"[-\u2013\u2014*?]+(?:\.[-\u2013\u2014*?]*)?")
 
 @dataclass
 class Marked:
-    """Readings of a column that an instrument marks as none: how many, and the first ``mark``."""
+    """Readings of a column that an instrument marks as missing: their number and the first ``mark``."""
 
     count: int = 0
     mark: str = ""
@@ -50,7 +50,7 @@ class Marked:
 
 @dataclass
 class Rows:
-    """Rows of a table as text: ``lines``, their ``numbers`` in the file, and what separates their cells, "" spaces.
+    """Rows of a table as text: ``lines``, their ``numbers`` in the file, and the ``delimiter`` of cells ("": spaces).
 
     ``titles`` are the names of all columns.
     """
@@ -78,7 +78,7 @@ class Rows:
         return result
 
     def _at_once(self, chunk: Sequence[str], places: Sequence[int]) -> Array | None:
-        """Return the numbers of rows that have nothing but numbers and blanks in them, None for others."""
+        """Return the numbers of rows that hold only numbers and blanks, None for other rows."""
         sign, text = self.delimiter, "\n".join(["", *chunk, ""])
         widest = max(map(str.count, chunk, repeat(sign))) + 1 if sign else max(len(line.split()) for line in chunk)
         if '"' in text or "_" in text or widest > len(self.titles):
@@ -86,7 +86,7 @@ class Rows:
         plain = text if sign == "," else text.replace(",", ".")
         blanks = bool(sign) and any(pair in plain for pair in (2 * sign, f"\n{sign}", f"{sign}\n"))
         if blanks:
-            for _ in range(2):  # of three separators in a row the first pass leaves two
+            for _ in range(2):  # the first pass reduces three separators in a row to two
                 plain = plain.replace(2 * sign, f"{sign}nan{sign}")
             plain = plain.replace(f"\n{sign}", f"\nnan{sign}").replace(f"{sign}\n", f"{sign}nan\n")
         lines = chunk if plain is text else plain[1:-1].split("\n")
@@ -98,12 +98,12 @@ class Rows:
             return None
         if np.isnan(found).any() and any("n" in line or "N" in line for line in chunk):
             if blanks:
-                return None  # blanks and NaN are told apart
+                return None  # blanks and NaN are distinguished
             self._count(chunk, places, np.isnan(found))
         return found
 
     def _count(self, chunk: Sequence[str], places: Sequence[int], marked: Mask) -> None:
-        """Count what is NaN in rows without blanks."""
+        """Count the NaN in rows without blanks."""
         for j, place in enumerate(places):
             if marked[:, j].any():
                 row = chunk[int(marked[:, j].argmax())]
@@ -132,7 +132,7 @@ class Rows:
         return result
 
     def _odd(self, cell: str, place: int, row: int) -> float:
-        """Return the number in a cell that is not plainly one: NaN for a blank or a mark."""
+        """Return the number in a cell that is not a plain number: NaN for a blank or a mark."""
         if not cell:
             return math.nan
         value = clock(cell) if ":" in cell else number(cell, self.delimiter)
@@ -159,18 +159,18 @@ class Rows:
 
 
 def require_short(lines: Iterable[str], source: str, kind: str) -> None:
-    """Raise InputError for a line that no instrument writes."""
+    """Raise InputError for a line that is longer than any instrument writes."""
     if max(map(len, lines), default=0) > LONGEST_LINE:
         raise InputError(f"{source}: a line is longer than {LONGEST_LINE} characters; export the {kind} as CSV")
 
 
 def split(line: str, delimiter: str) -> list[str]:
-    """Return the cells of one line, quotation marks taken off. Raises csv.Error for one without end."""
+    """Return the cells of one line without quotation marks. Raises csv.Error for a cell without end."""
     return next(csv.reader([line], delimiter=delimiter, strict=False), [])
 
 
 def number(cell: str, delimiter: str = ",") -> float | None:
-    """Return the number in a cell, None where there is none; a comma is decimal where it does not separate cells."""
+    """Return the number in a cell, or None; a comma is a decimal sign where it does not separate cells."""
     plain = cell.replace("\u2212", "-")
     try:
         value = float(plain if delimiter == "," else plain.replace(",", "."))
@@ -200,7 +200,7 @@ def is_number(cell: str, delimiter: str = ",") -> bool:
 
 
 def is_mark(cell: str) -> bool:
-    """Return True if a cell holds what instruments write where they have no reading: NaN, OVL, inf, --."""
+    """Return True if a cell holds an instrument's mark for no reading: NaN, OVL, inf, --."""
     text = cell.strip().lower().lstrip("+-")
     return bool(_MARKS.fullmatch(text)) or bool(_STROKES.fullmatch(cell.strip())) or _overflows(text)
 

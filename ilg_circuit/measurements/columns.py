@@ -1,4 +1,4 @@
-"""Data that are in memory already: columns by header, such as a data frame has them."""
+"""Reads measurements that are in memory: columns by header, as in a data frame."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def read_data(
     onset: Stated = None,
     said: Said = NOTHING,
 ) -> Record | Spectrum | LoadTest:
-    """Return the data in ``columns``, arrays (n,) by headers as a CSV file has them, such as ``current_mA``.
+    """Return the measurement in ``columns``, arrays (n,) by headers as in a CSV file, such as ``current_mA``.
 
-    ``name`` stands for the data in messages; ``mode`` is a load test's, ``onset`` a record's, ``said`` what
-    headers do not tell, see `read.read`.
+    ``name`` stands for the data in messages; ``mode`` is for a load test, ``onset`` for a record, ``said`` for columns
+    and units that the headers do not state, see `read.read`.
 
     Raises
     ------
@@ -51,12 +51,12 @@ def read_data(
 
 
 def columns_table(columns: Mapping[str, ArrayLike], name: str, kind: Kind) -> Table:
-    """Return ``columns`` that hold a ``kind`` in SI units. Raises InputError as `read_data` does."""
+    """Return the table of ``columns`` of a ``kind`` in SI units. Raises InputError as `read_data` does."""
     return _table(columns, name, kind, _layout(columns, kind))
 
 
 def _table(columns: Mapping[str, ArrayLike], name: str, kind: Kind, layout: Layout) -> Table:
-    """Return columns in SI units, as a layout names them."""
+    """Return the table of columns in SI units, named by a layout."""
     taken, left, notes = choose(layout, kind, name, 1)
     titles = {quantity: layout.titles[c.place] for quantity, c in taken.items()}
     arrays = {
@@ -70,7 +70,7 @@ def _table(columns: Mapping[str, ArrayLike], name: str, kind: Kind, layout: Layo
 
 
 def _recognised(columns: Mapping[str, ArrayLike], said: Said) -> tuple[Kind, Layout]:
-    """Return the kind of data whose columns are all there; a record where none is."""
+    """Return the kind of data whose columns are complete; a record if there is none."""
     layouts = {}
     for kind in (SPECTRUM, RECORD, LOAD_TEST):
         kind = kind.told(said)

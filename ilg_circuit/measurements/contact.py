@@ -1,8 +1,8 @@
-"""Contact lost while a record was taken: when the current read that of an open clamp, against what a strip can do.
+"""Detects loss of contact in a record: stretches where the current is an open circuit's and not a strip's.
 
-Under a voltage that jumps, a strip's current jumps; under one that does not, it cannot. A current that is cut off to
-zero, that comes back from zero, or that stays at zero while the voltage jumps, against what a passive port fitted to
-the record does there, is that of an open circuit. What the strip holds when contact comes back is not known.
+A strip's current jumps when the voltage jumps, and at no other time. Contact is lost if the current drops to zero,
+returns from zero, or stays at zero during a jump of the voltage, and a passive port fitted to the record does not. The
+strip's state when contact returns is not known.
 """
 
 from __future__ import annotations
@@ -19,43 +19,43 @@ from .onset import Beginning, Onset, voltage_jumps
 from .passive import Passive, PassivePort
 from .smoothing import digit, noise_level, resolution
 
-#: Readings within so many noise levels of an open clamp's may be its readings.
+#: Half-width of the band about an open clamp's level, in noise levels: readings within it may be the open clamp's.
 _BAND = 5.0
-#: An edge of the current is so many standard errors, and this part of the largest current.
+#: Least height of an edge of the current, in standard errors and as a fraction of the largest current.
 _SURE, _LEAST = 8.0, 0.002
-#: An edge of the current that the voltage explains to this part is the strip's, and so is one this many readings away.
+#: Fraction of an edge that a passive port explains if the edge is the strip's; tolerance of its place, in readings.
 _EXPLAINED, _SKEW = 0.5, 1
-#: A break has so many readings at least: fewer are outliers.
+#: Least number of readings of a break: fewer are outliers.
 _FEWEST = 3
-#: Readings within so many noise levels of the largest may stand at the instrument's limit, where that is of either
-#: sign by more than this part of the largest.
+#: Readings within this number of noise levels of the extreme may be at the instrument's limit, if the extreme of that
+#: sign exceeds this fraction of the largest current.
 _TOP, _LIMIT = 4.0, 0.2
-#: Numbers of readings on either side of an edge by which it is told from noise.
+#: Window lengths, in readings on either side of an edge, for distinguishing it from noise.
 _WINDOWS = (1, 3, 8, 20, 50, 120)
-#: From so many readings on a side is extrapolated to the edge by a straight line; of fewer the mean is taken.
+#: Least window length for a straight line extrapolated to the edge; for shorter windows the mean is taken.
 _LINE = 8
-#: Beside an edge an open clamp's mean is its level within so many standard errors, or this part of the edge.
+#: Tolerance of an open clamp's mean beside an edge, in standard errors and as a fraction of the edge.
 _LEVEL, _OF_EDGE = 4.0, 0.05
-#: A jump of the voltage ought to be answered by this part of the largest current, where nothing is.
+#: Least expected change of the current at a jump of the voltage, as a fraction of the largest current.
 _ANSWER = 0.1
-#: Exact zeros in a row, where the instrument's resolution is so much finer than its noise, are no readings of a strip.
+#: Number of consecutive exact zeros that are not a strip's readings, if resolution over noise is below this value.
 _ZEROS, _FINE = 6, 0.3
-#: Twice the logarithm of the likelihood of a beginning falls by so much to the last one that is plausible.
+#: Decrease of twice the log-likelihood within which an earlier beginning of a break is plausible.
 _PLAUSIBLE = 6.0
 _ROUNDS = 4
-#: A current that stays at an open clamp's is looked at where a port leaves so many noise levels of it; it is a break
-#: where one that is fitted to so many readings before it would carry this part of the largest current there, and a
-#: port for all leaves so many times as much, squared.
+#: Conditions for a break without an edge: residuals of a port in noise levels; readings before it that a second port
+#: is fitted to; current predicted by that port, as a fraction of the largest; ratio of the sums of squares of a port
+#: for all readings and of the separate one.
 _STRANGE, _ENOUGH, _WOULD, _WORSE = 3.0, 30, 0.2, 3.0
-#: Below this part of the largest, the rest's voltage is none, and its current is the instrument's offset.
+#: A voltage at rest below this fraction of the largest counts as zero: the current is then the instrument's offset.
 _NO_VOLTAGE = 0.02
 
 
 @dataclass(frozen=True)
 class Break:
-    """Contact was lost: readings from ``first`` to before ``back`` are an open clamp's, to the end where that is None.
+    """A loss of contact: readings from ``first`` to before ``back`` are an open clamp's (None: to the end).
 
-    Those from ``earliest`` on may be already: nothing tells them from the strip's.
+    Readings from ``earliest`` on may be the open clamp's too: they cannot be distinguished from the strip's.
     """
 
     first: int
@@ -67,7 +67,7 @@ class Break:
 class Seen:
     """Readings with both voltage and current: times [s], voltage [V] and current [A], all (n,); ``onset`` is a row.
 
-    ``levels`` [A] are those that an open clamp may read, ``noise`` [A] is the current's.
+    ``levels`` [A] are the possible readings of an open clamp, ``noise`` [A] is the current's noise.
     """
 
     t: Array
@@ -80,7 +80,7 @@ class Seen:
 
     @cached_property
     def sound(self) -> Mask:
-        """Readings (n,) that may be fitted: not those of a flat top, which may be the instrument's limit."""
+        """Mask (n,) of readings that may be fitted: readings of a flat top may be at the instrument's limit."""
         flat = np.zeros(len(self.i), dtype=bool)
         for v in (self.i, -self.i):
             if v.max() <= _LIMIT * self.largest:
@@ -98,7 +98,7 @@ class Seen:
         return np.abs(self.i - level) <= max(_BAND * self.noise, 1e-9 * self.largest)
 
     def since(self, row: int) -> Seen:
-        """Return the readings from a row on, which are cut out of the run."""
+        """Return the readings from a row on, as a record that begins within a run."""
         return Seen(self.t[row:], self.u[row:], self.i[row:], 0, self.levels, self.noise, "run")
 
     def port(self) -> PassivePort:
@@ -122,7 +122,7 @@ def seen(t: Array, u: Array, current: Array, onset: Onset) -> Seen:
 
 
 def breaks(s: Seen) -> list[Break]:
-    """Return when contact was lost, in order; the first may begin at the onset: contact was made late."""
+    """Return the losses of contact in order; the first may begin at the onset, if contact was made late."""
     found: list[Break] = []
     start = 0
     while True:
@@ -138,7 +138,7 @@ def breaks(s: Seen) -> list[Break]:
 
 
 def _first_break(s: Seen) -> Break | None:
-    """Return the first break by the level that tells the earlier one."""
+    """Return the earliest break found with any of the levels."""
     found: list[Break] = []
     port: PassivePort | None = None
     for level in s.levels:
@@ -165,9 +165,9 @@ def _first_break(s: Seen) -> Break | None:
 
 
 def _idle(s: Seen, port: PassivePort, every: Passive, level: float, low: int, end: int) -> Break | None:
-    """Return the break that readings from ``low`` to before ``end`` are, whose current is an open clamp's throughout.
+    """Return the break from ``low`` to before ``end`` if the current is an open clamp's throughout, else None.
 
-    It is one where the strip of the readings before would have carried far more, and no port describes both.
+    A port fitted to the readings before must predict a much larger current, and no single port describe both.
     """
     if float(np.sqrt(np.mean((every.current - s.i)[max(low, s.onset) : end] ** 2))) <= _STRANGE * s.noise:
         return None
@@ -193,10 +193,10 @@ def _idle(s: Seen, port: PassivePort, every: Passive, level: float, low: int, en
 
 
 def _confirmed(s: Seen, port: PassivePort, every: Passive, places: list[_Place]) -> list[_Place]:
-    """Return the places at which no passive port does what the current does, each told by one window.
+    """Return the places where no passive port describes the change of the current.
 
-    Ports are fitted to ``every`` reading, and where those do not describe a place to the readings up to it: what comes
-    after a break is another strip's, so to speak.
+    A port is fitted to ``every`` reading, and where it does not describe a place, another to the readings up to it,
+    since the strip's state after a break is unknown.
     """
     rows = np.arange(len(s.t))
     doubtful = [p for p in places if _unexplained(s, every, p)]
@@ -210,7 +210,7 @@ def _confirmed(s: Seen, port: PassivePort, every: Passive, places: list[_Place])
 
 @dataclass(frozen=True)
 class _Place:
-    """A gap between readings ``gap`` - 1 and ``gap``, told best by ``window`` readings.
+    """A gap between readings ``gap`` - 1 and ``gap``, most significant in windows of ``window`` readings.
 
     ``open`` is -1 where an open clamp was read before it, 1 after it, 0 on both sides. No ``window`` is needed where
     the readings are exact.
@@ -222,14 +222,14 @@ class _Place:
 
 
 def _spans(near: Mask, places: list[_Place]) -> Iterator[tuple[int, int, int | None, bool]]:
-    """Yield for each break the first reading that may belong to it, the first that does, and that of contact again.
+    """Yield for each break its first possible reading, its first certain one, the reading of contact again, and a flag.
 
-    The second is the first one where nothing tells; the third is None where contact does not come back; the last is
-    true where the break's beginning is exact.
+    The first two are equal where they cannot be distinguished; the third is None if contact does not return; the flag
+    is True if the beginning of the break is exact.
     """
     n, done = len(near), 0
     near = near.copy()
-    near[1:-1] |= near[:-2] & near[2:]  # a reading alone is noise
+    near[1:-1] |= near[:-2] & near[2:]  # a single reading is noise
     far = np.append(~near, True)
     for k, place in enumerate(places):
         if place.gap < done:
@@ -250,10 +250,10 @@ def _spans(near: Mask, places: list[_Place]) -> Iterator[tuple[int, int, int | N
 
 
 def _beginning(s: Seen, port: PassivePort, level: float, low: int, lost: int, end: int) -> tuple[int, int]:
-    """Return the reading at which a break likeliest begins that ends before ``end``, and the earliest plausible one.
+    """Return the most likely first reading of a break that ends before ``end``, and the earliest plausible one.
 
-    It lies at ``low`` or later, and a first guess at ``lost``. Before it a passive port that is fitted to what came
-    before says what the strip's current is, after it the clamp is open.
+    It lies at ``low`` or later; ``lost`` is the initial guess. Before it the current is predicted by a passive port
+    fitted to the readings before; after it the clamp is open.
     """
     if lost - s.onset <= _FEWEST:
         return low, low
@@ -271,7 +271,7 @@ def _beginning(s: Seen, port: PassivePort, level: float, low: int, lost: int, en
 
 
 def _estimates(values: Array, window: int) -> tuple[Array, Array]:
-    """Return what the readings before and after each gap k (between k - 1 and k) tell of it, (n + 1,), NaN at ends."""
+    """Return estimates from the readings before and after each gap k (between k - 1 and k), (n + 1,), NaN at ends."""
     n = len(values)
     before, after = np.full(n + 1, np.nan), np.full(n + 1, np.nan)
     if n >= window:
@@ -290,9 +290,9 @@ def _spread(window: int) -> float:
 
 
 def _edges(s: Seen, near: Mask, level: float) -> Iterator[_Place]:
-    """Yield where the current leaves an open clamp's level or falls to it.
+    """Yield the places where the current leaves an open clamp's level or falls to it.
 
-    The readings on one side are an open clamp's; those on the other are not, and are not on their way to it.
+    The readings on one side are an open clamp's; the readings on the other side are not, and do not tend to it.
     """
     values, n = s.i - level, len(s.t)
     counts, sums = np.append(0, np.cumsum(near)), np.append(0.0, np.cumsum(values))
@@ -323,7 +323,7 @@ def _silent(s: Seen, near: Mask) -> Iterator[_Place]:
 
 
 def _exact(s: Seen, level: float) -> Iterator[_Place]:
-    """Yield the ends of every run of readings that are exactly ``level``, where noise would not leave them so."""
+    """Yield the ends of every run of readings that equal ``level`` exactly, if noise makes that impossible."""
     same = s.i == level
     same[: s.onset] = False
     if same.sum() < _ZEROS or (~same).sum() < 2 * _ZEROS:
@@ -340,12 +340,12 @@ def _exact(s: Seen, level: float) -> Iterator[_Place]:
 
 
 def _unexplained(s: Seen, fitted: Passive, place: _Place) -> bool:
-    """Return True if the current does at a place what a passive port that was ``fitted`` does nowhere near."""
+    """Return True if the change of the current at a place differs from all changes of the ``fitted`` port near it."""
     before, after = _estimates(s.i, place.window)
     low, high = _estimates(fitted.current, place.window)
     jumps, answers = after - before, high - low
     misfits = np.abs(jumps - answers)[:-1][fitted.used]
-    typical = float(np.nanmedian(misfits)) / 0.6745  # of noise that is not white, and of what no port describes
+    typical = float(np.nanmedian(misfits)) / 0.6745  # standard deviation of coloured noise and model error
     noise = max(s.noise * _spread(place.window), typical)
     if not place.open:
         return bool(abs(float(answers[place.gap])) > max(_ANSWER * s.largest, 2 * _SURE * noise))

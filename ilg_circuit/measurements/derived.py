@@ -1,4 +1,4 @@
-"""Quantities that a file holds in other words: modulus and phase, admittance; strains, forces and displacements."""
+"""Converts equivalent quantities of a file: modulus and phase, admittance; strains, forces and displacements."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _GERMAN = {"breite": "width", "b0": "width", "dicke": "thickness", "a0": "thickn
 
 
 def impedance_of(table: Table, kind: Kind) -> Table:
-    """Return the table of a spectrum with ``frequency``, ``re`` and ``im`` [ohm], whatever its columns were."""
+    """Return the table of a spectrum converted to ``frequency``, ``re`` and ``im`` [ohm]."""
     columns, headers = dict(table.columns), dict(table.headers)
     way = kind.way(columns)
     first, second = (columns.pop(q) for q in way)
@@ -47,7 +47,7 @@ def impedance_of(table: Table, kind: Kind) -> Table:
 def stretch_of(table: Table, kind: Kind, above: Sequence[str] = ()) -> Table:
     """Return the table of a load test with ``stretch`` and ``stress`` or ``true stress`` [Pa].
 
-    The length and the section of a specimen are those said, or those in the lines ``above`` the table.
+    The length and the section of the specimen are the stated ones, or are read from the lines ``above`` the table.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A displacement alone, under a drive that nobody measured: what was filmed, and what the strip was driven by."""
+"""Films: a displacement alone, with a drive that is stated and not measured."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from .table import Headers, Table
 from .track import Track, moving, track_of
 from .voltage import MeasuredDrive
 
-#: A drive may end before the film does by so many intervals between readings.
+#: Largest time by which a drive may end before the film, in sampling intervals.
 _SHORTER = 2.5
-#: What a file that holds a displacement alone does not have.
+#: Quantities that a file of a displacement alone does not have.
 _ELECTRICAL = ("voltage", "current")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Film(Result):
-    """A displacement on a clock of its own, ready for a fit, and the drive that is stated for it.
+    """A displacement on a separate clock, ready for a fit, and the drive that is stated for it.
 
-    The drive's voltage begins to change at ``onset`` [s] of the drive's own time; ``voltage`` is what it is from there
-    on, ``step`` [V] its level where that is constant. The displacement's zero is where the tip begins to move; its
-    clock reads by ``delay`` [s] more than the drive's, where that is known.
+    The drive's voltage begins to change at ``onset`` [s] of the drive's time; ``voltage`` is the drive from there on,
+    ``step`` [V] its level if it is constant. The displacement's time 0 is where the tip begins to move; its clock
+    reads ``delay`` [s] more than the drive's, if that is known.
     """
 
     presenter: ClassVar[str] = "measured"
@@ -61,7 +61,7 @@ class Film(Result):
 
     @property
     def duration(self) -> float:
-        """Time from where the tip begins to move to the last reading [s]."""
+        """Time from the beginning of the tip's motion to the last reading [s]."""
         return float(self.displacement.time[-1])
 
     @property
@@ -82,7 +82,7 @@ class Film(Result):
 
 
 def read_film(path: str | Path, said: Said = NOTHING, *, drives: bool = False) -> Track:
-    """Read the displacement of a file that holds nothing else of a strip, or its drive too if it ``drives`` itself.
+    """Read the displacement of a file without voltage and current; with ``drives`` the file may hold the drive too.
 
     Raises
     ------
@@ -115,12 +115,12 @@ def _alone(table: Table, said: Said) -> Track:
 
 
 def film_of(track: Track, drive: PiecewiseLinear, ends: float | None = None, until: float | None = None) -> Film:
-    """Return a track under a ``drive``, whose time 0 the track's clock need not know.
+    """Return the film of a track under a ``drive``; their clocks need not agree.
 
     Parameters
     ----------
     track
-        The displacement, on a clock of its own.
+        The displacement, on the camera's clock.
     drive
         The voltage over time; the strip rests before it.
     ends
@@ -131,7 +131,7 @@ def film_of(track: Track, drive: PiecewiseLinear, ends: float | None = None, unt
     Raises
     ------
     InputError
-        The drive rests throughout or ends before the displacement does, or there are too few readings.
+        The drive is constant throughout or ends before the displacement, or there are too few readings.
     """
     begins = _begins(drive, track.source)
     channel, notes = moving(track)
@@ -157,7 +157,7 @@ def film_of(track: Track, drive: PiecewiseLinear, ends: float | None = None, unt
 
 
 def _begins(drive: PiecewiseLinear, name: str) -> float:
-    """Return the time [s] up to which a drive rests. Raises InputError where that is all of it."""
+    """Return the time [s] up to which a drive rests. Raises InputError for a constant drive."""
     moved = np.flatnonzero(drive.values != drive.rest)
     if not len(moved):
         level = format_quantity(drive.rest, "V", 3)
@@ -167,7 +167,7 @@ def _begins(drive: PiecewiseLinear, name: str) -> float:
 
 
 def _since(drive: PiecewiseLinear, begins: float) -> PiecewiseLinear:
-    """Return a drive since the time [s] up to which it rests."""
+    """Return a drive with time 0 at the end of its rest, ``begins`` [s]."""
     after = drive.times > begins
     times = np.append(0.0, drive.times[after] - begins)
     values = np.append(drive.value([begins]), drive.values[after])

@@ -13,16 +13,16 @@ from .kind import Kind, Quantities
 from .said import in_words, options
 from .unit_words import PIXELS, REFERENCE, UNIT_LIKE, clean_unit, tried
 
-#: A longer title names no quantity.
+#: Longest title that may name a quantity.
 _LONGEST_TITLE = 200
-#: Ranks of names; of one quantity's columns the least is taken. A name of an instrument stands before others.
+#: Ranks of names: the column of lowest rank is taken for a quantity. An instrument's own names rank first.
 _STATED, _EXACT, _GENERIC, _ENDING, _SET = -1000, 0, 10, 20, 30
 _RANKS = {
     **{"ewe-ece": 0, "<ewe>": 1, "ewe": 2, "control": _SET, "<i>": 0, "time": 0},
     **{"re(z)": 0, "im(z)": 0, "-im(z)": 0, "resistance": _ENDING, "reactance": _ENDING},
 }
 
-#: Words beside a quantity's name. What was set counts where nothing was measured, a time of a part where no other is.
+#: Words beside a quantity's name. A set value is used only where none was measured, a part's time where no other is.
 _OF_THE_SOURCE = frozenset(
     (
         *("set", "setpoint", "source", "sourced", "applied", "app", "command", "control", "programmed", "target"),
@@ -32,12 +32,12 @@ _OF_THE_SOURCE = frozenset(
 _AFTER = frozenset(
     ("applied", "set", "measured", "meas", "avg", "mean", "we", "signal", "value", "reading", "ch", "channel")
 )
-#: So is called what a recorder was connected to, of the quantity that its unit measures.
+#: Titles of a recorder's channels: the unit determines the quantity.
 _CHANNEL = re.compile(
     r"(?:ch|chan|channel|math|trace|untitled|ai|input|dev\d{1,2}/ai|column|y)[ _]?(?:\d{0,3}|[a-d])|\d{1,3}|[a-d]",
     re.IGNORECASE,
 )
-#: A title that says no more is of the quantity that its unit measures.
+#: Titles without a quantity's name: the unit determines the quantity.
 _ANY = frozenset(("value", "reading", "measure", "measurement", "source"))
 
 _TIMES = re.compile(r"(\d{1,9}(?:\.\d{1,9})?(?:e-?\d{1,2})?)? ?(\D.{0,40})")
@@ -47,7 +47,7 @@ _TIMES = re.compile(r"(\d{1,9}(?:\.\d{1,9})?(?:e-?\d{1,2})?)? ?(\D.{0,40})")
 class Column:
     """One column that names a ``quantity``: its ``place`` in the row, ``title``, ``unit``, and ``factor`` to SI.
 
-    Of several columns of a quantity the one of the least ``rank`` is taken. One that cannot be read has a
+    If several columns hold a quantity, the column of lowest ``rank`` is taken. A column that cannot be read has a
     ``complaint``.
     """
 
@@ -61,11 +61,11 @@ class Column:
 
 
 def columns_of(titles: Sequence[str], units: Sequence[str], kind: Kind) -> list[Column]:
-    """Return the columns that name a quantity of a ``kind``, in their order, readable or not.
+    """Return the columns that name a quantity of a ``kind``, in the file's order, readable or not.
 
-    What was said of the file comes first, then the words of its format, then what titles say. ``units`` are the cells
-    of a row of units below the titles, empty where there is none. Titles that are nothing but units are of the
-    quantities that these measure.
+    The user's statements take precedence, then the words of the format, then the titles. ``units`` are the cells of a
+    row of units below the titles, empty where there is none. A title that is only a unit stands for the quantity which
+    this unit measures.
     """
     quantities, said = kind.quantities, kind.said
     filled = [title for title in titles if title.strip()]
@@ -97,9 +97,9 @@ def columns_of(titles: Sequence[str], units: Sequence[str], kind: Kind) -> list[
 
 
 def _in_pixels(column: Column, scale: float | None) -> Column:
-    """Return a length in pixels of the ``scale`` [m], or with the complaint that it needs one; others as they are.
+    """Return a column of lengths in pixels with the ``scale`` [m] of a pixel; other columns unchanged.
 
-    Where a scale was said, a length without a unit is one in pixels.
+    Without a scale the column gets a complaint. With a scale, a length without a unit is taken to be in pixels.
     """
     bare = column.unit == "" and bool(column.complaint) and scale is not None
     if not bare and not PIXELS.fullmatch(clean_unit(column.unit)):
@@ -110,7 +110,7 @@ def _in_pixels(column: Column, scale: float | None) -> Column:
 
 
 def _in_unit(column: Column, unit: str, quantities: Quantities) -> Column:
-    """Return a column in a unit that was said, such as mA; or 0.1A, which is so much to one of the file."""
+    """Return a column in a stated unit, such as mA, or 0.1A: the size of one unit of the file."""
     match = _TIMES.fullmatch(unit.strip())
     times, plain = match.groups() if match else ("1", unit)
     found = _read(column.place, column.title, column.quantity, column.rank, plain, quantities)
@@ -118,7 +118,7 @@ def _in_unit(column: Column, unit: str, quantities: Quantities) -> Column:
 
 
 def _place(text: str, titles: Sequence[str]) -> int | None:
-    """Return which of the titles a user means: one whole, without its unit, or its number from 1; None for none."""
+    """Return the index of the title that a user gave: whole, without its unit, or by number from 1; else None."""
     plain = [_word(_plain(title)) for title in titles]
     wanted = _word(_plain(text))
     if wanted in plain:
@@ -131,7 +131,7 @@ def _place(text: str, titles: Sequence[str]) -> int | None:
 
 
 def _stated(place: int, title: str, below: str, quantity: str, unit: str, rank: int, kind: Kind) -> Column:
-    """Return the column of a known ``quantity``, its unit that of the row below, of the title, or else ``unit``."""
+    """Return the column of a known ``quantity``, with the unit of the row below, of the title, or else ``unit``."""
     texts = [below, *(said for _, said in _splits(_plain(title))), unit]
     columns = [_read(place, title, quantity, rank, text, kind.quantities) for text in texts if text.strip()]
     readable = next((c for c in columns if not c.complaint), None)
@@ -147,7 +147,7 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
     Raises
     ------
     InputError
-        Two columns give a quantity that ``kind`` needs and nothing tells which to take.
+        Two columns give a quantity that ``kind`` needs, and neither has a lower rank.
     """
     taken: dict[str, Column] = {}
     notes = []
@@ -162,7 +162,7 @@ def chosen(columns: Sequence[Column], kind: Kind, name: str) -> tuple[dict[str, 
                 continue
             said = [in_words("columns", quantity, first.title, kind.prefix)]
             missing = [q for q in kind.required if all(c.quantity != q for c in columns)]
-            if len(missing) == 1:  # as of an oscilloscope, where a shunt's voltage is the current
+            if len(missing) == 1:  # as with an oscilloscope, where a shunt's voltage is the current
                 si = kind.quantities[missing[0]][0]
                 said += [
                     in_words("columns", missing[0], others[0].title, kind.prefix),
@@ -200,7 +200,7 @@ def named(word: str, quantities: Quantities) -> str | None:
 
 
 def named_unit(title: str, si: str | None) -> str | None:
-    """Return the unit in a title that measures what ``si`` does, or any other that looks like one; None where none."""
+    """Return the unit in a title that is compatible with ``si``, or any text that looks like a unit, or None."""
     for _, unit in _splits(_plain(title)):
         if si is None:
             if UNIT_LIKE.fullmatch(clean_unit(unit)) or (unit.isalpha() and len(unit) <= 2):
@@ -211,7 +211,7 @@ def named_unit(title: str, si: str | None) -> str | None:
 
 
 def _column(place: int, title: str, unit_below: str, quantities: Quantities) -> Column | None:
-    """Return the column of one title: the way to divide it into name and unit in which both are known, if there is."""
+    """Return the column of one title if it can be divided into a known name and a known unit, else None."""
     plain, words = _plain(title), _words(quantities)
     whole = _match(_word(plain), words)
     if whole and (unit_below.strip() or not quantities[whole[0]][0]):
@@ -273,7 +273,7 @@ def _word(text: str) -> str:
 
 
 def _splits(title: str) -> Iterator[tuple[str, str]]:
-    """Yield the ways to divide a title into a name, as `_word` writes it, and a unit: the likeliest first."""
+    """Yield the divisions of a title into a name, as `_word` writes it, and a unit: the likeliest first."""
     if not title.endswith((")", "]")):
         title = REFERENCE.sub("", title)
     if title.endswith((")", "]")):
@@ -290,7 +290,7 @@ def _splits(title: str) -> Iterator[tuple[str, str]]:
 
 
 def _opening(title: str) -> int:
-    """Return where the bracket opens that the end of a title closes; -1 where none does."""
+    """Return the position of the bracket that is closed by the end of a title; -1 if there is none."""
     depth = 0
     for k in range(len(title) - 1, -1, -1):
         depth += (title[k] in ")]") - (title[k] in "([")
@@ -300,7 +300,7 @@ def _opening(title: str) -> int:
 
 
 def _outside(title: str, sign: str) -> int:
-    """Return where a sign first stands outside all brackets; -1 where it does not."""
+    """Return the first position of a sign outside all brackets; -1 if there is none."""
     depth = 0
     for k, letter in enumerate(title):
         depth += (letter in "([") - (letter in ")]")
@@ -337,6 +337,6 @@ def _match(word: str, quantities: Words) -> tuple[str, int] | None:
             ending = _GENERIC if quantity != "time" else _ENDING
             return quantity, _SET if _OF_THE_SOURCE.intersection(beside) else ending
     plain, bracket, remark = word.partition("(")
-    if bracket and len(remark) > 4 and remark[:-1].isalpha() and remark.endswith(")"):  # of what, not a unit
+    if bracket and len(remark) > 4 and remark[:-1].isalpha() and remark.endswith(")"):  # a remark, not a unit
         return _match(plain, quantities)
     return None

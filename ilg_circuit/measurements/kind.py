@@ -1,4 +1,4 @@
-"""What a measured file may hold: a record over time, an impedance spectrum, a load test; their columns and limits."""
+"""Kinds of measured data, a record over time, an impedance spectrum, a load test, with their columns and limits."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from dataclasses import dataclass, field, replace
 
 from .said import NOTHING, TRACK_PREFIX, Said
 
-#: quantity -> (SI unit, "" for a pure number; words that a column's name may be or end in, the first one preferred)
+#: quantity -> (SI unit, "" for a pure number; words that a column's name equals or ends in, the preferred one first)
 Quantities = dict[str, tuple[str, tuple[str, ...]]]
 
-#: What rows at one time are: a mistake, an instrument's two readings of which the later stays, the edge of a drive.
+#: Meaning of repeated times: an error, a double reading of which the later is kept, or the edge of a drive.
 REFUSED, LATER, EDGE = "refused", "later", "edge"
 
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of data: the ``quantities`` its columns may hold, those ``required``, an ``example`` of a header.
+    """One kind of data: the ``quantities`` of its columns, the ``required`` ones, an ``example`` of a header.
 
-    Of ``ways`` the quantities of one are required too, the first one preferred; of two ``opposed`` ones a file has one.
-    Columns of ``used`` are not required, but where one is there it must be readable. ``repeats`` says what rows at one
-    time are. Kinds are equal by ``name``. Files are refused above ``most_bytes``, and above ``most_rows`` where that is
-    given. ``said`` is what a user says of a file; ``known`` what an instrument's format does: the quantity and the unit
-    of titles in lower case. ``prefix`` stands before a quantity where a user says something of a file of this kind.
+    The quantities of one of the ``ways`` are required too, the first one preferred; a file may have only one of two
+    ``opposed`` quantities. Columns of ``used`` are optional but must be readable if present. ``repeats`` is the meaning
+    of repeated times. Kinds are equal by ``name``. Larger files than ``most_bytes`` are refused, and longer tables than
+    ``most_rows``, if given. ``said`` are the user's statements on a file; ``known`` are titles (in lower case) of an
+    instrument's format with their quantity and unit. ``prefix`` stands before a quantity in a user's statements on a
+    file of this kind.
     """
 
     name: str
@@ -45,31 +46,29 @@ class Kind:
         return replace(self, required=quantities, ways=((),))
 
     def told(self, said: Said) -> Kind:
-        """Return the same kind of which a user says something."""
+        """Return the same kind with a user's statements."""
         return replace(self, said=said)
 
     def knowing(self, known: Mapping[str, tuple[str, str]]) -> Kind:
-        """Return the same kind in the words of an instrument."""
+        """Return the same kind with an instrument's titles."""
         return replace(self, known={**known, **self.known})
 
     def drawn(self, *quantities: str) -> Kind:
-        """Return the same kind as a drawn waveform has it: these columns alone matter, a time that stands twice is an
-        edge.
-        """
+        """Return the same kind for a drawn waveform: only these columns are used, a repeated time is an edge."""
         return replace(self, required=quantities, ways=((),), used=(), repeats=EDGE)
 
     @property
     def whole(self) -> Kind:
-        """The same kind, of which the part of a file that was meant is chosen already."""
+        """The same kind after the part of a file has been chosen."""
         return replace(self, said=replace(self.said, part=None))
 
     @property
     def needed(self) -> tuple[str, ...]:
-        """The quantities that matter where a column names them."""
+        """The quantities that are used if a column names them."""
         return tuple(dict.fromkeys((*self.required, *(q for way in self.ways for q in way), *self.used)))
 
     def way(self, readable: Collection[str]) -> tuple[str, ...]:
-        """Return the first way all of which is ``readable``, or else the one of which the largest part is."""
+        """Return the first way that is ``readable`` completely, or else the one with the largest readable part."""
         return max(self.ways, key=lambda way: sum(q in readable for q in way) / max(len(way), 1))
 
     def complete(self, readable: Collection[str]) -> bool:
@@ -157,7 +156,7 @@ LOAD_TEST = Kind(
     "load test",
     {
         "stretch": ("", ("stretch", "stretch_ratio", "lambda")),
-        # before "strain" and "stress": their names end in those words too
+        # before "strain" and "stress", since these names end in the same words
         "true strain": ("", ("true_strain", "logarithmic_strain", "hencky_strain")),
         "compression": ("", _SHORTENING),
         "strain": ("", ("strain", "engineering_strain", "nominal_strain", "dehnung", "nominelle_dehnung")),
@@ -179,7 +178,7 @@ LOAD_TEST = Kind(
     opposed=(("stress", "true stress"),),
 )
 
-#: A displacement alone, as a camera or a laser writes it: over time or frames, as it is or by two coordinates.
+#: A displacement alone, from a camera or a laser: over time or frames, as a displacement or two coordinates.
 TRACK = Kind(
     "track",
     {
@@ -198,7 +197,7 @@ TRACK = Kind(
 
 #: Number of lines in which the header of an export is searched.
 PREAMBLE = 400
-#: No row of names is longer.
+#: Largest number of characters in a row of names.
 LONGEST_HEADER = 10_000
 
 _FREQUENCY = re.compile(r"(?:^|[,;\t\"\s])(?:frequency|freq|f)\s*(?:_|\[|\(|/|,)\s*[kmMG]?Hz", re.IGNORECASE)
@@ -210,9 +209,9 @@ _REAL_PART = re.compile(
 
 
 def frequency_row(lines: Sequence[str]) -> int | None:
-    """Return the line (from 0) whose names of columns have a frequency among them, None where there is none.
+    """Return the line (from 0) of column names that include a frequency, or None.
 
-    Without a unit a frequency counts beside a real part only.
+    A frequency without a unit counts only beside a real part.
     """
     for k, line in enumerate(lines[:PREAMBLE]):
         if len(line) >= LONGEST_HEADER:
@@ -223,10 +222,10 @@ def frequency_row(lines: Sequence[str]) -> int | None:
 
 
 def names_a_record(header: str) -> bool:
-    """Return True if names of columns have a voltage or a time among them."""
+    """Return True if the column names include a voltage or a time."""
     return bool(_OF_A_RECORD.search(header[:LONGEST_HEADER]))
 
 
 def names_a_spectrum(header: str) -> bool:
-    """Return True if columns, one a frequency, are those of a spectrum: a record may have the drive's frequency."""
+    """Return True if column names with a frequency belong to a spectrum; a record may have a drive frequency."""
     return not names_a_record(header) or bool(_REAL_PART.search(header[:LONGEST_HEADER]))

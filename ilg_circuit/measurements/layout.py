@@ -1,4 +1,4 @@
-"""Where the table stands in a file: its row of names, perhaps a row of units, its first row of numbers, its end."""
+"""Finds the table in a file: its row of names, perhaps a row of units, its first row of numbers, its end."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from .kind import EDGE, PREAMBLE, RECORD, TRACK, Kind
 from .said import options
 from .suggest import suggestion
 
-#: So many rows of units and remarks may stand between the names and the numbers.
+#: Largest number of rows of units and remarks between the names and the numbers.
 _BETWEEN = 4
-#: No table is wider.
+#: Largest number of columns of a table.
 _MOST_COLUMNS = 1000
 _COMMENTS = ("#", "%")
 _SEPARATORS = ",;\t"
@@ -30,7 +30,7 @@ _SPOKEN = {
     "stress": "a nominal",
     "true stress": "a true stress",
 }
-#: A line of nothing else is blank: so spreadsheets fill up a table.
+#: A line of these characters only is blank: spreadsheets fill up tables with separators.
 _SPACE = ' \t,;"\r'
 _FIRST = frozenset((*_SPACE, *_COMMENTS))
 
@@ -39,8 +39,8 @@ _FIRST = frozenset((*_SPACE, *_COMMENTS))
 class Layout:
     """A table among lines: the ``header`` (its line, from 0), the ``titles`` in it, and the line ``first`` below.
 
-    ``delimiter`` separates the cells of the rows, "" where spaces do. ``columns`` name quantities; ``complete`` tells
-    whether they can all be read and numbers stand below them.
+    ``delimiter`` separates the cells of the rows ("": spaces). ``columns`` name quantities; ``complete`` is True if all
+    of them can be read and numbers stand below them.
     """
 
     header: int
@@ -51,21 +51,21 @@ class Layout:
     complete: bool
 
     def place(self, kind: Kind) -> int:
-        """Return the column that every row has a number in: the time, the frequency, the stretch."""
+        """Return the column that has a number in every row: the time, the frequency, the stretch."""
         first = (*kind.required, *kind.way(readable(self.columns)))[0]
         return next((c.place for c in self.columns if c.quantity == first and not c.complaint), 0)
 
 
 def readable(columns: Sequence[Column]) -> set[str]:
-    """Return the quantities of which there is a column that can be read."""
+    """Return the quantities that have a readable column."""
     return {c.quantity for c in columns if not c.complaint}
 
 
 def find_layout(lines: Sequence[str], kind: Kind) -> Layout | None:
-    """Return the layout of the table that holds a ``kind``, None where all lines are blank.
+    """Return the layout of the table that holds a ``kind``, None if all lines are blank.
 
-    The header is the first row that names what ``kind`` requires, with units, above a row of numbers; a comment may
-    hold it. Where there is none it is the row that names most, so that an error can say what it lacks.
+    The header is the first row that names all required quantities of ``kind``, with units, above a row of numbers; it
+    may be a comment. If there is none, it is the row that names most, so that an error can state the missing ones.
     """
     best: Layout | None = None
     score = 0
@@ -85,14 +85,14 @@ def find_layout(lines: Sequence[str], kind: Kind) -> Layout | None:
             if worth > score:
                 best, score = layout, worth
     if best is None and rows and kind.said.columns and all(t.isdecimal() for t in kind.said.columns.values()):
-        for sign in (*(s for s in _SEPARATORS if s in lines[rows[0]]), ""):  # without names columns have numbers
+        for sign in (*(s for s in _SEPARATORS if s in lines[rows[0]]), ""):  # columns without names are given by number
             titles = tuple(map(str, range(1, len(cells_of(lines[rows[0]], sign)) + 1)))
             columns = tuple(columns_of(titles, (), kind))
             if len(titles) > 1 and all(is_number(c.strip(), sign) for c in cells_of(lines[rows[0]], sign)):
                 return Layout(rows[0], titles, columns, rows[0], sign, kind.complete(readable(columns)))
     if best is not None or not rows:
         return best
-    # nothing is named anywhere: the first row, or what stands above the first number where that is another table
+    # no row names anything: the first row, or the row above the first number if that belongs to another table
     numbers = next((k for k in rows if _bare(lines[k])), rows[0])
     sign = _likely(lines[rows[0]])
     alike = len(rows) > 1 and bool(sign) and lines[rows[0]].count(sign) == lines[rows[1]].count(sign)
@@ -106,14 +106,14 @@ def find_layout(lines: Sequence[str], kind: Kind) -> Layout | None:
 def choose(
     layout: Layout, kind: Kind, name: str, line: int
 ) -> tuple[dict[str, Column], list[str], tuple[Finding, ...]]:
-    """Return the column of each quantity, the titles that are left over, and findings.
+    """Return the column of each quantity, the remaining titles, and findings.
 
     ``line`` is the header's number in the file.
 
     Raises
     ------
     InputError
-        A quantity that ``kind`` needs has no column, or none that can be read.
+        A quantity that ``kind`` needs has no readable column.
     """
     wrong = [text for q, text in kind.said.columns.items() if q in kind.quantities and not _said(layout, q)]
     if wrong:
@@ -137,7 +137,7 @@ def choose(
     complaints = {c.quantity: c for c in reversed(layout.columns) if c.complaint and c.quantity not in taken}
     named = {c.place for c in layout.columns if not c.complaint}
     left = [title.strip() for k, title in enumerate(layout.titles) if k not in named]
-    if not kind.complete(taken):  # the way that is spoken of most is the one that was meant
+    if not kind.complete(taken):  # the way with most columns is taken to be the intended one
         named_at_all = {*taken, *complaints}
         way = max(kind.ways, key=lambda w: (sum(q in named_at_all for q in w), sum(q in taken for q in w)))
         needed = dict.fromkeys((*kind.required, *way, *kind.used))
@@ -166,7 +166,7 @@ def _said(layout: Layout, quantity: str) -> bool:
 
 
 def table_end(lines: Sequence[str], layout: Layout, kind: Kind) -> int:
-    """Return the line (from 0) after the last row of the table: lines of text below it are none of it."""
+    """Return the line (from 0) after the last row of the table; lines of text below do not belong to it."""
     place, end = layout.place(kind), len(lines)
     while end > layout.first and _is_text(lines[end - 1], place, layout.delimiter):
         end -= 1
@@ -196,7 +196,7 @@ def _missing(quantity: str, layout: Layout, left: Sequence[str]) -> str:
 
 
 def _alone(layout: Layout, kind: Kind, taken: Collection[str]) -> str:
-    """Return what to do with a file that holds a displacement and nothing of a record beside it, if it is one."""
+    """Return advice for a file that holds a displacement but no other quantity of a record, empty for other files."""
     if kind != RECORD or "current" in taken or kind.repeats == EDGE:
         return ""
     titles = [title for title in layout.titles if title.strip()]
@@ -212,7 +212,7 @@ def _alone(layout: Layout, kind: Kind, taken: Collection[str]) -> str:
 
 
 def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:
-    """Yield the layouts that a line makes as a header, divided in every way that its signs allow."""
+    """Yield the layouts with a line as the header, for every separator that occurs in it."""
     line = lines[k].lstrip("#% ") if lines[k].startswith(_COMMENTS) else lines[k]
     below = [j for j in range(k + 1, min(k + 50, len(lines))) if not is_left_out(lines[j]) or _percent(lines, j, k)][
         : _BETWEEN + 1
@@ -241,16 +241,16 @@ def _layouts(lines: Sequence[str], k: int, kind: Kind) -> Iterator[Layout]:
 
 
 def _percent(lines: Sequence[str], j: int, header: int) -> bool:
-    """Return True if a line below the header is a row of units whose first is percent, and no comment."""
+    """Return True if a line below the header is a row of units that begins with percent, and not a comment."""
     return j == header + 1 and lines[j][:1] == "%" and lines[j][1:2] in tuple(_SEPARATORS)
 
 
 def _first_row(
     lines: Sequence[str], below: Sequence[int], places: Sequence[int], like: str, width: int
 ) -> tuple[int, str] | None:
-    """Return the first of some lines that has a number at the first of ``places``, and what separates its cells.
+    """Return the first line that has a number at the first of ``places``, and the separator of its cells.
 
-    Where that is not what separates the names (``like``), the line must have as many cells as there are names.
+    If that differs from the separator of the names (``like``), the line must have one cell for each name.
     """
     for j in below:
         line = lines[j]
@@ -267,12 +267,12 @@ def _first_row(
             ):
                 return j, delimiter
         if _bare(line) or any(is_number(c.strip(), like) for c in cells_of(line, like)):
-            return None  # a row that cannot be read is not passed over
+            return None  # an unreadable row is not skipped
     return None
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line; "  " stands for two spaces or more, "" for any, brackets kept to their names."""
+    """Return the cells of a line; "  " means two spaces or more, "" any spaces, brackets staying with their names."""
     if delimiter == "  ":
         return [cell.strip() for cell in line.split("  ") if cell.strip()]
     if delimiter:
@@ -290,19 +290,19 @@ def cells_of(line: str, delimiter: str) -> list[str]:
 
 
 def _likely(line: str) -> str:
-    """Return the sign that most likely separates the cells of a line."""
+    """Return the most likely separator of the cells of a line."""
     sign = max(_SEPARATORS, key=line.count)
     return sign if sign in line else ""
 
 
 def _bare(line: str) -> bool:
-    """Return True if a line begins with a number, and so is not a row of names."""
+    """Return True if a line begins with a number, so that it is not a row of names."""
     begin = line[:100].replace(";", " ").replace("\t", " ").replace(",", " ").split()
     return bool(begin) and is_number(begin[0].strip('"'))
 
 
 def _is_text(line: str, place: int, delimiter: str) -> bool:
-    """Return True if a line is none of a table: left out, or words where the rows have a number."""
+    """Return True if a line does not belong to the table: left out, or words where the rows have a number."""
     if is_left_out(line):
         return True
     cells = cells_of(line, delimiter)

@@ -1,4 +1,4 @@
-"""Why a table of stretches and stresses cannot be one: columns exchanged, strains, percent, signs; what to do then."""
+"""Finds likely causes of impossible stretches and stresses: columns exchanged, strains, percent, signs."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from ..arrays import Array
 
 #: Units of stress that an exchanged column may be written in [Pa].
 _UNITS = (1.0, 1e3, 1e6, 1e9)
-#: Exchanged stretches begin this near to 1, at a stress of this part of the largest at most, and end by this.
+#: Exchanged stretches begin within this distance of 1, at most at this fraction of the largest stress, and end below
+#: this value.
 _NEAR, _SMALL, _LARGEST = 0.35, 0.35, 20.0
-#: A stretch that is this little on the wrong side of 1 is rounding.
+#: Largest excursion of a stretch to the wrong side of 1 that counts as rounding.
 _ROUNDING = 0.02
-#: Strains beyond this are in percent.
+#: Strains above this value are taken to be in percent.
 _PERCENT = 5.0
 
 _EXCHANGED = "the columns look exchanged: give the stretch as stretch and the stress as stress"
@@ -26,15 +27,15 @@ _UNKNOWN = (
 
 
 def likely_cause(stretch: Array, stress: Array) -> str:
-    """Return what is likely wrong with ``stretch`` and ``stress`` [Pa], both (n,), and what to do, in a clause."""
+    """Return a clause with the likely error in ``stretch`` and ``stress`` [Pa], both (n,), and its remedy."""
     if _exchanged(stretch, stress):
         return _EXCHANGED
     if _of_one_sign(stretch, stress) and np.abs(stretch).max() > _PERCENT:
-        # of a stretch in percent nothing pulls at 100
+        # a stretch in percent is unloaded at 100
         middle = float(stretch[np.argmin(np.abs(stress))])
         return _STRETCH_PERCENT if stretch.min() >= _PERCENT and middle > 50 else _STRAIN_PERCENT
     opposed = (stretch - 1) * stress < 0
-    # a strain's stress falls towards 0, one of the wrong sign towards stretch 1
+    # the stress falls towards 0 for a strain, towards stretch 1 for a wrong sign
     if (stretch > 0).all() and opposed.sum() > 1 and _rises(np.abs(stretch - 1)[opposed], np.abs(stress)[opposed]):
         return _SIGN
     if _of_one_sign(stretch, stress):
@@ -43,7 +44,7 @@ def likely_cause(stretch: Array, stress: Array) -> str:
 
 
 def _exchanged(stretch: Array, stress: Array) -> bool:
-    """Return True if the stresses, in some unit, begin at 1 where the stretches are least and leave it with them."""
+    """Return True if the stresses, in some unit, begin at 1 at the smallest stretches and grow with them."""
     farthest = float(np.abs(stretch).max())
     for unit in _UNITS:
         other = stress / unit
@@ -63,5 +64,5 @@ def _of_one_sign(strain: Array, stress: Array) -> bool:
 
 
 def _rises(x: Array, y: Array) -> bool:
-    """Return True if y grows with x on the whole, or if that cannot be decided."""
+    """Return True if y grows with x overall, or if that cannot be decided."""
     return float((x - x.mean()) @ (y - y.mean())) >= 0

@@ -18,23 +18,23 @@ from .table import Table
 #: The three standard tests: pulled along one axis, along two, or wide and short (pure shear).
 LOAD_MODES = ("uniaxial", "equibiaxial", "planar")
 
-#: Stress of an unloaded specimen, over the largest, above which it is an offset and not noise.
+#: Stress of an unloaded specimen, relative to the largest, above which it is an offset and not noise.
 _OFFSET = 0.05
-#: Offset of noisy readings in standard deviations, and number of readings needed to find it.
+#: Least offset of noisy readings in standard deviations; least number of readings to find it.
 _BEYOND, _TELLING = 4.0, 10
-#: So has one whose first readings point to more than this part at stretch 1.
+#: Stress extrapolated to stretch 1, relative to the largest, above which it is an offset.
 _POINTED = 0.1
-#: First readings are within this part of the range and so many at least; the first of them is within the last part.
+#: Range of the first readings that are extrapolated, as a fraction; their least number; range of the first of them.
 _FIRST, _POINTING, _NEAR = 0.25, 6, 0.1
 #: Condition number above which readings do not determine a parabola.
 _SINGULAR = 1e4
-#: Largest stretch, whose inverse is the smallest: other numbers are strains, percentages or lengths.
+#: Largest stretch; its inverse is the smallest. Other numbers are strains, percentages or lengths.
 _LARGEST = 100.0
-#: Without a reading below the first of these a stretch beyond the second may be a strain in percent.
+#: If no reading is below the first value, a stretch above the second may be a strain in percent.
 _NEAREST, _FAR = 1.5, 5.0
-#: The largest stress of a test [Pa] lies between these: softer than any foam, stronger than any crystal.
+#: Limits of the largest stress of a test [Pa]: below any foam, above any crystal.
 _STRESSES = (1e-6, 1e13)
-#: A stretch closer to 1 is 1.
+#: Distance from 1 below which a stretch counts as 1.
 _UNSTRETCHED = 1e-9
 #: Branches of a test that can be fitted.
 BRANCHES = (*KINDS, "all")
@@ -101,7 +101,7 @@ class LoadTest:
         object.__setattr__(self, "stress", stress)
 
     def _require_numbers(self, stretch: Array, stress: Array) -> None:
-        """Raise InputError for numbers that are not stretches or stresses."""
+        """Raise InputError for numbers that cannot be stretches or stresses."""
         for name, values in (("stretch", stretch), ("stress", stress)):
             if not np.isfinite(values).all():
                 wrong = values[~np.isfinite(values)][0]
@@ -160,7 +160,7 @@ class LoadTest:
 
     @property
     def path(self) -> Array:
-        """How far the stretch has moved, back and forth, until each reading (n,), from 0."""
+        """The path length of the stretch, back and forth, up to each reading (n,), from 0."""
         return np.concatenate([[0.0], np.abs(np.diff(self.stretch)).cumsum()])
 
     def __repr__(self) -> str:
@@ -209,7 +209,7 @@ class LoadTest:
 
     @property
     def counts(self) -> dict[str, int]:
-        """The number of readings of each kind of branch that there is."""
+        """The number of readings of each kind of branch."""
         counts = {kind: sum(len(leg.stretch) for leg in self.legs if leg.kind == kind) for kind in KINDS}
         return {kind: count for kind, count in counts.items() if count}
 
@@ -229,7 +229,7 @@ def _loaded(leg: Leg) -> Leg:
 
 
 def _scatter(stretch: Array, stress: Array) -> float:
-    """Return the standard deviation of noise [Pa] by second differences along the stretch; 0 of few readings."""
+    """Return the standard deviation of the noise [Pa] from second differences along the stretch; 0 for few readings."""
     if len(stress) < _TELLING:
         return 0.0
     bends = np.diff(stress[np.argsort(stretch, kind="stable")], 2)
@@ -237,10 +237,10 @@ def _scatter(stretch: Array, stress: Array) -> float:
 
 
 def _pointed(stretch: Array, stress: Array) -> float:
-    """Return the least stress [Pa] at stretch 1 to which the readings near it may point, on the side of the farthest.
+    """Return a lower limit of the stress [Pa] extrapolated to stretch 1 from the readings near it.
 
-    By a parabola through the first part of the range, no fewer than six readings, less three standard errors. 0 where
-    the first reading is beyond the first tenth of the range: it points to nothing.
+    A parabola is fitted to the first part of the range, to six readings or more, on the side of the farthest reading;
+    three standard errors are subtracted. 0 if the first reading is beyond the first tenth of the range.
     """
     strain = stretch - 1
     side = np.sign(strain[np.argmax(np.abs(strain))])
@@ -266,7 +266,8 @@ def load_test_of(table: Table, mode: str) -> LoadTest:
     Raises
     ------
     InputError
-        The stress is missing or there twice, no row is whole, or the readings are none; the message says what to do.
+        The stress is missing or given twice, no row is complete, or the readings are impossible; the message says what
+        to do.
     """
     stretch = table.columns["stretch"]
     nominal, true = table.columns.get("stress"), table.columns.get("true stress")
@@ -275,7 +276,7 @@ def load_test_of(table: Table, mode: str) -> LoadTest:
         others = f"; not understood: {', '.join(repr(c) for c in table.ignored)}" if table.ignored else ""
         raise InputError(f"{table.source}: {what}{others}; columns are written like {LOAD_TEST.example}")
     stress = nominal if true is None else true / np.where(stretch == 0, 1.0, stretch)
-    assert stress is not None  # one of the two is there
+    assert stress is not None  # one of the two exists
     known = np.isfinite(stretch) & np.isfinite(stress)
     if not known.any():
         raise InputError(f"{table.source}: no row has both a stretch and a stress")

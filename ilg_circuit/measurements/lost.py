@@ -1,4 +1,4 @@
-"""What a lost, late or reversed contact leaves of a record: the readings before it, or from it on."""
+"""Removes the readings of a record that a lost, late or reversed contact has spoilt."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from .onset import Onset, answer_bracket, voltage_jumps
 from .passive import PassivePort
 from .table import Table
 
-#: Below this part of the largest a lost voltage reads; above that part it was, and is again.
+#: Largest reading of a lost voltage, and least voltage before and after it, as fractions of the largest voltage.
 _NO_VOLTAGE, _VOLTAGE = 0.02, 0.2
-#: Least answer of the current to a real jump of the voltage, as a fraction and in noise levels.
+#: Least change of the current at a real jump of the voltage, as a fraction and in noise levels.
 _ANSWERED, _SEEN = 0.25, 8.0
-#: Nor does the current change then by this part of its largest.
+#: Largest change of the current while a voltage is lost, as a fraction of the largest current.
 _STILL = 0.1
-#: Fraction of readings of an open clamp above which a lost voltage cannot be found.
+#: Largest fraction of readings of an open clamp with which a lost voltage can be found.
 _IDLE = 0.2
-#: Levels that differ by less than this part of the largest voltage are the same.
+#: Difference below which two levels are the same, as a fraction of the largest voltage.
 _SAME = 0.05
-#: The reversed current is described better by this factor at least.
+#: Largest ratio of the residuals with the current reversed to the residuals as measured, if the sign is wrong.
 _REVERSED = 0.5
 #: Standard errors within which the mean current of an open clamp equals its level.
 _LEVEL = 4.0
-#: Readings without current after the voltage's jump from which contact was made late; one may be another clock.
+#: Least number of readings without current after the voltage's jump for a late contact; one may be a clock's delay.
 _LATE = 2
-#: So many breaks are named, with their times.
+#: Largest number of breaks whose times are listed.
 _NAMED = 6
 
 
 @dataclass(frozen=True)
 class Mended:
-    """A table without what contacts spoilt: the voltage rests until contact is made, rows end where it is lost.
+    """A table without readings spoilt by contacts: the voltage rests until contact is made, rows end where it is lost.
 
-    ``late`` [s] is the delay of contact after the voltage's own onset ``between`` two readings, 0 without one; ``end``
-    says why there are no more rows, where that is so.
+    ``late`` [s] is the delay of contact after the voltage's onset ``between`` two readings, 0 without delay; ``end`` is
+    the reason why later rows were dropped, if any.
     """
 
     table: Table
@@ -49,7 +49,7 @@ class Mended:
 
 
 def mended(table: Table, onset: Onset) -> Mended:
-    """Return a table without readings spoilt by lost and late contacts; ``onset`` is that of its voltage.
+    """Return a table without readings spoilt by lost and late contacts; ``onset`` is the onset of its voltage.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def _seen(table: Table, onset: Onset) -> Seen:
 
 
 def _require_forward(table: Table, s: Seen) -> None:
-    """Raise InputError where the current is what a passive strip's is with its sign reversed."""
+    """Raise InputError if the current is a passive strip's with the sign reversed."""
     rest, offset = (float(np.median(x[: s.onset])) if s.onset else 0.0 for x in (s.u, s.i))
     v, j = s.u - rest, s.i - offset
     energy = float(np.trapezoid((v * j)[s.onset :], s.t[s.onset :]))
@@ -99,7 +99,7 @@ def _require_forward(table: Table, s: Seen) -> None:
 
 
 def _voltage_lost(s: Seen) -> list[tuple[int, int | None]]:
-    """Return when the voltage read zero though the current did not answer: first such reading, first good one again."""
+    """Return the stretches of lost voltage: first reading of zero without a change of current, next good reading."""
     largest = float(np.abs(s.u).max())
     low, high = np.abs(s.u) <= _NO_VOLTAGE * largest, np.abs(s.u) > _VOLTAGE * largest
     found: list[tuple[int, int | None]] = []
@@ -120,7 +120,7 @@ def _voltage_lost(s: Seen) -> list[tuple[int, int | None]]:
 
 
 def _without_voltage(found: Mended, s: Seen, first: int, back: int | None) -> Mended:
-    """Return the table without a voltage that was not measured: held where it is the same after it, or cut off."""
+    """Return the table without a lost voltage: held if its level is the same afterwards, else cut off."""
     time = found.table.time
     about = {"quantity": "voltage", "from": float(s.t[first - 1]), "to": float(s.t[-1 if back is None else back])}
     same = back is not None and abs(s.u[back] - s.u[first - 1]) <= _SAME * float(np.abs(s.u).max())
@@ -143,7 +143,7 @@ def _without_voltage(found: Mended, s: Seen, first: int, back: int | None) -> Me
 
 
 def _made_late(s: Seen, onset: Onset, lost: list[Break]) -> int:
-    """Return the first reading of a current that began late, 0 where it did not."""
+    """Return the first reading of a current that began late, else 0."""
     if lost and lost[0].first <= s.onset + 1 and lost[0].back is not None:
         moved = np.abs(s.u[s.onset : max(lost[0].back - _LATE, s.onset)] - onset.rest)
         return lost[0].back if moved.max(initial=0.0) > _NO_VOLTAGE * float(np.abs(s.u).max()) else 0

@@ -1,7 +1,7 @@
-"""When a record's excitation began: the jumps of its voltage, the rest before them, and what each channel says of it.
+"""Finds the onset of a record's excitation: the jumps of its voltage, the rest before them, the channels' brackets.
 
-Between the last reading at rest and the first one that answers, the time of a jump is not known. That bracket goes with
-the record, so that a fit can let the onset lie anywhere in it.
+The time of a jump between the last reading at rest and the first reading of the response is not known. This bracket is
+stored in the record, so that a fit can vary the onset within it.
 """
 
 from __future__ import annotations
@@ -17,32 +17,33 @@ from ..errors import InputError
 from ..fit.criteria import effective_samples
 from .smoothing import digit, noise_level, resolution
 
-#: A change between two samples by this part of the voltage's range is a jump, if its neighbours change much less.
+#: Least change of a jump between two samples, as a fraction of the voltage's range; its least ratio to the changes
+#: beside it.
 _JUMP = 0.05
 _JUMP_OVER_NEIGHBOURS = 4.0
 _JUMP_OVER_NOISE = 12.0
 #: Smallest jump, as a fraction of the largest voltage and in steps of the instrument.
 _LEAST_JUMP, _JUMP_OVER_RESOLUTION = 0.01, 3.0
-#: Number of samples at rest up to which their noise cannot be found.
+#: Largest number of samples at rest that is too small to find their noise.
 _FEW = 10
-#: A current that decays follows a polynomial of this order apart from noise, by so many times what that explains of the
-#: difference of its ends, or its ends differ by so many times the noise of neighbours.
+#: Test for a decaying current: order of the polynomial; least difference of its ends in standard errors by the
+#: polynomial's residuals, or in units of the noise between neighbours.
 _SMOOTH_ORDER, _WANDERS, _FAR = 3, 7.0, 25.0
-#: A stated onset this part of an interval beyond a reading is at that reading: it was rounded.
+#: Fraction of an interval by which a stated onset may lie beyond a reading and still be at that reading (rounding).
 _ROUNDED = 1e-6
-#: Below this part of the voltage's range a deviation counts as rest.
+#: Largest deviation that counts as rest, as a fraction of the voltage's range.
 _REST = 0.05
-#: So many noise levels are more than noise.
+#: Number of noise levels above which a deviation is not noise.
 _SEEN = 6.0
-#: Fraction of the first peak at which an answer has begun, and number of rows within which the peak lies.
+#: Fraction of the first peak at which a response has begun, and number of rows within which the peak lies.
 _ANSWER, _ANSWER_ROWS = 0.5, 4
-#: A first peak that is less than this part of what comes later is none: the current had not begun.
+#: Least height of a first peak, as a fraction of the largest later current; below it the current had not begun.
 _FIRST_PEAK = 0.2
 
 Bracket = tuple[float, float]
-#: What is known of the time before the record: it rested, a step began it, or it is cut out of a longer run.
+#: State before the record: at rest, at rest under 0 V until a step at its first reading, or within a longer run.
 Beginning = Literal["rest", "step", "run"]
-#: What a user may say of the onset: a time [s] in the file, its last reading at rest, or its first one at the level.
+#: A user's statement of the onset: a time [s] in the file, its last reading at rest, or its first one at the level.
 Stated = float | Literal["last-rest", "first-level"] | None
 
 
@@ -51,9 +52,9 @@ class Onset:
     """The onset of a record's voltage.
 
     ``first`` is the index of the first reading after it, ``between`` [s] are the times in the file of the readings
-    between which it lies; ``stated`` [s] is its time where that is known, and ``share`` (-0.5 to 0.5) by what share of
-    an interval between readings it then lies from the middle, None where nothing tells it. ``rest`` [V] is the level
-    before it and ``jumps`` says whether the voltage jumps there.
+    between which it lies; ``stated`` [s] is its time if that is known, and ``share`` (-0.5 to 0.5) is then its
+    distance from the middle in sampling intervals, None if unknown. ``rest`` [V] is the level before it, and ``jumps``
+    is True if the voltage jumps there.
     """
 
     first: int
@@ -65,28 +66,28 @@ class Onset:
     share: float | None = None
 
     def bracket(self, between: Bracket) -> Bracket:
-        """Return where it lies for a channel that begins to answer ``between`` two of its readings [s]."""
+        """Return the bracket [s] of the onset for a channel whose response begins ``between`` two of its readings."""
         if self.stated is not None and between[0] <= self.stated <= between[1]:
             return (self.stated, self.stated)
         return between
 
     @property
     def time(self) -> float:
-        """The middle of where it lies [s]."""
+        """The middle of its bracket [s]."""
         return sum(self.bracket(self.between)) / 2
 
 
 def find_onset(t: Array, u: Array, current: Array, name: str, stated: Stated = None) -> Onset:
     """Return the onset of a voltage ``u`` [V] at ``t`` [s], both (n,); ``current`` [A] (n,) may hold blanks.
 
-    Raises InputError where nothing was excited.
+    Raises InputError if there is no excitation.
     """
     largest = float(np.abs(u).max())
     if not largest and not np.ptp(u):
         raise InputError(f"{name}: the voltage is zero throughout; a record needs a step or another waveform")
     first, jump = _first_moved(u)
     beginning: Beginning = "rest" if first else "step"
-    # who states an onset says that a voltage not zero at the first reading was zero before it
+    # a stated onset implies that a nonzero first voltage was zero before it
     begun: Beginning = "step" if stated is not None and abs(u[0]) > _REST * float(np.ptp(u)) else "run"
     here = first and not isinstance(stated, str | None) and t[first - 1] <= stated <= t[first]
     if first and jump and not here and not _rests(current[:first]):
@@ -99,7 +100,7 @@ def find_onset(t: Array, u: Array, current: Array, name: str, stated: Stated = N
     elif first:
         bracket = (float(t[first - 1]), float(t[first]))
     else:
-        # a clock that starts at the step reads its first interval later
+        # with a clock that starts at the step the first reading is one interval later
         early = float(t[0]) if len(t) > 1 and 0 < t[0] <= 1.5 * (t[1] - t[0]) and beginning == "step" else 0.0
         bracket = (float(t[0]) - early, float(t[0]))
     found = Onset(first, bracket, rest, beginning, jump or (not first and beginning == "step"))
@@ -118,7 +119,7 @@ def _stated(found: Onset, stated: float | str) -> Onset:
 
 
 def _first_moved(u: Array) -> tuple[int, bool]:
-    """Return the index of the first reading of the excitation, 0 without rest, and whether a jump leads to it."""
+    """Return the index of the first reading of the excitation, 0 without rest, and True if a jump leads to it."""
     spread = float(np.ptp(u))
     if spread <= _REST * float(np.abs(u).max()) and not len(voltage_jumps(u)):
         return 0, False
@@ -131,8 +132,8 @@ def _first_moved(u: Array) -> tuple[int, bool]:
     first = int(np.argmax(moved))
     rest = u[:first]
     if len(rest) <= _FEW:
-        return 0, False  # a slow waveform: an onset too early costs nothing, one too late cuts off its beginning
-    # it left its rest before it reached 5 %: go back to where it left the noise
+        return 0, False  # a slow waveform: an early onset is harmless, a late one cuts off the beginning
+    # it left rest before it reached 5 %: go back to the point where it left the noise
     level, noise = float(np.median(rest[:5])), noise_level(rest)
     quiet = np.abs(rest - level) <= max(4 * noise, 1e-6 * spread)
     if quiet[: len(rest) // 3].mean() < 0.8:
@@ -158,12 +159,12 @@ def voltage_jumps(u: Array) -> NDArray[np.intp]:
 
 
 def _rests(current: Array) -> bool:
-    """Return True if a current before the onset is that of a strip at rest: it does not decay."""
+    """Return True if the current before the onset does not decay, so that the strip was at rest."""
     known = current[np.isfinite(current)]
     edge = max(len(known) // 4, 1)
     if len(known) < _FEW:
         return True
-    # noise that wanders is not a decay: what a smooth curve leaves says how surely the ends differ
+    # autocorrelated noise is not a decay: the residuals of a smooth curve give the standard error of the difference
     x = np.linspace(-1.0, 1.0, len(known))
     left = known - np.polynomial.Polynomial.fit(x, known, _SMOOTH_ORDER)(x)
     spare = max(effective_samples(left) - _SMOOTH_ORDER - 1, 1.0)
@@ -184,10 +185,10 @@ def _runs(u: Array, current: Array) -> bool:
 
 
 def answer_bracket(t: Array, values: Array, onset: Onset, until: float) -> tuple[Bracket, int] | None:
-    """Return the bracket [s] of a current's answer to the voltage's jump, and how many rows it lags behind.
+    """Return the bracket [s] of the current's response to the voltage's jump, and its lag in rows.
 
-    ``t`` [s] and ``values`` [A] (n,) are the current's readings; ``until`` [s] is the voltage's next change. None where
-    no answer can be told from the noise, or the voltage does not jump.
+    ``t`` [s] and ``values`` [A] (n,) are the current's readings; ``until`` [s] is the voltage's next change. None if no
+    response exceeds the noise, or the voltage does not jump.
     """
     rows = np.flatnonzero(t >= onset.between[0])
     if not onset.jumps or len(rows) < 3:
@@ -196,7 +197,9 @@ def answer_bracket(t: Array, values: Array, onset: Onset, until: float) -> tuple
     size = np.abs(values - (float(np.median(rest)) if len(rest) else 0.0))
     here = rows[t[rows] < until]
     later = size[here].max(initial=0.0)
-    at = int(np.searchsorted(t, onset.between[1]))  # the current's reading that goes with the first one at the level
+    at = int(
+        np.searchsorted(t, onset.between[1])
+    )  # the current's reading at the time of the first voltage at the level
     near = np.arange(max(at - 1, 0), min(at + _ANSWER_ROWS, len(t)))
     peak = float(size[near].max(initial=0.0))
     if later <= _SEEN * max(noise_level(values), resolution(values) / 2):

@@ -1,8 +1,8 @@
-"""What a passive port would have read: the current that follows from a measured voltage, by no model in particular.
+"""Fits the current of a general passive port under a measured voltage, without an electrical model.
 
-Every port of resistors and capacitors answers a voltage by a conductance and relaxations, none of them negative. Rates
-on a grid and least squares without negative amounts describe any of them to a few parts in a thousand, which is enough
-to distinguish what no strip does from what a strip may do.
+The response of every port of resistors and capacitors is a conductance and a sum of relaxations, all with coefficients
+that are not negative. Non-negative least squares with rates on a grid describes any of them to a few parts in a
+thousand, which is enough to distinguish impossible currents from possible ones.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ import numpy as np
 from ..arrays import Array, Mask
 from .onset import Beginning
 
-#: Rates a decade, and their range in parts of the record's length and of its shortest intervals.
+#: Rates per decade, and their range relative to the record's length and to its shortest intervals.
 _PER_DECADE, _SLOWEST, _FASTEST = 4, 0.3, 3.0
 _MOST_RATES = 32
-#: Number of evenly spaced readings in a fit, and of last readings.
+#: Largest number of evenly spaced readings in a fit, and number of last readings that are added.
 _MOST, _LAST = 4000, 500
-#: The shortest intervals are below this part of all.
+#: Quantile of the intervals that is taken as the shortest interval.
 _SHORT = 0.05
 
 
 @dataclass(frozen=True)
 class Passive:
-    """A passive port that was fitted: ``current`` [A] (n,) at every reading, ``rms`` [A] of what it leaves of those
-    that were ``used`` (n,).
+    """A fitted passive port: ``current`` [A] (n,) at every reading, ``rms`` [A] of the residuals of the readings that
+    were ``used`` (n,).
     """
 
     current: Array
@@ -35,17 +35,17 @@ class Passive:
 
 
 class PassivePort:
-    """Currents of passive ports under one measured voltage, to be fitted to some readings or others.
+    """Currents of passive ports under one measured voltage, which can be fitted to different sets of readings.
 
     Parameters
     ----------
     t, u
         Time [s] and voltage [V] of the readings (n,).
     beginning
-        What is known of the time before: a strip that rests under the first voltage, one at rest under 0 V, to which
-        the first voltage is a step, or a longer run, from which what was stored decays beside the answer.
+        State before the record: at rest under the first voltage; at rest under 0 V, with a step at the first reading;
+        or within a longer run, whose initial charges decay in addition to the response.
     offset
-        Whether there is rest in the record, which tells an offset of the current.
+        True if the record has readings at rest, which determine an offset of the current.
     """
 
     def __init__(self, t: Array, u: Array, beginning: Beginning = "rest", offset: bool = True) -> None:
@@ -69,13 +69,13 @@ class PassivePort:
         self._basis = np.array(columns).T
 
     def fit(self, current: Array, used: Mask) -> Passive:
-        """Return the port that describes best those readings of ``current`` [A] (n,) that are ``used`` (n,)."""
+        """Return the best fit of a port to the readings of ``current`` [A] (n,) that are ``used`` (n,)."""
         from scipy.optimize import nnls
 
         rows = np.flatnonzero(used)
         if not len(rows):
             return Passive(np.zeros(len(current)), 0.0, used)
-        if len(rows) > _MOST:  # the last ones tell what a fit up to them is asked for
+        if len(rows) > _MOST:  # the last readings matter most where a fit is extrapolated from them
             rows = rows[
                 np.unique(np.append(np.linspace(0, len(rows) - 1, _MOST).astype(int), np.arange(-_LAST, 0) + len(rows)))
             ]
@@ -92,7 +92,7 @@ class PassivePort:
 
 
 def relaxed(t: Array, u: Array, rates: Array) -> Array:
-    """Return high-passes s/(s + rate) of a voltage ``u`` [V] that goes straight from reading to reading, (rates, n)."""
+    """Return high-passes s/(s + rate) of a voltage ``u`` [V] that is linear between readings, (rates, n)."""
     h, du = np.diff(t), np.diff(u)
     x = np.maximum(rates[:, None] * h, 1e-12)
     decay = np.zeros((len(rates), len(t)))

@@ -1,4 +1,4 @@
-"""Preparing a record: the onset of the drive, the drive itself, the rest before it, and the samples to keep."""
+"""Prepares a record: finds the onset and the drive, the rest before it, and the samples to keep."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from .smoothing import noise_level
 from .table import Table
 from .voltage import MeasuredDrive, answers_noise, measured_drive
 
-#: No instrument reads less than this, in SI units.
+#: Smallest plausible nonzero reading, in SI units.
 _LEAST_READING = 1e-30
-#: Samples after the onset that a fit needs.
+#: Least numbers of samples after the onset for a fit.
 LEAST_CURRENT, LEAST_DISPLACEMENT = 10, 20
-#: Number of samples before the onset that determine the instrument's offset.
+#: Least number of samples before the onset that determines the instrument's offset.
 LEAST_REST = 5
 #: Readings at rest stand before the onset by at least this time [s], relative to the record.
 _BEFORE = 1e-12
 
 
 def prepare(table: Table, onset: Stated = None) -> Record:
-    """Find the onset of the drive and the jumps in it, and drop the samples that are not measurements.
+    """Return the record in a table: find the onset and the jumps of the drive, and drop invalid samples.
 
     ``table`` has the columns ``time``, ``voltage``, ``current`` and, if measured, ``displacement``. ``onset`` is its
-    time [s] in the file where that is known, or names the reading at which it was: "last-rest" or "first-level".
+    time [s] in the file if that is known, or the reading at that time: "last-rest" or "first-level".
 
     Raises
     ------
@@ -55,7 +55,7 @@ def prepare(table: Table, onset: Stated = None) -> Record:
     mend = mended(table, found)
     if mend.notes:
         if mend.late and isinstance(onset, float) and found.between[0] <= onset <= found.between[1]:
-            onset = None  # the voltage's own onset is no news of the contact's
+            onset = None  # the voltage's onset is not the time of contact
         table = mend.table
         notes += mend.notes
         known = np.isfinite(table.columns["voltage"])
@@ -99,7 +99,7 @@ def prepare(table: Table, onset: Stated = None) -> Record:
 
 
 def _require_enough(table: Table, onset: float, end: str) -> None:
-    """Raise InputError where too little of a record is left before its ``end``."""
+    """Raise InputError if too few samples of a record remain before its ``end``."""
     count = int((np.isfinite(table.columns["current"]) & (table.time >= onset)).sum())
     if end and count < LEAST_CURRENT:
         raise InputError(
@@ -109,7 +109,7 @@ def _require_enough(table: Table, onset: float, end: str) -> None:
 
 
 def _drive(table: Table, time: Array, u: Array, onset: Onset) -> MeasuredDrive:
-    """Return the drive that the voltage makes, as finely as the current asks for."""
+    """Return the measured voltage as a drive, with the resolution that the current requires."""
     known = np.isfinite(table.columns["voltage"]) & np.isfinite(table.columns["current"])
     current, v = table.columns["current"][known], table.columns["voltage"][known]
     span = float(np.abs(v - onset.rest).max())
@@ -119,7 +119,7 @@ def _drive(table: Table, time: Array, u: Array, onset: Onset) -> MeasuredDrive:
 
 
 def _current(table: Table, onset: Onset, drive: PiecewiseLinear) -> tuple[Channel, list[Finding]]:
-    """Return the current, its own answer to the voltage's jump at time 0, and findings on its delay."""
+    """Return the current, with time 0 at its response to the voltage's jump, and findings on its delay."""
     values = table.columns["current"]
     known = np.isfinite(values)
     t, v = table.time[known], values[known]
@@ -142,8 +142,9 @@ def _current(table: Table, onset: Onset, drive: PiecewiseLinear) -> tuple[Channe
 
 
 def _channel(t: Array, values: Array, onset: Onset, between: Bracket) -> Channel:
-    """Return readings at ``t`` [s] in the file as a channel that begins to answer ``between`` two of them, its onset at
-    0: where it is known, or in the middle.
+    """Return readings at ``t`` [s] in the file as a channel whose response begins ``between`` two of them.
+
+    Time 0 is the onset if it is known, else the middle of the bracket.
     """
     bracket = onset.bracket(between)
     middle = sum(bracket) / 2
@@ -162,7 +163,7 @@ def step_level(drive: PiecewiseLinear) -> float | None:
 
 
 def _displacement(table: Table, onset: Onset) -> tuple[Channel | None, list[Finding]]:
-    """Return the displacement without its drop-outs, and what is wrong with it."""
+    """Return the displacement without its drop-outs, and findings on it."""
     values = table.get("displacement")
     if values is None:
         return None, []
@@ -185,7 +186,7 @@ def _require_response(current: Channel, drive: PiecewiseLinear, name: str) -> No
 
 
 def _steady(current: Channel) -> bool:
-    """Return True if the current since the onset ends where it began, apart from noise."""
+    """Return True if the current at the end equals the current at the onset, apart from noise."""
     after = current.values[~current.rest]
     edge = max(len(after) // 20, 3)
     if len(after) < 2 * edge:

@@ -1,4 +1,4 @@
-"""Checks of a record before any fit: clipped tops, drop-outs, drift, each as a finding with its size."""
+"""Checks a record before any fit: clipped tops, drop-outs and drift, each a finding with its size."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from .onset import Beginning, voltage_jumps
 from .passive import PassivePort
 from .smoothing import resolution
 
-#: So many neighbouring samples at the largest current may be an instrument's limit, if the curve breaks off there.
+#: Least number of neighbouring samples of a clipped top.
 _CLIPPED = 3
-#: Noise levels within which readings count as equal, if none are exactly equal.
+#: Number of noise levels within which readings count as equal, if none are exactly equal.
 _SAME = 4.0
-#: A smooth top that is flat within a noise or resolution does not fall beside it by so many times that.
+#: Least fall beside a clipped top, in units of its flatness (noise or resolution): a smooth top falls less.
 _BROKEN = 8.0
-#: After a jump of the voltage the current falls fastest at once: what is flat there, and falls only later, is no top.
+#: The same after a jump of the voltage, where an unclipped current falls fastest at first.
 _BROKEN_AFTER_JUMP = 2.0
-#: Least height of a top, as a fraction of the largest current of either sign.
+#: Least height of a clipped top, as a fraction of the largest current of either sign.
 _TOP = 0.2
-#: A plateau of the current is the voltage's, where that changes beside it by this part of its largest, but not in it.
+#: Change of the voltage beside a plateau, as a fraction of its largest, above which the plateau is the voltage's.
 _DRIVEN = 0.05
-#: What a port carries beyond a limit is so many times the readings' grain, or what it leaves of the others.
+#: Least excess of a fitted port's current over a limit, in units of the resolution or of the residuals elsewhere.
 _BEYOND = 2.0
-#: A limit's readings are mostly surpassed: more than this part of them.
+#: Fraction of a limit's readings that the fitted port's current must exceed.
 _MOSTLY = 0.5
-#: A value that stands apart by so many spans of all others is a sensor's sign for "nothing seen"; zero by fewer.
+#: Distance from all other values, in their spans, above which a value is a mark for no reading; the same for zero.
 _APART, _ZERO_APART = 3.0, 0.25
-#: Least drift that is reported, in standard errors and as a fraction of the largest reading.
+#: Least drift that is reported: in standard errors, and as a fraction of the largest reading.
 _SURE, _WORTH_REPORTING = 5.0, 0.005
-#: A transient's fall slows down; over the last third of a record it is less than this part of the middle third's.
+#: Largest ratio of the fall over the last third of a record to the middle third's in a settling transient.
 _SLOWER = 0.6
 _PARTS = 10
 _FEWEST = 60
@@ -44,9 +44,9 @@ def clipped_tops(
 ) -> tuple[Mask, tuple[Finding, ...]]:
     """Return the samples (n,) at the instrument's limit, positive and negative, and a finding for each limit.
 
-    A flat top is a limit where the curve breaks off: where it falls beside the top by far more than a smooth top of
-    the same length would. Away from jumps, where vertices of the voltage make blunt tops, it is one only where a
-    passive port that is fitted to all other readings would carry more.
+    A flat top is clipped if the curve falls beside it by far more than beside a smooth top of the same length. Away
+    from jumps, where vertices of the voltage make blunt tops, the current of a passive port fitted to all other
+    readings must exceed it too.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def clipped_tops(
     noise
         Standard deviation of the current's noise [A].
     beginning
-        What is known of the time before the record.
+        State before the record, see `PassivePort`.
     """
     dropped = np.zeros(len(t), dtype=bool)
     notes = []
@@ -70,7 +70,7 @@ def clipped_tops(
         if top <= _TOP * float(np.abs(v).max()):
             continue
         clipped = np.zeros(len(t), dtype=bool)
-        for same in (1e-9 * top, _SAME * noise):  # readings that are equal; where none are, readings within the noise
+        for same in (1e-9 * top, _SAME * noise):  # equal readings, or else readings within the noise
             if clipped.any():
                 break
             grain = max(same, smallest)
@@ -91,9 +91,9 @@ def clipped_tops(
 
 
 def _beyond(port: PassivePort, current: Array, sign: float, flat: Mask, grain: float) -> Mask:
-    """Return the readings (n,) at which a port fitted to all except ``flat`` ones surely carries more."""
+    """Return the readings (n,) that are significantly exceeded by a port fitted to all except the ``flat`` ones."""
     v = sign * current
-    other = v <= float(v.min()) + 1e-9 * float(np.abs(v).max())  # perhaps the other limit
+    other = v <= float(v.min()) + 1e-9 * float(np.abs(v).max())  # possibly the other limit
     used = ~flat & ~other if other.sum() >= _CLIPPED and v.min() < -_TOP * v.max() else ~flat
     if used.sum() < _FEWEST:
         return np.zeros(len(v), dtype=bool)
@@ -102,9 +102,9 @@ def _beyond(port: PassivePort, current: Array, sign: float, flat: Mask, grain: f
 
 
 def dropouts(values: Array, quantity: str, unit: str) -> tuple[Mask, tuple[Finding, ...]]:
-    """Return the readings (n,) of a sensor that saw nothing: blanks, and one value far from all others.
+    """Return a mask (n,) of drop-outs, and findings on them: blanks, and one value far from all others.
 
-    Such a value stands between good readings. ``values`` (n,) in SI are of a ``quantity`` in an SI ``unit``.
+    Such a value occurs between good readings. ``values`` (n,) are of a ``quantity`` in an SI ``unit``.
     """
     blank = np.isnan(values)
     notes = []
@@ -128,7 +128,7 @@ def dropouts(values: Array, quantity: str, unit: str) -> tuple[Mask, tuple[Findi
 
 
 def current_drift(t: Array, current: Array, step: float) -> tuple[Finding, ...]:
-    """Find a ``current`` [A] that rises again under a constant voltage, or has not settled; ``t`` [s] from the step.
+    """Return findings on a ``current`` [A] that rises again after a step at ``t`` = 0 [s], or has not settled.
 
     Every linear model's current falls monotonically after a step, so a rise is the strip's or the instrument's drift.
     """
@@ -154,7 +154,7 @@ def current_drift(t: Array, current: Array, step: float) -> tuple[Finding, ...]:
 
 
 def rest_drift(t: Array, values: Array, quantity: str, unit: str) -> tuple[Finding, ...]:
-    """Find a drift of ``values`` [SI] before the onset at ``t`` = 0 [s], by a straight line through them."""
+    """Return a finding on a drift of ``values`` [SI] before the onset at ``t`` = 0 [s], by a straight line."""
     rest = t < 0
     if rest.sum() < 2 * _PARTS:
         return ()
@@ -169,14 +169,14 @@ def rest_drift(t: Array, values: Array, quantity: str, unit: str) -> tuple[Findi
 
 
 def _between(signs: Mask, missing: Mask) -> bool:
-    """Return True if good readings stand before and after all ``signs``: a rest position begins the record."""
+    """Return True if there are good readings before and after all ``signs``; a rest position begins the record."""
     good = np.flatnonzero(~signs & ~missing)
     where = np.flatnonzero(signs)
     return bool(len(good) and good[0] < where[0] and where[-1] < good[-1])
 
 
 def _breaks_off(t: Array, v: Array, u: Array, a: int, b: int, grain: float) -> bool:
-    """Tell whether the curve on one side of the top v[a:b], extended into the top, would rise well beyond ``grain``."""
+    """Return True if the curve beside the top v[a:b], extrapolated into it, rises well beyond ``grain``."""
     length = t[b - 1] - t[a]
     largest = float(np.abs(u).max())
     steady = float(np.ptp(u[a:b])) <= _DRIVEN * largest
@@ -187,7 +187,7 @@ def _breaks_off(t: Array, v: Array, u: Array, a: int, b: int, grain: float) -> b
     ):
         low, high = sorted((edge, far))
         if high - low < 2 or t[low] < 0 or float(np.abs(np.diff(u[low : high + 1])).max()) > _DRIVEN * largest:
-            continue  # too little beside it, or a jump of the voltage
+            continue  # too few readings beside it, or a jump of the voltage
         if steady and abs(u[far] - u[edge]) > _DRIVEN * largest:
             continue
         if (v[edge] - v[far]) / 2 > limit:
@@ -202,7 +202,7 @@ def _after_jump(t: Array, u: Array, a: int) -> bool:
 
 
 def _means(time: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Return means of ``v`` in windows even in time, after the first, their standard errors and the middles [s]."""
+    """Return means of ``v`` in equal windows of time, except the first, their standard errors and the middles [s]."""
     part = np.minimum((_PARTS * time / time[-1]).astype(int), _PARTS - 1)
     rows = []
     for k in range(1, _PARTS):

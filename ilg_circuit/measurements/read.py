@@ -37,11 +37,11 @@ def read(
     path
         Text with a name and a unit for every column, or what one of `FORMATS` or `BINARIES` recognises.
     mode
-        Of a load test, which its file does not say: uniaxial, equibiaxial or planar.
+        Mode of a load test, which its file does not state: uniaxial, equibiaxial or planar.
     onset
-        Of a record: when its excitation began, see `prepare`.
+        When the excitation of a record began, see `prepare`.
     said
-        Columns and units that its headers do not state, and which of several measurements is meant.
+        Columns and units that the headers do not state, and which of several measurements to take.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def read(
 def read_record(path: str | Path, onset: Stated = None, said: Said = NOTHING) -> Record:
     """Read a record over time: columns of time, voltage, current and, if there is one, displacement.
 
-    ``onset`` says when its excitation began, see `prepare`.
+    ``onset`` states when its excitation began, see `prepare`.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def read_record(path: str | Path, onset: Stated = None, said: Said = NOTHING) ->
 
 
 def read_spectrum(path: str | Path, said: Said = NOTHING) -> Spectrum:
-    """Read an impedance spectrum; `spectrum.prepare_spectrum` says what is dropped.
+    """Read an impedance spectrum; `spectrum.prepare_spectrum` lists the points that are dropped.
 
     Raises
     ------
@@ -93,8 +93,8 @@ def read_spectrum(path: str | Path, said: Said = NOTHING) -> Spectrum:
 def read_load_test(path: str | Path, mode: str, said: Said = NOTHING) -> LoadTest:
     """Read a load test: columns ``stretch`` and ``stress_<unit>`` (nominal) or ``true_stress_<unit>``.
 
-    A true stress is divided by the stretch. Rows with a blank in either column are gaps. Strains are stretches less 1;
-    displacements and forces need the specimen's length and section, of the file or ``said``.
+    A true stress is divided by the stretch. Rows with a blank in either column are gaps. A strain is the stretch
+    minus 1; displacements and forces need the specimen's length and section, from the file or from ``said``.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def read_load_test(path: str | Path, mode: str, said: Said = NOTHING) -> LoadTes
 def read_waveform(path: str | Path, quantity: str, said: Said = NOTHING) -> tuple[Array, Array, tuple[Finding, ...]]:
     """Read the times [s] and values [SI] of one quantity of a waveform, both (n,), and findings; gaps are left out.
 
-    Times do not decrease; one that stands twice is an edge.
+    Times do not decrease; a repeated time is an edge.
 
     Raises
     ------
@@ -141,9 +141,9 @@ def record_of(table: Table, onset: Stated = None) -> Record:
 
 
 def _lines(path: str | Path, kind: Kind, said: Said) -> tuple[TextFile, Said]:
-    """Return the lines of a file that should hold a ``kind``, those of a binary one made by its format.
+    """Return the lines of a file that should hold a ``kind``; the format of a binary file makes them from its bytes.
 
-    What is ``said`` of it is returned without what was obeyed.
+    The second answer is ``said`` without the statements that were applied.
     """
     file = read_raw(path, kind)
     if Path(path).suffix.lower() == ".toml":
@@ -159,7 +159,7 @@ def _lines(path: str | Path, kind: Kind, said: Said) -> tuple[TextFile, Said]:
 
 
 def _recognised(file: TextFile, said: Said) -> tuple[Format, Kind]:
-    """Return the format of a file and the kind of data in it, what was said of it included."""
+    """Return the format of a file and the kind of data in it, with the user's statements on the file."""
     for kind in (SPECTRUM, RECORD, LOAD_TEST):
         if said.columns and said.quantities.issubset(kind.quantities):
             others = [k for k in (SPECTRUM, RECORD, LOAD_TEST) if k != kind]
@@ -167,7 +167,7 @@ def _recognised(file: TextFile, said: Said) -> tuple[Format, Kind]:
                 return _format(file, kind.told(said)), kind.told(said)
     for format_ in FORMATS:
         found = csv.recognises(file.lines, said) if format_ is csv else format_.recognises(file.lines)
-        if found == SPECTRUM and file.size > SPECTRUM.most_bytes:  # so large a file holds a record
+        if found == SPECTRUM and file.size > SPECTRUM.most_bytes:  # a file of this size holds a record
             found = RECORD
             format_ = _format(file, RECORD.told(said))
         if found is not None:

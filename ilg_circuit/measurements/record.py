@@ -1,4 +1,4 @@
-"""Records over time, ready for a fit: the drive from its onset on, and the quantities that were measured."""
+"""Records over time, ready for a fit: the drive from its onset on, and the measured quantities."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from .voltage import MeasuredDrive
 class Channel:
     """One measured quantity: ``time`` [s] since the onset (negative: at rest), ``values`` [SI], blanks left out.
 
-    The onset lies in ``bracket`` [s] about 0, between the last reading at rest and the first one that answers;
-    ``zero`` [s] is that middle in the file's time.
+    The onset lies in ``bracket`` [s] about 0, between the last reading at rest and the first one of the response;
+    ``zero`` [s] is the middle of the bracket in the file's time.
     """
 
     time: Array
@@ -44,7 +44,7 @@ class Channel:
         return self.bracket[1] - self.bracket[0]
 
     def since(self, share: float) -> Array:
-        """Return the times [s] since an onset by ``share`` (-0.5 to 0.5) of the bracket from its middle.
+        """Return the times [s] since an onset at the position ``share`` (-0.5 to 0.5) in the bracket, 0 in the middle.
 
         Readings at rest stay before it.
         """
@@ -77,14 +77,14 @@ class Record(Result):
     displacement : Channel or None
         Displacement likewise [m].
     notes : tuple of Finding
-        What was left out of the file, and what is doubtful.
+        Findings on readings that were left out or are doubtful.
     beginning : Beginning
-        What is known of the time before the onset.
+        State before the onset: "rest", "step" or "run".
     headers : Headers
         Column and unit of each quantity in the file.
     own_clock : bool
-        True if the displacement comes from a file of its own, with a clock of its own. ``displacement.zero`` is then
-        about the time at which the tip begins to move.
+        True if the displacement comes from a separate file, with a separate clock. ``displacement.zero`` is then
+        approximately the time at which the tip begins to move.
     """
 
     presenter: ClassVar[str] = "measured"

@@ -1,4 +1,4 @@
-"""Statements of a user on a file: columns and units of quantities, which of its measurements is meant."""
+"""Statements of a user on a file: columns and units of quantities, which of its measurements to take."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 #: Largest number of measurements of a file that are listed.
 _LISTED = 12
-#: Prefix of a quantity for statements on the displacement's own file.
+#: Prefix of a quantity in statements on a separate file of the displacement.
 TRACK_PREFIX = "displacement."
 _OF_TRACK = frozenset(("displacement", "x", "y", "likelihood", "frame"))
 _SCALE = re.compile(
@@ -29,10 +29,10 @@ _SCALE = re.compile(
 class Said:
     """Titles of ``columns`` and ``units`` by quantity, the ``part`` of the file (from 1) and the ``cycle`` in it.
 
-    A column may be given by its number too, from 1. ``length`` [m] and ``section`` [m^2] are those of a specimen;
-    ``scale`` [m] is the size of a camera's pixel. Of a track ``rate`` [Hz] is that of its frames, ``axis`` the
-    direction of the displacement and ``point`` the name of the point that was tracked. What is said of a quantity
-    ``displacement.time`` is said of the displacement's own file.
+    A column may also be given by its number, from 1. ``length`` [m] and ``section`` [m^2] are a specimen's dimensions;
+    ``scale`` [m] is the size of a camera's pixel. For a track, ``rate`` [Hz] is its frame rate, ``axis`` the direction
+    of the displacement and ``point`` the name of the tracked point. A statement on a quantity such as
+    ``displacement.time`` applies to the separate file of the displacement.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -53,7 +53,7 @@ class Said:
 
     @property
     def of_track(self) -> Said:
-        """The statements on the displacement's own file. The unit of a displacement is also used for x and y."""
+        """The statements on the separate file of the displacement, whose unit also applies to x and y."""
         columns, units = ({_own(q): text for q, text in d.items() if _of_track(q)} for d in (self.columns, self.units))
         if "displacement" in units:
             units = {"x": units["displacement"], "y": units["displacement"], **units}
@@ -61,7 +61,7 @@ class Said:
 
     @property
     def of_film(self) -> Said:
-        """What is said of a displacement's file that stands alone, so that its quantities need no prefix."""
+        """The statements on a file that holds a displacement alone, whose quantities need no prefix."""
         columns, units = (
             {_own(q): text for q, text in sorted(d.items(), key=lambda each: _of_track(each[0]))}
             for d in (self.columns, self.units)
@@ -71,7 +71,7 @@ class Said:
 
     @property
     def of_data(self) -> Said:
-        """The statements on the other file, without those on the displacement's own file."""
+        """The statements on the electrical data, without the statements on a separate file of the displacement."""
         columns, units = ({q: text for q, text in d.items() if not _of_track(q)} for d in (self.columns, self.units))
         return Said(columns, units, self.part, self.cycle, self.length, self.section)
 
@@ -91,9 +91,9 @@ def said_of(
     rate: float | None = None,
     axis: str | None = None,
 ) -> Said:
-    """Return what mappings, or texts such as ``voltage=Potential applied (V)``, say. Raises InputError for others.
+    """Return the statements in mappings, or in texts such as ``voltage=Potential applied (V)``; else raise InputError.
 
-    A ``part`` that is not a number names the point of a track; a ``scale`` is a size in metres or a text, see `pixel`.
+    A ``part`` that is not a number names a point of a track; a ``scale`` is a size in metres or a text, see `pixel`.
     """
     point = None
     if isinstance(part, str):
@@ -116,7 +116,7 @@ def pixel(text: str) -> float:
 
 
 def pick(parts: Sequence[tuple[str, T]], said: Said, name: str) -> T:
-    """Return the measurement that is meant of those in a file, each with a label.
+    """Return the chosen measurement from the labelled ``parts`` of a file.
 
     Raises
     ------
@@ -136,12 +136,12 @@ def pick(parts: Sequence[tuple[str, T]], said: Said, name: str) -> T:
 
 
 def in_words(what: str, quantity: str, value: str, prefix: str = "") -> tuple[str, str, str]:
-    """Return what is said of a quantity for `options`; ``prefix`` is that of the kind of file."""
+    """Return a statement on a quantity for `options`; ``prefix`` belongs to the kind of file."""
     return what, quantity if quantity in _OF_TRACK else prefix + quantity, value
 
 
 def options(*said: tuple[str, str, str]) -> str:
-    """Return how users say (columns or units, quantity, value): as a shell takes it, or as arguments in Python.
+    """Return statements (columns or units, quantity, value) as options for a shell, or as arguments in Python.
 
     >>> print(options(("columns", "voltage", "Bias"), ("units", "voltage", "mV")))
     columns={'voltage': 'Bias'}, units={'voltage': 'mV'}
@@ -158,7 +158,7 @@ def options(*said: tuple[str, str, str]) -> str:
 
 
 def _by_quantity(given: Mapping[str, str] | Iterable[str], what: str) -> dict[str, str]:
-    """Return values by quantity. Raises InputError for a text without "=", an unknown quantity, one said twice."""
+    """Return values by quantity. Raises InputError for a text without "=", an unknown or a repeated quantity."""
     from .kind import LOAD_TEST, RECORD, SPECTRUM, TRACK
 
     known = {q.replace(" ", "_"): q for kind in (RECORD, SPECTRUM, LOAD_TEST, TRACK) for q in kind.quantities}

@@ -1,8 +1,8 @@
-"""The noise of a measured curve, and smoothing by local parabolas, at each sample as wide as the noise allows.
+"""Estimates the noise of a measured curve, and smooths it by local parabolas of adaptive width.
 
-The width comes from the intersection of confidence intervals (Goldenshluger and Nemirovski 1997; Katkovnik 1999): it
-grows as long as the estimates of all narrower windows agree with the wider one's within their noise. So a fast rise is
-left alone, a slow tail is averaged over many samples.
+The width at each sample comes from the intersection of confidence intervals (Goldenshluger and Nemirovski 1997;
+Katkovnik 1999): it grows as long as the estimates of all narrower windows agree with the wider one's within their
+noise. A fast rise is therefore not smoothed, and a slow tail is averaged over many samples.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from ..arrays import Array
 WIDTHS = (1, 5, 9, 17, 33, 65, 129)
 #: Half the length of the intervals that must intersect, in standard errors.
 _CONFIDENCE = 2.0
-#: A digit is less than this part of the range of the readings.
+#: Largest digit of an instrument, as a fraction of the range of the readings.
 _DIGIT = 0.01
-#: So many numbers are worked on at once, which bounds the memory.
+#: Number of values that are processed at once, which limits the memory.
 _CHUNK = 1_000_000
 
 
@@ -37,25 +37,26 @@ class Smoothed:
 def noise_level(values: Array) -> float:
     """Return the standard deviation of the white noise on a smooth signal, from its sixth differences.
 
-    Robust: a few jumps do not count. 0 for fewer than 16 ``values``, which are evenly spaced and in any unit.
+    The estimate is robust against a few jumps. It is 0 for fewer than 16 ``values``, which are evenly spaced and in any
+    unit.
     """
     if len(values) < 16:
         return 0.0
     sixth = np.abs(np.diff(values, 6))
     # white noise of unit size has sixth differences of size sqrt(924); the median of |x| of a normal x is 0.6745
     robust = float(np.median(sixth) / 0.6745 / np.sqrt(924))
-    # coarse resolution makes more than half of them zero; a few jumps must not count as noise either
+    # with a coarse resolution more than half of them are zero; a few jumps must not count as noise
     return robust or float(np.sqrt(np.mean(np.sort(sixth)[: int(0.95 * len(sixth))] ** 2) / 924))
 
 
 def resolution(values: Array) -> float:
-    """Return the smallest difference between any two readings: the instrument's resolution, where it has one."""
+    """Return the smallest nonzero difference of any two readings: the instrument's resolution, if it is visible."""
     differences = np.diff(np.unique(values))
     return float(differences.min()) if len(differences) else 0.0
 
 
 def digit(values: Array) -> float:
-    """Return the instrument's `resolution`, 0 where the smallest difference is a part of the signal."""
+    """Return the instrument's `resolution`, 0 if the smallest difference belongs to the signal."""
     step = resolution(values)
     return step if step < _DIGIT * float(np.ptp(values)) else 0.0
 
@@ -76,7 +77,7 @@ def smoothed(t: Array, y: Array) -> Smoothed:
         growing &= low <= high
         if not growing.any():
             break
-        better = growing & (error < stderr)  # at an end the narrowest parabolas know less than the sample itself
+        better = growing & (error < stderr)  # at an end the narrowest parabolas have a larger error than the sample
         values[better], stderr[better], chosen[better] = estimate[better], error[better], width
     return Smoothed(values, stderr, chosen, noise)
 
@@ -108,8 +109,8 @@ def _local_parabolas(t: Array, y: Array, width: int) -> tuple[Array, Array]:
 def summit(t: Array, y: Array, curve: Smoothed) -> tuple[float, float] | None:
     """Return time and height of the top of ``curve``, by a cubic through the samples of its window there.
 
-    A top is not symmetric, so that a parabola as wide would shift it. None where the window is the sample alone, or
-    the cubic has no top in it.
+    A top is not symmetric, so that a parabola of the same width would shift it. None if the window is a single sample,
+    or the cubic has no top in it.
     """
     k = int(np.argmax(curve.values))
     width = int(curve.widths[k])

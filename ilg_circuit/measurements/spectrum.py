@@ -18,9 +18,9 @@ from .smoothing import noise_level
 from .table import Headers, Table
 
 _FEWEST_POINTS = 6
-#: Im Z above this part of abs(Z) at the upper end is an inductance's, not noise about zero.
+#: Im Z / abs(Z) at the upper end above which Im Z is an inductance's, not noise about zero.
 _INDUCTIVE = 1e-3
-#: Frequencies closer than this, relatively, are one.
+#: Relative difference below which two frequencies are the same.
 _SAME = 1e-6
 _LARGEST, _SMALLEST = 1e15, 1e-15
 
@@ -38,7 +38,7 @@ class Spectrum(Result):
     impedance : ndarray (f,), complex
         Impedance [ohm].
     notes : tuple of Finding
-        What was left out, and what is doubtful.
+        Findings on points that were left out or are doubtful.
     headers : Headers
         Column and unit of each quantity in the file.
     """
@@ -108,11 +108,11 @@ def spectrum_of(table: Table) -> Spectrum:
 def prepare_spectrum(
     frequency: ArrayLike, impedance: ArrayLike, source: str = "spectrum", advice: str = ""
 ) -> Spectrum:
-    """Sort by ``frequency`` (f,) [Hz] and drop what is no reading of ``impedance`` (f,) [ohm].
+    """Return the spectrum sorted by ``frequency`` (f,) [Hz], without invalid readings of ``impedance`` (f,) [ohm].
 
-    Dropped are blanks, frequencies that are not positive, drop-outs (zero, or beyond all measure), repeated
-    frequencies, and the inductive end: the highest frequencies, as far down as Im Z is clearly positive. ``advice``
-    says more of a wrong sign.
+    Dropped are blanks, frequencies that are not positive, drop-outs (zero or huge), repeated frequencies, and the
+    inductive end: the highest frequencies, down to where Im Z is no longer clearly positive. ``advice`` is added to the
+    error for a wrong sign.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def prepare_spectrum(
     """
     f, z = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
     if f.ndim != 1 or f.shape != z.shape:
-        raise InputError(f"{source}: frequencies of shape {f.shape} and impedances of shape {z.shape} are no spectrum")
+        raise InputError(f"{source}: frequencies of shape {f.shape} and impedances of shape {z.shape} do not match")
     if SPECTRUM.most_rows and len(f) > SPECTRUM.most_rows:
         raise InputError(f"{source}: {len(f)} points; a spectrum has {SPECTRUM.most_rows} at most")
     notes: list[Finding] = []

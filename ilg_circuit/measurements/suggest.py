@@ -1,4 +1,4 @@
-"""What to say of a file that was not understood: the options that would have it read, with its own headers in them."""
+"""Suggests options for a file that was not understood, with the file's own headers in them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .said import in_words, options
 if TYPE_CHECKING:
     from .layout import Layout
 
-#: Parts of words that make a column likely to hold a quantity.
+#: Patterns of titles that are likely to mean a quantity.
 _HINTS = {
     "time": re.compile(r"tim|zeit|temp[os]|sec|dur|elaps|^t\b", re.IGNORECASE),
     "voltage": re.compile(r"vol|pot|span|tens|bias|drive|ampli|vin|^[uev](?![a-z])", re.IGNORECASE),
@@ -29,14 +29,14 @@ _HINTS = {
     "stress": re.compile(r"stre|span|sig|mpa|kpa", re.IGNORECASE),
     "force": re.compile(r"for|kraft|load|last", re.IGNORECASE),
 }
-#: A current by area is none.
+#: Pattern of current densities, which are not currents.
 _DENSITY = re.compile(r"dens|dichte|/ ?[cm]?m(?:2|\^2|\u00b2)", re.IGNORECASE)
 
 
 def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequence[str]) -> str:
-    """Return a clause with the options that say which of the titles ``left`` are the ``missing`` quantities.
+    """Return a clause with options that assign titles out of ``left`` to the ``missing`` quantities.
 
-    Empty where nothing can be said that would help.
+    Empty if there is no useful suggestion.
     """
     said: list[tuple[str, str, str]] = []
     numbers = all(is_number(title.strip()) for title in layout.titles)
@@ -56,7 +56,7 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
         if columns:
             garbled = any(not letter.isprintable() or letter in "?\ufffd\u00e6" for c in columns for letter in c.unit)
             if not si or not (garbled or any(c.unit == "" for c in columns)):
-                return ""  # its unit is one of something else
+                return ""  # its unit belongs to another quantity
             said.append(_in_unit(kind, quantity, f"u{si}" if garbled else _unit(columns[0].title, si)))
             continue
         title = _likely(quantity, si, titles)
@@ -71,26 +71,26 @@ def suggestion(layout: Layout, kind: Kind, missing: Sequence[str], left: Sequenc
 
 
 def _in_unit(kind: Kind, quantity: str, unit: str) -> tuple[str, str, str]:
-    """Return what is said of a unit; coordinates of a track have that of the displacement."""
+    """Return the statement on a unit; coordinates of a track have the unit of the displacement."""
     return in_words("units", "displacement" if quantity in ("x", "y") else quantity, unit, kind.prefix)
 
 
 def _unit(title: str, si: str) -> str:
-    """Return the unit that a title without one may have: a word such as millis tells its prefix."""
+    """Return the unit that a title without one may have; a word such as millis gives its prefix."""
     usual = "m" if si == "m" else ""
     prefix = next((p for word, p in (("milli", "m"), ("micro", "u"), ("kilo", "k")) if word in title.lower()), usual)
     return prefix + si
 
 
 def _spoken(layout: Layout, kind: Kind) -> tuple[str, ...]:
-    """Return the way of a ``kind`` that most columns speak of; what is only used counts where a column is it."""
+    """Return the way of a ``kind`` with the most columns; optional quantities count if they have a column."""
     there = {c.quantity for c in layout.columns}
     way = max(kind.ways, key=lambda w: sum(q in there for q in w))
     return (*way, *(q for q in kind.used if q in there))
 
 
 def _likely(quantity: str, si: str, titles: Sequence[str]) -> str | None:
-    """Return the title that most likely is of a quantity, None where none can be."""
+    """Return the title that most likely means a quantity, None if there is none."""
     hint = _HINTS.get(quantity)
 
     def worth(title: str) -> int:

@@ -33,9 +33,9 @@ _CYCLES = (
     "segment #",
 )
 
-#: Seconds of a day; those since 1970 are dates from 1990 on.
+#: Seconds of a day; least number of seconds since 1970 that is a date (1990).
 _DAY, _DATES = 86400.0, 6.3e8
-#: Where times or frequencies begin again they begin within this part of their span.
+#: Distance from the first value, as a fraction of the span, within which times or frequencies begin again.
 _NEAR = 0.1
 
 #: quantity -> (title of its column, its unit)
@@ -46,8 +46,8 @@ Headers = Mapping[str, tuple[str, str]]
 class Table:
     """Columns of a measurement in SI units, NaN where there is no reading; ``time``, if any, ascends.
 
-    It ascends strictly but for the edges of a drawn drive. ``ignored`` are the headers that were not understood and not
-    needed, ``notes`` say what a reader left out, ``headers`` which column and unit each quantity was read from.
+    It ascends strictly except for the edges of a drawn drive. ``ignored`` are the headers that were not understood and
+    not needed, ``notes`` are findings on what a reader left out, ``headers`` are the column and unit of each quantity.
     """
 
     columns: dict[str, Array]
@@ -62,13 +62,13 @@ class Table:
         return self.columns["time"]
 
     def get(self, quantity: str) -> Array | None:
-        """Return a column [SI], or None where the file has none or nothing but blanks."""
+        """Return a column [SI], or None if it is missing or blank."""
         column = self.columns.get(quantity)
         return column if column is not None and np.isfinite(column).any() else None
 
 
 def parse_table(lines: Sequence[str], name: str, kind: Kind, numbers: Sequence[int] | None = None) -> Table:
-    """Read a table of text: a header, perhaps below other lines, perhaps a row of units, then rows of numbers.
+    """Return the table in lines of text: a header, perhaps below other lines, a row of units, then rows of numbers.
 
     Columns are separated by commas, or by semicolons, tabs, spaces (decimal commas are then allowed). Blank lines,
     comments (# or %) and text below the table are left out. NaN, OVL, inf, -- and numbers such as 9.91E+37 are
@@ -79,11 +79,11 @@ def parse_table(lines: Sequence[str], name: str, kind: Kind, numbers: Sequence[i
     lines
         The lines of the file.
     name
-        Stands for the file in errors.
+        Name of the file in errors.
     kind
-        Says which quantities columns may hold, which must be there, and what rows at one time are.
+        Quantities that columns may hold, required ones, and the meaning of repeated times.
     numbers
-        Of the lines in the file (default: from 1 on).
+        Numbers of the lines in the file (default: from 1 on).
 
     Raises
     ------
@@ -128,7 +128,7 @@ def parse_table(lines: Sequence[str], name: str, kind: Kind, numbers: Sequence[i
 
 
 def _read(rows: CellRows, taken: dict[str, Column], kind: Kind) -> tuple[Array, dict[str, Column], list[str]]:
-    """Return the numbers of the columns that were taken; one that is not needed and cannot be read is left out."""
+    """Return the numbers of the taken columns; an optional column that cannot be read is left out."""
     try:
         return rows.numbers_at([c.place for c in taken.values()]), taken, []
     except InputError:
@@ -140,7 +140,7 @@ def _read(rows: CellRows, taken: dict[str, Column], kind: Kind) -> tuple[Array, 
 
 
 def _cycle(rows: CellRows, columns: dict[str, Array], kind: Kind) -> Mask:
-    """Return the rows (n,) of the cycle that is meant, all where none is said."""
+    """Return a mask (n,) of the rows of the chosen cycle, all if none was chosen."""
     wanted = kind.said.cycle
     if wanted is None:
         return np.ones(len(rows.lines), dtype=bool)
@@ -160,9 +160,9 @@ def _cycle(rows: CellRows, columns: dict[str, Array], kind: Kind) -> Mask:
 def _part(
     columns: dict[str, Array], rows: Mask, numbers: Sequence[int], name: str, kind: Kind
 ) -> tuple[dict[str, Array], Sequence[int]]:
-    """Return some ``rows`` of the columns, and of these the part that is meant where times or frequencies begin again.
+    """Return ``rows`` of the columns, limited to the chosen part if times or frequencies begin again.
 
-    Raises InputError where there are several and none was chosen.
+    Raises InputError if there are several parts and none was chosen.
     """
     if not rows.all():
         columns = {quantity: values[rows] for quantity, values in columns.items()}
@@ -170,7 +170,7 @@ def _part(
     first = next((q for q in ("time", "frequency") if q in columns), None)
     parts = runs(columns[first]) if first else []
     several = len(parts) > 1 and sum(b - a for a, b in parts) == len(numbers)
-    if several and first is not None:  # a measurement begins where the first one did; a single wrong reading does not
+    if several and first is not None:  # a new measurement begins near the first value; a single wrong reading does not
         values = columns[first]
         begins = np.array([values[a] for a, _ in parts])
         back = [(values[a + 1] - values[a - 1]) * (values[1] - values[0]) < 0 for a, _ in parts[1:]]
@@ -194,8 +194,8 @@ def table_of(
 ) -> Table:
     """Return the table of ``columns`` in SI units, after a check of sizes and times.
 
-    ``taken`` are their headers, ``left`` those not understood, ``numbers`` the lines of the rows. Raises InputError for
-    a value beyond all proportion, and times that repeat or decrease.
+    ``taken`` are their headers, ``left`` headers that were not understood, ``numbers`` the lines of the rows. Raises
+    InputError for an implausibly large value, and for times that repeat or decrease.
     """
     _require_sensible(columns, taken, name, kind)
     if "time" in columns:
@@ -206,7 +206,7 @@ def table_of(
 
 
 def runs(values: Array, least: int = 6) -> list[tuple[int, int]]:
-    """Return where values ascend, or descend as the first ones do: (begin, end) of runs of ``least`` values or more."""
+    """Return (begin, end) of runs of at least ``least`` values that ascend, or descend as the first ones do."""
     step = np.sign(np.diff(values))
     moved = step[np.abs(step) > 0]
     turns = (np.flatnonzero(step * moved[0] < 0) + 1).tolist() if len(moved) else []
@@ -224,7 +224,7 @@ def _require_sensible(columns: Mapping[str, Array], taken: Mapping[str, Column],
 def _in_time(
     columns: dict[str, Array], numbers: Sequence[int], name: str, repeats: str
 ) -> tuple[dict[str, Array], tuple[Finding, ...]]:
-    """Return the columns with times that ascend, and a finding where two readings had one time."""
+    """Return the columns with ascending times, and a finding if two readings had the same time."""
     time = columns["time"]
     blank = np.flatnonzero(np.isnan(time))
     if len(blank):

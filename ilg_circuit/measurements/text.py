@@ -9,9 +9,9 @@ from ..errors import InputError, visible
 from ..files import read_bytes
 from .kind import Kind
 
-#: An encoding is told by what stands before so many bytes; such a part of one byte in two is zero in UTF-16.
+#: Number of bytes from which an encoding is detected; fractions of zeros among every second byte in UTF-16.
 _BEGIN, _ZEROS, _NO_ZEROS = 20_000, 0.5, 0.02
-#: Encodings of East Asia, and words of columns that are told in one of them.
+#: Encodings of East Asia, and words of columns by which one of them is detected.
 _ASIAN = ("cp932", "gb18030", "euc_jp", "euc_kr", "big5")
 _WORDS = (
     *("時間", "電圧", "電流", "変位", "電位", "周波数", "荷重", "応力", "ひずみ", "経過"),

@@ -1,4 +1,4 @@
-"""Displacements from files of their own: read, projected on an axis, and combined with a record."""
+"""Reads displacements from separate files, projects them on an axis and combines them with a record."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from .said import NOTHING, Said
 from .smoothing import noise_level
 from .table import Headers, Table
 
-#: A position of less likelihood is none, as DeepLabCut itself has it.
+#: Least likelihood of a position, DeepLabCut's own default.
 _LIKELY = 0.6
-#: Number of readings at rest that give the noise, and the deviation, in noise levels, from which the tip moves.
+#: Least number of readings at rest for the noise; least deviation of a moving tip, in noise levels.
 _FEWEST_AT_REST, _LEAVES = 10, 6.0
 #: Largest rise of readings at rest, in noise levels.
 _RISES = 3.0
-#: The rise whose beginning is extrapolated back to rest: up to this part of the largest excursion.
+#: Part of the rise that is extrapolated back to rest, as a fraction of the largest excursion.
 _RISE = 0.3
 _AXIS = re.compile(r"([-+]?)([xy])", re.IGNORECASE)
 _ANGLE = re.compile(r"([-+]?\d{1,4}(?:\.\d{0,9})?) ?(deg|\u00b0|rad)?")
@@ -41,7 +41,7 @@ _REAL = 1e-9
 
 @dataclass(frozen=True)
 class Track:
-    """A displacement over time: ``time`` [s] on its own clock and ``values`` [m], both (n,), without drop-outs."""
+    """A displacement over time: ``time`` [s] on the camera's clock and ``values`` [m], both (n,), without drop-outs."""
 
     source: str
     time: Array
@@ -51,19 +51,19 @@ class Track:
 
 
 def read_track(path: str | Path, said: Said = NOTHING) -> Track:
-    """Read a displacement's own file: a time or frames, and a displacement or the coordinates x and y of a point.
+    """Read a separate file of a displacement: times or frames, and a displacement or coordinates x and y of a point.
 
     Parameters
     ----------
     path
         CSV, or a file of DeepLabCut, Tracker or Kinovea.
     said
-        What the file does not state: columns, units, ``scale``, ``rate`` of the frames, ``axis``, ``point``.
+        Statements that the file lacks: columns, units, ``scale``, frame ``rate``, ``axis``, ``point``.
 
     Raises
     ------
     InputError
-        The file cannot be read, or scale, rate or axis do not go with it; the message says what does.
+        The file cannot be read, or scale, rate or axis do not apply to it; the message says what does.
     """
     return track_of(read_columns(path, TRACK.told(said)), said)
 
@@ -74,7 +74,7 @@ def track_data(columns: Mapping[str, ArrayLike], name: str = "displacement", sai
 
 
 def track_of(table: Table, said: Said = NOTHING) -> Track:
-    """Return the track in the columns of a table. Raises InputError where rate or axis do not go with it."""
+    """Return the track in the columns of a table. Raises InputError if rate or axis do not apply to it."""
     notes = list(table.notes)
     time = _times(table, said)
     likely = table.columns.get("likelihood")
@@ -93,12 +93,12 @@ def track_of(table: Table, said: Said = NOTHING) -> Track:
 
 
 def _times(table: Table, said: Said) -> Array:
-    """Return the times [s] of a table, of frames by their rate. Raises InputError where the rate is missing."""
+    """Return the times [s] of a table; frames are divided by their rate. Raises InputError if the rate is missing."""
     frames = table.columns.get("frame")
     if "time" in table.columns:
         if said.rate is not None:
             raise InputError(
-                f"{table.source}: a rate of frames was given, and the file has times; leave out {argument('fps')}"
+                f"{table.source}: a frame rate was given, but the file has times; leave out {argument('fps')}"
             )
         return table.time
     assert frames is not None
@@ -106,7 +106,7 @@ def _times(table: Table, said: Said) -> Array:
         raise InputError(f"{table.source}: has frames and no times; give the camera's rate: {argument('fps', 25)}")
     if not (math.isfinite(said.rate) and said.rate > 0):
         raise InputError(
-            f"{table.source}: the rate of frames is {said.rate:g}; give frames a second, such as {argument('fps', 25)}"
+            f"{table.source}: the frame rate is {said.rate:g}; give frames per second, such as {argument('fps', 25)}"
         )
     back = np.flatnonzero(~(np.diff(frames) > 0))
     if len(back):
@@ -144,7 +144,7 @@ def _along(table: Table, axis: str | None) -> tuple[Array, list[Finding]]:
 
 
 def _principal(x: Array, y: Array) -> tuple[Array, list[Finding]]:
-    """Return positions along the direction in which they vary most, first from where they begin, and that direction."""
+    """Return positions along the direction of largest variance, positive at first, and a finding on the direction."""
     known = np.isfinite(x) & np.isfinite(y)
     if known.sum() < 2:
         return np.where(known, x, np.nan), []
@@ -162,17 +162,17 @@ def _principal(x: Array, y: Array) -> tuple[Array, list[Finding]]:
 
 
 def with_track(record: Record, track: Track) -> Record:
-    """Return a record with the displacement of a file of its own, whose clock begins where the tip begins to move.
+    """Return a record with the displacement of a separate file, whose time 0 is where the tip begins to move.
 
-    Where the tip does not rest before it moves the clock is taken to begin with the file; a fit finds what is missing.
+    If the tip is not at rest first, time 0 is the first reading; a fit then determines the delay.
 
     Raises
     ------
     InputError
-        The record has a displacement of its own, or the track is too short.
+        The record already has a displacement, or the track is too short.
     """
     if record.displacement is not None:
-        raise InputError(f"{record.source}: has a displacement itself; leave out that of {track.source}, or its column")
+        raise InputError(f"{record.source}: already has a displacement; leave out {track.source}, or that column")
     channel, notes = moving(track)
     length = next((track.headers[q] for q in ("displacement", "x", "y") if q in track.headers), None)
     headers = {**record.headers, "displacement": length} if length else record.headers
@@ -181,9 +181,9 @@ def with_track(record: Record, track: Track) -> Record:
 
 
 def moving(track: Track) -> tuple[Channel, tuple[Finding, ...]]:
-    """Return a track as a channel whose zero is where the tip begins to move, with findings on it.
+    """Return a track as a channel whose time 0 is where the tip begins to move, and findings on it.
 
-    Raises InputError where too few readings are left from there on.
+    Raises InputError if too few readings remain from there on.
     """
     zero, rests = beginning(track.time, track.values)
     time = track.time - zero
@@ -202,19 +202,21 @@ def moving(track: Track) -> tuple[Channel, tuple[Finding, ...]]:
 
 
 def beside(files: Sequence[Any], tracks: Sequence[Track]) -> list[Any]:
-    """Return files of which each record has its track. Raises InputError where there are more or fewer of these."""
+    """Return the files with a track in each record. Raises InputError if records and tracks differ in number."""
     records = [k for k, file in enumerate(files) if isinstance(file, Record)]
     if len(tracks) != len(records):
-        raise InputError(f"give one displacement for each record: {len(records)} of these, and {len(tracks)} of those")
+        raise InputError(
+            f"{len(records)} records and {len(tracks)} displacements were given; give one displacement for each record"
+        )
     of = dict(zip(records, tracks, strict=True))
     return [with_track(file, of[k]) if k in of else file for k, file in enumerate(files)]
 
 
 def beginning(t: Array, values: Array) -> tuple[float, bool]:
-    """Return when [s] a tip begins to move, and whether it rests until then.
+    """Return the time [s] at which a tip begins to move, and whether it is at rest until then.
 
-    The first part of the rise is extrapolated back to the rest's level by a parabola. Without a rest it is the first
-    reading.
+    The first part of the rise is extrapolated back to the level at rest by a parabola. Without readings at rest it is
+    the time of the first reading.
     """
     noise = noise_level(values)
     level = float(np.median(values[: _FEWEST_AT_REST // 2]))
@@ -238,7 +240,7 @@ def beginning(t: Array, values: Array) -> tuple[float, bool]:
 
 
 def _moves(t: Array, values: Array, noise: float) -> bool:
-    """Return True if readings before a motion move already: the line of their first half rises by more than noise."""
+    """Return True if readings before a motion already move: a line through their first half rises beyond the noise."""
     half = max(len(t) // 2, 2)
     line = np.polynomial.Polynomial.fit(t[:half], values[:half], 1)
     return abs(float(line(t[half - 1]) - line(t[0]))) > _RISES * noise * max(np.sqrt(12 / half), 0.5)

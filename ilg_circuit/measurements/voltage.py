@@ -1,4 +1,4 @@
-"""The drive that a measured voltage is: levels, straight lines through what varies, and jumps between readings."""
+"""Turns a measured voltage into a drive: levels, straight lines where it varies, and jumps between readings."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from ..drive import PiecewiseLinear
 from .onset import Onset, voltage_jumps
 from .smoothing import digit, resolution, smoothed
 
-#: What is left out of a measured voltage: this part of its largest value.
+#: Deviation of a measured voltage that is neglected, as a fraction of its largest value.
 _NEGLIGIBLE = 1e-6
-#: Leaving out readings of the voltage may move the current by this part of its noise.
+#: Largest change of the current by thinning the voltage, as a fraction of the current's noise.
 _OF_CURRENT_NOISE = 0.1
-#: On a smooth curve neighbouring second differences differ by less than this part.
+#: Relative difference of neighbouring second differences below which a curve is smooth.
 _SMOOTH = 0.5
-#: Parts into which the time between two samples of a smooth curve is divided.
+#: Number of parts into which a sampling interval of a smooth curve is divided.
 _PARTS = 8
-#: Largest fluctuation of a level's readings, in steps of the instrument.
+#: Largest fluctuation of the readings of a level, in steps of the instrument.
 _WOBBLE = 2.5
-#: A strip answers a voltage's noise where its current's noise follows by this part of the conductance, this surely.
+#: Least ratio of current noise to voltage noise, relative to the conductance, and its significance in standard errors,
+#: from which the strip responds to the voltage's noise.
 _ANSWERS, _SURE = 0.3, 6.0
-#: A jump moved to its last reading before stands behind that reading by this part of the interval.
+#: Distance of a jump behind the last reading before it, as a fraction of the interval, if it is moved there.
 _BEHIND = 1e-6
 
 
@@ -33,8 +34,8 @@ _BEHIND = 1e-6
 class MeasuredDrive:
     """The voltage since the onset at 0, jumps in the middle of the intervals [s] in which they were read.
 
-    ``widths`` (j,) are those of the intervals of all jumps, the onset's first, zero where it is known when they were;
-    ``noise`` [V] is that of the levels.
+    ``widths`` (j,) are the widths of the intervals of all jumps, the onset's first, zero for jumps at a known time;
+    ``noise`` [V] is the noise of the levels.
     """
 
     drive: PiecewiseLinear
@@ -42,9 +43,9 @@ class MeasuredDrive:
     noise: float = 0.0
 
     def moved(self, share: float, width: float) -> PiecewiseLinear:
-        """Return the drive since an onset that lies by ``share`` (-0.5 to 0.5) of a ``width`` [s] from the middle.
+        """Return the drive since an onset at the position ``share`` (-0.5 to 0.5) in a bracket of ``width`` [s].
 
-        The other jumps lie at the same share of their own intervals.
+        The other jumps have the same relative position in their intervals.
         """
         drive, onset = self.drive, share * width
         if not share or not (width or self.widths.any()):
@@ -59,11 +60,11 @@ class MeasuredDrive:
 
 
 def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: float, answered: bool) -> MeasuredDrive:
-    """Return the drive that readings ``u`` [V] at ``t`` [s] (n,) in the file make.
+    """Return the drive for readings ``u`` [V] at ``t`` [s] (n,) in the file.
 
-    A level that only noise or its last digit moves is one value. Elsewhere readings are left out where that moves a
-    current through ``conductance`` [S] by a small part of its ``noise`` [A]; where the strip ``answered`` the voltage's
-    noise, that is a part of the drive, else it is smoothed away.
+    A level with noise or changes of the last digit only is one value. Elsewhere readings are left out if that changes
+    the current through ``conductance`` [S] by a small part of its ``noise`` [A]. If the strip ``answered`` the
+    voltage's noise, the noise is part of the drive, else it is smoothed.
     """
     first, zero = onset.first, onset.time
     time, v = t[first:] - zero, u[first:]
@@ -105,9 +106,9 @@ def measured_drive(t: Array, u: Array, onset: Onset, conductance: float, noise: 
 
 
 def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> bool:
-    """Return True if a strip of ``conductance`` [S] answered what looks like noise of the voltage ``u`` [V].
+    """Return True if a strip of ``conductance`` [S] responded to the noise of the voltage ``u`` [V].
 
-    Noise that was applied passes on to the ``current`` [A]; noise of a reading does not. All are (n,), blanks left out.
+    Applied noise appears in the ``current`` [A]; noise of the readings does not. All are (n,), blanks left out.
     """
     if len(u) < 2 * _SURE**2 or not conductance:
         return False
@@ -125,9 +126,9 @@ def answers_noise(t: Array, u: Array, current: Array, conductance: float) -> boo
 
 
 def is_level(u: Array) -> bool:
-    """Tell whether a voltage (n,) is constant but for white noise or its last digit: not autocorrelated, without drift.
+    """Return True if a voltage (n,) is constant apart from white noise or its last digit, without drift.
 
-    A reading that wobbles between neighbouring digits is a level, whatever the pattern.
+    A reading that fluctuates between neighbouring digits is a level, for any pattern.
     """
     spread = float(np.ptp(u))
     if len(u) < 2 or not spread:
@@ -147,9 +148,9 @@ def is_level(u: Array) -> bool:
 
 
 def between_samples(t: Array, u: Array, tolerance: float) -> tuple[Array, Array]:
-    """Add points between the samples where the voltage is a smooth curve more than ``tolerance`` from its chords.
+    """Return times and voltages with added points where a smooth voltage deviates by ``tolerance`` from its chords.
 
-    Straight lines through the samples of a sine make a smaller sine, which a fit would take for a smaller conductance.
+    Chords of a sine have a smaller amplitude, which would bias a fitted conductance.
     A curve is smooth where the two second differences of four samples are similar; the points lie on the cubic through
     them.
 

@@ -1,5 +1,5 @@
-"""A strip under a drive: waveforms, impedance, sensed voltages, energy, and the checks against closed forms.
+"""Simulates a strip under a drive: waveforms, impedance, sensed voltages, energy, and checks against closed forms.
 
-In: an `Actuator` and a drive. Out: `Response`, `Impedance`, `Sensed`. May import: the ground floor, `fit`, `strip`,
+In: an `Actuator` and a drive. Out: `Response`, `Impedance`, `Sensed`. May import: the top level, `fit`, `strip`,
 `circuit`, `solve` and `measurements`.
 """

@@ -1,4 +1,4 @@
-"""Compares three independent answers: ngspice, the exact solver, and the papers' closed forms where one exists."""
+"""Compares independent solutions: ngspice, the exact solver, and the papers' closed forms where one exists."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from .response import Response, simulate, transient_band
 from .superposition import superpose
 from .waveforms import ANSWERS
 
-#: Two answers that differ by more than this part of the maximum do not agree.
+#: Largest difference of two solutions that agree, relative to the maximum.
 AGREEMENT = 1e-5
-#: The dynamic beam's displacement is a difference of two; below this part of the static one it is rounding.
+#: Displacement of the dynamic beam, relative to the static one, below which it is rounding of a difference.
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Largest difference of one quantity between two answers, relative to the reference's largest value."""
+    """The largest difference of one quantity between two solutions, relative to the reference's largest value."""
 
     quantity: str
     reference: str
@@ -40,7 +40,7 @@ class Difference:
 
 
 def check(response: Response, *, tip: str, beam: str | None = None, load: Load | None = None) -> list[Difference]:
-    """Compare a response with the exact engine (or ngspice, if it is the exact one's and there), and closed forms.
+    """Return the differences of a response from the other engine, if it is there, and from the closed forms.
 
     A circuit with nonlinear elements has neither: its current is compared with an integration of the port's own
     differential equations (`ilg_circuit.solve.ode`).
@@ -53,7 +53,7 @@ def check(response: Response, *, tip: str, beam: str | None = None, load: Load |
         for other in _others(response.engine)
     }
     lumped = lumped_elements(response.actuator)
-    # what the largest voltage would make of the tip if it stayed on
+    # the static displacement under the largest voltage
     static = lumped.bending_ratio * lumped.coupling.static if lumped.coupling is not None else 0.0
     floors = {"displacement": _ROUNDING * float(static * np.abs(response.voltage).max())}
     found = response.waveforms
@@ -92,7 +92,7 @@ def _check_port(response: Response) -> list[Difference]:
 
 
 def check_impedance(result: Impedance, **how: Any) -> list[Difference]:
-    """Compare an impedance with the other engine's, and with EC (1) and (17) solved for it.
+    """Return the differences of an impedance from the other engine's, and from EC (1) and (17) solved for it.
 
     The other engine reads the same netlist, so that they agree up to rounding. The closed form has the elements of the
     ladder, if there is one, and includes the reflected impedance. ``how``: as for `impedance`.

@@ -1,4 +1,4 @@
-"""A prediction beside a measurement, part of a response; made by `identification.comparison`."""
+"""The comparison of a prediction with a measurement, part of a response; made by `identification.comparison`."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _NORMAL_95 = 1.96
 
 @dataclass(frozen=True)
 class Compared:
-    """One quantity at ``time`` [s] in the file's time: ``measured`` and ``predicted`` (n,), positive to the anode.
+    """Values of one quantity at ``time`` [s] of the file, ``measured`` and ``predicted`` (n,), positive to the anode.
 
     A displacement is counted from its rest; ``offset`` is True if, without a rest, the mean difference was removed.
-    ``stderr`` (n,) is the prediction's, by the fit's covariance; ``noise`` the measurement's white noise.
+    ``stderr`` (n,) is the prediction's standard error by the fit's covariance; ``noise`` the measurement's white noise.
     """
 
     source: str
@@ -37,17 +37,17 @@ class Compared:
 
     @property
     def largest(self) -> float:
-        """Largest magnitude that was measured."""
+        """Largest measured magnitude."""
         return float(np.abs(self.measured).max())
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what was compared and the size of the differences as plain data."""
+        """Return the compared values and the size of the differences as plain data."""
         names = ("source", "quantity", "rms", "largest", "covered", "reversed_axis", "offset")
         return {name: getattr(self, name) for name in names} | {"samples": len(self.time)}
 
     @property
     def covered(self) -> float | None:
-        """Part of the samples within the 95 % band of prediction and noise together; None without a band."""
+        """Fraction of the samples within the 95 % band of prediction and noise together; None without a band."""
         if self.stderr is None:
             return None
         limit = _NORMAL_95 * np.hypot(self.stderr, self.noise)

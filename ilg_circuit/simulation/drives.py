@@ -1,7 +1,7 @@
-"""Drives named by text, such as ``step:4V``: one entry of `FORMS` a form, one case of `_made`.
+"""Makes drives from texts such as ``step:4V``: each form has an entry in `FORMS` and a case in `_made`.
 
-A form that stands in `FORMS` is named in errors and shown by the commands' help. As the help is made without waiting
-for numpy, what makes drives is imported when one is made.
+The entries of `FORMS` appear in errors and in the commands' help. To keep the help fast, without importing numpy, the
+makers of drives are imported when a drive is made.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 class Form:
     """One form of drive: its ``name`` before the colon, ``examples`` of a voltage and of a motion, its ``meaning``.
 
-    What is after the colon is split at commas into as many parts as ``parts`` allows (None: not split). Help shows the
-    meaning beside the first example.
+    The text after the colon is split at commas; ``parts`` are the allowed numbers of parts (None: not split). Help
+    shows the meaning beside the first example.
     """
 
     name: str
@@ -86,17 +86,17 @@ FORMS: tuple[Form, ...] = (
     Form("repeat", ("repeat:5,drive.csv", "repeat:5,motion.csv"), None, "The rows of a file, repeated 5 times."),
 )
 
-#: What errors list.
+#: The forms as errors list them.
 DRIVE_FORMS, MOTION_FORMS = (", ".join(form.examples[k] for form in FORMS) for k in (0, 1))
-#: What help lists: an example and its meaning.
+#: The forms as help lists them: an example and its meaning.
 DRIVES, MOTIONS = (tuple((form.examples[k].split(", ")[0], form.meaning) for form in FORMS) for k in (0, 1))
 
 
 def parse_drive(text: str, duration: float, unit: str = "V", said: Said = NOTHING) -> Drive:
-    """Return the drive that a text such as ``step:4V`` names, for a run of ``duration`` [s].
+    """Return the drive for a text such as ``step:4V`` and a run of ``duration`` [s].
 
-    With the ``unit`` "m" it is a motion, its values in metres, such as ``sine:1mm,0.1Hz``. Of a file ``said`` tells
-    what its headers do not.
+    With the ``unit`` "m" it is a motion with values in metres, such as ``sine:1mm,0.1Hz``. ``said`` states what the
+    headers of a file do not.
 
     Raises
     ------
@@ -166,7 +166,7 @@ def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -
 
 
 def two(text: str, unit: str, name: str) -> tuple[float, float]:
-    """Return the two values of ``low..high``; one alone is the higher one, above zero."""
+    """Return the two values of ``low..high``; a single value is the higher one, with zero as the lower."""
     low, separator, high = text.partition("..")
     return parse(low, unit, name) if separator else 0.0, parse(high if separator else low, unit, name)
 
@@ -184,14 +184,14 @@ def _count(parts: Sequence[str], place: int, what: str, usual: float = math.inf)
 def drawn(times: Array, values: Array, duration: float, text: str, notes: Sequence[Finding] = ()) -> Drive:
     """Return the drive through the rows of a file, with findings where it and the run of ``duration`` [s] differ.
 
-    The run begins at t = 0, or at the file's first row where that is earlier and the strip is not at rest until then.
+    The run begins at t = 0, or at the file's first row if that is earlier and the strip is not at rest until t = 0.
 
     Parameters
     ----------
     times, values
-        Of the rows (n,), in s and SI; a time that stands twice is an edge.
+        Times [s] and values [SI] of the rows (n,); a repeated time is an edge.
     text
-        Names the drive.
+        Name of the drive.
     notes
         Findings on the file.
     """

@@ -1,12 +1,12 @@
-"""Where a strip's energy goes: delivered by the source, dissipated and stored by each element, turned mechanical.
+"""Computes a strip's energies: delivered by the source, dissipated and stored by each element, converted.
 
-The electrical side balances by itself, and so does the mechanical one:
+The electrical and the mechanical side balance separately:
 
     integral of u i    = stored on the ion capacitors + dissipated in Re, electron path, ion path + integral of u1 i1
     integral of F1 v1  = stored in beam, mass, springs + dissipated in dashpots
 
-The two transformer terms are equal only where N is constant: with a complex N(s) the coupling is no passive element, so
-both are reported and no more is claimed. The filters that realise d(s) are arithmetic, and no part of any sum.
+The two transformer terms are equal only if N is constant: with a complex N(s) the coupling is not a passive element, so
+both are reported. The filters that realise d(s) are arithmetic and excluded from all sums.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ _MECHANICAL = FORCE_SCALE * VELOCITY_SCALE
 class EnergyAccount(Result):
     """Energies [J] since t = 0, each (n,) at ``time`` [s] (n,).
 
-    ``source`` delivered at the terminals; ``dissipated`` and ``stored`` by element of either side, whose ``roles`` say
-    which; ``converted`` = integral of u1 i1, taken from the electrical side; ``mechanical`` = integral of F1 v1, given
-    to the beam.
+    ``source`` is delivered at the terminals; ``dissipated`` and ``stored`` are given by element, with the side in
+    ``roles``; ``converted`` = integral of u1 i1, taken from the electrical side; ``mechanical`` = integral of F1 v1,
+    given to the beam.
     """
 
     presenter: ClassVar[str] = "energy"
@@ -47,7 +47,7 @@ class EnergyAccount(Result):
     roles: dict[str, Role]
 
     def parts(self, kind: str, *, mechanical: bool) -> dict[str, Array]:
-        """Return what the elements of one side "dissipated" or "stored", which is the ``kind``."""
+        """Return the energies of ``kind`` "dissipated" or "stored" by element of one side."""
         return {k: v for k, v in getattr(self, kind).items() if self.roles[k].mechanical == mechanical}
 
     def total(self, kind: str, *, mechanical: bool) -> Array:
@@ -68,7 +68,7 @@ class EnergyAccount(Result):
 
     @property
     def load(self) -> Array:
-        """Energy [J] (n,) that a load has taken up: its spring and dashpot (its mass moves with the strip's)."""
+        """Energy [J] (n,) in a load's spring and dashpot (its mass moves with the strip's)."""
         parts = {**self.stored, **self.dissipated}
         taken = [energy for name, energy in parts.items() if self.roles[name] is Role.LOAD]
         return np.asarray(sum(taken, np.zeros_like(self.source)))
@@ -102,7 +102,7 @@ class EnergyAccount(Result):
 
 
 def probes(netlist: Netlist) -> tuple[Output, ...]:
-    """Return the outputs that an account needs beyond a netlist's own; their errors are not judged."""
+    """Return the outputs that an account needs beyond a netlist's own; their errors are not checked."""
     found = [_across(e) for e in netlist.elements if _counts(e)]
     for element in _of(netlist, Role.REFLECTED_VOLTAGE):
         found += [
@@ -134,7 +134,7 @@ def _dissipates(element: Element) -> bool:
 
 
 def _dissipation(element: Element) -> Callable[[Array, Named], Array]:
-    """Return the power that a resistor or an electron path of sinh takes."""
+    """Return the power dissipated in a resistor or a sinh electron path, as a function of the outputs."""
     scale = _MECHANICAL if element.role.mechanical else 1.0
 
     def power(_: Array, of: Named) -> Array:
@@ -165,7 +165,7 @@ def account(netlist: Netlist, waves: Waveforms) -> EnergyAccount:
 
 
 def _counts(element: Element) -> bool:
-    """Return True if an element is a part of the strip, not arithmetic and not the copy that reflects."""
+    """Return True if an element is part of the strip, and not arithmetic or the copy for the reflected voltage."""
     return element.role.electrical or element.role.mechanical
 
 

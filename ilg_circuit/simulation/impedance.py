@@ -40,7 +40,7 @@ class Impedance(Result):
     actuator : Actuator
         The strip.
     engine : str
-        What solved the circuit.
+        Name of the solver.
     ladder : Ladder or None
         The ladder that realises a Warburg element or a CPE.
     checks : tuple of Difference
@@ -69,7 +69,7 @@ class Impedance(Result):
 
     @property
     def warnings(self) -> list[str]:
-        """What a user of the spectrum should know."""
+        """Warnings on the spectrum as sentences."""
         if self.least_resistance < 0:
             return [
                 f"the real part falls to {self.least_resistance:.3g} ohm: with this coupling the port is not passive"
@@ -96,9 +96,9 @@ class Impedance(Result):
 
 
 def frequencies(low: float, high: float, points: int | None = None) -> Array:
-    """Return frequencies [Hz] even in logarithm from ``low`` to ``high``: ``points`` of them, or ten a decade.
+    """Return frequencies [Hz] from ``low`` to ``high``, evenly spaced in logarithm: ``points``, or ten per decade.
 
-    Raises InputError for a band that is none, or fewer than 2 or more than 100000 points.
+    Raises InputError for an invalid band, or fewer than 2 or more than 100000 points.
     """
     if not (np.isfinite([low, high]).all() and 0 < low < high):
         raise InputError(f"band {low:g} Hz to {high:g} Hz: give two frequencies above zero, the lower one first")
@@ -122,7 +122,7 @@ def impedance(
     """Return the impedance at ``frequency`` [Hz], ascending, for a small signal about ``bias`` [V].
 
     ``tip``, ``beam`` and ``load`` as for `ilg_circuit.circuit.strip.strip_netlist`, ``engine`` ngspice or exact. Raises
-    InputError for frequencies beyond the band that the actuator gives its ladder.
+    InputError for frequencies beyond the band of the actuator's ladder.
     """
     f = np.asarray(frequency, dtype=float)
     if f.ndim != 1 or not len(f) or not (np.isfinite(f).all() and (f > 0).all()):
@@ -158,5 +158,5 @@ def _require_in_band(actuator: Actuator, low: float, high: float) -> None:
         )
         raise InputError(
             f"{asked} reaches beyond the ladder's band, {held}: ask for less, or change material.ladder_lowest and "
-            "ladder_highest (leave them out, and the band follows the question)"
+            "ladder_highest (if left out, the band follows the requested one)"
         )

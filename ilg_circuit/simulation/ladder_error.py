@@ -1,7 +1,8 @@
 """Estimates the error of a strip's ladder, in the waveforms of a run, against the element that it approximates.
 
-A ladder of twice as many sections over a band two decades wider at both ends is solved beside it, near 0 V and without
-the beam's inertia, as sums of modes; the difference is the error, but for the finer ladder's own, a small part of it.
+A ladder with twice the number of sections over a band two decades wider at both ends is solved too, near 0 V and
+without the beam's inertia, as sums of modes. The difference is the error, apart from the finer ladder's own, which is a
+small part of it.
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ from ..strip.actuator import Actuator
 from ..strip.elements import lumped_port
 from ..strip.ladder import MOST_SECTIONS
 
-#: What the finer ladder's own error may add.
+#: Factor that allows for the finer ladder's own error.
 _CAUTION = 1.5
 _WIDER = 100.0
-#: Samples whose largest value is a smaller part of the run's are rounding about zero.
+#: Largest value of samples, relative to the run's, below which they are rounding about zero.
 _FELT = 1e-3
 #: Lines per period that approximate a sine, and the largest number of periods; later ones repeat.
 _CHORDS, _PERIODS = 40, 25
-#: Points after each edge of the drive, and samples, at most, that are looked at.
+#: Largest numbers of points after each edge of the drive, and of samples, that are compared.
 _AFTER_EDGE, _SAMPLES = 24, 400
 
 

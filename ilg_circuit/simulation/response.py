@@ -39,11 +39,11 @@ NONLINEAR_ACCURACY = 1e-6
 #: Error accepted, and reported, when no accuracy was requested.
 ACCEPTABLE = 5e-6
 
-#: Width of the band of a run's ladders: what relaxes within 1e-4 of the run is an instant.
+#: Width of the band of a run's ladders: faster relaxations are instantaneous.
 _RESOLVED = 1e5
 #: Number of samples above which they are interpolated between points of the solve.
 _MANY_SAMPLES = 1000
-#: A run beyond this times the largest voltage of the fit is an extrapolation.
+#: Ratio to the largest voltage of the fit above which a run is an extrapolation.
 _BEYOND = 1.1
 
 

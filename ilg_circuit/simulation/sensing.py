@@ -58,7 +58,7 @@ class Sensed(Simulated):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the motion's file leaves open."""
+        """Assumptions about the motion that its file does not state."""
         return sentences(drive_findings(self.motion))
 
     def to_dict(self) -> dict[str, Any]:

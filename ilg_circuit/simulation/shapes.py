@@ -12,11 +12,11 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError
 
-#: Lines of a curve in its shortest period.
+#: Number of lines that approximate a curve in its shortest period.
 LINES = 256
 _MOST_ROWS = 1_000_000
 _MOST_TONES = 1000
-#: Sets of phases of which a multisine takes the best.
+#: Number of random sets of phases from which a multisine takes the best.
 _PHASES = 40
 
 Rows = tuple[Array, Array]
@@ -25,7 +25,7 @@ Rows = tuple[Array, Array]
 def triangle(low: float, high: float, period: float, duration: float, cycles: float = np.inf) -> Rows:
     """Return straight lines between ``low`` and ``high``, rising first, from zero where it lies between them.
 
-    After so many ``cycles`` the level is the one of the beginning.
+    After the given number of ``cycles`` the level returns to the initial one.
     """
     _require(low < high, f"triangle from {low:g} to {high:g}: give the lower level first")
     _require(period > 0, f"period {period:g} s must be more than zero")

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..errors import InputError
 
-#: Half-width of the band about the final value that counts as settled, as a part of the final value.
+#: Half-width of the band about the final value that counts as settled, as a fraction of the final value.
 SETTLING_BAND = 0.02
-#: A curve that comes to stay in that band later than in this part of the record is still on its way.
+#: Latest settling, as a fraction of the record: a curve that enters the band later has not settled.
 _LATEST = 0.8
 
 

@@ -1,6 +1,6 @@
-"""Circuit -> waveforms: ngspice, the engine of record, and the exact solver of linear circuits that checks it.
+"""Solves circuits: by ngspice, the engine of record, and by the exact solver of linear circuits that checks it.
 
-In: netlists and a drive. Out: waveforms with a stated error. May import: the ground floor and `circuit`.
+In: netlists and a drive. Out: waveforms with a stated error. May import: the top level and `circuit`.
 """
 
 from .transient import Waveforms, transient

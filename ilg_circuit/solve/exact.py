@@ -21,13 +21,13 @@ from .modes import CANCELLING, SMALL, modes_of, phi, recursion
 from .panels import FRACTIONS, Panels
 from .state_space import StateSpace
 
-#: Intervals whose states are kept before they become outputs.
+#: Number of intervals whose states are stored before outputs are computed.
 _BLOCK = 2000
-#: A mode whose part in an output is smaller is not felt.
+#: Relative contribution to an output below which a mode is negligible.
 _FELT = 1e-13
 #: Samples per edge of the drive above which a run is solved from edge to edge, not from sample to sample.
 _FEW_EDGES = 8
-#: Numbers in the exponentials kept at most: an irregular grid asks for as many of them as it has intervals.
+#: Largest number of values in stored exponentials: an irregular grid needs one exponential per interval.
 _MOST_KEPT = 20_000_000
 
 
@@ -57,9 +57,9 @@ def exact_on_panels(system: StateSpace, drive: Drive, panels: Panels) -> Array:
 def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) -> Array:
     """Return one output at ``times`` [s] (ascending, >= 0) as a sum of modes; shape (n, times).
 
-    For systems whose poles have negative real parts, under a piecewise linear drive. It costs a small part of
-    `exact_outputs`, which answers instead where modes cancel: at poles so near to each other that their eigenvectors
-    are nearly one, as those of a critically damped filter.
+    It applies to systems whose poles have negative real parts, under a piecewise linear drive, and costs a small part
+    of `exact_outputs`, which is used instead where modes cancel: if poles are so close that their eigenvectors are
+    nearly parallel, as in a critically damped filter.
     """
     row = system.output_names.index(output)
     modes = modes_of(system)
@@ -67,7 +67,7 @@ def modal_output(system: StateSpace, output: str, drive: Drive, times: Array) ->
         return exact_outputs(system, drive, times)[:, row]
     poles, amounts = modes.poles, modes.shown[:, row] * modes.excited[..., 0]
     with np.errstate(all="ignore"):
-        held = amounts / poles  # what each mode makes of a constant input in the end
+        held = amounts / poles  # steady response of each mode to a constant input
         total = np.maximum(np.abs(held.sum(axis=1)), np.abs(system.d[:, row, 0]))
         size = np.abs(held)
         tell_apart = (size.sum(axis=1) < CANCELLING * total).all()
@@ -123,7 +123,7 @@ def _after(
 ) -> NDArray[Any]:
     """Return modes x' = pole x + u after ``time`` [s] from ``state``, u beginning at ``start`` and rising by ``slope``.
 
-    ``slow`` says that a pole is so slow that its answer to the slope must be a series.
+    ``slow`` is True if a pole is so slow that its response to the slope must be computed by a series.
     """
     z = poles * time
     grown = np.expm1(z)
@@ -142,8 +142,8 @@ def interval_grid(drive: Drive, times: Array) -> Array:
 def _shared_widths(grid: Array, edges: Array) -> Array:
     """Return the widths of the intervals of ``grid`` [s], between whose ``edges`` [s] the drive is smooth.
 
-    Pieces from edge to edge that are cut alike, but for the rounding of times, have the widths of the first of them, so
-    that they share exponentials. Widths of each piece start at its edge: rounding does not add up over a run.
+    Pieces from edge to edge that are divided equally, apart from rounding of times, get the widths of the first one, so
+    that they share exponentials. Widths of each piece start at its edge, so that rounding does not accumulate.
     """
     widths = np.diff(grid)
     rounding = 4 * np.spacing(grid[-1])
@@ -205,7 +205,7 @@ def _outputs(system: StateSpace, omega: float, inputs: Array, widths: Array, fra
 
 def _finite(result: Array) -> Array:
     if not np.isfinite(result).all():
-        raise SolveError("the exact engine's result is not finite: a value of the actuator is out of all proportion")
+        raise SolveError("the exact engine's result is not finite: a value of the actuator is implausible")
     return result
 
 
@@ -227,7 +227,7 @@ def _augment(system: StateSpace, omega: float) -> tuple[Array, Array]:
 class _Propagators:
     """The exponentials exp(M f w) for the widths w of intervals that follow one another, and the ``fractions`` f.
 
-    Widths that differ by rounding only share one. For a width twice another one they are the squares of those.
+    Widths that differ by rounding only share one. For twice a width the exponential is squared.
     """
 
     def __init__(self, matrix: Array, widths: Array, fractions: Array) -> None:
@@ -237,7 +237,7 @@ class _Propagators:
         self._kept: dict[str, Array] = {}
 
     def of(self, interval: int) -> Array:
-        """Return the exponentials (n, fractions, states, states); widths that do not come again are forgotten."""
+        """Return the exponentials (n, fractions, states, states); widths that are not needed again are discarded."""
         key, width = self._keys[interval], float(self._widths[interval])
         if key not in self._kept:
             if (len(self._kept) + 1) * len(self._fractions) * self._matrix.size > _MOST_KEPT:

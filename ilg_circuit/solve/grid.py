@@ -1,7 +1,7 @@
-"""Time grids designed from a circuit's poles, so that the trapezoidal rule converges fast everywhere on them.
+"""Designs time grids from a circuit's poles, on which the trapezoidal rule converges fast.
 
-After a jump of the drive every mode k of the circuit is excited and then dies out as exp(Re(p_k) t). A step h makes an
-error that goes with (|p_k| h)^q times what is left of the mode, so h may grow as the modes die:
+A jump of the drive excites every mode k of the circuit, which then decays as exp(Re(p_k) t). A step h has an error
+proportional to (|p_k| h)^q times the mode's amplitude, so that h may grow as the modes decay:
 
     h(t) = min over k of  theta/|p_k| exp(-Re(p_k) t/q)      and  theta/omega under a sine of frequency omega
 
@@ -25,36 +25,36 @@ from ..arrays import Array, ComplexArray, Mask
 from ..drive import Drive
 from ..errors import SolveError, argument
 
-#: ngspice's first step is backward Euler; so short (in units of the fastest mode) its error is below 1e-9.
+#: First step, in units of the fastest mode: ngspice uses backward Euler, whose error is then below 1e-9.
 _FIRST_STEP = 1e-5
-#: But no step is shorter than this part of the run: ngspice's time is a double.
+#: Least step as a fraction of the run, since ngspice's time is a double.
 _LEAST_STEP = 1e-13
-#: A jump of the drive takes so long, in units of the fastest mode; shorter ones would only add rounding.
+#: Duration of a jump of the drive in units of the fastest mode; shorter jumps would only add rounding.
 _RISE = 1e-3
-#: In one step the error goes with the square of it, not with the fourth power.
+#: The same for a jump in one step, whose error is proportional to its square, not to the fourth power.
 _RISE_NONLINEAR = 1e-5
-#: What slopes beside a jump may add in it, relative to the largest voltage and in units of the fastest mode.
+#: Error that slopes beside such a jump may add, relative to the largest voltage and in units of the fastest mode.
 _LEVEL = 1e-12
-#: But no step of it is shorter than this part of the run.
+#: Least step of a jump as a fraction of the run.
 _LEAST_RISE = 1e-11
-#: Fineness of intervals over which a low-order quadrature is good to many digits.
+#: Fineness of intervals over which a low-order quadrature is accurate to many digits.
 _SMOOTH = 0.4
 #: Fewest nodes of a piece that begins or ends with a jump, to which samples and powers are extrapolated.
 _BESIDE_JUMP = 9
 _ORDER = 8
-#: Most time points between two edges of the drive; more would take too long to solve.
+#: Largest number of time points between two edges of the drive; more would take too long to solve.
 _MOST_POINTS = 1e8
-#: A step never grows beyond this part of the time since the segment began.
+#: Largest step, as a fraction of the time since the beginning of the segment.
 _GROWTH = 0.35
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Points of one solve, from 0, and where the requested samples are among them.
+    """Points of one solve, from 0, and the indices of the requested samples among them.
 
     ``nodes`` [s]; ``samples`` [s]; ``index``: node of each sample, or -1 where the sample lies between nodes and is
     interpolated; ``segments``: (first node, last node) of every smooth piece; ``piece``: the piece of each sample.
-    ``rise`` [s] is how long a jump takes; ``linear`` whether its nodes are a quarter of that apart, or only its ends.
+    ``rise`` [s] is the duration of a jump; ``linear`` is True if its nodes are a quarter of that apart, else only ends.
     """
 
     nodes: Array
@@ -100,7 +100,7 @@ class Grid:
         return np.asarray(np.interp(points, self.nodes, at_nodes))
 
     def jump_error(self, rates: Array) -> Array:
-        """Return the error by a jump's length in modes of ``rates`` [1/s], relative to the excitation of each."""
+        """Return the error due to a jump's duration in modes of ``rates`` [1/s], relative to their excitation."""
         z = self.rise * rates
         return np.asarray(np.minimum(z**4 / 7680 if self.linear else z**2 / 8, 1.0))
 
@@ -196,7 +196,7 @@ def _level_rise(drive: Drive, breakpoints: Array, jumping: Mask, end: float, fas
 
 
 def _rise(breakpoints: Array, jumping: Mask, end: float, rise: float, least: float) -> float:
-    """Return the length [s] of a jump: below every mode's time constant, within its neighbours, above rounding."""
+    """Return the duration [s] of a jump: below every mode's time constant and its neighbours, above rounding."""
     if jumping.any():
         gaps = np.diff(np.concatenate([[0.0], breakpoints, [end]]))
         nearest = float(np.minimum(gaps[:-1], gaps[1:])[jumping].min())
@@ -241,7 +241,7 @@ def _profile(poles: ComplexArray, omega: float, longest: float, theta: float) ->
 
 
 def representatives(modes: ComplexArray) -> ComplexArray:
-    """Return a few modes that bound many: of those within a tenth of a decade the fastest, with the slowest decay."""
+    """Return a few modes that bound many: for each tenth of a decade the fastest rate with the slowest decay."""
     if len(modes) <= 24:
         return modes
     group = np.round(10 * np.log10(np.abs(modes))).astype(int)
@@ -255,7 +255,7 @@ def representatives(modes: ComplexArray) -> ComplexArray:
 
 
 def _cut(profile: Array, length: float) -> Array:
-    """Return the profile's nodes within a segment, without one that would make its last step far too short."""
+    """Return the profile's nodes within a segment, without a node that would make its last step too short."""
     inside = profile[profile < length]
     last = np.append(0.0, inside)[-2:]
     if len(inside) and length - last[1] < 0.3 * (last[1] - last[0]):
@@ -264,7 +264,7 @@ def _cut(profile: Array, length: float) -> Array:
 
 
 def _launch(first: float, smallest: float) -> Array:
-    """Return the points from 0 towards ``first``, each step twice the one before, for the start from rest."""
+    """Return the points from 0 towards ``first`` with steps that double, for the start from rest."""
     if smallest >= first / 3:
         return np.empty(0)
     count = int(np.ceil(np.log2(first / smallest)))

@@ -50,7 +50,7 @@ def carried_folder() -> Path:
 def find_library() -> Path:
     """Return the shared library's path: the environment variable's, the environment's, the system's, the wheel's.
 
-    Raises MissingLibraryError with one line that says what to install.
+    Raises MissingLibraryError, a line with what to install.
     """
     path = next(candidates(), None)
     if path is None:
@@ -129,7 +129,7 @@ def loads(library: Path) -> bool:
 
 
 def prepare_library() -> Path:
-    """Find the library, load what lies unpacked beside it, and name it to PySpice, before PySpice is imported."""
+    """Return the library after loading its unpacked dependencies and giving its path to PySpice, before its import."""
     path = find_library()
     _load_neighbours(path)
     os.environ[VARIABLE] = str(path)

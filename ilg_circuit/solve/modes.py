@@ -1,4 +1,4 @@
-"""Linear systems as sums of modes, and what sums of modes are made of."""
+"""Decomposes linear systems into modes, and evaluates sums of modes."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from .state_space import StateSpace
 
-#: Intervals of a sum of modes that are added up at once.
+#: Number of intervals of a sum of modes that are added at once.
 _CHUNK = 32
-#: Modes that cancel by more than this factor lose as many digits.
+#: Largest factor by which modes may cancel; the same factor of accuracy is lost.
 CANCELLING = 1e5
 #: Below this a Taylor series of five terms is exact to the last digits.
 SMALL = 1e-2
@@ -23,10 +23,10 @@ Numbers = NDArray[Any]
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """The modes of ``n`` systems: ``poles`` [1/s] (n, s), what excites each, and what each shows.
+    """The modes of ``n`` systems: ``poles`` [1/s] (n, s), their excitations and their outputs.
 
-    ``excited`` (n, s, 2) are parts of the drive and of the constant 1 in a mode's equation; ``shown`` (n, outputs, s)
-    those of modes in the outputs.
+    ``excited`` (n, s, 2) are the coefficients of the drive and of the constant 1 in a mode's equation; ``shown``
+    (n, outputs, s) are the coefficients of modes in the outputs.
     """
 
     poles: Numbers
@@ -35,19 +35,19 @@ class Modes:
 
     @property
     def shares(self) -> Array:
-        """What each mode contributes to an output (n, outputs, s) in the end, per unit of a constant drive."""
+        """Steady contribution of each mode to an output (n, outputs, s), per unit of a constant drive."""
         with np.errstate(divide="ignore", invalid="ignore"):
             found = np.abs(self.shown * (self.excited[:, None, :, 0] / self.poles[:, None]))
         return np.asarray(np.where(np.isfinite(found), found, 0.0))
 
 
 def modes_of(system: StateSpace) -> Modes | None:
-    """Return the modes of ``system``, or None where they cancel: poles so near to each other that shapes are one.
+    """Return the modes of ``system``, or None if they cancel because close poles have nearly parallel eigenvectors.
 
     The measure is the sum of the terms of each mode's shape times its left one, which is 1 but for signs; it does not
     depend on the units of the states.
     """
-    # fast states first: slow poles then keep their digits beside fast ones
+    # fast states first, so that slow poles keep their accuracy
     order = np.argsort(-np.abs(np.diagonal(system.a, axis1=1, axis2=2)), axis=1, kind="stable")
     one = np.arange(len(order))[:, None]
     try:
@@ -79,7 +79,7 @@ def phi(z: Numbers, order: int) -> Numbers:
 def recursion(kept: Numbers, gained: Numbers, before: Numbers) -> Numbers:
     """Return x_k = kept_k x_(k-1) + gained_k (k, ...), x_(-1) = ``before``: inside chunks all at once, then along them.
 
-    Within a chunk the sums of 2, 4, 8, ... terms are made of those of half as many.
+    Within a chunk, sums of 2, 4, 8, ... terms are computed from sums of half the length.
     """
     length = len(kept)
     chunks = -(-length // _CHUNK)

@@ -1,8 +1,8 @@
-"""ngspice in this process, through PySpice, hardened.
+"""Runs ngspice in this process, through PySpice, with additional checks.
 
-What PySpice 1.5 leaves to its callers: it takes harmless notes on stderr for errors, so a run is judged by its result;
-it keeps every circuit and plot, so both are removed; after a failed run it would read the plot of the run before, so
-old plots go first and the new one's name, length and last time are checked.
+PySpice 1.5 needs these checks: it takes harmless notes on stderr for errors, so a run is judged by its result; it keeps
+every circuit and plot, so both are removed; after a failed run it would read the previous run's plot, so old plots are
+removed first and the new one's name, length and last time are checked.
 
 The time points are ours: ngspice asks before every step (GetSyncData of its shared library), and gets the next point
 of a given grid. So the trapezoidal rule works on a grid chosen for the circuit, and no tolerance of ngspice decides
@@ -35,14 +35,14 @@ Run = Callable[[Array, Array], Array]
 #: Truncation control is off: the grid decides. A linear circuit is solved in one Newton step, so its tolerances only
 #: have to be wide enough for rounding.
 _OPTIONS = {"method": "trap", "trtol": "1e12", "reltol": "1e-3", "abstol": "1e-6", "vntol": "1e-3", "chgtol": "1e-14"}
-#: A nonlinear one is iterated until no voltage moves any more; far from the solution an exponential needs many steps.
+#: A nonlinear circuit is iterated until all voltages converge; far from the solution an exponential needs many steps.
 #: Current convergence is not required: across a jump, capacitor currents are rounding errors amplified by C/h.
 _NONLINEAR = {"reltol": "1e-10", "abstol": "1.0", "vntol": "1e-12", "itl1": "500", "itl4": "500"}
 #: But ngspice stores the iteration before the last, so every point of a nonlinear circuit is begun with its drive a
 #: little off, by this part of the largest: one more iteration follows, and stored currents belong to stored voltages.
 _NUDGE = 1e-6
 
-#: An operating point counts as found only when currents stand too; nothing is moving there.
+#: An operating point requires convergence of currents too, which are steady there.
 _OPERATING_POINT = {"abstol": "1e-15", "gmin": "1e-15", "pivtol": "1e-40"}
 
 _lock = threading.RLock()
@@ -95,9 +95,9 @@ class Session:
         """Load a circuit's text once, for a run on any number of grids.
 
         Gives ``run(grid, voltages)``: ``grid`` [s] ascends from 0 to ``end``, ``voltages`` [V] (points,) at its points
-        are those of the circuit's external source, or (sources, points) of several named Vdrive_0, Vdrive_1, ... It
+        belong to the circuit's external source, or (sources, points) of several named Vdrive_0, Vdrive_1, ... It
         returns ``vectors`` at all points after 0, shape (vectors, points). Initial
-        conditions are those of the elements. ``linear=False`` iterates every step until it converges. Raises SolveError
+        conditions are the elements'. ``linear=False`` iterates every step until it converges. Raises SolveError
         when ngspice rejects the circuit, stops early, or leaves the grid.
         """
         stop = 1.01 * end  # ngspice drops points very near its end, so its end lies beyond ours
@@ -137,7 +137,7 @@ class Session:
 
     @contextlib.contextmanager
     def _holding(self, circuit: str, options: dict[str, str], analysis: str) -> Iterator[None]:
-        """Keep all others from ngspice while it holds a circuit, which it forgets at the end."""
+        """Lock ngspice while it holds a circuit, which is removed at the end."""
         if os.getpid() != self._process:
             raise SolveError("ngspice was loaded before this process was forked; start workers with spawn or loky")
         with _lock:
@@ -149,12 +149,12 @@ class Session:
                 self._forget()
 
     def _forget(self) -> None:
-        """Have ngspice forget its results, and its circuit if it holds one: an interrupted call may have left it."""
+        """Remove ngspice's results, and a circuit that an interrupted call may have left."""
         self._command("destroy all")
         if self._holds:
             self._command("remcirc")
             self._holds = False
-        self._lib.ngSpice_Command(self._ffi.NULL)  # ngspice keeps every command until told to forget them
+        self._lib.ngSpice_Command(self._ffi.NULL)  # clears ngspice's list of commands, which grows otherwise
 
     def _command(self, text: str) -> None:
         self._shared.exec_command(text)

@@ -1,7 +1,7 @@
 """The electrical port as ordinary differential equations, integrated by scipy: an answer that shares no circuit.
 
 With nonlinear elements there is no exact engine; these equations are written from the laws themselves, not from the
-netlist, so that they check it. They leave out the voltage that the motion reflects, 1e-10 of the drive.
+netlist, so that they check it. They neglect the voltage that the motion reflects, 1e-10 of the drive.
 """
 
 from __future__ import annotations

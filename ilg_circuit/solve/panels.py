@@ -38,7 +38,7 @@ def _radau(count: int) -> tuple[Array, Array]:
     return (nodes + 1) / 2, weights / 2
 
 
-#: Where on a panel (0 to 1) its points are, and the weights of a mean over it.
+#: Positions of the points on a panel (0 to 1), and the weights of a mean over it.
 FRACTIONS, WEIGHTS = _radau(NODES)
 
 

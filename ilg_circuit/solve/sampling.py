@@ -12,10 +12,10 @@ from ..drive import Drive, drive_times
 from ..errors import InputError
 from .grid import Grid, lagrange
 
-#: Nodes of the interpolation used and of the weaker ones that it is compared with: errors of a fast mode and of a slow
-#: one may cancel in one of the differences, hardly in both.
+#: Nodes of the interpolation, and of two weaker ones for its error: errors of a fast and of a slow mode may cancel in
+#: one of the differences, but hardly in both.
 _NODES, _WEAKER = 8, (6, 7)
-#: Near the ends all are one-sided, and their differences may fall short of the error by some parts in a hundred.
+#: Factor for the one-sided interpolations near the ends, whose differences underestimate the error by a few percent.
 _CAUTION = 1.1
 
 

@@ -18,7 +18,7 @@ from ..arrays import Array, ComplexArray
 from ..circuit.netlist import GROUND, Netlist
 from ..errors import InputError, SolveError
 
-#: Poles below this part of the fastest are integrators; steady states are taken at this part of the slowest other one.
+#: Largest pole of an integrator, relative to the fastest; rate for steady states, relative to the slowest other pole.
 _STANDS_STILL, _SLOW = 1e-14, 1e-6
 _BRANCH_KINDS = frozenset("VEHC")  # kinds that carry a current unknown; a capacitor is a source of its own state
 

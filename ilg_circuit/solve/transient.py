@@ -30,34 +30,34 @@ from .work import Named, Work, exact_with_work, on_grid, powers
 
 Progress = Callable[[int, int], None]
 
-#: Accuracy a caller gets who asks for none: error relative to each waveform's largest value.
+#: Default accuracy: error relative to each waveform's largest value.
 DEFAULT_ACCURACY = 1e-7
 
 _MOST_RUNS = 4
 _MOST_REFINEMENTS = 4
-#: Where a law has a kink (a charge that passes zero) halving the steps gains less.
+#: Largest number of refinements with a kink in a law (a charge that passes zero), where halving the steps gains less.
 _MOST_REFINEMENTS_NONLINEAR = 8
 _LARGEST_BATCH = 100
-#: A grid of steps half as wide makes errors smaller by this factor at least, unless they are rounding.
+#: Least factor by which halving the steps reduces errors, unless they are rounding.
 _GAIN = 3.0
 #: Rounding of a run, relative to the largest term of an output: what thousands of steps make of a double's 1e-16, at
 #: most, and what is to be reckoned with in any.
 _ROUNDING, _NOISE = 1e-11, 3e-13
 #: Rounding of a nonlinear run, by Newton's iterations.
 _NOISE_NONLINEAR = 1.5e-10
-#: Half as wide steps make an error an eighth at least, at a kink on which no node lies.
+#: Factor by which halving the steps reduces an error at a kink between nodes.
 _HALVED = 8.0
-#: Of its largest value, what a charge that passes zero comes from or goes to at least: less is rounding about zero.
+#: Least charge before or after it passes zero, relative to its largest value; smaller ones are rounding about zero.
 _FELT = 1e-9
-#: Time constants of the fastest mode in a run from which on it is stiff.
+#: Length of a run, in time constants of the fastest mode, above which it is stiff.
 _STIFF = 3e3
 #: Factor by which the stated error exceeds the estimate.
 _CAREFUL = 1.5
 #: Factors by which the jumps of a drive take longer, one after the other, where ngspice stops in them.
 _LONGER_JUMPS = (1.0, 10.0, 100.0)
-#: Samples at which the exact engine's rounding is looked at, and how far it may lie beyond what is seen there.
+#: Number of samples at which the exact engine's rounding is estimated, and factor for the other samples.
 _COMPARED, _LIKELY = 40, 10.0
-#: Copies in one netlist share one grid; their fastest modes may differ by this factor.
+#: Largest ratio of the fastest modes of copies in one netlist, which share one grid.
 _SPREAD = 3.0
 
 
@@ -66,7 +66,7 @@ class Waveforms:
     """Outputs of ``n`` netlists at the same times.
 
     ``times`` [s] (t,); ``values`` (n, outputs, t) in the outputs' units; ``errors`` (n, outputs): estimated error
-    relative to the waveform's largest value (the exact engine's is its rounding); ``engine`` says what solved it.
+    relative to the waveform's largest value (the exact engine's is its rounding); ``engine`` is the solver's name.
     """
 
     times: Array
@@ -251,7 +251,7 @@ class _Batch:
             doubt = np.where(self._judged, doubt, 0.0)
             errors = np.maximum(errors, doubt) + self._jump_errors(solved_on, fastest, at_nodes)
             if not self._linear:
-                # a kink in a law spoils the series that is extrapolated: twice as many steps must give the same answer
+                # a kink in a law invalidates the extrapolation: twice the number of steps must give the same result
                 moved = np.inf if coarser is None else relative(values - coarser, values)
                 # hardly more than what it moved, and no less than rounding and the eighth that a kink leaves
                 likely = np.maximum(np.minimum(errors, 3 * moved), moved / _HALVED) + _NOISE_NONLINEAR

@@ -1,7 +1,7 @@
 """Work: integrals over time of powers, which are products of a circuit's outputs, as further outputs of a run.
 
 ngspice's are sums by the trapezoidal rule over the points of a run, as a further state of the circuit would be: their
-error is a series in even powers of the step too, so that they are extrapolated, and their error told, like any output.
+error is a series in even powers of the step too, so that they are extrapolated, with an error, like any output.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .exact import exact_outputs
 from .grid import Grid, lagrange, smooth_intervals
 from .state_space import StateSpace
 
-#: Of outputs (n, outputs, t) the one of a name (n, t).
+#: Name of an output -> its values (n, t).
 Named = Callable[[str], Array]
 
 

@@ -1,6 +1,6 @@
 """The description of one actuator strip: geometry, material, coupling, mounting. Everything else is computed from it.
 
-All values are SI floats. Equation numbers "EC (n)" are those of *Electromechanical Coupling Model for Ionic Liquid
+All values are SI floats. Equation numbers "EC (n)" refer to *Electromechanical Coupling Model for Ionic Liquid
 Gel Soft Actuators*.
 """
 

@@ -1,4 +1,4 @@
-"""Strips with some of their values replaced: what `Actuator.with_` and a study's variations do.
+"""Replaces some values of a strip, for `Actuator.with_` and for a study's variations.
 
 Names are the keys of an actuator's TOML file (``thickness``, ``youngs_modulus``, ``gain``), those of further ionic
 branches with the branch's number (``permittivity_2``).
@@ -29,7 +29,7 @@ Value = float | str
 
 @dataclass(frozen=True)
 class VariedParameter:
-    """A parameter that can be varied: the ``part`` of the description that it belongs to, SI unit, meaning.
+    """A parameter that can be varied, with its ``part`` of the description, SI unit and meaning.
 
     ``words`` are the values allowed where it is not a number.
     """
@@ -41,7 +41,7 @@ class VariedParameter:
     words: tuple[str, ...] = ()
 
     def value(self, text: str) -> Value:
-        """Parse a text with a unit. Raises InputError naming the parameter."""
+        """Return the value of a text with a unit. Raises InputError naming the parameter."""
         if self.words:
             if text not in self.words:
                 raise wrong_choice(self.name, text, self.words)
@@ -71,7 +71,7 @@ def _of_record(kind: type, part: str, suffix: str = "") -> list[VariedParameter]
     ]
 
 
-#: Of a strip, in the order of its file.
+#: Parameters of a strip in the order of its file.
 STRIP_PARAMETERS = (
     *_of_record(Geometry, "geometry"),
     *_of_record(Material, "material"),

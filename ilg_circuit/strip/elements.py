@@ -105,7 +105,7 @@ class Elements:
 
     @property
     def hanging_share(self) -> float:
-        """The share of a static, free displacement that gravity leaves; 1 where there is none."""
+        """The ratio of the static, free displacement with gravity to the one without."""
         return self.stiffness / (self.stiffness + self.gravity)
 
     def ion_impedance(self, s: complex) -> complex:

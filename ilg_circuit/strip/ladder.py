@@ -1,4 +1,4 @@
-"""RC ladders: what stands in a netlist for an impedance that is a sum or an integral of relaxations.
+"""RC ladders: approximations, for netlists, of impedances that are sums or integrals of relaxations.
 
 Diffusion, constant phase elements and flattened arcs are of the form
 
@@ -25,29 +25,29 @@ from ..errors import InputError
 if TYPE_CHECKING:
     from .models.ladder_path import LadderPath
 
-#: Band [Hz] of a ladder where nothing else is said.
+#: Default band [Hz] of a ladder.
 LADDER_BAND = (1e-4, 1e4)
-#: Error that an automatic number of sections stays below, relative to the ideal impedance, anywhere in the band.
+#: Largest error of a ladder with an automatic number of sections, relative to the ideal impedance in the band.
 LADDER_ERROR = 1e-4
 MOST_SECTIONS = 200
 _PER_DECADE = 60
-#: Nodes of the quadrature that gathers relaxations, a block: four need the fewest sections.
+#: Nodes per block of the quadrature that combines relaxations: four need the fewest sections.
 ORDER = 4
-#: So far beyond both ends of the band relaxations are gathered in sections, as a factor.
+#: Factor beyond both ends of the band up to which relaxations are combined in sections.
 _BEYOND = 1000.0
-#: A density below this part of the impedance is none.
+#: Density of relaxations, relative to the impedance, below which it is zero.
 _NEGLIGIBLE = 1e-5
-#: A section, and the capacitor at the lower end of the band, are at least this part of the impedance there.
+#: Least impedance of a section, and of the capacitor at the lower end of the band, relative to the total there.
 _LEAST = 1e-6
 #: Widest step of the logarithmic grid on which a density of relaxations is sampled.
 _STEP = 0.0125
-#: A peak of the density is sampled no finer than this, in units of log(lambda).
+#: Finest step at a peak of the density, in units of log(lambda).
 _NARROWEST = 1e-3
 
 
 @dataclass(frozen=True)
 class Ladders:
-    """How ladders are made: ``band`` [Hz], number of ``sections`` (None: as many as `LADDER_ERROR` needs), ``reach``.
+    """The design of ladders: ``band`` [Hz], number of ``sections`` (None: enough for `LADDER_ERROR`), ``reach``.
 
     ``reach`` sets the fastest relaxation of a Warburg ladder, as a number of 1/tau, in place of the band's upper end.
     """
@@ -98,7 +98,7 @@ class Ladder:
 
 @dataclass(frozen=True)
 class Relaxations:
-    """What a ladder is made from: the closed form, and how fine its density of relaxations is.
+    """The ideal element that a ladder approximates: its closed form, and the fineness of its density of relaxations.
 
     ``impedance`` [ohm] of complex ``s`` (n,) [rad/s] off the negative real axis; ``width`` is the half-width of the
     narrowest peak of the density, in units of log(lambda).
@@ -120,7 +120,7 @@ def gathered(
     """
     low, high = 2 * np.pi * band[0], 2 * np.pi * band[1]
     blocks = -(-sections // ORDER)
-    # below the band by decades, as far as there is anything: huge capacitors would drown the rest in rounding
+    # some decades below the band, as far as the density extends: huge capacitors would cause rounding errors
     first = low / _BEYOND * 10.0 ** np.arange(4)
     decaying, turning = (relaxations.impedance(np.asarray(s, dtype=complex)) for s in (-first, 1j * first))
     there = -decaying.imag > _NEGLIGIBLE * np.abs(turning)
@@ -131,7 +131,7 @@ def gathered(
     count = blocks * coarse * fine
     logs = math.log(start) + length / count * (np.arange(count) + 0.5)
     rates = np.exp(logs)
-    # multiplied by sqrt(lambda), which evens out what diffusion has at both ends
+    # multiplied by sqrt(lambda), which makes the density of diffusion more uniform
     weights = np.maximum(-relaxations.impedance(-rates + 0j).imag, 0.0) / np.pi * np.sqrt(rates) * length / count
     nodes, masses = np.zeros(0), np.zeros(0)
     for x, w, order in zip(np.split(logs, blocks), np.split(weights, blocks), shares(sections, blocks), strict=True):
@@ -140,7 +140,7 @@ def gathered(
             found, mass = gauss(x - middle, w, order)
             nodes = np.append(nodes, np.exp(middle + found))
             masses = np.append(masses, mass * np.exp((middle + found) / 2))
-    # resistances far below the impedance would drown the others in a circuit's rounding
+    # resistances far below the impedance would cause rounding errors in the others
     masses = np.maximum(masses, _LEAST * nodes * np.abs(relaxations.impedance(np.asarray(1j * nodes, dtype=complex))))
     ends = 1j * np.array([low, high])
     rest = relaxations.impedance(ends) - (masses / (ends[:, None] + nodes)).sum(axis=1)
@@ -182,7 +182,7 @@ def gauss(x: Array, weights: Array, order: int) -> tuple[Array, Array]:
     jacobi = np.zeros((order, order))
     for j in range(order):
         vector = points * basis[j]
-        for _ in range(2):  # twice, so that rounding leaves them orthogonal
+        for _ in range(2):  # twice, so that they are orthogonal in spite of rounding
             vector -= basis[: j + 1].T @ (basis[: j + 1] @ vector)
         jacobi[j, j] = basis[j] @ (points * basis[j])
         norm = float(np.linalg.norm(vector))

@@ -305,4 +305,4 @@ def _identity(drive: Drive) -> Any:
 
 def _reason(error: Exception) -> str:
     text = " ".join(str(error).split())
-    return text if isinstance(error, IlgError) else f"values out of all proportion ({text or type(error).__name__})"
+    return text if isinstance(error, IlgError) else f"implausible values ({text or type(error).__name__})"

@@ -184,7 +184,7 @@ def test_a_run_that_fails_marks_the_fit_of_an_earlier_one(run: Run) -> None:
     whole = Path("step.csv").read_text()
     Path("step.csv").write_text("time_s,voltage_V\n0,0\n")
     failed = run("identify", "step.csv", *FIT)
-    assert_one_line(failed, "no column for current", "'step.fit' is of an earlier run, as OUTDATED.txt in it tells")
+    assert_one_line(failed, "no column for current", "'step.fit' is of an earlier run, see OUTDATED.txt in it")
     assert "no column for current" in Path("step.fit/OUTDATED.txt").read_text()
     Path("step.csv").write_text(whole)
     assert run("identify", "step.csv", *FIT).code == 0

@@ -39,7 +39,7 @@ def test_decays_that_are_nearly_one_are_not_and_the_pairs_are_named() -> None:
     assert found.condition > 50
     assert found.loose
     assert any({a, b} == {"a", "b"} and value < -0.98 for a, b, value in found.alike)
-    assert "act alike" in found.reason
+    assert "have the same effect" in found.reason
     assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["determined"] is False
 
 

@@ -87,7 +87,7 @@ def test_a_side_without_a_limit_is_open() -> None:
     assert [(f.code, f.values["parameter"], f.values["sides"]) for f in found.findings] == [
         ("profile-open", "p1", "upper")
     ]
-    assert "the data set p1 no upper limit within a factor of 1e+06" in str(found.findings[0])
+    assert "the data give no upper limit of p1 within a factor of 1e+06" in str(found.findings[0])
 
 
 def test_a_profile_that_fails_says_so_and_a_bootstrap_stands_in() -> None:

@@ -102,7 +102,7 @@ def test_the_first_loading_is_fitted_and_told(peaks: tuple[float, ...]) -> None:
     told = next(f for f in result.findings if f.code == "branches")
     counts = {"loading": 29, "unloading": 28 * len(peaks), "reloading": 29 * (len(peaks) - 1)}
     assert told.values["rows"] == {kind: count for kind, count in counts.items() if count}
-    assert "fitted is loading, 29 readings" in str(told)
+    assert "fitted: loading, 29 readings" in str(told)
     shown = result.to_dict()["statistics"]["tests"]["uniaxial"]
     assert [leg["branch"] for leg in shown["branches"]][:2] == ["loading", "unloading"]
     assert shown["branch"] == "loading"

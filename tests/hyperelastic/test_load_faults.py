@@ -226,7 +226,7 @@ def test_no_success_writes_all_but_the_strip(run: Run) -> None:
     code, out, err = run(STRETCH, step, "--terms", "1", "--json", "--plot", "p.png", "--report", "r.html")
     assert code == 1
     assert json.loads(out)["success"] is False
-    assert "the answer is no success (exit code 1), and no strip is written" in err
+    assert "the fit is not a success (exit code 1), and no strip is written" in err
     assert not Path("strip.toml").exists()
     assert Path("p.png").stat().st_size > 0
     assert Path("r.html").stat().st_size > 0
@@ -237,5 +237,5 @@ def test_the_branch_is_an_option(run: Run) -> None:
     code, out, err = run(test.stretch, test.stress / 1e3, "--branch", "unloading", "--terms", "1", "--json")
     assert code == 0, err
     assert json.loads(out)["statistics"]["n"] == 56
-    assert "pull.csv: by the order of its rows it is 29 loading, 56 unloading, 29 reloading: fitted is unloading" in err
+    assert "pull.csv: the order of its rows gives 29 loading, 56 unloading, 29 reloading; fitted: unloading" in err
     assert Path("strip.toml").exists()

@@ -147,7 +147,7 @@ def test_a_shortened_fit_has_the_whole_record_s_figures_beside_its_own() -> None
     text = found.summary()
     assert "measured to 120 s" in text
     assert "readings less the rest position of 8" in text
-    assert "left out: a rest of 2 s does not tell a drift over" in text
+    assert "left out: a rest of 2 s does not determine a drift over" in text
     entry = found.to_dict()["displacement"]["figures"]
     assert entry["measured_over_record"]["final"] == float(found.metrics.record.final)
     assert entry["record_until_s"] == pytest.approx(120.0)

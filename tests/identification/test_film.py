@@ -50,7 +50,7 @@ def test_a_camera_and_a_stated_drive_give_coupling_and_delay(run: Run) -> None:
     assert done.code == 0, done.err
     assert "displacement under step 2 V, as stated; coupling d(s), static beam" in done.out
     assert "displacement_delay" in done.out
-    assert "that of the given strip" in done.err
+    assert "taken from the given strip" in done.err
     told = json.loads(Path("fit.json").read_text())
     assert (told["model"], told["success"], told["candidates"]) == ("d(s)", True, [])
     for name, value in {**TRUTH, "displacement_delay": 12.3}.items():
@@ -137,7 +137,7 @@ def test_every_drive_by_name_is_what_a_run_has(form: str, run: Run) -> None:
         ("camera.csv", "--drive step:0V", ("the drive, step 0 V, stays at 0 V: nothing moves the strip",)),
         ("camera.csv", "--drive file:rest.csv", ("stays at 0 V",)),
         ("camera.csv", "--drive file:short.csv", ("ends 35 s after its onset", "--until 35s")),
-        ("camera.csv", "--drive step:2V --model rc", ("--model rc: a displacement alone says nothing of the circuit",)),
+        ("camera.csv", "--drive step:2V --model rc", ("--model rc: a displacement alone does not determine",)),
         ("camera.csv", "--drive step:2V --own capacitance", ("coupling_gain",)),
         ("camera.csv", "--drive step:2V --onset last-rest", ("--onset last-rest", "give a time such as 4s")),
         ("camera.csv", "--drive step:2V --onset 1s --displacement-delay 1s", ("give one of them",)),

@@ -79,7 +79,7 @@ def test_every_row_has_a_reason_with_numbers(result: str, request: pytest.Fixtur
             assert c.bic is not None
             assert chosen.bic is not None
             assert c.reason.values["bic"] == pytest.approx(c.bic - chosen.bic)
-            assert f"BIC larger by {c.bic - chosen.bic:.1f} than that of {chosen.model}" in c.verdict
+            assert f"BIC higher than for {chosen.model} by {c.bic - chosen.bic:.1f}" in c.verdict
     assert f"BIC on {independent:.3g} independent samples for all" in found.summary()
 
 
@@ -94,7 +94,7 @@ def test_a_rejected_least_bic_and_a_rejected_least_rms_are_told_with_their_reaso
     closest = candidate("rc3", 8.0, 0.10, "candidate-not-confirmed", starts=20)
     (bic, rms) = rejected_findings([chosen, least, closest])
     assert (bic.code, bic.values["model"], bic.values["less"]) == ("least-bic-not-chosen", "cpe", 4.0)
-    assert "less than the 10 that 1 more unknown must bring" in str(bic)
+    assert "less than the 10 required for 1 more unknown" in str(bic)
     assert (rms.code, rms.values["model"], rms.values["share"]) == ("least-rms-not-chosen", "rc3", 0.10)
     assert "not reached a second time" in str(rms)
     near = candidate("rc3", 12.0, 0.13, "candidate-asked-for")

@@ -90,7 +90,7 @@ def test_auto_of_a_step_and_a_spectrum() -> None:
     [
         (replace(PAPER, coupling=None), (2.0, -1.0), "rc", {"rc3": "not tried: the residuals of rc are only noise"}),
         (replace(PAPER, coupling=None), (2.0, -2.0), "rc", {"rc+sinh": "not tried: it needs several voltages"}),
-        (SINH, (1.0, -2.0, 3.0), "rc+sinh", {"rc": "BIC larger by"}),
+        (SINH, (1.0, -2.0, 3.0), "rc+sinh", {"rc": "BIC higher than for"}),
     ],
     ids=["linear", "one voltage", "sinh"],
 )
@@ -211,4 +211,4 @@ def test_the_table_marks_the_chosen_model_and_says_what_is_against_others() -> N
     rows = [row for row in found.summary().splitlines() if row.startswith(("rc", "warburg", "cpe"))]
     assert [row.split()[0] for row in rows if row.endswith("chosen")] == ["rc2"]
     assert any(row.startswith("rc3") and "not determined" in row for row in rows)
-    assert any(row.startswith("rc ") and "BIC larger by" in row for row in rows)
+    assert any(row.startswith("rc ") and "BIC higher than for" in row for row in rows)

@@ -205,7 +205,7 @@ def test_a_stranger_among_three_is_named() -> None:
     files = [*steps(PLAIN, 3.0, -2.0), replace(other, source="odd")]
     found = identify(files, model="rc", base=PLAIN, engine="exact")
     (finding,) = (f for f in found.findings if f.code == "file-outlying")
-    assert "without odd one port holds for all others" in str(finding)
+    assert "one port holds for all files except odd" in str(finding)
     assert "files-inconsistent" in codes(found.findings)
 
 

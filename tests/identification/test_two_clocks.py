@@ -74,7 +74,7 @@ def test_a_delay_that_is_stated_is_taken_of_another_file_too(run: Run, tmp_path:
     assert done.code == 0, done.err
     assert "coupling_gain" in done.out
     assert "displacement_delay" not in done.out
-    assert "the displacement's clock is taken to go as fast as the voltage's" in done.err
+    assert "the displacement's clock is assumed to run at the same rate as the voltage's" in done.err
     refused = run(*how)
     assert_one_line(refused, "column 'x_px' is in pixels; say the size of one: --scale 0.042mm/px")
     assert_one_line(run("identify", "current.csv", "--scale", "1mm/px"), "no column is in pixels", "leave it out")

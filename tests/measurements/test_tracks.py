@@ -123,9 +123,9 @@ def test_a_displacement_is_arrays_a_frame_or_one_of_the_arrays() -> None:
     np.testing.assert_allclose(mapped.displacement.time, own.displacement.time)
     same = ilg.read(**arrays, displacement=np.interp(t, T, Y))
     assert not same.own_clock
-    with pytest.raises(InputError, match="has a displacement itself"):
+    with pytest.raises(InputError, match="already has a displacement"):
         ilg.read(same, displacement=(T, Y))
-    with pytest.raises(InputError, match="give one displacement for each record: 1 of these, and 2 of those"):
+    with pytest.raises(InputError, match="1 records and 2 displacements were given; give one displacement for each"):
         ilg.read(own, displacement=[(T, Y), (T, Y)])
 
 

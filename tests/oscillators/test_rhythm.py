@@ -213,7 +213,7 @@ def test_neurons_alike_are_told_when_their_cycle_is_unstable() -> None:
     assert found.outcome == "cycle"
     assert found.cycle is not None
     assert not found.cycle.stable
-    assert "neurons 2 = 3 start alike" in found.warnings[0]
+    assert "neurons 2 = 3 have equal initial states" in found.warnings[0]
     states = sampled(Flow(ring(3)), found.cycle.state, np.array([found.cycle.period]))
     assert states[0] == pytest.approx(found.cycle.state, abs=1e-9)
 

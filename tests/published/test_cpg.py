@@ -91,7 +91,7 @@ def test_equal_starts_never_oscillate(size: int, one_way: bool) -> None:
     assert found.rest is not None
     received = network.matrix[0].sum()
     assert found.rest == pytest.approx(np.full(2 * size, 1 / (4 + received)), rel=1e-9)
-    assert any("start them unlike" in line for line in found.warnings)
+    assert any("give them different initial states" in line for line in found.warnings)
 
 
 @pytest.mark.parametrize("factor", [1e-6, 0.3, 7.0, 1e6])

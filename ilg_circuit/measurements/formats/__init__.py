@@ -36,7 +36,7 @@ from . import (
 
 
 class Format(Protocol):
-    """What the module of a file format holds: its ``NAME``, and the ``KINDS`` of data that its files may hold."""
+    """The interface of a file format's module: its ``NAME``, and the ``KINDS`` of data that its files may hold."""
 
     NAME: str
     KINDS: tuple[Kind, ...]
@@ -49,7 +49,7 @@ class Format(Protocol):
 
 
 class Binary(Protocol):
-    """What the module of a binary format holds: it turns the bytes of a file into lines that one of `FORMATS` reads."""
+    """The interface of a binary format's module, which turns a file's bytes into lines that one of `FORMATS` reads."""
 
     def opens(self, raw: bytes) -> bool:
         """Return True if the bytes of a file are of this format."""
@@ -57,7 +57,7 @@ class Binary(Protocol):
     NAME: str
 
     def lines(self, raw: bytes, name: str, said: Said) -> tuple[list[str], Said]:
-        """Return lines, and what of ``said`` is still to be obeyed; MissingLibraryError where its reader is missing."""
+        """Return lines, and ``said`` without the statements applied; MissingLibraryError if its reader is missing."""
 
 
 FORMATS: tuple[Format, ...] = (

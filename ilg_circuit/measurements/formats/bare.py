@@ -13,7 +13,7 @@ from ..table import Table
 NAME = "bare numbers"
 KINDS: tuple[Kind, ...] = (SPECTRUM,)
 
-#: With fewer rows the frequencies of a sweep cannot be told from the times of a record.
+#: Least number of rows to distinguish the frequencies of a sweep from the times of a record.
 _FEWEST_ROWS = 6
 
 

@@ -1,4 +1,4 @@
-"""CH Instruments' text files: Time/sec, Potential/V, Current/A; times or potentials that only their settings tell."""
+"""CH Instruments' text files: Time/sec, Potential/V, Current/A; times or potentials may be in the settings only."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def read(lines: Sequence[str], name: str, kind: Kind) -> Table:
     Raises
     ------
     InputError
-        The settings that tell them are missing, or a cell is not a number.
+        The settings for these are missing, or a cell is not a number.
     """
     row = _header(lines)
     if row is None:

@@ -24,7 +24,7 @@ def lines(raw: bytes, name: str, said: Said) -> tuple[list[str], Said]:
     MissingLibraryError
         galvani is not installed.
     InputError
-        The file is damaged, or of a version that galvani does not know.
+        The file is damaged, or of a version that galvani does not support.
     """
     require_reader("galvani", f"{name}: EC-Lab's .mpr")
     from galvani.BioLogic import MPRfile

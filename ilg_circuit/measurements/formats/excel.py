@@ -14,13 +14,13 @@ from . import csv
 
 NAME = "Excel"
 
-#: A workbook that is larger unpacked is refused.
+#: Largest size of an unpacked workbook.
 _MOST_BYTES = 300_000_000
 _MOST_COLUMNS = 1000
 
 
 def opens(raw: bytes) -> bool:
-    """Return True if the bytes of a file are those of a workbook."""
+    """Return True if the bytes of a file are a workbook."""
     return raw.startswith(b"PK\x03\x04") and b"xl/" in raw
 
 

@@ -72,7 +72,7 @@ def _spectrum(lines: Sequence[str], name: str, kind: Kind) -> Table:
 
 
 def _record(lines: Sequence[str], name: str, kind: Kind) -> Table:
-    """Return the CURVE tables, which follow one another in time, or the one that ``--cycle`` or ``--part`` means."""
+    """Return the CURVE tables, which follow one another in time, or the one chosen by ``--cycle`` or ``--part``."""
     starts = [k for k, line in enumerate(lines) if _RECORD.match(line) and k + 3 <= len(lines)]
     if not starts:
         raise InputError(f"{name}: a Gamry file without a CURVE table: it holds no record over time")

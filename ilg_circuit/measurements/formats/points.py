@@ -1,4 +1,4 @@
-"""Points of a film: which of those that were tracked is meant."""
+"""Selects one of the tracked points of a film."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ...errors import InputError, argument
 
 
 def point_of(labels: Sequence[str], wanted: str | None, name: str) -> str:
-    """Return the point of a file that is meant; capitals do not matter.
+    """Return the label of the chosen point of a file, ignoring case.
 
     Raises
     ------

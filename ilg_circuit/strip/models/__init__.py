@@ -1,4 +1,4 @@
-"""The electrical models of a strip: one file for each, with everything that is known of it, and a registry.
+"""The electrical models of a strip, each complete in one file, and their registry.
 
 To add a model write a file with a subclass of `IonPath` (or of `LadderPath`, for what a ladder stands for) and register
 it: in `registry`, or from a package of your own by an entry point of the group ``ilg_circuit.models``.

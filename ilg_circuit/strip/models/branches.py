@@ -21,13 +21,13 @@ from .starts import SETS, amounts
 
 
 def branch_endings(count: int) -> list[str]:
-    """Return what the keys in [material] of each branch end in: nothing, ``_2``, ``_3``."""
+    """Return the suffixes of the keys in [material] of each branch: none, ``_2``, ``_3``."""
     return ["", *(f"_{k}" for k in range(2, count + 1))]
 
 
 @dataclass(frozen=True)
 class Branches(IonPath):
-    """A number of R-C branches; their order is that of ascending time constants."""
+    """A number of R-C branches in the order of ascending time constants."""
 
     count: int
 

@@ -22,7 +22,7 @@ from .ladder_path import SCALED, LadderPath
 from .model import LibraryText, Pair, Shown
 from .starts import amounts, scattered
 
-#: An exponent lies between diffusion's 1/2 and a capacitor's 1.
+#: Bounds of an exponent: diffusion's 1/2 and a capacitor's 1.
 _EXPONENT = 0.8
 
 

@@ -24,7 +24,7 @@ from .starts import amounts, scattered
 UNITS = {"ohm": "ohm m", "F": "F/m", "s": "s", "Hz": "Hz", "": ""}
 #: Decades about the typical values within which starting values lie.
 _DECADES = 1.5
-#: Two s [rad/s] of hardly any frequency, and by what factor an element that stores charge grows between them.
+#: Two very small s [rad/s], and the least growth of the impedance between them for an element that stores charge.
 _STILL, _GROWS = (1e-9j, 1e-10j), 2.0
 
 

@@ -1,4 +1,4 @@
-"""The inductance of leads and cell, in series with the port: what spectra above some 50 kHz show.
+"""The inductance of leads and cell in series with the port, visible in spectra above some 50 kHz.
 
 Z = L s + Re + Rdc || Zp
 """
@@ -11,7 +11,7 @@ from ...arrays import Array, ComplexArray
 from ...fit.parameter import Parameter
 from .model import Addition
 
-#: Its reactance at the highest frequency where a fit starts, as a part of the impedance there, at least.
+#: Least starting value of its reactance at the highest frequency, as a fraction of the impedance there.
 _LITTLE = 0.02
 
 

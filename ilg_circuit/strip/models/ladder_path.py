@@ -47,7 +47,7 @@ class LadderPath(IonPath):
         return np.asarray(values[:, :1] + self.element(values[:, 1:], s))
 
     def relaxations(self, constants: Sequence[float]) -> Relaxations:
-        """Return what its ladder is made from; `ladder` may do without."""
+        """Return the ideal element of its ladder; not needed if `ladder` is overridden."""
         return Relaxations(lambda s: np.asarray(self.element(np.array([constants]), s)[0]))
 
     def ladder(self, constants: Sequence[float], ladders: Ladders) -> Ladder:

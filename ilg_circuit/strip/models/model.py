@@ -27,7 +27,7 @@ from ..port import Port
 
 #: Name, value, SI unit and equation of one element, as ``show`` lists them.
 Shown = tuple[str, float, str, str]
-#: Name, number, largest number at which the assumption holds, and what follows where it fails.
+#: Name of an assumption, its number, the largest number at which it holds, and the consequence if it fails.
 Assumed = tuple[str, float, float, str]
 #: Resistance [ohm] and capacitance [F] of a relaxation.
 Pair = tuple[float, float]
@@ -53,7 +53,7 @@ class LibraryText:
 class IonPath(ABC):
     """The path of the ions in an electrical model: one subclass for each kind, usually without fields.
 
-    ``library_note`` is what the header of a library says of a ladder's range.
+    ``library_note`` is the remark on a ladder's range in the header of a library.
     ``material`` are the keys in the section [material] of a strip's file that this path has beyond
     ``dynamic_resistivity`` and ``permittivity``; the set of them names the path. ``auto`` are the kinds of data,
     "record" and "spectrum", for which ``--model auto`` tries it, in the order of the registry. ``grows`` says whether
@@ -126,11 +126,11 @@ class IonPath(ABC):
         return np.arange(len(values))
 
     def ladders(self, typical: Sequence[float], band: tuple[float, float]) -> Ladders:
-        """Return how ladders are made in a fit that starts at ``typical``, so that they differ in their values only."""
+        """Return the design of ladders for a fit from ``typical``, so that they differ in their values only."""
         return Ladders(band)
 
     def derived(self, values: Sequence[float]) -> dict[str, tuple[float, str]]:
-        """Return quantities that follow from the values: name -> value, unit."""
+        """Return quantities derived from the values: name -> value, unit."""
         return {}
 
     def pooled_starts(self, pairs: Sequence[Pair]) -> list[list[float]]:
@@ -170,7 +170,7 @@ class IonPath(ABC):
 
 
 class Addition:
-    """What a model has beyond its ion path, written after a ``+`` in its name.
+    """An addition to a model's ion path, written after a ``+`` in its name.
 
     ``parameter`` is its one parameter, named as the `Port`'s field and the key in [material]; ``of`` says whether it
     changes the electrons, the ions or the terminals. ``linear``: a small signal about 0 V shows it.
@@ -188,7 +188,7 @@ class Addition:
     spectra_only: bool = False
 
     def goes_with(self, ions: IonPath) -> bool:
-        """Return whether an ion path can have it."""
+        """Return True if an ion path can have it."""
         return True
 
     def start(self, largest_voltage: float) -> float:
@@ -218,7 +218,7 @@ class ElectricalModel:
 
     @cached_property
     def name(self) -> str:
-        """Return the name: that of the ion path, and of every addition after a ``+``."""
+        """Return the name: the ion path's, and every addition's after a ``+``."""
         return "+".join((self.plain, *(a.name for a in self.additions)))
 
     @property
@@ -233,7 +233,7 @@ class ElectricalModel:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Return Rdc, the parameters of the ion path, those of the additions."""
+        """Return Rdc, the parameters of the ion path, the parameters of the additions."""
         return (RDC, *self.ions.parameters, *(a.parameter for a in self.additions))
 
     @cached_property
@@ -248,7 +248,7 @@ class ElectricalModel:
 
     @property
     def linear(self) -> bool:
-        """Return whether small signals show everything."""
+        """Return True if small signals determine all parameters."""
         return all(a.linear for a in self.additions)
 
     @property
@@ -312,7 +312,7 @@ class ElectricalModel:
         return index
 
     def ladders(self, typical: Array, band: tuple[float, float]) -> Ladders:
-        """Return ladders over ``band`` [Hz] whose structure stays the same while a fit moves parameters.
+        """Return ladders over ``band`` [Hz] whose structure stays the same while a fit varies parameters.
 
         ``typical`` (n,) are the values from which it starts.
         """
@@ -346,5 +346,5 @@ class ElectricalModel:
         return [dict(zip(names, values, strict=True)) for values in self.ions.pooled_starts(pairs)]
 
     def derived(self, values: Sequence[float]) -> dict[str, tuple[float, str]]:
-        """Return quantities that follow from ``values`` (n,): name -> value, unit."""
+        """Return quantities derived from ``values`` (n,): name -> value, unit."""
         return self.ions.derived(values[1 : self._split])

@@ -10,7 +10,7 @@ from ...fit.parameter import Parameter
 from ..port import Port
 from .model import Addition, IonPath, Shown
 
-#: A growing capacitance starts from this growth at the largest voltage of a record.
+#: Starting value of the growth of a capacitance at the largest voltage of a record.
 _GROWTH = 0.2
 
 

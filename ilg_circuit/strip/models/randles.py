@@ -1,4 +1,4 @@
-"""An interface in series with diffusion of a free exponent: what spectra of porous carbon electrodes show.
+"""An interface in series with diffusion of a free exponent, as in spectra of porous carbon electrodes.
 
     Zp = Rs + R/(1 + (s T)^alpha) + Rw coth((s tau)^a)/(s tau)^a
 
@@ -22,7 +22,7 @@ from .model import Pair, Shown
 from .starts import amounts, scattered
 from .warburg import DIFFUSION_TIME, WARBURG_RESISTANCE, coth_over
 
-#: Exponents of the density of relaxations stay so far below those at which its peaks are lines.
+#: Distance of exponents below the values at which the peaks of the density of relaxations become lines.
 _ARC_MOST, _DIFFUSION_MOST = 0.9995, 0.4998
 _ARC_EXPONENT, _DIFFUSION_EXPONENT = 0.8, 0.46
 

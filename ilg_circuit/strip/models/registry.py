@@ -23,14 +23,14 @@ from .warburg import WARBURG
 
 ENTRY_POINTS = "ilg_circuit.models"
 
-#: Ion paths by name, in the order in which ``--model auto`` tries those that it tries.
+#: Ion paths by name, in the order in which ``--model auto`` tries them.
 MODELS: dict[str, IonPath] = {ions.name: ions for ions in (RC, RC2, RC3, WARBURG, CPE, RANDLES)}
 _OWN = frozenset(MODELS)
 ADDITIONS: dict[str, Addition] = {a.name: a for a in (SINH, GROWING, INDUCTANCE)}
 
 
 def register(model: IonPath, *, replace: bool = False) -> IonPath:
-    """Add an ion path to the registry, and return it; with ``replace`` in the place of one of that name.
+    """Add an ion path to the registry, and return it; with ``replace`` an existing one of that name is replaced.
 
     Raises InputError for a name or a set of material keys that is taken, a key that is another's in another unit, or a
     model of the package itself that is to be replaced.
@@ -84,14 +84,14 @@ def composed(ions: IonPath, additions: tuple[str, ...] = ()) -> ElectricalModel:
 
 
 def model_names() -> tuple[str, ...]:
-    """Return every name that `electrical_model` knows with one addition at most, simple ones first."""
+    """Return every name that `electrical_model` accepts with one addition at most, simple ones first."""
     load_entry_points()
     added = (f"{m.name}+{a.name}" for a in ADDITIONS.values() for m in MODELS.values() if a.goes_with(m))
     return (*MODELS, *added)
 
 
 def candidates(kind: str) -> tuple[str, ...]:
-    """Return what ``--model auto`` tries, in order, for data of ``kind``: "record" or "spectrum"."""
+    """Return the models that ``--model auto`` tries, in order, for data of ``kind``: "record" or "spectrum"."""
     load_entry_points()
     return tuple(m.name for m in MODELS.values() if kind in m.auto)
 

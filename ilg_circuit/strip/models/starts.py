@@ -1,4 +1,4 @@
-"""What the starting values of several ion paths for a spectrum share.
+"""Starting values for a spectrum, for several ion paths.
 
 Time constants are scattered over the band and beyond; what is linear once they are given is solved for by non-negative
 least squares.
@@ -14,7 +14,7 @@ from ...arrays import Array, ComplexArray
 
 #: Sets of starting values for one spectrum.
 SETS = 60
-#: A term that non-negative least squares leaves out enters by this part of the data's size.
+#: Size, relative to the data's, of a term whose coefficient by non-negative least squares is zero.
 _LITTLE = 1e-3
 
 
@@ -28,14 +28,14 @@ def scattered(
     """
     found = []
     for place in ((np.arange(SETS) + random.uniform(0, 1, SETS)) / SETS).tolist():
-        # at random, often so large that it is hardly seen
+        # at random, often so large that it has hardly any effect
         dc = float(np.abs(z).max()) * 10 ** random.choice([random.uniform(0, 0.3), random.uniform(0, 3)])
         found.append([dc, *start(np.asarray(1 / (1 / z - 1 / dc)), place)])
     return np.array(found)
 
 
 def amounts(columns: ComplexArray, target: ComplexArray) -> Array:
-    """Return positive amounts (k,) of ``columns`` (f, k) nearest to ``target`` (f,), in relative terms."""
+    """Return positive coefficients (k,) of ``columns`` (f, k) for the least relative residuals of ``target`` (f,)."""
     from scipy.optimize import nnls
 
     relative = columns / np.abs(target)[:, None]

@@ -24,9 +24,9 @@ from .starts import amounts, scattered
 
 WARBURG_RESISTANCE = Parameter("warburg_resistance", "Rw", "ohm", "diffusion, finite length, reflecting")
 DIFFUSION_TIME = Parameter("diffusion_time", "tau", "s", "length^2/diffusion coefficient; capacitance tau/Rw")
-#: Modes up to this one are taken as they are, those above as a continuum.
+#: Number of modes that are treated individually; higher ones are a continuum.
 _DISCRETE_MODES = 1000
-#: A diffusion time may grow so much beyond its starting value before its ladder ends below the band.
+#: Largest growth of a diffusion time beyond its starting value that its ladder covers.
 _REACH = 3.0
 
 
@@ -49,12 +49,12 @@ class Warburg(LadderPath):
         return warburg_impedance(s, values[:, :1], values[:, 1:])
 
     def ladder(self, constants: Sequence[float], ladders: Ladders) -> Ladder:
-        """Return the ladder; those of equal ``reach`` and ``sections`` are scaled copies, smooth to a fit."""
+        """Return the ladder; ladders of equal ``reach`` and ``sections`` are scaled copies, so that fits are smooth."""
         require_ladders(ladders)
         resistance, tau = constants
         low, high = ladders.band
         product = 2 * np.pi * high * tau if ladders.reach is None else ladders.reach
-        # rounded up to a decade: strips that differ little share one ladder
+        # rounded up to a decade, so that similar strips share one ladder
         decade = max(math.ceil(math.log10(product) - 1e-9), 1)
         lowest = 10.0 ** min(math.floor(math.log10(2 * np.pi * low * tau)), decade - 1)
         unit = _unit_ladder(decade, lowest, ladders.sections)
