@@ -20,6 +20,7 @@ SAID = "solved by the exact engine, since "
 @pytest.fixture(autouse=True)
 def no_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(VARIABLE, "none")
+    monkeypatch.setattr("ilg_circuit.solve.ngspice._sessions", [])  # another test may have loaded it
 
 
 def nonlinear() -> ilg.results.Actuator:

@@ -17,7 +17,8 @@ from ilg_circuit.commands import COMMANDS
 #: Demo and reproduce take minutes; doctor has no options.
 WEIGHTS = {
     "show": 2, "simulate": 5, "impedance": 3, "netlist": 2, "identify": 2, "sense": 2, "sweep": 1, "design": 1,
-    "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "page": 1, "doctor": 0, "demo": 0, "reproduce": 0, "watch": 0,
+    "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "page": 1, "examples": 1, "doctor": 0, "demo": 0, "reproduce": 0,
+    "watch": 0,
 }  # fmt: skip
 STRIPS = (*("paper",) * 4, "strip.toml", "rc2.toml", "sinh.toml", "growing.toml", "warburg.toml", "plain.toml")
 _LENGTHS = ("0.3mm", "0.5mm", "1mm", "5mm", "30mm")
@@ -109,7 +110,8 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--out": ("out.csv",),
     "identify --out": ("out.toml",), "ogden --out": ("out.toml",), "design --out": ("out.toml",),
     "netlist --out": ("out.cir", "out.lib"), "sweep --out": ("out.nc",), "arm --out": ("out.nc",),
-    "page --out": ("out.html",),
+    "page --out": ("out.html",), "examples --out": ("copies",), "names": ("simulate_and_plot", "own_driver"),
+    "--kit": ("kit",),
     "--json": ("out.json",),
     "--plot": ("out.png", "out.svg"), "--size": ("85mm", "85mm,60mm", "0.2 m"), "--style": ("journal.mplstyle",),
     "--sobol-plot": ("sobol.png",),
@@ -125,7 +127,7 @@ _RARE = {"--size": 0.01, "--style": 0.01,
          "--plot": 0.05, "--report": 0.05, "--animate": 0.01, "--reach": 0.02, "--pareto": 0.05, "--sobol": 0.02,
          "--sobol-plot": 0.02, "--intervals": 0.03, "--cluster": 0.0, "--sensitivity": 0.05, "--confidence": 0.05,
          "--sobol_plot": 0.0, "--help": 0.01, "--settled": 0.1, "--neurons-in-circuit": 0.1, "--each": 0.0,
-         "--folder": 0.01, "--log": 0.01, **dict.fromkeys(("--length", "--free-length", "--width", "--thickness",
+         "--folder": 0.01, "--kit": 0.05, "--log": 0.01, **dict.fromkeys(("--length", "--free-length", "--width", "--thickness",
          "--load-position", "--youngs-modulus", "--density", "--bending-stiffness", "--orientation"), 0.03),
          }  # fmt: skip
 #: Must be there, or the command waits for more processes than one, or tries all models.
