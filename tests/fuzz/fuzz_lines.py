@@ -127,7 +127,8 @@ _RARE = {"--size": 0.01, "--style": 0.01,
          "--plot": 0.05, "--report": 0.05, "--animate": 0.01, "--reach": 0.02, "--pareto": 0.05, "--sobol": 0.02,
          "--sobol-plot": 0.02, "--intervals": 0.03, "--cluster": 0.0, "--sensitivity": 0.05, "--confidence": 0.05,
          "--sobol_plot": 0.0, "--help": 0.01, "--settled": 0.1, "--neurons-in-circuit": 0.1, "--each": 0.0,
-         "--folder": 0.01, "--kit": 0.05, "--log": 0.01, **dict.fromkeys(("--length", "--free-length", "--width", "--thickness",
+         "--folder": 0.01, "--kit": 0.05, "--log": 0.01,
+         **dict.fromkeys(("--length", "--free-length", "--width", "--thickness",
          "--load-position", "--youngs-modulus", "--density", "--bending-stiffness", "--orientation"), 0.03),
          }  # fmt: skip
 #: Must be there, or the command waits for more processes than one, or tries all models.
