@@ -13,7 +13,7 @@ COMMANDS = {
     "examples": "List the example scripts, or copy them with their notebooks.",
     "identify": "Fit a strip to measured steps, waveforms and impedance spectra.",
     "impedance": "Compute the impedance spectrum at a strip's terminals.",
-    "netlist": "Write a strip as a SPICE deck or subcircuit, or as a kit of both.",
+    "netlist": "Write a strip as a SPICE deck, a subcircuit, or a kit of both.",
     "new": "Write the file of a strip from its sizes.",
     "ogden": "Fit one hyperelastic material to all load tests of a gel.",
     "page": "Write a strip as a page that runs ngspice in any browser.",

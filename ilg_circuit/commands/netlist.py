@@ -46,7 +46,7 @@ from .paths import ANY, FOLDER, Command, forced, forcing
 )
 @forcing("Let --kit replace a folder that holds something else.")
 def netlist(actuator: str, drive: str, duration: str, out: Path | None, folder: Path | None, **options: Any) -> None:
-    """Write a strip as a SPICE deck or subcircuit, or as a kit of both."""
+    """Write a strip as a SPICE deck, a subcircuit, or a kit of both."""
     from ..front.circuits import kit
 
     if out is None and folder is None:

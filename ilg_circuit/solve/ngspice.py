@@ -79,6 +79,7 @@ class Session:
         self._nudge = 0.0
         self._begun = -1.0
         self._complaints: list[str] = []
+        self._loads = 0
         self._sync = self._ffi.callback("int(double, double *, double, int, int, int, void *)", self._next_step)
         self._source = self._ffi.callback("int(double *, double, char *, int, void *)", self._source_voltage)
         identity = self._shared._ngspice_id
@@ -207,8 +208,9 @@ class Session:
         return 0
 
     def _load(self, circuit: str, options: dict[str, str], analysis: str) -> None:
-        title, _, body = circuit.partition("\n")
-        head = [title, *(f".options {key}={value}" for key, value in options.items())]
+        self._loads += 1
+        head = [self._title, *(f".options {key}={value}" for key, value in options.items())]
+        body = circuit.partition("\n")[2]
         text = [*head, *body.splitlines(), *analysis.splitlines(), ".end"]
         lines = [self._ffi.new("char[]", line.encode()) for line in text if line]
         self._shared.clear_output()
@@ -230,7 +232,15 @@ class Session:
         plot: str = self._ffi.string(self._lib.ngSpice_CurPlot()).decode()
         if not plot.startswith(kind):
             raise SolveError(f"ngspice did not run the {analysis}: {self._complaint()}")
+        if self._shared.exec_command("echo $curplottitle").strip() != self._title:
+            # it refused this circuit without a word, and ran one that the user's own simulator had left
+            raise SolveError(f"ngspice did not accept the circuit: {self._complaint()}")
         return plot
+
+    @property
+    def _title(self) -> str:
+        """Title of the circuit loaded last: no other circuit of this process has it."""
+        return f"ilg_circuit {self._loads}"
 
     def _read(self, vectors: list[str], grid: Array) -> Array:
         plot = self._plot("tran", "transient")

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PySpice.Spice.Netlist import Circuit
 
 from ilg_circuit.circuit import electrical_netlist, strip_netlist
 from ilg_circuit.errors import SolveError
@@ -89,6 +90,18 @@ BROKEN = {
 def test_a_circuit_that_ngspice_rejects_leaves_the_session_usable(line: str) -> None:
     with pytest.raises(SolveError, match="ngspice"):
         solve(RC + line + "\n", ["out"])
+    assert solve(RC, ["out"])[0] == pytest.approx(1 - np.exp(-GRID[1:]), abs=1e-4)
+
+
+def test_a_circuit_of_the_users_own_simulator_is_not_run_for_a_rejected_one() -> None:
+    """PySpice leaves its circuits loaded, and ngspice falls back to them."""
+    own = Circuit("own")
+    own.V(1, "in", own.gnd, 1.0)
+    own.R(1, "in", "out", 5.0)
+    own.C(1, "out", own.gnd, 1e-6)
+    own.simulator().transient(step_time=1e-7, end_time=5e-6)
+    with pytest.raises(SolveError, match="ngspice did not accept the circuit: Error: unknown subckt"):
+        solve(RC + "X1 in out nothing\n", ["out"])
     assert solve(RC, ["out"])[0] == pytest.approx(1 - np.exp(-GRID[1:]), abs=1e-4)
 
 
