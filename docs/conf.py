@@ -6,13 +6,11 @@ import os
 import sys
 from pathlib import Path
 
+import ilg_circuit
+
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_ext"))
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
-from gallery import copy_examples  # noqa: E402
-
-import ilg_circuit  # noqa: E402
 
 project = "ilg_circuit"
 author = "ilg_circuit contributors"
@@ -25,6 +23,7 @@ extensions = [
     "sphinx_click",
     "sphinx_copybutton",
     "sphinx_design",
+    "gallery",
     "sphinx_gallery.gen_gallery",
     "mathml",
     "from_code",
@@ -34,6 +33,7 @@ source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["_build", "gallery/*.ipynb", "gallery/*.py", "gallery/*.zip", "**/README.md"]
 nitpicky = False
 default_role = "code"
+html_math_renderer = "mathml"
 smartquotes = False
 
 myst_enable_extensions = ["attrs_inline", "colon_fence", "deflist", "dollarmath"]
@@ -66,7 +66,7 @@ html_sidebars = {"index": [], "tutorial/*": [], "genindex": [], "search": []}
 copyright = "ilg_circuit contributors, GPL-3.0-or-later"
 
 sphinx_gallery_conf = {
-    "examples_dirs": str(copy_examples(HERE / "_build" / "examples")),
+    "examples_dirs": str(HERE / "_build" / "examples"),
     "gallery_dirs": "gallery",
     "filename_pattern": r"\.py$",
     "ignore_pattern": r"__",

@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx_gallery.scrapers import matplotlib_scraper
 
@@ -74,3 +75,9 @@ def copy_examples(into: Path) -> Path:
     for file in (*EXAMPLES.glob("*.py"), EXAMPLES / "GALLERY_HEADER.rst"):
         shutil.copy(file, into)
     return into
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Copy the examples to where conf.py has the gallery look for them, before it does."""
+    copy_examples(Path(app.srcdir) / "_build" / "examples")
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

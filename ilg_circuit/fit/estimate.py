@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -144,12 +145,12 @@ class Estimates(dict[str, Estimate]):
         raise unknown_name("parameter", str(name), self)
 
 
-class Estimated:
+class Estimated(ABC):
     """Mixin of results that have estimates: by name, and as a table."""
 
+    @abstractmethod
     def estimate_tables(self) -> Mapping[str, Mapping[str, Estimate]]:
         """Return kind -> name -> estimate."""
-        raise NotImplementedError
 
     def __getitem__(self, name: str) -> Estimate:
         """Return the estimate of that name, with ``value``, ``stderr``, ``interval`` and ``unit``.

@@ -216,8 +216,9 @@ def heading(figure: Figure, text: str) -> None:
 
 def caption(panel: Axes, text: str) -> None:
     """Write a caption over a panel, in as many lines as it needs."""
-    columns = panel.get_gridspec().ncols if panel.get_gridspec() else 1  # type: ignore[union-attr]
-    width = panel.figure.get_figwidth() / columns - 0.4  # type: ignore[union-attr]
+    spec, figure = panel.get_gridspec(), panel.get_figure(root=True)
+    assert figure is not None
+    width = figure.get_figwidth() / (spec.ncols if spec else 1) - 0.4
     panel.set_title(_wrapped(text, width, "small"), fontsize="small", loc="left")
 
 
