@@ -3,8 +3,9 @@
 In: an `Actuator` or its lumped elements. Out: `Netlist`, decks, libraries. May import: the ground floor and `strip`.
 """
 
+from .load import Load
 from .netlist import Element, Netlist, Output
-from .strip import Load, electrical_netlist, port_netlist, sensor_netlist, strip_netlist
+from .strip import electrical_netlist, port_netlist, sensor_netlist, strip_netlist
 
 __all__ = [
     "Element",

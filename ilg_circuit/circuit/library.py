@@ -20,10 +20,11 @@ from ..strip.actuator import CANTILEVER_EIGENVALUE, Actuator, Material, Quantity
 from ..strip.elements import GRAVITY, Elements, gravity_ratio, growth_terms, lumped_elements
 from ..strip.models.model import LibraryText
 from ..units import format_quantity
+from .load import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE
 from .netlist import GROUND, Element, Netlist, Role, plain
 from .operating_point import HOLD, with_operating_point, without_mass
 from .provenance import FIRST_STEP, INDUCTORS, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
-from .strip import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, strip_netlist
+from .strip import strip_netlist
 
 #: kT/q [V] at 27 degrees Celsius with the constants that ngspice has (CODATA 2014).
 THERMAL_VOLTAGE = 1.38064852e-23 * 300.15 / 1.6021766208e-19

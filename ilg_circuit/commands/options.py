@@ -272,6 +272,6 @@ def sampled(duration: str, options: dict[str, Any]) -> tuple[float, Array]:
 
 def mounted(options: dict[str, Any]) -> dict[str, Any]:
     """Return tip, beam (None for the strip's own) and load, from the options of these names."""
-    from ..circuit.strip import load_of
+    from ..circuit.load import load_of
 
     return {"tip": options["tip"], "beam": options["beam"], "load": load_of(options["load"])}

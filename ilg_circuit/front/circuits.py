@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from ..circuit.deck import deck
 from ..circuit.library import library as write_library
 from ..circuit.library import library_netlist, pinned
+from ..circuit.load import Hung
 from ..circuit.netlist import add_elements
-from ..circuit.strip import Hung, strip_netlist
+from ..circuit.strip import strip_netlist
 from ..circuit.text import DECK, SUBCIRCUIT, SpiceText
 from ..drive import drive_findings
 from ..errors import SolveError, checked

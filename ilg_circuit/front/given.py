@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, row
-from ..circuit.strip import Hung, load_of
+from ..circuit.load import Hung, load_of
 from ..drive import Drive, PiecewiseLinear, Sine
 from ..errors import InputError, argument
 from ..measurements.said import NOTHING, Said

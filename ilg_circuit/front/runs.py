@@ -9,7 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..arrays import row
-from ..circuit.strip import Hung
+from ..circuit.load import Hung
 from ..errors import checked
 from ..measurements.said import said_of
 from ..simulation.check import check as check_response

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
-from ..circuit.strip import Load
+from ..circuit.load import Load
 from ..errors import InputError, argument
 from ..measurements.record import Channel, Record
 from ..measurements.smoothing import noise_level

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, ComplexArray
-from ..circuit.strip import Load
+from ..circuit.load import Load
 from ..drive import Drive
 from ..errors import SolveError, warn
 from ..solve.library import available, install_hint

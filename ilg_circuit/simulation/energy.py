@@ -18,8 +18,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, plain
+from ..circuit.load import FORCE_SCALE, VELOCITY_SCALE
 from ..circuit.netlist import GROUND, Element, Netlist, Output, Role
-from ..circuit.strip import FORCE_SCALE, VELOCITY_SCALE
 from ..result import Column, Result
 from ..solve.transient import Waveforms
 from ..solve.work import Named, Work

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, ComplexArray, plain
-from ..circuit.strip import Load, strip_netlist
+from ..circuit.load import Load
+from ..circuit.strip import strip_netlist
 from ..errors import InputError
 from ..result import Column, Result
 from ..solve.spectrum import spectrum

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Array
-from ..circuit.strip import Load, strip_netlist
+from ..circuit.load import Load
+from ..circuit.strip import strip_netlist
 from ..drive import Drive
 from ..errors import InputError, argument
 from ..solve.transient import transient

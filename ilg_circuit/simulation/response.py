@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, plain
+from ..circuit.load import Load
 from ..circuit.netlist import Netlist
-from ..circuit.strip import Load, strip_netlist
+from ..circuit.strip import strip_netlist
 from ..drive import Drive, drive_findings
 from ..errors import InputError, argument
 from ..files import write_csv

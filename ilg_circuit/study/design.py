@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from ..arrays import one_thread
-from ..circuit.strip import Hung
+from ..circuit.load import Hung
 from ..drive import Drive, drive_findings
 from ..errors import InputError, argument, checked
 from ..findings import Finding, Warned

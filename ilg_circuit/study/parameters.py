@@ -15,7 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ..circuit.strip import Hung, Load, load_of
+from ..circuit.load import Hung, Load, load_of
 from ..drive import Drive, PiecewiseLinear, Sine
 from ..errors import InputError, argument, unknown_name, visible
 from ..simulation.drives import parse_drive

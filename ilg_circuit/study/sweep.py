@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..circuit.strip import Hung
+from ..circuit.load import Hung
 from ..drive import Drive, drive_findings
 from ..errors import InputError, SolveError, checked
 from ..extras import require_study

@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import ilg_circuit as ilg
-from ilg_circuit.circuit.strip import Load
+from ilg_circuit.circuit.load import Load
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum

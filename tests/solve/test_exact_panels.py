@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ilg_circuit.circuit.strip import Load, strip_netlist
+from ilg_circuit.circuit.load import Load
+from ilg_circuit.circuit.strip import strip_netlist
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.solve.exact import exact_on_panels, exact_outputs
 from ilg_circuit.solve.panels import FRACTIONS, WEIGHTS, design_panels

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
-from ilg_circuit.circuit.strip import Load
+from ilg_circuit.circuit.load import Load
 from ilg_circuit.errors import InputError
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.simulation.drives import parse_drive

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ilg_circuit.circuit.strip import Load
+from ilg_circuit.circuit.load import Load
 from ilg_circuit.drive import PiecewiseLinear, Sine
 from ilg_circuit.errors import InputError
 from ilg_circuit.strip.actuator import PAPER, Coupling, Geometry, Material, Uncertainty

@@ -1,0 +1,90 @@
+"""The electrical port of a strip as elements: leads, electron path and ion path of any model."""
+
+from __future__ import annotations
+
+from ..strip.port import Port
+from .netlist import GROUND, Element, Output, Role
+
+_DRIVE = Element("Vdrive", ("drive", GROUND), 0.0, role=Role.SOURCE)
+
+
+def port_elements(
+    port: Port, end: str, source: Element | None = _DRIVE, inner: float = 0.0
+) -> tuple[list[Element], list[Output]]:
+    """Return a voltage source (or none), the leads, the electron path and the ion path from the port's node to ``end``.
+
+    The ion path starts at rest under ``inner`` [V].
+    """
+    node = port_node(port)
+    leads = [("Lseries", port.inductance), ("Re", port.electrode_resistance)]
+    leads = [(name, value) for name, value in leads if value]
+    ends = ["drive", *(f"lead{k}" for k in range(1, len(leads))), node]
+    elements = [source] if source else []
+    elements += [Element(n, (ends[k], ends[k + 1]), v, role=Role.LEAD) for k, (n, v) in enumerate(leads)]
+    if port.emission_voltage is None:
+        elements.append(Element("Rdc", (node, GROUND), port.dc_resistance, role=Role.ELECTRON_PATH))
+    else:
+        current, scale = port.saturation_current, port.emission_voltage
+        elements.append(Element("Bdc", (node, GROUND), current, law="sinh", scale=scale, role=Role.ELECTRON_PATH))
+    ions, charge = ion_path(port, node, end, "", inner=inner)
+    outputs = [
+        *([Output("current", "A", ((f"i({source.name})", -1.0),))] if source else []),
+        Output("charge", "C", tuple(charge.items())),
+    ]
+    return elements + ions, outputs
+
+
+def port_node(port: Port) -> str:
+    return "port" if port.electrode_resistance or port.inductance else "drive"
+
+
+def ion_path(
+    port: Port, top: str, end: str, suffix: str, role: Role = Role.ION_PATH, inner: float = 0.0
+) -> tuple[list[Element], dict[str, float]]:
+    """Return the ion path from ``top`` to ``end``, and its charge [C] as coefficients of node voltages."""
+    elements: list[Element] = []
+    charge: dict[str, float] = {}
+
+    def add(name: str, plus: str, minus: str, value: float, start: float = 0.0) -> None:
+        elements.append(Element(name, (plus, minus), value, role=role, start=start))
+
+    if port.ladder is not None:
+        # Rs, then R parallel C sections in series, then the capacitor that alone has the whole charge
+        ladder = port.ladder
+        nodes = [f"ion{suffix}{k}" for k in range(1, len(ladder.sections) + 2)]
+        add(f"Rion{suffix}", top, nodes[0], port.series_resistance + ladder.resistance)
+        for k, (r, c) in enumerate(ladder.sections, 1):
+            add(f"Rd{suffix}{k}", nodes[k - 1], nodes[k], r)
+            add(f"C{suffix}{k}", nodes[k - 1], nodes[k], c)
+        add(f"Cion{suffix}", nodes[-1], end, ladder.capacitance, inner)
+        _add_charge(charge, ladder.capacitance, nodes[-1], end)
+    for k, (r, c) in enumerate(port.branches, 1):
+        node = f"ion{suffix}{k}"
+        add(f"Rd{suffix}{k}", top, node, r)
+        if port.capacitance_slope:
+            elements += _growing_capacitor(c, port.capacitance_slope, node, end, f"{suffix}{k}", role, inner)
+            charge[f"v(q{suffix}{k})"] = 1.0
+        else:
+            add(f"C{suffix}{k}", node, end, c, inner)
+            _add_charge(charge, c, node, end)
+    return elements, charge
+
+
+def _growing_capacitor(
+    capacitance: float, slope: float, node: str, end: str, name: str, role: Role, inner: float
+) -> list[Element]:
+    """Return a capacitance that grows with voltage: its charge is the voltage on 1 F that its own current feeds."""
+    charge, sense = f"q{name}", f"sense{name}"
+    start = capacitance * (inner + slope * inner * abs(inner) / 2)
+    return [
+        Element(f"Bq{name}", (node, sense, charge), capacitance, law="charge", scale=slope, role=role),
+        Element(f"Vq{name}", (sense, end), 0.0, role=Role.SOURCE),
+        Element(f"Fq{name}", (GROUND, charge), 1.0, control=f"Vq{name}", role=Role.CHARGE_METER),
+        Element(f"Cq{name}", (charge, GROUND), 1.0, role=Role.CHARGE_METER, start=start),
+    ]
+
+
+def _add_charge(charge: dict[str, float], capacitance: float, node: str, end: str) -> None:
+    charge[f"v({node})"] = capacitance
+    if end != GROUND:
+        charge[f"v({end})"] = charge.get(f"v({end})", 0.0) - capacitance
