@@ -46,6 +46,8 @@ _ORDER = 8
 _MOST_POINTS = 1e8
 #: Largest step, as a fraction of the time since the beginning of the segment.
 _GROWTH = 0.35
+#: Distance of two kinks, in steps, up to which they are the same.
+_SAME_BEND = 0.1
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,13 @@ class Grid:
         nodes[place[split] + 1] = (self.nodes[split] + self.nodes[split + 1]) / 2
         index = np.where(self.index < 0, -1, place[self.index])
         return replace(self, nodes=nodes, index=index, segments=place[self.segments])
+
+    def near(self, bends: Array, others: Array) -> bool:
+        """Return True if ``bends`` and ``others`` [s] are the same within a small part of the steps round them."""
+        if len(bends) != len(others):
+            return False
+        step = np.diff(self.nodes)[np.clip(np.searchsorted(self.nodes, bends) - 1, 0, len(self.nodes) - 2)]
+        return bool((np.abs(bends - others) <= _SAME_BEND * step).all())
 
     def bent(self, bends: Array) -> Grid:
         """Return the grid with nodes at ``bends`` [s], ascending, within its pieces, none too close to another."""
