@@ -18,7 +18,7 @@ from strip_equations import Run, linear_reference, lines_of, lumped, modes_of
 from ilg_circuit.drive import PiecewiseLinear, Sine
 
 #: Tolerance of an integration in time.
-_RTOL = 5e-14
+_RTOL = 2e-13
 
 
 def nonlinear_reference(run: Run) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def _integrated(
     """Integrate to ``stop`` or to the first zero of a charge; the end and the states there."""
     count = equations.count if equations.slope else 0
     solver = DOP853(
-        partial(equations.rates, u=u), at, x, stop, rtol=_RTOL, atol=equations.scale * 1e-14, max_step=(stop - at) / 4
+        partial(equations.rates, u=u), at, x, stop, rtol=_RTOL, atol=equations.scale * 1e-13, max_step=(stop - at) / 4
     )
     while solver.status == "running":
         message = solver.step()

@@ -44,7 +44,7 @@ _GAIN = 3.0
 #: most, and what is to be reckoned with in any.
 _ROUNDING, _NOISE = 1e-11, 3e-13
 #: Rounding of a nonlinear run, by Newton's iterations.
-_NOISE_NONLINEAR = 1.5e-10
+_NOISE_NONLINEAR = 6e-10
 #: Factor by which halving the steps reduces an error at a kink between nodes.
 _HALVED = 8.0
 #: Least charge before or after it passes zero, relative to its largest value; smaller ones are rounding about zero.
