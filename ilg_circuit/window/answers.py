@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import Any
 
+from ..errors import IlgWarning
 from ..provenance import Provenance
 from ..report.page import fill
 from ..result import Result
@@ -31,6 +34,18 @@ def answer(result: Result, provenance: Provenance, success: bool, verdict: str, 
     result = result.with_provenance(provenance)
     content = {"page": result.page(), "open": _OPEN, "success": success, "verdict": verdict}
     return Answer(fill(Path(__file__).with_name("answer.html.j2"), content), success, result, made)
+
+
+@contextmanager
+def noting() -> Iterator[list[str]]:
+    """Yield a list that gets, at the end of the block, the `IlgWarning`s that were issued in it."""
+    lines: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", IlgWarning)
+        try:
+            yield lines
+        finally:
+            lines += dict.fromkeys(str(each.message) for each in caught if issubclass(each.category, IlgWarning))
 
 
 def box(kind: str, *lines: str) -> str:

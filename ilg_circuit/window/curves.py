@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import panel as pn
-from bokeh.models import ColumnDataSource, HoverTool
+from bokeh.models import ColumnDataSource, HoverTool, LogTicker
 from bokeh.plotting import figure
 
 from ..arrays import Array
@@ -65,13 +65,11 @@ class Curves:
         self.values: dict[str, dict[str, Array]] = {}
         self.figures = [self._figure(panel) for panel in panels]
         self.legend = shown()
-        wide = {"flex": "1 1 min(360px, 100%)", "min-width": "0"}
-        self.panes = [
-            pn.pane.Bokeh(each, sizing_mode="stretch_width", height=_HEIGHT, styles=wide) for each in self.figures
-        ]
+        grid = {"display": "grid", "grid-template-columns": "repeat(auto-fit, minmax(min(100%, 340px), 1fr))"}
+        self.panes = [pn.pane.Bokeh(each, sizing_mode="stretch_width", height=_HEIGHT) for each in self.figures]
         self.view = pn.Column(
             self.legend,
-            pn.FlexBox(*self.panes, flex_wrap="wrap", sizing_mode="stretch_width"),
+            pn.Column(*self.panes, sizing_mode="stretch_width", styles=grid),
             sizing_mode="stretch_width",
         )
 
@@ -94,6 +92,9 @@ class Curves:
                 made.line(x, y, source=source, color=curve.colour, line_width=2, line_dash=curve.line, name=curve.name)
             else:
                 made.scatter(x, y, source=source, color=curve.colour, size=4, fill_alpha=0.5, name=curve.name)
+        for letter, axis in (("x", made.xaxis[0]), ("y", made.yaxis[0])):
+            if letter in panel.logarithmic:
+                axis.ticker = LogTicker(desired_num_ticks=5, num_minor_ticks=0)
         over = [each for each in made.renderers if each.name == NOW.name]
         made.add_tools(HoverTool(renderers=over, tooltips=[(panel.labels[0], f"@{x}"), (panel.labels[1], f"@{y}")]))
         made.xaxis.axis_label, made.yaxis.axis_label = (
@@ -120,8 +121,9 @@ class Curves:
                 scales[name], text = (1.0, unit) if keep else engineering(known[np.isfinite(known)], unit)
                 shown_unit = text.replace("ohm", "\N{GREEK CAPITAL LETTER OMEGA}")
                 getattr(each, f"{axis}axis").axis_label = f"{label} [{shown_unit}]"
-            now = self.values.get(NOW.name, {})
-            pane.visible = panel.y not in now or bool(np.isfinite(now[panel.y]).any())
+            pane.visible = any(
+                np.nanmax(np.abs(c[panel.y]), initial=0.0) > 0 for c in self.values.values() if panel.y in c
+            )
         for curve in CURVES:
             columns = self.values.get(curve.name)
             source = self.sources[curve.name]

@@ -37,9 +37,7 @@ class Download:
     def __init__(self, label: str, name: str, write: Callable[[Path], object]) -> None:
         self.name, self._write = name, write
         self.line = shown()
-        self.button = _FileDownload(
-            callback=self.content, filename=name, label=label, sizing_mode="stretch_width", button_type="default"
-        )
+        self.button = _FileDownload(callback=self.content, filename=name, label=label, sizing_mode="stretch_width")
         self.view = pn.Column(self.button, self.line, sizing_mode="stretch_width")
 
     def content(self) -> Any:

@@ -33,17 +33,28 @@ def parts(left: list[Any], right: list[Any]) -> Any:
     )
 
 
+def tabs(*pairs: tuple[str, Any]) -> Any:
+    """Return tabs of which only the one that is seen takes room."""
+    for k, (_, view) in enumerate(pairs):
+        view.visible = k == 0
+    made = pn.Tabs(*pairs, sizing_mode="stretch_width", margin=0)
+    views = {f"view_{k}": view for k, (_, view) in enumerate(pairs)}
+    hidden = "; ".join(f"view_{k}.visible = cb_obj.active == {k}" for k in range(len(pairs)))
+    made.jscallback(args=views, active=hidden)
+    return made
+
+
 def field(name: str, value: str = "", placeholder: str = "", help: str = "") -> Any:
     """Return a field for a text."""
     return pn.widgets.TextInput(
-        name=name, value=value, placeholder=placeholder, description=help or None, sizing_mode="stretch_width"
+        label=name, value=value, placeholder=placeholder, description=help or None, sizing_mode="stretch_width"
     )
 
 
 def lines(name: str, value: str = "", placeholder: str = "", rows: int = 2, help: str = "") -> Any:
     """Return a field for several entries, one a line."""
     return pn.widgets.TextAreaInput(
-        name=name,
+        label=name,
         value=value,
         placeholder=placeholder,
         rows=rows,
@@ -56,13 +67,13 @@ def choice(name: str, options: Any, value: Any = None, help: str = "", **setting
     """Return a list to choose one from."""
     chosen = {} if value is None else {"value": value}
     return pn.widgets.Select(
-        name=name, options=options, description=help or None, sizing_mode="stretch_width", **chosen, **settings
+        label=name, options=options, description=help or None, sizing_mode="stretch_width", **chosen, **settings
     )
 
 
 def button(name: str, clicked: Callable[[], object], *, first: bool = False) -> Any:
     """Return a button; the ``first`` one of a tab is the one to press."""
-    made = pn.widgets.Button(name=name, button_type="primary" if first else "default", sizing_mode="stretch_width")
+    made = pn.widgets.Button(label=name, color="primary" if first else "default", sizing_mode="stretch_width")
     made.on_click(lambda _event: clicked())
     return made
 

@@ -13,7 +13,7 @@ from ..errors import IlgError, visible
 from ..fit.estimate import Method
 from ..front.heads import Head, head
 from ..strip.models import model_names
-from .answers import Answer, box, table
+from .answers import Answer, box, noting, table
 from .look import button, card, choice, field, parts, shown
 from .session import Session
 from .tasks import Source
@@ -65,13 +65,13 @@ class Measure:
             multiple=True,
             sizing_mode="stretch_width",
             stylesheets=[_FIELD],
-            name="Files: drop them anywhere, or choose them",
+            label="Files: drop them anywhere, or choose them",
         )
         self.drop.param.watch(lambda event: self._dropped(event.new), "value")
         self.example = button("No data at hand? Open an example", session.take_example)
         self.refused = shown()
         self.opened = shown()
-        self.keep = pn.widgets.MultiChoice(name="Files that are fitted", visible=False, sizing_mode="stretch_width")
+        self.keep = pn.widgets.MultiChoice(label="Files that are fitted", visible=False, sizing_mode="stretch_width")
         self.keep.param.watch(lambda event: self._kept(event.new), "value")
         self.sizes = {key: field(title, placeholder=example) for key, (title, example) in _SIZES.items()}
         self.strip_line = shown()
@@ -110,12 +110,13 @@ class Measure:
             return
         names, wrong = self.drop.filename, []
         contents, names = (contents, names) if isinstance(contents, list) else ([contents], [names])
-        for name, content in zip(names, contents, strict=True):
-            try:
-                self.session.take(name, content)
-            except IlgError as error:
-                wrong.append(str(error))
-        self.refused.object = box("error", *wrong)
+        with noting() as remarks:
+            for name, content in zip(names, contents, strict=True):
+                try:
+                    self.session.take(name, content)
+                except IlgError as error:
+                    wrong.append(str(error))
+        self.refused.object = box("error", *wrong) + box("warning", *remarks)
 
     def _kept(self, names: list[str]) -> None:
         gone = [each.name for each in self.session.sources if each.name not in names]
@@ -140,9 +141,9 @@ class Measure:
                 lines.append(box("error", found))
                 unread = unread or each.name
             else:
-                lines.append(box("good", f"{each.name}: {repr(found).splitlines()[0]}"))
-                lines += [box("warning", str(finding)) for finding in getattr(found, "findings", ())]
-                pictures.append(f"<h2>{box('note', each.name)}</h2>{found._repr_html_()}")
+                lines.append(box("good", repr(found).splitlines()[0]))
+                lines += [box("warning", line) for line in found.warnings]
+                pictures.append(found._repr_html_())
         self.opened.object = "".join(lines)
         self.columns.show(names, unread)
         self.answer.object = "".join(pictures) or _FIRST
@@ -235,7 +236,7 @@ class Columns:
         rows = []
         for quantity, unit in _QUANTITIES[self.kind.value].items():
             title = choice(quantity, [_AS_READ, *dict.fromkeys(found.titles)])
-            given = pn.widgets.TextInput(name=f"in, such as {unit}", width=110)
+            given = pn.widgets.TextInput(label=f"in, such as {unit}", width=110)
             self.chosen[quantity] = title, given
             rows.append(pn.Row(title, given, sizing_mode="stretch_width"))
         self.rows[:] = rows

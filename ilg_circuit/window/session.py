@@ -121,7 +121,7 @@ class Session:
         self.open(path, plain)
 
     def take_example(self) -> None:
-        """Take a record of the paper's strip under 4 V, simulated, with noise and a rest: as the command demo has it."""
+        """Take a simulated record of the paper's strip under 4 V, with noise and a rest: that of the command demo."""
         from ..reproduce.demo import measured
 
         run = simulate(PAPER, "step:4V", "300 s", beam="static", engine="exact")

@@ -13,17 +13,18 @@ from ..browser.sliders import Slider, sliders
 from ..errors import IlgError, visible
 from ..measurements.spectrum import Spectrum
 from ..strip.actuator import Actuator
-from .answers import box
+from .answers import box, noting
 from .curves import BEFORE, MEASURED, NOW, OTHER, Curves, Panel
 from .live import Live
-from .look import button, card, choice, field, parts, shown
+from .look import button, card, choice, field, parts, shown, tabs
 from .moved import ENDS, changes, place_of, typed, value_at
 from .moved import shown as in_unit
 from .session import Session
 
-_TIME = ("s", "time")
-_WAVES = {"voltage": "V", "current": "A", "displacement": "m", "force": "N", "charge": "C"}
+_WAVES = {"displacement": "m", "force": "N", "current": "A", "charge": "C", "voltage": "V"}
 _DRIVES = ["step:4V", "square:4V,30s", "square:-2V..2V,30s", "sine:2V,0.1Hz", "triangle:4V,30s", "cv:-1V..1V,50mV/s"]
+#: Before the name of a measured file, whose voltage is the drive.
+_FILE = "measured: "
 #: Drives that take the exact engine seconds: they are solved when asked for.
 _SLOW = ("chirp", "multisine", "repeat")
 _OF_NOW = "Takes any form of the command simulate: step:4V, square:4V,30s, sine:2V,0.1Hz, file:drive.csv, ..."
@@ -36,9 +37,9 @@ class StripTab:
         self.session = session
         self.moving = Moving(session)
         self.drive = pn.widgets.AutocompleteInput(
-            name="Drive",
+            label="Drive",
             value="step:4V",
-            options=_DRIVES,
+            options=list(_DRIVES),
             restrict=False,
             min_characters=0,
             description=_OF_NOW,
@@ -79,9 +80,7 @@ class StripTab:
             self.spectrum.view,
             sizing_mode="stretch_width",
         )
-        both = pn.Tabs(
-            ("Response over time", over_time), ("Impedance", over_frequency), sizing_mode="stretch_width", margin=0
-        )
+        both = tabs(("Response over time", over_time), ("Impedance", over_frequency))
         self.view = parts([self.moving.view], [both])
         for widget in (self.drive, self.duration, self.tip, self.load):
             widget.param.watch(lambda _event: self._again(), "value")
@@ -91,11 +90,21 @@ class StripTab:
         session.on("strip", self._moved)
         session.on("fit", self._measured)
         session.on("files", self._measured)
+        session.on("files", self._offer)
         session.on("work", self._working)
         self._again()
 
     def asked(self) -> tuple[str, str, str, str]:
-        return self.drive.value.strip(), self.duration.value, self.tip.value, self.load.value.strip()
+        """Return drive, duration, tip and load of the run; the drive of a measured file is ``file:`` and its path."""
+        drive = self.drive.value.strip()
+        for each in self.session.sources:
+            if drive == f"{_FILE}{each.name}":
+                drive = f"file:{each.path}"
+        return drive, self.duration.value.strip(), self.tip.value, self.load.value.strip()
+
+    def _offer(self) -> None:
+        """Offer the voltages of measured files as drives."""
+        self.drive.options = [*_DRIVES, *(f"{_FILE}{each.name}" for each in self.session.sources)]
 
     def _moved(self) -> None:
         """Compute the strip as it is now, and as it was where that has not been drawn."""
@@ -114,6 +123,7 @@ class StripTab:
         for curve in (BEFORE, NOW, OTHER):
             self.response.set(curve, None)
             self.spectrum.set(curve, None)
+        self.response.set(MEASURED, None)
         self.compared.object = ""
         self._moved()
 
@@ -126,6 +136,7 @@ class StripTab:
         self.session.tell("run")
         self.told.object = box("warning", *now.warnings)
         self.response.set(NOW, _columns(now))
+        self.response.set(MEASURED, _compared(now))
         self.response.set(OTHER, None)
         self.compared.object = ""
         if before is not None:
@@ -234,7 +245,7 @@ class Moving:
 
     def _row(self, slider: Slider) -> Any:
         bar = pn.widgets.IntSlider(
-            name=slider.label,
+            label=slider.label,
             start=-ENDS,
             end=ENDS,
             value=0,
@@ -242,7 +253,7 @@ class Moving:
             sizing_mode="stretch_width",
             bar_color="#1f77b4",
         )
-        text = pn.widgets.TextInput(name="", value=in_unit(slider, slider.value), width=105, align="end")
+        text = pn.widgets.TextInput(label="", value=in_unit(slider, slider.value), width=125, align="end")
         bar.param.watch(lambda event: self._slid(slider, event.new), "value")
         text.param.watch(lambda event: self._typed(slider, event.new), "value")
         self.widgets[slider.name] = bar, text
@@ -272,11 +283,12 @@ class Moving:
         base = self.session.base
         moved = changes(self.sliders, self.values)
         try:
-            strip = base.with_(**moved) if moved else base
+            with noting() as remarks:
+                strip = base.with_(**moved) if moved else base
         except IlgError as error:
             self.refused.object = box("error", str(error))
             return
-        self.refused.object = ""
+        self.refused.object = box("warning", *remarks)
         self.session.move(strip)
 
     def reset(self) -> None:
@@ -299,7 +311,9 @@ def _narrow(widget: Any) -> Any:
 def _response(strip: Actuator, base: Actuator | None, drive: str, duration: str, tip: str, load: str) -> Any:
     """Return the response of a strip, and of the one that it was."""
     how: dict[str, Any] = {"tip": tip, "load": load or None, "engine": "exact"}
-    return tuple(None if s is None else ilg.simulate(s, drive, duration, **how) for s in (strip, base))
+    measured = drive.startswith("file:")
+    now = ilg.simulate(strip, drive, duration, compare=measured, **how)
+    return now, None if base is None else ilg.simulate(base, drive, duration, **how)
 
 
 def _spectrum(strip: Actuator, base: Actuator | None, low: str, high: str, bias: str) -> Any:
@@ -309,6 +323,15 @@ def _spectrum(strip: Actuator, base: Actuator | None, low: str, high: str, bias:
 
 def _columns(run: Any) -> dict[str, Any]:
     return {"time": run.time} | {name: run.waveforms[name] for name in _WAVES}
+
+
+def _compared(run: Any) -> dict[str, Any] | None:
+    """Return what was measured under the drive of a run, over time; None where it is no measured one."""
+    if not run.compared:
+        return None
+    return {"time": run.compared[0].time} | {
+        each.quantity: each.measured for each in run.compared if len(each.time) == len(run.compared[0].time)
+    }
 
 
 def _points(frequency: Any, impedance: Any) -> dict[str, Any]:

@@ -27,11 +27,13 @@ class Ranges:
         self.session, self.points = session, points
         self.rows: list[tuple[Any, Any, Any, Any]] = []
         for k in range(rows):
-            name = choice("Vary" if k == 0 else "and", [_NOTHING], styles={"flex": "2 1 130px"})
+            name = choice("Vary" if k == 0 else "and", [_NOTHING], styles={"flex": "2 1 105px"})
             low, high = field("from"), field("to")
-            count = pn.widgets.IntInput(name="points", value=points or 0, start=2, end=200, width=75)
+            count = pn.widgets.IntInput(label="points", value=points or 0, start=2, end=200, width=62)
             for widget in (low, high):
-                widget.styles = {"flex": "1 1 70px"}
+                widget.styles = {"flex": "1 1 78px"}
+            for widget in (name, low, high, count):
+                widget.margin = (5, 4)
             name.param.watch(lambda event, k=k: self._chosen(k, event.new), "value")
             self.rows.append((name, low, high, count))
         shown_parts = [row if points else row[:3] for row in self.rows]
@@ -87,14 +89,17 @@ class SweepTab:
         self.session = session
         self.ranges, self.drive = Ranges(session, 2, 9), Drive()
         self.outputs = pn.widgets.MultiChoice(
-            name="Outputs", options=list(OUTPUTS), value=["displacement_final", "energy"], sizing_mode="stretch_width"
+            label="Outputs", options=list(OUTPUTS), value=["displacement_final", "energy"], sizing_mode="stretch_width"
         )
         self.go = button("Sweep", self.start, first=True)
         self.save = Download("Save the table (CSV)", "sweep.csv", lambda path: path.write_text(self._table, "utf-8"))
         self.save.view.visible = False
         self._table = ""
         self.answer = shown(
-            box("note", "Two parameters make a map, one a curve. It begins with the strip of the tab Strip.")
+            box(
+                "note",
+                "Two parameters make a map, one a curve. What is not varied is as the sliders of the tab Strip stand.",
+            )
         )
         self.view = parts([self.ranges.view, self.drive.view, self.outputs, self.go, self.save.view], [self.answer])
         session.on("work", lambda: setattr(self.go, "disabled", session.work is not None))
@@ -138,7 +143,9 @@ class DesignTab:
         self.use.visible = False
         self.found: Any = None
         self.answer = shown(
-            box("note", "Says which strip, within the ranges, meets the requirements best, and what limits it.")
+            box(
+                "note", "Finds the strip, within the ranges, that meets the requirements best, and says what limits it."
+            )
         )
         self.view = parts(
             [

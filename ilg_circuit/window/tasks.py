@@ -40,7 +40,8 @@ def fit(
     given = {key: value for key, value in options.items() if value not in (None, "")}
     driven = given.get("drive") is not None
     said = sources[0].said if driven else {}
-    data = [each.path if driven or not each.said else ilg.read(each.path, **each.said) for each in sources]
+    how = {key: given[key] for key in ("onset", "scale") if key in given}  # of a record that is read here
+    data = [each.path if driven or not each.said else ilg.read(each.path, **each.said, **how) for each in sources]
     result = ilg.identify(data, strip, intervals=intervals, progress=progress, **said, **given)
     words = [f"--{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in given.items()]
     words += [f"--intervals {intervals}"] if intervals != "covariance" else []

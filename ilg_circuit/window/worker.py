@@ -120,11 +120,7 @@ class Worker:
             process, self._process = self._process, None
         if process is not None:
             process.kill()
-            process.wait()
-            for pipe in (process.stdin, process.stdout):
-                if pipe is not None:
-                    with suppress(OSError):
-                        pipe.close()
+            _left(process)
 
     def _end(self, told: Told) -> None:
         tell, self._busy = self._busy, None
@@ -134,23 +130,32 @@ class Worker:
     def _listen(self, process: subprocess.Popen[bytes]) -> None:
         """Pass on what a process tells, until it ends."""
         assert process.stdout is not None
-        while True:
-            try:
-                told: Told = pickle.load(process.stdout)
-            except (EOFError, OSError, ValueError, pickle.UnpicklingError):
-                break
-            if process is not self._process:
-                return
-            if told.kind != "progress":
-                self._end(told)
-            elif (tell := self._busy) is not None:
-                tell(told)
+        with process.stdout:
+            while True:
+                try:
+                    told: Told = pickle.load(process.stdout)
+                except (EOFError, OSError, pickle.UnpicklingError):
+                    break
+                if process is not self._process:
+                    continue
+                if told.kind != "progress":
+                    self._end(told)
+                elif (tell := self._busy) is not None:
+                    tell(told)
         with self._lock:
             if process is not self._process:  # it was ended on purpose
                 return
             self._process = None
-        process.wait()
+        _left(process)
         self._end(Told("failed", "the solver process ended by itself: too little memory, or a crash of ngspice"))
+
+
+def _left(process: subprocess.Popen[bytes]) -> None:
+    """Wait for the end of a process, and close the way to it; whoever listens closes the way from it."""
+    process.wait()
+    if process.stdin is not None:
+        with suppress(OSError):
+            process.stdin.close()
 
 
 def close_all() -> None:
