@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import webbrowser
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, argument
+from ..errors import InputError, argument, warn
 from ..extras import require_app
 
 #: The only address: other machines do not reach it.
@@ -46,7 +47,7 @@ def app(
     Raises
     ------
     InputError
-        A file is neither a measurement nor a strip, or the port is in use.
+        A file is neither a measurement nor a strip, the port is in use, or a notebook calls this.
     MissingLibraryError
         Panel is not installed; it comes with the extra ``app``.
 
@@ -63,6 +64,8 @@ def app(
             f"{argument('port')} is {port}; give a number from 1024 to 65535, or leave it out for a free one"
         )
     require_app()
+    if _in_a_loop():
+        raise InputError("a notebook cannot serve a window beside its cells; run ilg-circuit app in a terminal")
     require_openable(files)
     chosen = free_port(port)
     from .window import serve
@@ -72,7 +75,7 @@ def app(
     def started() -> None:
         (ready or _print)(address)
         if browser and not webbrowser.open(address):
-            raise InputError(f"no browser was found to open; open {address} yourself, and give {argument('browser')}")
+            warn(f"no browser was found here; open {address} yourself, in one on this machine")
 
     serve(files, chosen, started)
 
@@ -103,6 +106,15 @@ def free_port(port: int | None) -> int:
     with socket.socket() as tried:
         tried.bind((ADDRESS, 0))
         return int(tried.getsockname()[1])
+
+
+def _in_a_loop() -> bool:
+    """Return True where an event loop runs already, as in a notebook."""
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True
 
 
 def _print(address: str) -> None:

@@ -39,16 +39,28 @@ class Soon:
             self.calls.pop(0)()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def soon() -> Soon:
     return Soon()
 
 
-@pytest.fixture
-def window(soon: Soon) -> Iterator[Window]:
+@pytest.fixture(scope="module")
+def opened(soon: Soon) -> Iterator[Window]:
+    """One window, and so one solver process, for all tests."""
     made = Window(Session(soon))
     yield made
     made.close()
+
+
+@pytest.fixture
+def window(opened: Window) -> Window:
+    """The window as it was at first."""
+    opened.session.leave_out([each.name for each in opened.session.sources])
+    opened.session.fit = None
+    opened.session.take_strip(ilg.PAPER, "the paper's strip")
+    opened.session.tell("fit")
+    opened.strip.tip.value = "free"
+    return opened
 
 
 def drawn(window: Window, curve: str, name: str) -> np.ndarray:
@@ -142,6 +154,7 @@ def test_columns_are_chosen_and_the_fit_is_taken(window: Window, soon: Soon, rec
         onset="5 s",
         engine="exact",
     )
+    assert "<details open>" in measure.answer.object
     assert fit.result["capacitance"].value == pytest.approx(own["capacitance"].value, rel=1e-6)
     assert window.session.base == fit.result.actuator
     files = window.export.files
