@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from .strip.actuator import PAPER
     from .study.design import design
     from .study.sweep import sweep
+    from .window.serve import app
 
 __version__ = "0.2.0"
 
@@ -52,6 +53,7 @@ __all__ = [
     "IlgWarning",
     "InputError",
     "SolveError",
+    "app",
     "arm",
     "cpg",
     "design",
@@ -94,6 +96,7 @@ _PLACES = {
     "strip.actuator": ("PAPER",),
     "study.design": ("design",),
     "study.sweep": ("sweep",),
+    "window.serve": ("app",),
 }
 
 if not TYPE_CHECKING:

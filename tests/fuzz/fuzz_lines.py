@@ -14,11 +14,11 @@ import numpy as np
 
 from ilg_circuit.commands import COMMANDS
 
-#: Demo and reproduce take minutes; doctor has no options.
+#: Demo and reproduce take minutes; doctor has no options; watch and app go on until they are interrupted.
 WEIGHTS = {
     "show": 2, "simulate": 5, "impedance": 3, "netlist": 2, "identify": 2, "sense": 2, "sweep": 1, "design": 1,
     "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "page": 1, "examples": 1, "doctor": 0, "demo": 0, "reproduce": 0,
-    "watch": 0,
+    "watch": 0, "app": 0,
 }  # fmt: skip
 STRIPS = (*("paper",) * 4, "strip.toml", "rc2.toml", "sinh.toml", "growing.toml", "warburg.toml", "plain.toml")
 _LENGTHS = ("0.3mm", "0.5mm", "1mm", "5mm", "30mm")
@@ -111,7 +111,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "identify --out": ("out.toml",), "ogden --out": ("out.toml",), "design --out": ("out.toml",),
     "netlist --out": ("out.cir", "out.lib"), "sweep --out": ("out.nc",), "arm --out": ("out.nc",),
     "page --out": ("out.html",), "examples --out": ("copies",), "names": ("simulate_and_plot", "own_driver"),
-    "--kit": ("kit",),
+    "--kit": ("kit",), "--port": ("5099",),
     "--json": ("out.json",),
     "--plot": ("out.png", "out.svg"), "--size": ("85mm", "85mm,60mm", "0.2 m"), "--style": ("journal.mplstyle",),
     "--sobol-plot": ("sobol.png",),
