@@ -57,7 +57,7 @@ class LadderPath(IonPath):
 
         def made(sections: int) -> Ladder:
             found = gathered(relaxations, ladders.band, sections)
-            return Ladder(self, tuple(constants), *found, ladders.band).with_error()
+            return Ladder(self, tuple(constants), *found, ladders.band)
 
         return enough(made, ladders.sections, ORDER, ORDER)
 
