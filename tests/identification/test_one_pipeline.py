@@ -23,6 +23,7 @@ from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.file import load_actuator
 
+pytestmark = pytest.mark.usefixtures("drafts")
 RC = ("--model", "rc", "--engine", "exact", "--actuator", "paper", "--onset", "first-level")
 
 
@@ -189,7 +190,8 @@ def test_profiles_for_every_kind(kind: str) -> None:
 
 def test_an_engine_that_has_no_effect_is_said(run: Run, tmp_path: Path) -> None:
     (file,) = write("spectrum", tmp_path)
-    said = [run("identify", file, "--model", "rc", *engine).err for engine in ((), ("--engine", "exact"))]
+    how = ("identify", file, "--model", "rc", "--json", "fit.json")
+    said = [run(*how, *engine).err for engine in ((), ("--engine", "exact"))]
     assert "--engine" not in said[0]
     assert "--engine has no effect" in said[1]
     mixed = run("identify", *write("several", tmp_path), *RC)
