@@ -204,6 +204,7 @@ def test_auto_asks_for_the_same_evidence(kind: str, gain: float, model: str, mon
     """Where a second branch is better by a little less than 10 BIC one is enough, where by a little more it is not."""
     monkeypatch.setattr(selection, "_bic", lambda found, samples: {"rc": gain, "rc2": 0.0}.get(found.kind.name, 100.0))
     monkeypatch.setattr(fit_selection, "CLEAR", np.inf)  # by the BIC alone
+    monkeypatch.setattr(selection, "model_names", lambda: ("rc", "rc2"))
     assert EVIDENCE == 10
     strip = replace(two_branches(), coupling=None)
     files = [record(step(u), 300.0, 151, strip=strip, noise=1e-3, seed=5).measurement(f"{u}") for u in (4.0, -2.0)]
