@@ -297,18 +297,19 @@ def _vector(quantity: str, rename: dict[str, str], suffix: str) -> str:
 
 
 def _check_element(element: Element, sources: set[str]) -> None:
-    if element.kind not in _KINDS:
-        raise InputError(f"element {element.name}: kind {element.kind} is not one of {', '.join(_KINDS)}")
-    count, _ = _KINDS[element.kind]
-    controlled, positive = element.kind in _CONTROLLED, element.kind in _POSITIVE
-    if (element.kind == "B") != bool(element.law) or (element.law and element.law not in _LAWS):
+    kind = element.kind
+    if kind not in _KINDS:
+        raise InputError(f"element {element.name}: kind {kind} is not one of {', '.join(_KINDS)}")
+    count, _ = _KINDS[kind]
+    controlled, positive = kind in _CONTROLLED, kind in _POSITIVE
+    if (kind == "B") != bool(element.law) or (element.law and element.law not in _LAWS):
         raise InputError(f"element {element.name}: law '{element.law}' is not one of {', '.join(_LAWS)}, of a source B")
     if element.law:
         count = _LAWS[element.law][0]
         if not (math.isfinite(element.scale) and element.scale > 0):
             raise InputError(f"element {element.name} has scale {element.scale!r}; it must be positive and finite")
     if len(element.nodes) != count:
-        raise InputError(f"element {element.name} has {len(element.nodes)} nodes; kind {element.kind} takes {count}")
+        raise InputError(f"element {element.name} has {len(element.nodes)} nodes; kind {kind} takes {count}")
     if controlled != bool(element.control) or (controlled and element.control.lower() not in sources):
         raise InputError(f"element {element.name}: its controlling source '{element.control}' is not in the netlist")
     if not math.isfinite(element.value) or (positive and element.value <= 0):
