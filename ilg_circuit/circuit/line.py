@@ -20,6 +20,7 @@ from ..errors import InputError
 from ..strip.actuator import Actuator, Coupling
 from ..strip.cells import Cell, Layout
 from ..strip.cells import layout as cells_of
+from ..strip.electrodes import Electrodes
 from ..strip.elements import Elements, lumped_elements
 from ..strip.port import Port
 from .coupling import filter_elements, free_displacement
@@ -60,9 +61,7 @@ def line_netlist(
     coupling = lumped.coupling
     if coupling is None and load:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]; a load needs one")
-    made = _Line(actuator, layout, lumped)
-    made.add_pins(wires)
-    made.add_sheets()
+    made = sheets_of(actuator, layout, lumped, wires)
     made.add_cells(beam)
     title = f"ILG strip {actuator.name}, line of {len(layout.free)} cells"
     comments: tuple[str, ...] = ()
@@ -84,8 +83,16 @@ def cell_coupling(
     return filter_elements(coupling, plus, minus, name), moved
 
 
+def sheets_of(actuator: Actuator, layout: Layout, lumped: Elements, wires: Wiring) -> Line:
+    """Return the sources, leads and sheets of a line, without what is between the sheets."""
+    made = Line(actuator, layout, lumped)
+    made.add_pins(wires)
+    made.add_sheets()
+    return made
+
+
 @dataclass
-class _Line:
+class Line:
     """A line in the making: elements whose nodes may be one, by ``same``, and outputs."""
 
     actuator: Actuator
@@ -96,11 +103,24 @@ class _Line:
     same: dict[str, str] = field(default_factory=dict)
     drives: list[str] = field(default_factory=list)
     sensed: list[tuple[str, str]] = field(default_factory=list)
+    sources: tuple[tuple[tuple[str, ...], str], ...] = ()
     charge: dict[str, float] = field(default_factory=dict)
 
     @property
     def port(self) -> Port:
         return self.lumped.port
+
+    @property
+    def sheets(self) -> Electrodes:
+        assert self.actuator.electrodes is not None
+        return self.actuator.electrodes
+
+    @property
+    def pins(self) -> list[str]:
+        """The pins of all segments, those of side 1 first."""
+        return [
+            f"{letter}{k}" for side, letter in ((1, "p"), (2, "m")) for k in range(1, self.sheets.segments(side) + 1)
+        ]
 
     def node(self, name: str) -> str:
         """Return the name of a node among those that are one with it."""
@@ -123,10 +143,7 @@ class _Line:
 
     def add_pins(self, wires: Wiring) -> None:
         """Add the sources, the wires to all pins and the leads from them to the contacts."""
-        sheets = self.actuator.electrodes
-        assert sheets is not None
-        pins = [f"p{k}" for k in range(1, sheets.segments(1) + 1)]
-        pins += [f"m{k}" for k in range(1, sheets.segments(2) + 1)]
+        pins = self.pins
         several = len(wires.sources) > 1
         at = dict.fromkeys(pins, GROUND)
         for k, (plus, minus) in enumerate(wires.sources):
@@ -152,13 +169,12 @@ class _Line:
             if self.port.inductance and pin[0] == "p":
                 inner = f"{pin}_lead"
                 self.elements.append(Element(f"Lseries_{pin}_", (wired, inner), self.port.inductance, role=Role.LEAD))
-            self.resistor(f"Rlead_{pin}_", inner, f"{pin}_foil", sheets.lead_resistance)
-        self._wires = wires
+            self.resistor(f"Rlead_{pin}_", inner, f"{pin}_foil", self.sheets.lead_resistance)
+        self.sources = wires.sources
 
     def add_sheets(self) -> None:
         """Add the sheets' resistors from contact to cell to cell, and the leaks across gaps."""
-        sheets = self.actuator.electrodes
-        assert sheets is not None
+        sheets = self.sheets
         for side, letter, squares in ((1, "p", sheets.sheet_resistance_1), (2, "m", sheets.sheet_resistance_2)):
             per_length = squares / self.actuator.geometry.width
             for k, contact in enumerate(self.layout.contacts[side - 1]):
@@ -223,9 +239,7 @@ class _Line:
                     self.elements.append(Element(f"Gmean_{j}_", mean, shares[j], role=Role.COUPLING_FILTER))
                     # N_k = (arm per length) over that of the lumped strip, which its whole length shares
                     gain = shares[j] / self.fraction(cell)
-                    backs.append(
-                        Element(f"Eback_{j}_", (back, end, "copy", GROUND), gain, role=Role.REFLECTED_VOLTAGE)
-                    )
+                    backs.append(Element(f"Eback_{j}_", (back, end, "copy", GROUND), gain, role=Role.REFLECTED_VOLTAGE))
             curvatures.append(Output(f"curvature_{len(curvatures) + 1}", "1/m", tuple(terms.items())))
         if dynamic:
             self.elements.append(Element("Rmean", ("mean", GROUND), 1.0, role=Role.COUPLING_FILTER))
@@ -237,20 +251,16 @@ class _Line:
 
     def terminals(self) -> list[Output]:
         """Return current and charge, and voltage and current of each segment where there are several."""
-        own = [(q, 1.0) for pin, q in self.sensed if pin[0] == "p"]
-        driven = {pin for plus, _ in self._wires.sources for pin in plus}
+        driven = {pin for plus, _ in self.sources for pin in plus}
         currents = [(q, 1.0 if pin[0] == "p" else -1.0) for pin, q in self.sensed if pin in driven]
-        del own
         found = [Output("current", "A", tuple(currents)), Output("charge", "C", tuple(self.charge.items()))]
-        sheets = self.actuator.electrodes
-        assert sheets is not None
-        if len(self.drives) > 1:
-            for k, (plus, _) in enumerate(self._wires.sources):
+        if len(self.drives) > 1 or "m" in {pin[0] for pin in driven}:
+            for k, (plus, _) in enumerate(self.sources):
                 terms = tuple((f"i(Vpin_{pin})", 1.0) for pin in plus)
                 found.append(Output(f"delivered_{k}", "A", terms, probe=True))
-        if sheets.segments(1) > 1:
+        if self.sheets.segments(1) > 1:
             sensed = dict(self.sensed)
-            for k in range(1, sheets.segments(1) + 1):
+            for k in range(1, self.sheets.segments(1) + 1):
                 pin = f"p{k}"
                 found.append(Output(f"voltage_{k}", "V", ((f"v({pin}_pin)", 1.0),)))
                 current = ((sensed[pin], 1.0),) if pin in sensed else ()

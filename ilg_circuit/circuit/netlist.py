@@ -101,6 +101,11 @@ class Element:
         return self.name[0].upper()
 
     @property
+    def part(self) -> str:
+        """Its name without the cell or the segment of a line, which stands between underscores: Rd_7_1 is of Rd1."""
+        return re.sub("_[^_]*_", "", self.name)
+
+    @property
     def expression(self) -> str:
         """A behavioural source's law as SPICE writes it."""
         value, scale = float(self.value), float(self.scale)  # a numpy number would write its type, too

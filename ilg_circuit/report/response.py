@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
+from ..drive import Drives, each
 from ..simulation.waveforms import ANSWERS, WAVEFORMS
 from ..units import format_quantity
 from .axes import (
     BLUE,
+    COLOURS,
     GREY,
     ORANGE,
     Axes,
@@ -56,6 +58,7 @@ def headline(response: Response) -> str:
 def text(response: Response) -> str:
     """Return all that a user sees: what was simulated, the waveforms, the energies, the error, the comparison."""
     lines = [headline(response), response.summary(), response.account.summary(), *solved_by(response)]
+    lines += cells_line(response)
     lines += [note] if (note := swings(response)) else []
     return "\n".join([*lines, *(compared_line(part) for part in response.compared)])
 
@@ -64,6 +67,15 @@ def solved_by(result: Simulated) -> list[str]:
     """Return a line with the engine and its estimated error; none for the exact engine."""
     exact = result.engine != "ngspice"
     return [] if exact else [f"solved by ngspice, estimated error {result.error:.1e} of each maximum"]
+
+
+def cells_line(response: Response) -> list[str]:
+    """Return a line with the number of cells and what their size may change; none for one lump."""
+    if response.actuator.electrodes is None:
+        return []
+    count = sum(name.startswith("curvature_") for name in (o.name for o in response.netlist.outputs))
+    known = f"{count} cells of the free length" if count else "cells"
+    return [f"{known}: by their size within {response.cells_error:.1e} of currents and displacement"]
 
 
 def largest(result: Simulated, waveform: Waveform) -> tuple[str, str]:
@@ -167,7 +179,14 @@ def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) ->
 
 def _drive(response: Response, panel: Axes, **style: Any) -> None:
     """Draw the drive; the axis includes zero."""
-    curve(panel, *drive_points(response.drive, response.time), "voltage", "V", **{"color": ORANGE} | style)
+    parts = each(response.drive)
+    for k, part in enumerate(parts):
+        named = {"color": ORANGE} if len(parts) == 1 else {"color": COLOURS[k % len(COLOURS)]}
+        if isinstance(response.drive, Drives):
+            named |= {"label": f"segment {response.drive.named[k][0]}"}
+        curve(panel, *drive_points(part, response.time), "voltage", "V", **named | style)
+    if len(parts) > 1:
+        legend_above(panel)
     panel.use_sticky_edges = False
     panel.update_datalim([(response.time[0], 0.0)])
     panel.autoscale_view()

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..drive import Drive, drive_times, levels
+from ..drive import Drive, drive_times, each, levels
 from ..errors import InputError
 from .grid import Grid, lagrange
 
@@ -46,7 +46,10 @@ def at_samples(grid: Grid, at_nodes: Array, drive: Drive, direct: Array | None =
     values, errors = _interpolated(replace(grid, piece=grid.piece - jumps), at_nodes)
     t = grid.samples[jumps]
     begins = grid.nodes[grid.segments[grid.piece[jumps] - 1, 0]]
-    left = 2 * levels(drive, (begins + t) / 2) - levels(drive, begins)
+    # a sine does not jump
+    left = [
+        p.value(t) if p.angular_frequency() else 2 * p.value((begins + t) / 2) - p.value(begins) for p in each(drive)
+    ]
     values[:, : direct.shape[1], jumps] += direct @ (levels(drive, t) - left)
     return values, errors
 

@@ -172,7 +172,10 @@ class _Stamp:
         rows = []
         for k, output in enumerate(netlists[0].outputs):
             coefficients = np.array([[c for _, c in n.outputs[k].terms] for n in netlists])
-            rows.append(sum(coefficients[:, j, None] * quantities[q] for j, (q, _) in enumerate(output.terms)))
+            row = np.zeros((len(netlists), solution.shape[2]))
+            for j, (q, _) in enumerate(output.terms):
+                row += coefficients[:, j, None] * quantities[q]
+            rows.append(row)
         return np.stack(rows, axis=1)
 
     def _quantity(self, solution: Array, quantity: str) -> Array:

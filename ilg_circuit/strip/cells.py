@@ -166,4 +166,3 @@ def _shared(count: int, lengths: list[float]) -> list[int]:
             sizes = [-length / (n - 1) if n > 1 else -math.inf for length, n in zip(lengths, found, strict=True)]
         found[sizes.index(max(sizes))] += step
     return found
-

@@ -159,7 +159,9 @@ def _electrodes(given: Any) -> Electrodes | None:
     if given is None or isinstance(given, Electrodes):
         return given
     if not isinstance(given, Mapping):
-        raise InputError(f"electrodes are {str(given)[:40]!r}; give an Electrodes object, a mapping of its keys, or None")
+        raise InputError(
+            f"electrodes are {str(given)[:40]!r}; give an Electrodes object, a mapping of its keys, or None"
+        )
     known = {item.name: item for item in fields(Electrodes)}
     values: dict[str, Any] = {}
     for key, value in given.items():

@@ -69,10 +69,10 @@ class Electrodes:
                 if not (float(value).is_integer() and 1 <= value <= most):
                     raise InputError(f"electrodes.{name} is {value:g}; give a whole number from 1 to {most}")
                 object.__setattr__(self, name, int(value))
-        for side in (1, 2):
-            if (count := len(self.lengths(side))) and self.segments(side) not in (1, count):
+        for side, given in ((1, self.segments_1), (2, self.segments_2)):
+            if (count := len(self.lengths(side))) and given not in (1, count):
                 raise InputError(
-                    f"electrodes.segments_{side} is {self.segments(side)}, and lengths_{side} has {count} lengths; "
+                    f"electrodes.segments_{side} is {given}, and lengths_{side} has {count} lengths; "
                     "leave one of them out"
                 )
         if self.contact not in CONTACTS:

@@ -18,7 +18,18 @@ from ..errors import InputError, nearest, unknown_name, visible
 from ..files import read_bytes, write_text
 from ..provenance import Provenance
 from ..units import format_quantity, likely, parse
-from .actuator import PRESETS, Actuator, Coupling, Electrodes, Geometry, IonBranch, Material, Mounting, Uncertainty, quantities
+from .actuator import (
+    PRESETS,
+    Actuator,
+    Coupling,
+    Electrodes,
+    Geometry,
+    IonBranch,
+    Material,
+    Mounting,
+    Uncertainty,
+    quantities,
+)
 from .models import electrical_model, material_keys
 from .plausible import warn_of_sizes
 from .specimen import ELECTRICAL, MECHANICAL, Specimen
@@ -255,7 +266,7 @@ def _record(kind: type, table: Any, where: str) -> Any:
             values[key] = tuple(_record(IonBranch, entry, name) for entry in value)
         elif "each" in known[key].metadata:
             if not isinstance(value, list):
-                raise InputError(f"{name} is {value!r}; write a list in brackets, like [\"7 mm\", \"8 mm\"]")
+                raise InputError(f'{name} is {value!r}; write a list in brackets, like ["7 mm", "8 mm"]')
             values[key] = tuple(_quantity(entry, known[key].metadata["each"], name) for entry in value)
         elif "unit" not in known[key].metadata:
             if not isinstance(value, str):
