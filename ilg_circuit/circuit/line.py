@@ -15,10 +15,11 @@ it reflects on cell k, N_k F1, has the arm of the cell: the lumped strip's refle
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 from ..errors import InputError
 from ..strip.actuator import Actuator, Coupling
-from ..strip.cells import Cell, Layout
+from ..strip.cells import Cell, Layout, least_cells
 from ..strip.cells import layout as cells_of
 from ..strip.electrodes import Electrodes
 from ..strip.elements import Elements, lumped_elements
@@ -54,7 +55,9 @@ def line_netlist(
     sheets = actuator.electrodes
     assert sheets is not None
     wires = joined(sheets) if wires is None else wires
-    layout = layout or cells_of(actuator, int(sheets.cells or max(USUAL_CELLS, 2 * sheets.segments(1))))
+    if layout is None:
+        count = sheets.cells or max(USUAL_CELLS, least_cells(actuator))
+        layout = cells_of(actuator, int(count), alike=sheets.cells is None)
     lumped = lumped_elements(actuator, band, load.mass)
     if rest:
         raise InputError("a strip with [electrodes] starts from 0 V; drive it from there")
@@ -165,18 +168,28 @@ class Line:
                 self.sensed.append((pin, f"i(Vpin_{pin})"))
             else:
                 self.join(wired, GROUND)
-            inner = wired
-            if self.port.inductance and pin[0] == "p":
-                inner = f"{pin}_lead"
-                self.elements.append(Element(f"Lseries_{pin}_", (wired, inner), self.port.inductance, role=Role.LEAD))
-            self.resistor(f"Rlead_{pin}_", inner, f"{pin}_foil", self.sheets.lead_resistance)
+            self.add_lead(pin)
         self.sources = wires.sources
+
+    def add_lead(self, pin: str) -> None:
+        """Add the wire from a pin to its contact, which on side 1 has the inductance of the leads too."""
+        inner = wired = f"{pin}_pin"
+        if self.port.inductance and pin[0] == "p":
+            inner = f"{pin}_lead"
+            self.elements.append(Element(f"Lseries_{pin}_", (wired, inner), self.port.inductance, role=Role.LEAD))
+        self.resistor(f"Rlead_{pin}_", inner, f"{pin}_foil", self.sheets.lead_resistance)
+
+    def add_leads(self) -> None:
+        """Add the wires of all pins, and no source."""
+        for pin in self.pins:
+            self.add_lead(pin)
 
     def add_sheets(self) -> None:
         """Add the sheets' resistors from contact to cell to cell, and the leaks across gaps."""
         sheets = self.sheets
         for side, letter, squares in ((1, "p", sheets.sheet_resistance_1), (2, "m", sheets.sheet_resistance_2)):
             per_length = squares / self.actuator.geometry.width
+            last: str = GROUND
             for k, contact in enumerate(self.layout.contacts[side - 1]):
                 points = [(contact, f"{letter}{k + 1}_foil")]
                 for j, cell in enumerate(self.layout.cells):
@@ -186,7 +199,7 @@ class Line:
                         else:
                             points.append((cell.middle, _foil(letter, j)))
                 points.sort(key=lambda point: point[0])
-                for n, ((a, left), (b, right)) in enumerate(zip(points, points[1:], strict=False)):
+                for n, ((a, left), (b, right)) in enumerate(pairwise(points)):
                     self.resistor(f"Rsheet{side}_{k + 1}x{n}_", left, right, per_length * (b - a))
                 if k and sheets.gap_resistance is not None:
                     self.resistor(f"Rgap{side}_{k}_", last, points[0][1], sheets.gap_resistance)
@@ -222,7 +235,7 @@ class Line:
         """Add the curvature of every cell of the free length, and the tip's motion."""
         thickness, shares, dynamic = self.actuator.geometry.thickness, self.shares(), beam == "dynamic"
         displacement: dict[str, float] = {}
-        curvatures = []
+        curvatures: list[Output] = []
         backs = []
         for j, cell in enumerate(self.layout.cells):
             if not cell.free:
@@ -240,7 +253,7 @@ class Line:
                     # N_k = (arm per length) over that of the lumped strip, which its whole length shares
                     gain = shares[j] / self.fraction(cell)
                     backs.append(Element(f"Eback_{j}_", (back, end, "copy", GROUND), gain, role=Role.REFLECTED_VOLTAGE))
-            curvatures.append(Output(f"curvature_{len(curvatures) + 1}", "1/m", tuple(terms.items())))
+            curvatures.append(Output(f"curvature_{len(curvatures) + 1}", "1/m", tuple(terms.items()), probe=True))
         if dynamic:
             self.elements.append(Element("Rmean", ("mean", GROUND), 1.0, role=Role.COUPLING_FILTER))
             self.elements += filter_elements(coupling, "mean", GROUND, "d")
@@ -262,9 +275,9 @@ class Line:
             sensed = dict(self.sensed)
             for k in range(1, self.sheets.segments(1) + 1):
                 pin = f"p{k}"
-                found.append(Output(f"voltage_{k}", "V", ((f"v({pin}_pin)", 1.0),)))
+                found.append(Output(f"voltage_{k}", "V", ((f"v({pin}_pin)", 1.0),), probe=True))
                 current = ((sensed[pin], 1.0),) if pin in sensed else ()
-                found.append(Output(f"current_{k}", "A", current))
+                found.append(Output(f"current_{k}", "A", current, probe=True))
         return found
 
     def resolved(self) -> list[Element]:

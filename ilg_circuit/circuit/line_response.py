@@ -107,7 +107,7 @@ def chosen_layout(
     assert sheets is not None
     wires = joined(sheets) if wires is None else wires
     lumped = lumped_elements(actuator, band)
-    s = 2j * np.pi * np.geomspace(*band, _FREQUENCIES)
+    s: ComplexArray = np.asarray(2j * np.pi * np.geomspace(*band, _FREQUENCIES))
     biases = [0.0] if lumped.port.linear or not voltage else [0.0, voltage]
 
     def error(cells: Layout) -> float:
@@ -119,7 +119,7 @@ def chosen_layout(
     least = least_cells(actuator)
     count = max(FEWEST, least)
     while True:
-        cells = layout(actuator, count)
+        cells = layout(actuator, count, alike=True)
         found = error(cells)
         if found <= LINE_ERROR or count >= max(MOST, least):
             return cells, found

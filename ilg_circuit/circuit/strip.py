@@ -17,6 +17,7 @@ from typing import Any
 
 from ..errors import InputError, argument
 from ..strip.actuator import Actuator, Coupling
+from ..strip.electrodes import require_lump
 from ..strip.elements import Elements, lumped_elements
 from ..strip.ladder import LADDER_BAND
 from ..strip.port import Port
@@ -24,7 +25,6 @@ from .coupling import filter_elements, filter_rate, free_displacement
 from .load import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, VELOCITY_SCALE, Load, tip_elements
 from .netlist import GROUND, Element, Netlist, Output, Role, series_sum
 from .port import ion_path, port_elements, port_node
-
 
 #: The reflected voltage, in series with the ion path.
 _BACK = Element("Eback", ("back", GROUND, "copy", GROUND), 1.0, role=Role.REFLECTED_VOLTAGE)
@@ -174,6 +174,7 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
     """
     if terminals not in ("open", "short"):
         raise InputError(f"terminals are '{terminals}'; choose open or short")
+    require_lump(actuator, "sensing")
     lumped = lumped_elements(actuator, band)
     coupling = lumped.coupling
     if coupling is None:

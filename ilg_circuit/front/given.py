@@ -27,7 +27,7 @@ Strip: TypeAlias = Actuator | str | Path
 #: A drive: an object, a text such as "step:4V", or rows of times [s] and values.
 Driven: TypeAlias = Drive | str | tuple[ArrayLike, ArrayLike]
 #: Drives of segments by their numbers, see `circuit.wiring.wiring`; "open" leaves one unconnected.
-Segmented: TypeAlias = Mapping[int | str, Driven]
+Segmented: TypeAlias = Mapping[Any, Driven]
 #: A quantity: a number in SI units, or a text with a unit.
 Given: TypeAlias = float | str
 

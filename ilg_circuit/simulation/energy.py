@@ -32,9 +32,9 @@ _MECHANICAL = FORCE_SCALE * VELOCITY_SCALE
 class EnergyAccount(Result):
     """Energies [J] since t = 0, each (n,) at ``time`` [s] (n,).
 
-    ``source`` is delivered at the terminals; ``dissipated`` and ``stored`` are given by element (of a line: summed
-    over its cells), with the side in ``roles``; ``converted`` = integral of u1 i1, taken from the electrical side; ``mechanical`` = integral of F1 v1,
-    given to the beam.
+    ``source`` is delivered at the terminals; ``dissipated`` and ``stored`` are given by element (of a line: summed over
+    its cells), with the side in ``roles``; ``converted`` = integral of u1 i1, taken from the electrical side;
+    ``mechanical`` = integral of F1 v1, given to the beam.
     """
 
     presenter: ClassVar[str] = "energy"
@@ -130,7 +130,9 @@ def works(netlist: Netlist) -> tuple[Work, ...]:
     found += [Work(f"energy of {part}", _dissipation(elements)) for part, elements in losing.items()]
     if reflected := _of(netlist, Role.REFLECTED_VOLTAGE):
         names = [e.name for e in reflected]
-        found.append(Work("converted", lambda _, of: sum(of(f"u1 of {n}") * of(f"i1 of {n}") for n in names)))
+        found.append(
+            Work("converted", lambda _, of: np.asarray(sum(of(f"u1 of {n}") * of(f"i1 of {n}") for n in names)))
+        )
     if beams := _of(netlist, Role.BEAM):
         force = f"across {beams[0].name}"
         found.append(Work("mechanical", lambda _, of: _MECHANICAL * of(force) * of("v1")))

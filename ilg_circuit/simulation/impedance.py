@@ -180,7 +180,8 @@ def _line(
     if sheets is None:
         return line, None, error
     wires = wires or joined(sheets)
-    found = line_response(actuator, line["layout"], wires, 2j * np.pi * frequency, lumped_elements(actuator, band))
+    s: ComplexArray = np.asarray(2j * np.pi * frequency)
+    found = line_response(actuator, line["layout"], wires, s, lumped_elements(actuator, band))
     return line, 1 / found.current[0], error
 
 

@@ -35,9 +35,9 @@ def sampled_times(drive: Drive, times: ArrayLike) -> Array:
 def at_samples(grid: Grid, at_nodes: Array, drive: Drive, direct: Array | None = None) -> tuple[Array, Array]:
     """Return values (n, outputs, samples) and the errors (n, outputs) of interpolation, from those at the nodes.
 
-    ``direct`` (n, outputs, sources) is what a jump of 1 V adds at once to the first outputs of a linear circuit, whose values on
-    jumps are then left limits and that: behind a jump steps may be far shorter than it is long, and too short to
-    extrapolate over it.
+    ``direct`` (n, outputs, sources) is what a jump of 1 V adds at once to the first outputs of a linear circuit, whose
+    values on jumps are then left limits and that: behind a jump steps may be far shorter than it is long, and too short
+    to extrapolate over it.
     """
     jumps = np.isin(grid.samples, drive.jumps(np.inf)) & (grid.index < 0) & (grid.piece > 0)
     jumps &= grid.samples - grid.nodes[grid.segments[grid.piece - 1, 1]] <= grid.rise  # a piece ends there

@@ -45,9 +45,9 @@ class StateSpace:
         return np.asarray(np.linalg.eigvals(self.a), dtype=complex)
 
     def steady(self) -> Array:
-        """Return the outputs (n, o) at rest under 1 V of the first drive, which an integrator without input does not change.
+        """Return the outputs (n, o) at rest under 1 V of the first drive.
 
-        Raises SolveError for a circuit that never comes to rest.
+        An integrator without input does not change them. Raises SolveError for a circuit that never comes to rest.
         """
         speeds = np.abs(self.poles())
         speeds[speeds <= _STANDS_STILL * speeds.max(axis=1, keepdims=True, initial=1e-300)] = np.inf

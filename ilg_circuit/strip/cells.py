@@ -49,7 +49,7 @@ class Cell:
         return None not in self.segments
 
     def arm(self, at: float) -> float:
-        """Return the integral of (``at`` - x) dx over its part before ``at`` [m^2]: displacement there per curvature."""
+        """Return the displacement at ``at`` per curvature [m^2]: the integral of (``at`` - x) dx over its part before."""
         if not self.free or self.start >= at:
             return 0.0
         end = min(self.end, at)
@@ -102,15 +102,16 @@ def pieces(actuator: Actuator) -> Layout:
         contact = contacted > tolerance and middle < inner + contacted
         cells.append(Cell(start, end, (found[0], found[1]), contact))
     if contacted > tolerance:
-        for of_side in contacts:
-            of_side[0] = inner + contacted
+        for wired in contacts:
+            wired[0] = inner + contacted
     return Layout(tuple(cells), (tuple(contacts[0]), tuple(contacts[1])))
 
 
-def layout(actuator: Actuator, count: int) -> Layout:
+def layout(actuator: Actuator, count: int, *, alike: bool = False) -> Layout:
     """Return the layout with ``count`` cells with electrodes in the free length, and cells as long in the clamp.
 
-    Raises InputError for fewer cells than pieces between edges and contacts.
+    ``alike`` takes as many more as make pieces of one length alike. Raises InputError for fewer cells than pieces
+    between edges and contacts.
     """
     coarse = pieces(actuator)
     free = [cell for cell in coarse.cells if cell.free and cell.active]
@@ -121,8 +122,10 @@ def layout(actuator: Actuator, count: int) -> Layout:
         )
     if not free:
         raise InputError("no part of the free length has electrodes on both sides; change electrodes.lengths_1 or _2")
-    parts = dict(zip(free, _shared(count, [cell.length for cell in free]), strict=True))
-    size = sum(cell.length for cell in free) / count
+    lengths = [cell.length for cell in free]
+    each = [max(math.ceil(count * x / sum(lengths) * (1 - _SAME)), 1) for x in lengths] if alike else []
+    parts = dict(zip(free, each or _shared(count, lengths), strict=True))
+    size = sum(lengths) / count
     cells: list[Cell] = []
     for cell in coarse.cells:
         clamped = cell.active and not cell.free and not cell.contact

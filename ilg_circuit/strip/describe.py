@@ -132,8 +132,9 @@ def _sheets(actuator: Actuator) -> dict[str, Any]:
     """Return the electrodes: quantities as `_shown`, the contact, and the free parts of the segments of each side."""
     sheets = actuator.electrodes
     assert sheets is not None
-    lengths = {f"lengths_{side}": [b - a for a, b in sheets.spans(side, actuator.geometry)] for side in (1, 2)}
-    return _shown(sheets) | {name: _value(found, "m") for name, found in lengths.items()} | {"contact": sheets.contact}
+    spans = {side: sheets.spans(side, actuator.geometry) for side in (1, 2)}
+    lengths = {f"lengths_{side}": {"value": [b - a for a, b in of], "unit": "m"} for side, of in spans.items()}
+    return _shown(sheets) | lengths | {"contact": sheets.contact}
 
 
 def _line(actuator: Actuator, port: Port, band: tuple[float, float]) -> list[Shown]:

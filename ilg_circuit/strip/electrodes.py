@@ -135,6 +135,15 @@ class Electrodes:
             self.spans(side, geometry)
 
 
+def require_lump(actuator: Any, what: str) -> None:
+    """Raise InputError where a strip has electrodes, and ``what`` is for a strip that is one lump."""
+    if actuator.electrodes is not None:
+        raise InputError(
+            f"actuator '{actuator.name}' has [electrodes], and {what} is for a strip that is one lump; "
+            "leave that section out"
+        )
+
+
 def _checked_lengths(name: str, given: Any) -> tuple[float, ...]:
     """Return the lengths [m]. Raises InputError for what is no list of them."""
     if isinstance(given, str) or not hasattr(given, "__iter__"):

@@ -205,5 +205,5 @@ def test_wiring_that_cannot_be(keys: list[str], opened: list[str], told: str) ->
 
 
 def test_too_few_cells() -> None:
-    with pytest.raises(InputError, match="4 pieces .* give 4 cells or more"):
+    with pytest.raises(InputError, match=r"4 pieces .* give 4 cells or more"):
         strip_netlist(line(1.0, segments_1=4, segments_2=4, cells=3))
