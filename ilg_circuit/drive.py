@@ -245,7 +245,7 @@ class Drives:
 
     @property
     def text(self) -> str:
-        return "; ".join(f"{name}: {drive.text}" for name, drive in self.named)
+        return "; ".join(f"{name} = {drive.text}" for name, drive in self.named)
 
     @property
     def findings(self) -> tuple[Finding, ...]:

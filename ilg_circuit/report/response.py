@@ -92,12 +92,15 @@ def figure(response: Response) -> Figure:
     prediction that was compared with it.
     """
     shown = _shown(response)
-    figure, axes = new_figure(len(shown) + 1, [1.5] * len(shown) + [1.0])
+    bent = response.curvatures is not None
+    figure, axes = new_figure(len(shown) + bent + 1, [1.5] * (len(shown) + bent) + [1.0])
+    if bent:
+        _curvature(response, axes[len(shown)])
     for panel, waveform in zip(axes, shown, strict=False):
         _waveform(response, waveform, panel)
         if waveform.name == "displacement" and (note := swings(response)):
             caption(panel, note)
-    _legends(axes[:-1])
+    _legends(axes[: len(shown)])
     _drive(response, axes[-1])
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
@@ -123,6 +126,8 @@ def panels(response: Response) -> Panels:
     """Return the panels: one per waveform, the displacement first if it is known."""
     shown = sorted(_shown(response), key=lambda waveform: waveform.name != "displacement")
     drawn = {w.name: partial(_waveform, response, w) for w in shown} | {"voltage": partial(_drive, response)}
+    if response.curvatures is not None:
+        drawn["curvature"] = partial(_curvature, response)
     return {name: partial(over_time, draw) for name, draw in drawn.items()}
 
 
@@ -175,6 +180,25 @@ def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) ->
     panel.fill_between(time, values - reach, values + reach, color=colour, alpha=0.3, linewidth=0, label=label)
     for edge in (values - reach, values + reach):
         panel.plot(time, edge, color=colour, linewidth=0.5, alpha=0.8, label="_")
+
+
+def _curvature(response: Response, panel: Axes, **style: Any) -> None:
+    """Draw the curvature as colours over time and the place on the strip, with a scale at the right."""
+    curvatures = response.curvatures
+    assert curvatures is not None
+    edges = np.append(0.0, np.cumsum(curvatures.lengths)) * 1e3
+    middles = (response.time[1:] + response.time[:-1]) / 2
+    times = np.concatenate([response.time[:1], middles, response.time[-1:]])
+    most = float(np.abs(curvatures.values).max()) or 1.0
+    look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -most, "vmax": most, "rasterized": True} | style
+    drawn = panel.pcolormesh(times, edges, curvatures.values.T, **look)
+    # beside the panel, so that it stays as wide as those above it
+    scale = panel.inset_axes((1.01, 0.0, 0.015, 1.0))
+    figure = panel.get_figure()
+    assert figure is not None
+    figure.colorbar(drawn, cax=scale, label="curvature [1/m]")
+    panel.grid(visible=False)
+    panel.set_ylabel("place [mm]")
 
 
 def _drive(response: Response, panel: Axes, **style: Any) -> None:

@@ -49,7 +49,7 @@ class Cell:
         return None not in self.segments
 
     def arm(self, at: float) -> float:
-        """Return the displacement at ``at`` per curvature [m^2]: the integral of (``at`` - x) dx over its part before."""
+        """Return the displacement at ``at`` per curvature [m^2]: the integral of (``at`` - x) dx over it."""
         if not self.free or self.start >= at:
             return 0.0
         end = min(self.end, at)

@@ -61,7 +61,8 @@ def strips() -> dict[str, str]:
     models = {"rc2": "rc2", "sinh": "rc+sinh", "growing": "rc+growing", "warburg": "warburg"}
     made = {f"{name}.toml": dumps(every_model.strip_of(model)) for name, model in models.items()}
     plain = Actuator(PAPER.geometry, PAPER.material, name="no $coupling\\")
-    return made | {"strip.toml": inputs.STRIP, "plain.toml": dumps(plain)}
+    four = replace(PAPER, electrodes=Electrodes(0.25, 5.0, segments_1=4, segments_2=2, cells=4))
+    return made | {"strip.toml": inputs.STRIP, "plain.toml": dumps(plain), "four.toml": dumps(four)}
 
 
 def write_inputs(folder: Path) -> None:

@@ -141,7 +141,7 @@ def test_table_and_data_of_a_run() -> None:
     assert found.current == pytest.approx(found.segments["current_1"] + found.segments["current_2"])
     assert np.shape(found.to_dict()["curvatures"]["values_1_per_m"]) == (3, 8)
     assert isinstance(found.drive, Drives)
-    assert found.drive.text == "2: step 4 V; 1: step -4 V"
+    assert found.drive.text == "2 = step 4 V; 1 = step -4 V"
 
 
 def test_band_and_check_of_a_run() -> None:
