@@ -69,7 +69,9 @@ def _interpolated(grid: Grid, at_nodes: Array) -> tuple[Array, Array]:
         first = max(first, 1)  # the point t = 0 is the state before the drive; its right limit is one step on
         where = between[piece == k]
         nodes, values = grid.nodes[first : last + 1], at_nodes[..., first - 1 : last]
-        fine, *coarse = (values @ lagrange(nodes, grid.samples[where], width).T for width in (_NODES, *_WEAKER))
+        fewer = max(_NODES - len(nodes), 0)
+        widths = (_NODES, *(max(width - fewer, 1) for width in _WEAKER))
+        fine, *coarse = (values @ lagrange(nodes, grid.samples[where], width).T for width in widths)
         result[..., where] = fine
         for other in coarse:
             doubt = np.maximum(doubt, _CAUTION * relative(fine - other, at_nodes))

@@ -44,7 +44,7 @@ _GAIN = 3.0
 #: most, and what is to be reckoned with in any.
 _ROUNDING, _NOISE = 1e-11, 3e-13
 #: Rounding of a nonlinear run, by Newton's iterations.
-_NOISE_NONLINEAR = 1.5e-10
+_NOISE_NONLINEAR = 6e-10
 #: Factor by which halving the steps reduces an error at a kink between nodes.
 _HALVED = 8.0
 #: Least charge before or after it passes zero, relative to its largest value; smaller ones are rounding about zero.
@@ -256,9 +256,11 @@ class _Batch:
                 # a kink in a law invalidates the extrapolation: twice the number of steps must give the same result
                 moved = np.inf if coarser is None else relative(values - coarser, values)
                 # hardly more than what it moved, and no less than rounding and the eighth that a kink leaves
-                likely = np.maximum(np.minimum(errors, 3 * moved), moved / _HALVED) + _NOISE_NONLINEAR
+                bends, before = self._zeros(solved_on, at_nodes), bends
+                # kinks that are found elsewhere than the nodes they were given spoil a run as steps over them do
+                halved = _HALVED if solved_on.near(bends, before) else 1.0
+                likely = np.maximum(np.minimum(errors, 3 * moved), moved / halved) + _NOISE_NONLINEAR
                 errors, coarser = np.where(self._judged, likely, 0.0), values
-                bends = self._zeros(solved_on, at_nodes)
             passed, worst = (errors <= allowed).all(), float(errors.max())
             if passed or worst < least:
                 # stated relative to what was asked for, which may leave out the peak
@@ -368,7 +370,8 @@ class _Batch:
         for charge in at_nodes[:, self._own : self._own + self._kinks].reshape(-1, at_nodes.shape[2]):
             felt = np.maximum(np.abs(charge[:-1]), np.abs(charge[1:])) > _FELT * np.abs(charge).max()
             for k in np.flatnonzero((charge[:-1] * charge[1:] < 0) & felt) + 1:
-                first, last = next((a, b) for a, b in grid.segments if a <= k < b or k == b)
+                # the piece that the step lies in; of a jump, the one before it
+                first, last = next((a, b) for a, b in reversed(grid.segments) if a <= k)
                 near = slice(max(k - 2, first, 1), min(k + 3, last) + 1)
                 t, q = grid.nodes[near], charge[near.start - 1 : near.stop - 1]
                 left, right = grid.nodes[k], grid.nodes[k + 1]

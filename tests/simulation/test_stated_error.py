@@ -39,6 +39,13 @@ def test_it_bounds_the_true_one(stated: ModuleType, models: tuple[str, ...], cou
     assert np.median([run.larger for run in found]) <= 100
 
 
+@pytest.mark.parametrize("seeds", [(104729, 82), (104729, 125), (20261126, 2)])
+def test_it_bounds_the_true_one_where_it_did_not(stated: ModuleType, seeds: tuple[int, int]) -> None:
+    """Of a charge that passes zero right after an edge, of Newton's iterations, of samples beside charges at zero."""
+    found = stated.judged(*stated.random_run(np.random.default_rng(seeds), stated.NONLINEAR))
+    assert found.ratio <= 1
+
+
 def test_the_reference_is_the_reference_of_thirty_digits(stated: ModuleType) -> None:
     """Modes against mpmath's inversion of the Laplace transform of a finite Warburg element behind Rs, beside Rdc."""
     import mpmath
