@@ -56,17 +56,16 @@ def error(sheet: float, frequency: float, cells: int) -> float:
 
 def main() -> list[Figure]:
     """Measure, print and write the tables."""
-    strip, rows = line(0.25, CELLS), []
-    for beam in ("static", "dynamic"):
-        for engine in ("ngspice", "exact"):
-            rows.append((beam, engine, cost(PAPER, engine, beam), cost(strip, engine, beam)))
+    strip = line(0.25, CELLS)
+    runs = [(beam, engine) for beam in ("static", "dynamic") for engine in ("ngspice", "exact")]
+    rows = [(beam, engine, *(cost(one, engine, beam) for one in (PAPER, strip))) for beam, engine in runs]
     lines = [
         "# The strip as a line",
         "",
         *conditions(("numpy", "scipy")),
         "",
         f"A step of 4 V over 300 s at {ACCURACY:g}, 601 samples, energies included: one lump, and a line of {CELLS}",
-        f"cells with the curvature of each. Least processor time of {RUNS} runs. Remade by `python benchmarks/line.py`.",
+        f"cells with their curvatures. Least processor time of {RUNS} runs. Remade by `python benchmarks/line.py`.",
         "",
         "| beam | engine | one lump | line | ratio |",
         "|---|---|---|---|---|",

@@ -2,9 +2,9 @@
 A strip cut into segments
 =========================
 
-Gold or carbon sheets have a resistance along the strip. Cut into segments, each with a source of its own, they bend the
-strip into other shapes than an arc. A strip with ``[electrodes]`` is a line of cells: two sheets, and the circuit of the
-strip in each cell.
+Gold or carbon sheets have a resistance along the strip. Cut into segments, each with a source of its own, they bend
+the strip into other shapes than an arc. A strip with ``[electrodes]`` is a line of cells: two sheets, and the circuit
+of the strip in each cell.
 """
 
 import matplotlib.pyplot as plt
@@ -21,7 +21,7 @@ print(run)
 # The voltage falls along the sheets, so that the base bends first. Where the ions have come to rest only the electrons'
 # current is left, and the curvature is nearly uniform.
 
-# sphinx_gallery_alt = "Curvature along the strip at 1, 5, 20 and 60 s: it falls towards the tip at first, then evens out."
+# sphinx_gallery_alt = "Curvature along the strip at 1, 5, 20, 60 s: it falls towards the tip at first, then evens out."
 bent = run.curvatures
 places = 1e3 * (np.cumsum(bent.lengths) - bent.lengths / 2)
 figure, axes = plt.subplots()
@@ -36,7 +36,7 @@ axes.legend()
 # %%
 # Four segments on each side, the fourth one open. Segments that no drive names are at 0 V.
 
-# sphinx_gallery_alt = "Curvature in colours over time and place: the first segment one way, the second in turns, the third the other way."
+# sphinx_gallery_alt = "Curvature over time and place: segment 1 bends one way, 2 in turns, 3 the other way."
 four = ilg.PAPER.with_(electrodes=carbon | {"segments_1": 4, "segments_2": 4, "gap": "0.5 mm", "contact": "each"})
 drives = {1: "step:4V", 2: "square:-4V..4V,20s", 3: "step:-4V", 4: "open"}
 run = ilg.simulate(four, drives, "60 s", engine="exact")

@@ -31,7 +31,7 @@ from ilg_circuit.cli import main
 from ilg_circuit.errors import IlgWarning, InputError
 from ilg_circuit.measurements.kind import LOAD_TEST
 from ilg_circuit.measurements.read import read, read_load_test
-from ilg_circuit.strip.actuator import PAPER, Actuator
+from ilg_circuit.strip.actuator import PAPER, Actuator, Electrodes
 from ilg_circuit.strip.file import dumps, load_actuator
 from ilg_circuit.study.plan import read_plan
 
