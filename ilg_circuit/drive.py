@@ -224,6 +224,63 @@ class PiecewiseLinear:
         return float(2 * (middle - start) / (duration - t))
 
 
+@dataclass(frozen=True, eq=False)
+class Drives:
+    """Several drives at once, each of a source of its own: ``named`` is (name, drive), the first one first.
+
+    All start from rest at zero; the values are (drives, times).
+    """
+
+    named: tuple[tuple[str, Drive], ...]
+
+    rest = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.named or any(drive.rest for drive in self.parts):
+            raise InputError("several drives need one at least, and all start from 0 V")
+
+    @property
+    def parts(self) -> tuple[Drive, ...]:
+        return tuple(drive for _, drive in self.named)
+
+    @property
+    def text(self) -> str:
+        return "; ".join(f"{name} = {drive.text}" for name, drive in self.named)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        return tuple(finding for drive in self.parts for finding in drive_findings(drive))
+
+    def value(self, t: ArrayLike) -> Array:
+        return np.stack([drive.value(t) for drive in self.parts])
+
+    def breakpoints(self, duration: float) -> Array:
+        return np.unique(np.concatenate([drive.breakpoints(duration) for drive in self.parts]))
+
+    def jumps(self, duration: float) -> Array:
+        return np.unique(np.concatenate([drive.jumps(duration) for drive in self.parts]))
+
+    def angular_frequency(self) -> float:
+        return max(drive.angular_frequency() for drive in self.parts)
+
+    def largest(self) -> float:
+        return max(drive.largest() for drive in self.parts)
+
+    def spice(self, duration: float) -> str:
+        """Return the waveform of the first source."""
+        return self.parts[0].spice(duration)
+
+
+def each(drive: Drive) -> tuple[Drive, ...]:
+    """Return the drives of all sources, one for a drive that is of one."""
+    return drive.parts if isinstance(drive, Drives) else (drive,)
+
+
+def levels(drive: Drive, t: ArrayLike) -> Array:
+    """Return the voltages [V] of all sources at times ``t`` [s]; shape (sources, times)."""
+    return np.stack([part.value(t) for part in each(drive)])
+
+
 def drive_findings(drive: Drive) -> tuple[Finding, ...]:
     """Return the findings on a drive, none for a drive without findings."""
     return tuple(getattr(drive, "findings", ()))

@@ -34,7 +34,7 @@ from ilg_circuit.simulation.drives import FORMS
 from ilg_circuit.simulation.impedance import Impedance
 from ilg_circuit.simulation.response import Response
 from ilg_circuit.simulation.sensing import Sensed
-from ilg_circuit.strip.actuator import Actuator, Coupling, Geometry, IonBranch, Material, Mounting
+from ilg_circuit.strip.actuator import Actuator, Coupling, Electrodes, Geometry, IonBranch, Material, Mounting
 from ilg_circuit.strip.models.registry import ADDITIONS, MODELS
 from ilg_circuit.study.design import DesignReport
 from ilg_circuit.study.sweep import SweepResult
@@ -91,16 +91,18 @@ def strip_keys() -> str:
         ("[material]", Material),
         ("[[material.further_branches]]", IonBranch),
         ("[coupling]", Coupling),
+        ("[electrodes]", Electrodes),
         ("[mounting]", Mounting),
     ):
         rows = []
         for item in fields(kind):
-            if "unit" not in item.metadata:
+            if not item.metadata:
                 continue
             needed = item.default is MISSING and item.default_factory is MISSING
-            default = "" if item.default in (None, MISSING) else f"{item.default:g}"
+            default = "" if item.default in (None, MISSING, ()) else f"{item.default:g}"
             left_out = "required" if needed else default or "may be left out"
-            rows.append((f"`{item.name}`", item.metadata["unit"] or "–", item.metadata["meaning"], left_out))
+            unit = item.metadata.get("unit", item.metadata.get("each"))
+            rows.append((f"`{item.name}`", unit or "–", item.metadata["meaning"], left_out))
         parts += [f"## `{section}`", table(("key", "unit", "meaning", "default"), rows)] if rows else []
     rows = [
         (f"`{p.name}`", p.unit or "–", p.meaning, model.name)

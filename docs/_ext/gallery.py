@@ -23,6 +23,7 @@ ORDER = (
     "strip_as_a_sensor",
     "loads_and_energy",
     "gravity",
+    "segmented_strip",
     "fit_a_dataframe",
     "fit_a_spectrum",
     "two_clocks",

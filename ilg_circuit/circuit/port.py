@@ -21,11 +21,7 @@ def port_elements(
     ends = ["drive", *(f"lead{k}" for k in range(1, len(leads))), node]
     elements = [source] if source else []
     elements += [Element(n, (ends[k], ends[k + 1]), v, role=Role.LEAD) for k, (n, v) in enumerate(leads)]
-    if port.emission_voltage is None:
-        elements.append(Element("Rdc", (node, GROUND), port.dc_resistance, role=Role.ELECTRON_PATH))
-    else:
-        current, scale = port.saturation_current, port.emission_voltage
-        elements.append(Element("Bdc", (node, GROUND), current, law="sinh", scale=scale, role=Role.ELECTRON_PATH))
+    elements.append(electron_path(port, node, GROUND))
     ions, charge = ion_path(port, node, end, "", inner=inner)
     outputs = [
         *([Output("current", "A", ((f"i({source.name})", -1.0),))] if source else []),
@@ -36,6 +32,15 @@ def port_elements(
 
 def port_node(port: Port) -> str:
     return "port" if port.electrode_resistance or port.inductance else "drive"
+
+
+def electron_path(port: Port, top: str, end: str, suffix: str = "") -> Element:
+    """Return the electron path from ``top`` to ``end``."""
+    role = Role.ELECTRON_PATH
+    if port.emission_voltage is None:
+        return Element(f"Rdc{suffix}", (top, end), port.dc_resistance, role=role)
+    current, scale = port.saturation_current, port.emission_voltage
+    return Element(f"Bdc{suffix}", (top, end), current, law="sinh", scale=scale, role=role)
 
 
 def ion_path(

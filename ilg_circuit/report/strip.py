@@ -16,6 +16,13 @@ def summary(description: dict[str, Any]) -> str:
             continue
         lines += ["", section]
         lines += [f"  {k:<26}{format_quantity(v['value'], v['unit'], 6)}" for k, v in description[section].items()]
+    if "electrodes" in description:
+        lines += ["", "electrodes"]
+        for k, v in description["electrodes"].items():
+            many = isinstance(v, dict) and isinstance(v["value"], list)
+            values = v["value"] if many else [v["value"]] if isinstance(v, dict) else []
+            shown = ", ".join(format_quantity(x, v["unit"], 6) for x in values) if values else v
+            lines.append(f"  {k:<26}{shown}")
     lines += ["", "elements"]
     for name, entry in description["elements"].items():
         lines.append(f"  {name:<26}{format_quantity(entry['value'], entry['unit'], 6):<20}{entry['equation']}")

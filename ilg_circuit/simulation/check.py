@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array, ComplexArray
 from ..circuit.load import Load
 from ..drive import Drive
-from ..errors import SolveError, warn
+from ..errors import InputError, SolveError, warn
 from ..solve.library import available, install_hint
 from ..strip.elements import lumped_elements, lumped_port
 from . import closed_forms as formulas
@@ -45,9 +45,12 @@ def check(response: Response, *, tip: str, beam: str | None = None, load: Load |
     A circuit with nonlinear elements has neither: its current is compared with an integration of the port's own
     differential equations (`ilg_circuit.solve.ode`).
     """
+    line = response.actuator.electrodes is not None
     if not response.netlist.linear:
+        if line:
+            raise InputError("a nonlinear strip with [electrodes] has no second solution; leave the check out")
         return _check_port(response)
-    how: dict[str, Any] = {"tip": tip, "beam": beam, "load": load}
+    how: dict[str, Any] = {"tip": tip, "beam": beam, "load": load, "wires": response.wires}
     again = {
         other: simulate(response.actuator, response.drive, response.time, engine=other, **how)
         for other in _others(response.engine)
@@ -65,6 +68,8 @@ def check(response: Response, *, tip: str, beam: str | None = None, load: Load |
         for w in ANSWERS
         if not np.isnan(found[w.name]).any()
     ]
+    if line:  # whose closed forms are those of a frequency
+        return rows
     for name, values in closed_forms(response, tip=tip, beam=None if load else beam).items():
         rows.append(Difference(name, "closed form", _difference(found[name], values)))
     return rows
@@ -99,10 +104,11 @@ def check_impedance(result: Impedance, **how: Any) -> list[Difference]:
     """
     rows = []
     for other in _others(result.engine):
-        again = impedance(result.actuator, result.frequency, engine=other, **how)
+        again = impedance(result.actuator, result.frequency, engine=other, segment=result.segment, **how)
         rows.append(Difference("impedance", f"{other} engine", _largest(result.impedance, again.impedance)))
-    rows.append(Difference("impedance", "closed form", _largest(result.impedance, _with_motion(result, **how))))
-    return rows
+    line = result.actuator.electrodes is not None
+    closed = result.port if line else _with_motion(result, **how)
+    return [*rows, Difference("impedance", "its nodes" if line else "closed form", _largest(result.impedance, closed))]
 
 
 def _with_motion(

@@ -7,6 +7,7 @@ makers of drives are imported when a drive is made.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -112,6 +113,28 @@ def parse_drive(text: str, duration: float, unit: str = "V", said: Said = NOTHIN
             f"drive '{text}' is not understood; write one of {DRIVE_FORMS if unit == 'V' else MOTION_FORMS}"
         )
     return _made(name, parts, duration, unit, said)
+
+
+#: A drive of one segment of a strip with electrodes: its number, or a pair of them, before the drive.
+_OF_SEGMENT = re.compile(r"\s*([+-]?\d+(?::-?\d+)?)\s*=(.*)", re.DOTALL)
+
+
+def segment_drives(texts: Sequence[str]) -> str | dict[str, str]:
+    """Return the one drive of a whole strip, or the drives of its segments by their numbers: ``2=step:4V``.
+
+    Raises InputError for several drives of which one names no segment, and for a segment that is named twice.
+    """
+    found: dict[str, str] = {}
+    for text in texts:
+        match = _OF_SEGMENT.fullmatch(text)
+        if match is None:
+            if len(texts) == 1:
+                return text
+            raise InputError(f"drive '{text}' is one of {len(texts)}: say of which segment each is, such as 1={text}")
+        if match[1] in found:
+            raise InputError(f"segment {match[1]} has two drives, '{found[match[1]]}' and '{match[2]}'; give it one")
+        found[match[1]] = match[2].strip()
+    return found
 
 
 def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -> Drive:

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from ..arrays import Array
-from ..drive import Drive
+from ..drive import Drive, levels
 from ..result import Column, Result
 from ..solve.transient import Waveforms
 from ..strip.actuator import Actuator
@@ -64,7 +64,7 @@ class Waveform:
 WAVEFORMS = {
     waveform.name: waveform
     for waveform in (
-        Waveform("voltage", "V", "electrical", compute=lambda s: s.drive.value(s.time)),
+        Waveform("voltage", "V", "electrical", compute=lambda s: levels(s.drive, s.time)[0]),
         Waveform("current", "A", "electrical"),
         Waveform("displacement", "m", "mechanical", place="of L_F"),
         Waveform("force", "N", "mechanical", place="on load or clamp"),

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array, ComplexArray, Mask
-from ..drive import Drive
+from ..drive import Drive, Drives, levels
 from ..errors import SolveError, argument
 
 #: First step, in units of the fastest mode: ngspice uses backward Euler, whose error is then below 1e-9.
@@ -87,7 +87,12 @@ class Grid:
         return np.append(np.repeat(self.nodes[:-1], counts) + steps * inner, self.nodes[-1])
 
     def voltages(self, drive: Drive, points: Array) -> Array:
-        """Return the drive at ``points`` (see `subdivided`): straight lines from node to node, a sine itself."""
+        """Return the drive at ``points`` (see `subdivided`): straight lines from node to node, a sine itself.
+
+        Of several drives all (sources, points).
+        """
+        if isinstance(drive, Drives):
+            return np.stack([self.voltages(part, points) for part in drive.parts])
         if drive.angular_frequency():
             return drive.value(points)
         at_nodes = drive.value(self.nodes)
@@ -224,8 +229,9 @@ def _level_rise(drive: Drive, breakpoints: Array, jumping: Mask, end: float, fas
     """
     bounds = np.concatenate([[0.0], breakpoints, [end]])
     halves = np.diff(bounds) / 2
-    slopes = (drive.value(bounds[:-1] + halves) - drive.value(bounds[:-1])) / np.where(halves > 0, halves, np.inf)
-    change = float(np.abs(np.diff(slopes))[jumping].max(initial=0.0)) * fastest
+    rises = levels(drive, bounds[:-1] + halves) - levels(drive, bounds[:-1])
+    slopes = rises / np.where(halves > 0, halves, np.inf)
+    change = float(np.abs(np.diff(slopes))[:, jumping].max(initial=0.0)) * fastest
     return float(np.sqrt(8 * _LEVEL * drive.largest() / change)) if change else np.inf
 
 

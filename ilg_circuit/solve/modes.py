@@ -25,7 +25,7 @@ Numbers = NDArray[Any]
 class Modes:
     """The modes of ``n`` systems: ``poles`` [1/s] (n, s), their excitations and their outputs.
 
-    ``excited`` (n, s, 2) are the coefficients of the drive and of the constant 1 in a mode's equation; ``shown``
+    ``excited`` (n, s, k + 1) are the coefficients of k drives and of the constant 1 in a mode's equation; ``shown``
     (n, outputs, s) are the coefficients of modes in the outputs.
     """
 
@@ -35,9 +35,9 @@ class Modes:
 
     @property
     def shares(self) -> Array:
-        """Steady contribution of each mode to an output (n, outputs, s), per unit of a constant drive."""
+        """Steady contribution of each mode to an output (n, outputs, s), per unit of constant drives, all at once."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            found = np.abs(self.shown * (self.excited[:, None, :, 0] / self.poles[:, None]))
+            found = np.abs(self.shown) * np.abs(self.excited[:, None, :, :-1] / self.poles[:, None, :, None]).sum(-1)
         return np.asarray(np.where(np.isfinite(found), found, 0.0))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..drive import Drive, drive_times
+from ..drive import Drive, drive_times, each, levels
 from ..errors import InputError
 from .grid import Grid, lagrange
 
@@ -35,9 +35,9 @@ def sampled_times(drive: Drive, times: ArrayLike) -> Array:
 def at_samples(grid: Grid, at_nodes: Array, drive: Drive, direct: Array | None = None) -> tuple[Array, Array]:
     """Return values (n, outputs, samples) and the errors (n, outputs) of interpolation, from those at the nodes.
 
-    ``direct`` (n, outputs) is what a jump of 1 V adds at once to the first outputs of a linear circuit, whose values on
-    jumps are then left limits and that: behind a jump steps may be far shorter than it is long, and too short to
-    extrapolate over it.
+    ``direct`` (n, outputs, sources) is what a jump of 1 V adds at once to the first outputs of a linear circuit, whose
+    values on jumps are then left limits and that: behind a jump steps may be far shorter than it is long, and too short
+    to extrapolate over it.
     """
     jumps = np.isin(grid.samples, drive.jumps(np.inf)) & (grid.index < 0) & (grid.piece > 0)
     jumps &= grid.samples - grid.nodes[grid.segments[grid.piece - 1, 1]] <= grid.rise  # a piece ends there
@@ -46,8 +46,11 @@ def at_samples(grid: Grid, at_nodes: Array, drive: Drive, direct: Array | None =
     values, errors = _interpolated(replace(grid, piece=grid.piece - jumps), at_nodes)
     t = grid.samples[jumps]
     begins = grid.nodes[grid.segments[grid.piece[jumps] - 1, 0]]
-    left = 2 * drive.value((begins + t) / 2) - drive.value(begins)
-    values[:, : direct.shape[1], jumps] += direct[..., None] * (drive.value(t) - left)
+    # a sine does not jump
+    left = [
+        p.value(t) if p.angular_frequency() else 2 * p.value((begins + t) / 2) - p.value(begins) for p in each(drive)
+    ]
+    values[:, : direct.shape[1], jumps] += direct @ (levels(drive, t) - left)
     return values, errors
 
 

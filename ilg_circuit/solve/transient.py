@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Array, ComplexArray
 from ..circuit.netlist import Netlist, Output, copies
-from ..drive import Drive, PiecewiseLinear
+from ..drive import Drive, PiecewiseLinear, each
 from ..errors import InputError, SolveError, StoppedEarlyError, argument
 from .grid import Grid, design_grid
 from .modes import modes_of
@@ -113,6 +113,8 @@ def transient(
             acceptable=acceptable, interpolate=interpolate, works=works, progress=progress,
         )  # fmt: skip
         return replace(beyond, times=samples, values=beyond.values[:, :, :-1])
+    if len(each(drive)) != len(nets[0].sources):
+        raise InputError(f"{len(each(drive))} drives for a circuit with {len(nets[0].sources)} sources")
     if drive.rest != nets[0].rest and not nets[0].linear:
         raise InputError(f"the circuit starts at rest under {nets[0].rest:g} V, the drive from {drive.rest:g} V")
     system = state_space([netlist.linearised() for netlist in nets])
@@ -211,8 +213,8 @@ class _Batch:
         self._nets, self._drive, self._accuracy, self._linear = nets, drive, accuracy, nets[0].linear
         self._works, self._kinks = works, len(kinks)
         self._modes = modes_of(system) if self._linear else None
-        self._direct = system.d[..., 0] if self._linear else None
-        self._text = f"{circuit}\n{nets[0].source.line('external')}"
+        self._direct = system.d[..., :-1] if self._linear else None
+        self._text = "\n".join([circuit, *(source.line("external") for source in nets[0].sources)])
         self._vector_names = list(dict.fromkeys(v for of_copy in self._vectors for v in of_copy.values()))
         self._names = [output.name for output in nets[0].outputs]
         self._judged = [*(not output.probe for output in nets[0].outputs), *(not work.probe for work in works)]
@@ -346,7 +348,7 @@ class _Batch:
         at_nodes, terms = self._outputs(raw[:, nodes]), self._outputs(np.abs(raw[:, nodes]), absolute=True)
         if not self._works:
             return at_nodes, terms
-        power = powers(self._works, self._names, voltages[1:], self._outputs(raw))
+        power = powers(self._works, self._names, voltages[..., 1:], self._outputs(raw))
         work = on_grid(grid, parts, power)
         return np.concatenate([at_nodes, work], axis=1), np.concatenate([terms, np.abs(work)], axis=1)
 

@@ -13,6 +13,7 @@ from typing import Any, Self
 from ..errors import InputError, visible
 from .coupling import BEAMS as BEAMS
 from .coupling import Coupling as Coupling
+from .electrodes import Electrodes as Electrodes
 from .geometry import ORIENTATIONS as ORIENTATIONS
 from .geometry import Geometry as Geometry
 from .geometry import Mounting as Mounting
@@ -38,7 +39,8 @@ class Actuator:
     """A strip: its sizes ``geometry``, ``material``, ``coupling`` and ``mounting`` against gravity, and a ``name``.
 
     ``coupling`` is None if no displacement was measured; then only the circuit is known. ``uncertainty`` is the
-    covariance of the fit that the strip comes from, None for others.
+    covariance of the fit that the strip comes from, None for others. With ``electrodes`` the strip is a line of cells
+    between two sheets; the electrode resistance of the material, EC (13), then does not count.
     """
 
     geometry: Geometry
@@ -47,8 +49,11 @@ class Actuator:
     mounting: Mounting = field(default_factory=Mounting)
     name: str = "strip"
     uncertainty: Uncertainty | None = None
+    electrodes: Electrodes | None = None
 
     def __post_init__(self) -> None:
+        if self.electrodes is not None:
+            self.electrodes.require_fits(self.geometry)
         if len(self.name) > LONGEST_NAME:
             raise InputError(f"name '{self.name[:40]}...' is longer than {LONGEST_NAME} characters; shorten it")
         object.__setattr__(self, "name", visible(self.name))

@@ -19,7 +19,8 @@ from typing import Any
 
 from ..errors import InputError, unknown_name, wrong_choice
 from ..units import parse
-from .actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
+from .actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Electrodes, Geometry, IonBranch, Material, Mounting
+from .electrodes import CONTACTS
 from .models import material_keys
 from .plausible import warn_of_sizes
 
@@ -78,8 +79,10 @@ STRIP_PARAMETERS = (
     *_of_record(Coupling, "coupling"),
     *_of_record(IonBranch, "branch", "_2"),
     *_of_record(IonBranch, "branch", "_3"),
+    *_of_record(Electrodes, "electrodes"),
 )
 ORIENTATION = VariedParameter("orientation", "mounting", "", "how the strip is held against gravity", ORIENTATIONS)
+CONTACT = VariedParameter("contact", "electrodes", "", "where the segments are wired", CONTACTS)
 _BEAM = VariedParameter("beam", "coupling", "", "the beam that d(s) was fitted with", BEAMS)
 
 
@@ -89,7 +92,8 @@ def with_values(actuator: Actuator, values: Mapping[str, Any]) -> Actuator:
     name = given.pop("name", actuator.name)
     if not isinstance(name, str):
         raise InputError(f"name is {str(name)[:40]!r}; give a text")
-    known = {item.name: item for item in (*STRIP_PARAMETERS, ORIENTATION, _BEAM)}
+    sheets = _electrodes(given.pop("electrodes", actuator.electrodes))
+    known = {item.name: item for item in (*STRIP_PARAMETERS, ORIENTATION, CONTACT, _BEAM)}
     known = {key: VariedParameter(key, "material", p.unit, p.meaning) for key, p in material_keys().items()} | known
     changes: dict[str, dict[str, Value]] = {}
     for key, value in given.items():
@@ -97,13 +101,18 @@ def with_values(actuator: Actuator, values: Mapping[str, Any]) -> Actuator:
             raise unknown_name("key", key, ["name", *known])
         item = known[key]
         changes.setdefault(item.part, {})[key] = item.value(value) if isinstance(value, str) else item.checked(value)
-    made = replace(changed(actuator, changes), name=name)
+    bare = replace(actuator, electrodes=None)
+    made = replace(changed(bare, changes, sheets), name=name)
     warn_of_sizes(made, given)
     return made
 
 
-def changed(actuator: Actuator, changes: Mapping[str, Mapping[str, Any]]) -> Actuator:
+def changed(
+    actuator: Actuator, changes: Mapping[str, Mapping[str, Any]], electrodes: Electrodes | None = None
+) -> Actuator:
     """Return ``actuator`` with ``changes``: part of the description -> name -> SI value or word.
+
+    ``electrodes`` take the place of its own.
 
     Without its ``uncertainty`` where material or coupling change: the covariance is that of other constants. Raises
     InputError for a value out of range, an impossible strip (a free part longer than the whole), and a part that the
@@ -130,11 +139,44 @@ def changed(actuator: Actuator, changes: Mapping[str, Mapping[str, Any]]) -> Act
             names = ", ".join(changes["coupling"])
             raise InputError(f"{names}: actuator '{actuator.name}' has no [coupling] that could be varied")
         parts["coupling"] = replace(actuator.coupling, **changes["coupling"])
+    if electrodes is not None:
+        parts["electrodes"] = electrodes
+    if "electrodes" in changes:
+        electrodes = electrodes or actuator.electrodes
+        if electrodes is None:
+            names = ", ".join(changes["electrodes"])
+            raise InputError(f"{names}: actuator '{actuator.name}' has no [electrodes] that could be varied")
+        parts["electrodes"] = replace(electrodes, **changes["electrodes"])
     if "mounting" in changes:
         parts["mounting"] = Mounting(changes["mounting"]["orientation"])
-    if not parts.keys() <= {"geometry", "mounting"}:
+    if not parts.keys() <= {"geometry", "mounting", "electrodes"}:
         parts["uncertainty"] = None
     return replace(actuator, **parts) if parts else actuator
+
+
+def _electrodes(given: Any) -> Electrodes | None:
+    """Return the electrodes that an object, None or a mapping of keys to SI numbers and texts with units names."""
+    if given is None or isinstance(given, Electrodes):
+        return given
+    if not isinstance(given, Mapping):
+        raise InputError(
+            f"electrodes are {str(given)[:40]!r}; give an Electrodes object, a mapping of its keys, or None"
+        )
+    known = {item.name: item for item in fields(Electrodes)}
+    values: dict[str, Any] = {}
+    for key, value in given.items():
+        if key not in known:
+            raise unknown_name("key", str(key), known, "electrodes.")
+        unit = known[key].metadata.get("unit", known[key].metadata.get("each"))
+        if unit is None or value is None:
+            values[key] = value
+        elif isinstance(value, str) or not hasattr(value, "__iter__"):
+            values[key] = parse(value, unit, key) if isinstance(value, str) else value
+        else:
+            values[key] = tuple(parse(x, unit, key) if isinstance(x, str) else x for x in value)
+    if missing := [key for key in ("sheet_resistance_1", "sheet_resistance_2") if key not in values]:
+        raise InputError(f"key 'electrodes.{missing[0]}' is missing; give it in ohm per square, or zero")
+    return Electrodes(**values)
 
 
 def _geometry(geometry: Geometry, changes: Mapping[str, float]) -> Geometry:

@@ -18,7 +18,18 @@ from ..errors import InputError, nearest, unknown_name, visible
 from ..files import read_bytes, write_text
 from ..provenance import Provenance
 from ..units import format_quantity, likely, parse
-from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting, Uncertainty, quantities
+from .actuator import (
+    PRESETS,
+    Actuator,
+    Coupling,
+    Electrodes,
+    Geometry,
+    IonBranch,
+    Material,
+    Mounting,
+    Uncertainty,
+    quantities,
+)
 from .models import electrical_model, material_keys
 from .plausible import warn_of_sizes
 from .specimen import ELECTRICAL, MECHANICAL, Specimen
@@ -27,7 +38,13 @@ from .specimen import ELECTRICAL, MECHANICAL, Specimen
 FORMAT = 2
 _MOST_BYTES = 1_000_000
 
-_SECTIONS: dict[str, type] = {"geometry": Geometry, "material": Material, "coupling": Coupling, "mounting": Mounting}
+_SECTIONS: dict[str, type] = {
+    "geometry": Geometry,
+    "material": Material,
+    "coupling": Coupling,
+    "electrodes": Electrodes,
+    "mounting": Mounting,
+}
 
 
 def load_actuator(source: str | Path) -> Actuator:
@@ -211,6 +228,9 @@ def _entries(record: Any) -> list[str]:
     written = {q.name: f'"{format_quantity(q.value, q.unit)}"' if q.unit else repr(q.value) for q in quantities(record)}
     texts = {f.name: getattr(record, f.name) for f in fields(record)}
     written |= {name: _toml_string(text) for name, text in texts.items() if isinstance(text, str)}
+    lists = {f.name: f.metadata["each"] for f in fields(record) if "each" in f.metadata and getattr(record, f.name)}
+    for name, unit in lists.items():
+        written[name] = f"[{', '.join(_toml_string(format_quantity(x, unit)) for x in getattr(record, name))}]"
     return [f"{name} = {value}" for name, value in written.items()]
 
 
@@ -244,6 +264,10 @@ def _record(kind: type, table: Any, where: str) -> Any:
             if not isinstance(value, list):
                 raise InputError(f"'{name}' must be written as [[{name}]] sections")
             values[key] = tuple(_record(IonBranch, entry, name) for entry in value)
+        elif "each" in known[key].metadata:
+            if not isinstance(value, list):
+                raise InputError(f'{name} is {value!r}; write a list in brackets, like ["7 mm", "8 mm"]')
+            values[key] = tuple(_quantity(entry, known[key].metadata["each"], name) for entry in value)
         elif "unit" not in known[key].metadata:
             if not isinstance(value, str):
                 raise InputError(f"{name} is {value!r}; write it in quotes")

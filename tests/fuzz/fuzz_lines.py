@@ -20,7 +20,16 @@ WEIGHTS = {
     "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "page": 1, "examples": 1, "doctor": 0, "demo": 0, "reproduce": 0,
     "watch": 0, "app": 0,
 }  # fmt: skip
-STRIPS = (*("paper",) * 4, "strip.toml", "rc2.toml", "sinh.toml", "growing.toml", "warburg.toml", "plain.toml")
+STRIPS = (
+    *("paper",) * 4,
+    "strip.toml",
+    "rc2.toml",
+    "sinh.toml",
+    "growing.toml",
+    "warburg.toml",
+    "plain.toml",
+    "four.toml",
+)
 _LENGTHS = ("0.3mm", "0.5mm", "1mm", "5mm", "30mm")
 _DRIVES = (
     "step:4V", "step:-1V", "square:4V,3s", "square:-2V..2V,4s,0.3", "sine:2V,0.5Hz", "ramp:1V/s", "file:drive.csv",
@@ -34,6 +43,9 @@ _OUTPUTS = ("displacement_final", "force_blocked", "settling_time", "energy", "c
 #: option -> good values; "command option" for one command alone.
 GOOD: dict[str, tuple[str, ...]] = {
     "--drive": _DRIVES,
+    "simulate --drive": (*_DRIVES, "1=step:1V", "2=sine:1V,1Hz", "-1=step:1V", "2=open"),
+    "netlist --drive": (*_DRIVES, "1=step:1V", "2=square:-1V..1V,1s"),
+    "--segment": ("1", "2", "4"),
     "--motion": ("step:1mm", "square:1mm,3s", "sine:1mm,0.5Hz", "ramp:0.1mm/s", "file:motion.csv"),
     "--duration": ("1s", "10s", "100 s", "5ms", "0.1 min"),
     "cpg --duration": ("1s", "3s", "0.2s"),
