@@ -83,7 +83,7 @@ def gravity(actuator: Actuator) -> Assumption:
         return Assumption("gravity, horizontal: sag/L0", ratio, 0.2, "the strip sags beyond small deflection")
     consequence = "so soft a strip bends far from the linear beam that is computed here: ask the command arm"
     if orientation == "weightless":
-        what = "E" if actuator.material.bending_stiffness is None else "EI"
+        what = "E" if actuator.material.bending_stiffness is None and not actuator.layers else "EI"
         consequence = (
             f"{what} alone cannot hold the strip against gravity; the fitted coupling has gravity in it, so it holds "
             "for this mounting and size only"

@@ -1,15 +1,15 @@
 """Parameters that a study can vary: every number that describes a strip, its drive, its load and its mounting.
 
 Names are the keys of an actuator's TOML file (``thickness``, ``youngs_modulus``, ``gain``), those of further ionic
-branches with the branch's number (``permittivity_2``), ``load_mass`` ..., and what the drive's text holds (``voltage``,
-``period``, ``duty``, ``frequency``, ``rate``). What a change of a strip's value does to the others:
-`ilg_circuit.strip.changes`.
+branches with the branch's number (``permittivity_2``), those of layers after their name (``gel_thickness``),
+``load_mass`` ..., and what the drive's text holds (``voltage``, ``period``, ``duty``, ``frequency``, ``rate``). What a
+change of a strip's value does to the others: `ilg_circuit.strip.changes`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -20,8 +20,9 @@ from ..drive import Drive, PiecewiseLinear, Sine
 from ..errors import InputError, argument, unknown_name, visible
 from ..simulation.drives import parse_drive
 from ..strip.actuator import Actuator
-from ..strip.changes import ORIENTATION, STRIP_PARAMETERS, Value, VariedParameter, changed
+from ..strip.changes import ORIENTATION, STRIP_PARAMETERS, Value, VariedParameter, changed, layer_parameter
 from ..strip.file import load_actuator
+from ..strip.layered import require_layer
 from ..units import parse
 
 NO_LOAD = Load()
@@ -122,9 +123,17 @@ PARAMETERS = {parameter.name: parameter for parameter in _ALL}
 
 def varied_parameter(name: str) -> VariedParameter:
     """Return the parameter of that name. Raises InputError that lists the nearest names, or all."""
-    if name not in PARAMETERS:
+    found = PARAMETERS.get(name) or layer_parameter(name)
+    if found is None:
         raise unknown_name("parameter", name, PARAMETERS)
-    return PARAMETERS[name]
+    return found
+
+
+def require_layers(actuator: Actuator, names: Iterable[str]) -> None:
+    """Raise InputError where one of ``names`` is of a layer that the strip does not have."""
+    for name in names:
+        if varied_parameter(name).part == "layer":
+            require_layer(actuator, name)
 
 
 def apply(template: ScenarioTemplate, values: Mapping[str, Value]) -> Scenario:

@@ -20,7 +20,7 @@ from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST
 from ..units import format_quantity, parse
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, Output
-from .parameters import PARAMETERS, Scenario
+from .parameters import PARAMETERS, Scenario, varied_parameter
 
 #: Units of outputs that are maximised by default (displacement, force); all others are minimised.
 _WANTED_MORE = ("m", "N")
@@ -106,7 +106,7 @@ def quantity(name: str, varied: Sequence[str]) -> Quantity:
     if name in ASSUMPTIONS:
         return ASSUMPTIONS[name][0]
     if name in varied:
-        item = PARAMETERS[name]
+        item = varied_parameter(name)
         return Quantity(name, item.unit, item.meaning, partial(_column, name))
     if name in PARAMETERS:
         raise InputError(
