@@ -1,4 +1,4 @@
-"""Drives: the voltage (or motion) over time that a source imposes on the strip, by straight lines or as a sine."""
+"""Drives: the voltage (or current, or motion) over time that a source imposes on the strip, by lines or as a sine."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ _ROUNDING = 1e-12
 
 
 class Drive(Protocol):
-    """A voltage [V] (of a motion: metres) over time from t = 0 on; on a jump its value is the right limit."""
+    """A voltage [V] (or a current [A], a motion [m]) over time from t = 0 on; on a jump its value is the right limit.
+
+    A drive by current has the ``unit`` "A", see `by_current`.
+    """
 
     @property
     def rest(self) -> float:
@@ -55,11 +58,12 @@ class Drive(Protocol):
 
 @dataclass(frozen=True)
 class Sine:
-    """The drive amplitude sin(2 pi f t) [V], f in Hz; InputError unless f > 0."""
+    """The drive amplitude sin(2 pi f t) [V], f in Hz; InputError unless f > 0. ``unit`` and ``limit``: `by_current`."""
 
     amplitude: float
     frequency: float
     unit: str = "V"
+    limit: float | None = None
 
     rest = 0.0
 
@@ -98,7 +102,7 @@ class PiecewiseLinear:
 
     ``times`` [s] do not decrease; ``values`` [V], same length; before t = 0 the circuit has come to rest under the
     level ``rest`` [V]. Raises InputError otherwise. ``findings`` say what a run makes of a file that holds another time
-    than it.
+    than it. ``unit``, ``limit``: see `by_current`.
     """
 
     times: Array
@@ -106,6 +110,8 @@ class PiecewiseLinear:
     text: str = "waveform"
     rest: float = 0.0
     findings: tuple[Finding, ...] = ()
+    unit: str = "V"
+    limit: float | None = None
 
     def __post_init__(self) -> None:
         times, values = np.asarray(self.times, dtype=float), np.asarray(self.values, dtype=float)
@@ -222,6 +228,23 @@ class PiecewiseLinear:
             return 0.0
         start, middle = self.value([t, (t + duration) / 2])
         return float(2 * (middle - start) / (duration - t))
+
+
+def by_current(drive: Drive) -> bool:
+    """Return True for a drive whose values are a current [A] that a source forces through the strip."""
+    return getattr(drive, "unit", "V") == "A"
+
+
+def voltage_limit(drive: Drive) -> float | None:
+    """Return the voltage [V] beyond which a source of current gives way, its compliance; None without a limit."""
+    return getattr(drive, "limit", None) if by_current(drive) else None
+
+
+def require_voltage(drive: Drive, what: str) -> Drive:
+    """Return the drive. Raises InputError for a drive by current, which ``what`` does not take."""
+    if by_current(drive):
+        raise InputError(f"{what} takes a voltage, not the current '{drive.text}'; simulate takes both")
+    return drive
 
 
 def drive_findings(drive: Drive) -> tuple[Finding, ...]:

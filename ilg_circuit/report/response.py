@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..simulation.waveforms import ANSWERS, WAVEFORMS
+from ..drive import by_current
+from ..simulation.waveforms import WAVEFORMS, answers
 from ..units import format_quantity
 from .axes import (
     BLUE,
@@ -110,7 +111,9 @@ def _legends(axes: list[Axes]) -> None:
 def panels(response: Response) -> Panels:
     """Return the panels: one per waveform, the displacement first if it is known."""
     shown = sorted(_shown(response), key=lambda waveform: waveform.name != "displacement")
-    drawn = {w.name: partial(_waveform, response, w) for w in shown} | {"voltage": partial(_drive, response)}
+    source = "current" if by_current(response.drive) else "voltage"
+    drawn = {w.name: partial(_waveform, response, w) for w in shown}
+    drawn.setdefault(source, partial(_drive, response))
     return {name: partial(over_time, draw) for name, draw in drawn.items()}
 
 
@@ -122,7 +125,7 @@ def over_time(draw: Callable[..., None], panel: Axes, **style: Any) -> Axes:
 
 
 def _shown(response: Response) -> list[Waveform]:
-    return [w for w in ANSWERS if np.nanmax(np.abs(response.waveforms[w.name]), initial=0.0) > 0]
+    return [w for w in answers(response.drive) if np.nanmax(np.abs(response.waveforms[w.name]), initial=0.0) > 0]
 
 
 def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any) -> None:
@@ -131,7 +134,8 @@ def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any)
     time, values, error = response.time, response.waveforms[waveform.name], response.stderr.get(waveform.name)
     if part is not None:  # its drive jumps where the record does
         time, values, error, style = part.time, part.predicted, part.stderr, {"label": "predicted"} | style
-    jumps = jumps_of(response.drive, time) if waveform.name == "current" else np.empty(0)
+    at_once = waveform.name == ("voltage" if by_current(response.drive) else "current")
+    jumps = jumps_of(response.drive, time) if at_once else np.empty(0)
     if error is not None:
         style = {"linewidth": 0.9} | style
     factor = curve(panel, *with_jumps(time, values, jumps), waveform.name, waveform.unit, **style)
@@ -153,7 +157,8 @@ def swings(response: Response) -> str:
         return ""
     stiffness = sum(1 / element.value for element in moving if element.name.startswith("C"))
     frequency = format_quantity(float(np.sqrt(stiffness / mass)) / (2 * np.pi), "Hz", 2)
-    return f"dynamic beam: swings at {frequency} after each voltage jump"
+    source = "current" if by_current(response.drive) else "voltage"
+    return f"dynamic beam: swings at {frequency} after each {source} jump"
 
 
 def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) -> None:
@@ -167,7 +172,8 @@ def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) ->
 
 def _drive(response: Response, panel: Axes, **style: Any) -> None:
     """Draw the drive; the axis includes zero."""
-    curve(panel, *drive_points(response.drive, response.time), "voltage", "V", **{"color": ORANGE} | style)
+    what = ("current", "A") if by_current(response.drive) else ("voltage", "V")
+    curve(panel, *drive_points(response.drive, response.time), *what, **{"color": ORANGE} | style)
     panel.use_sticky_edges = False
     panel.update_datalim([(response.time[0], 0.0)])
     panel.autoscale_view()

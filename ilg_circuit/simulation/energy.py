@@ -119,7 +119,8 @@ def probes(netlist: Netlist) -> tuple[Output, ...]:
 
 def works(netlist: Netlist) -> tuple[Work, ...]:
     """Return the energies that an account needs, of a netlist with `probes`: source, stores and losses."""
-    found = [Work("energy", lambda voltage, of: voltage * of("current"), probe=False)]
+    answer = "voltage" if netlist.by_current else "current"
+    found = [Work("energy", lambda drive, of: drive * of(answer), probe=False)]
     found += [Work(f"energy of {e.name}", _dissipation(e)) for e in netlist.elements if _counts(e) and _dissipates(e)]
     if _of(netlist, Role.REFLECTED_VOLTAGE):
         found.append(Work("converted", lambda _, of: of("u1") * of("i1")))

@@ -13,7 +13,7 @@ import numpy as np
 from ..arrays import Array
 from ..circuit.load import Load
 from ..circuit.strip import strip_netlist
-from ..drive import Drive
+from ..drive import Drive, by_current
 from ..errors import InputError, argument
 from ..solve.transient import transient
 from ..strip.actuator import Actuator
@@ -59,7 +59,12 @@ def prediction_band(
     ladders = transient_band(times)
     moved = [
         strip_netlist(
-            scaled(actuator, {name: np.exp(sign * _STEP)}, ladders), tip=tip, beam=beam, load=load, band=ladders
+            scaled(actuator, {name: np.exp(sign * _STEP)}, ladders),
+            tip=tip,
+            beam=beam,
+            load=load,
+            band=ladders,
+            by_current=by_current(drive),
         )
         for sign in (1.0, -1.0)
         for name in uncertainty.names

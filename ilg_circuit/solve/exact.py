@@ -37,7 +37,7 @@ def exact_outputs(system: StateSpace, drive: Drive, times: Array) -> Array:
     A sample on a jump of the drive is the right limit. Raises SolveError when the result is not finite.
     """
     grid = interval_grid(drive, times)
-    inputs = np.append(drive_lines(drive, grid[:-1], np.diff(grid)), _at(drive, grid[-1:]), axis=1)
+    inputs = np.append(drive_lines(drive, grid[:-1], np.diff(grid)), drive_at(drive, grid[-1:]), axis=1)
     widths = _shared_widths(grid, interval_grid(drive, times[-1:]))
     outputs = list(_outputs(system, drive.angular_frequency(), inputs, widths, np.ones(1)))
     return _finite(np.concatenate(outputs, axis=2)[..., 0])[:, :, np.searchsorted(grid, times)]
@@ -163,13 +163,13 @@ def drive_lines(drive: Drive, starts: Array, widths: Array) -> Array:
     The companion of a line is its slope; the companion of a sine is its value a quarter of a period later.
     """
     if drive.angular_frequency():
-        return _at(drive, starts)
+        return drive_at(drive, starts)
     value = drive.value(starts)
     # the left limit at the interval's end: halfway plus half of the rise, exact on a line
     return np.stack([value, 2 * (drive.value(starts + widths / 2) - value) / widths])
 
 
-def _at(drive: Drive, t: Array) -> Array:
+def drive_at(drive: Drive, t: Array) -> Array:
     """Return the drive at ``t`` and a sine's companion there, zero for a line, whose slope is not needed."""
     omega = drive.angular_frequency()
     value = drive.value(t)
@@ -183,7 +183,7 @@ def _outputs(system: StateSpace, omega: float, inputs: Array, widths: Array, fra
     end. The points of an interval are its start and ``fractions`` of its width, the last of which is 1 and begins the
     next one.
     """
-    matrix, output = _augment(system, omega)
+    matrix, output = augmented(system, omega)
     states = system.a.shape[1]
     propagators = _Propagators(matrix, widths, fractions)
     x = np.zeros((len(matrix), states + 3, 1))
@@ -209,7 +209,7 @@ def _finite(result: Array) -> Array:
     return result
 
 
-def _augment(system: StateSpace, omega: float) -> tuple[Array, Array]:
+def augmented(system: StateSpace, omega: float) -> tuple[Array, Array]:
     """Return the state, drive, its companion and the constant 1 as one autonomous system, and the outputs of it."""
     n, s, _ = system.a.shape
     matrix = np.zeros((n, s + 3, s + 3))

@@ -18,7 +18,7 @@ from ..result import Column, Result
 from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
 from ..strip.layered import thickness_findings
-from ..strip.validity import run_warnings
+from ..strip.validity import largest_voltage, run_warnings
 from ..units import format_quantity, parse
 from .constraints import ActiveConstraint, WithoutRequirement, active_constraints, without_each_requirement
 from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, require_layers, rewritten, scenario_template
@@ -89,7 +89,7 @@ class DesignReport(Result, Warned):
             chosen = {name: [float(x)] for name, x in {**space.fixed, **design.values}.items() if name == "thickness"}
             told += thickness_findings(space.template.actuator, chosen)
             scenario, peak = design.scenario, abs(design.simulated.get("displacement_peak", math.nan))
-            run = scenario.drive, scenario.duration, scenario.drive.largest()
+            run = scenario.drive, scenario.duration, largest_voltage(scenario.actuator, scenario.drive)
             texts += run_warnings(scenario.actuator, *run, peak if math.isfinite(peak) else None)
             if design.failures:
                 numbers = {"failures": design.failures, "total": INITIAL_POINTS[design.problem.space.engine]}

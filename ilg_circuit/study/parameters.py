@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from ..circuit.load import Hung, Load, load_of
-from ..drive import Drive, PiecewiseLinear, Sine
+from ..drive import Drive, PiecewiseLinear, Sine, by_current, voltage_limit
 from ..errors import InputError, argument, unknown_name, visible
 from ..simulation.drives import parse_drive
 from ..strip.actuator import Actuator
@@ -40,6 +40,7 @@ DRIVE_KEYS = {
     "duty": ("", "part of the period for which a square wave is high", ("square",), 2),
     "frequency": ("Hz", "frequency of a sine", ("sine",), 1),
     "rate": ("V/s", "slope of a ramp", ("ramp",), 0),
+    "current": ("A", "largest current of a drive by current", ("current",), 0),
 }
 #: Kinds of drive whose text begins with their voltage; others are scaled.
 FIRST_IS_VOLTAGE = ("step", "sine")
@@ -103,6 +104,9 @@ def scenario_template(
     """
     if not isinstance(drive, str | PiecewiseLinear | Sine):
         raise InputError(f"a drive is a text such as step:4V or a drive, not {type(drive).__name__} {drive!r}"[:120])
+    limited = "limit" in drive and drive.startswith("current:") if isinstance(drive, str) else voltage_limit(drive)
+    if limited:
+        raise InputError(f"a study has no limit of its source: '{drive}'; leave limit= out, or ask simulate")
     if tip not in ("free", "clamped"):
         raise InputError(f"{argument('tip')} is {tip!r}; choose free or clamped")
     strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
@@ -159,16 +163,20 @@ def _drive(given: str | Drive, duration: float, changed: Mapping[str, float]) ->
     """Return a drive, or the drive of a text, with some numbers replaced. ``voltage`` scales the whole waveform."""
     text = given if isinstance(given, str) else f"file:{given.text}"
     kind = text.partition(":")[0]
+    if by_current(drive := given if not isinstance(given, str) else _parsed(text, duration)):
+        kind = "current"
     for name in changed:
         kinds = DRIVE_KEYS[name][2]
         if kind not in kinds:
             raise InputError(f"{name} is not part of the drive '{text}'; it belongs to {' and '.join(kinds)}")
-    drive = given if not isinstance(given, str) else _parsed(rewritten(text, changed), duration)
-    if "voltage" not in changed or kind in FIRST_IS_VOLTAGE:
+    if kind != "current" and isinstance(given, str):
+        drive = _parsed(rewritten(text, changed), duration)
+    wanted = changed.get("current" if kind == "current" else "voltage")
+    if wanted is None or kind in FIRST_IS_VOLTAGE:
         return drive
     if not drive.largest():
-        raise InputError(f"the drive '{text}' is zero, so no voltage can be given to it")
-    return scaled(drive, changed["voltage"] / drive.largest())
+        raise InputError(f"the drive '{text}' is zero, so no voltage or current can be given to it")
+    return scaled(drive, wanted / drive.largest())
 
 
 def rewritten(text: str, changed: Mapping[str, float]) -> str:

@@ -16,7 +16,7 @@ from ..arrays import Array
 from ..errors import InputError, argument, unknown_name
 from ..strip.actuator import Actuator
 from ..strip.elements import gravity_ratio
-from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS
+from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS, largest_voltage
 from ..units import format_quantity, parse
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, Output
@@ -72,7 +72,7 @@ def _column(name: str, designs: Designs) -> Array:
 
 
 def _window(scenario: Scenario) -> float:
-    return scenario.drive.largest() / ELECTROCHEMICAL_WINDOW
+    return largest_voltage(scenario.actuator, scenario.drive) / ELECTROCHEMICAL_WINDOW
 
 
 def _slenderness(scenario: Scenario) -> float:

@@ -84,7 +84,7 @@ class SweepSpec:
         require_known(self.engine, self.waveforms)
         if not 1e-11 <= self.accuracy <= 1e-2:
             raise InputError(f"accuracy {self.accuracy:g} must lie between 1e-11 and 1e-2")
-        if isinstance(self.template.drive, str) and self.template.drive.startswith("file:"):
+        if isinstance(self.template.drive, str) and self.template.drive.startswith(("file:", "current:")):
             # read once and here: where tasks are solved there may be no such file
             object.__setattr__(self, "template", replace(self.template, drive=self.template.parsed_drive()))
         self.template.parsed_drive()  # raises for a text that is not a drive

@@ -167,7 +167,7 @@ def sweep(
         CSV file with one design a row, in place of ``vary``.
     outputs : str or sequence of str, optional
         Names of the outputs, such as ["displacement_final", "energy"]; all are listed under Notes (default: all but
-        the blocked forces, which need a second run).
+        the blocked forces, which need a second run, and the voltage).
     waveforms : str or sequence of str, optional
         Waveforms to keep, such as "displacement"; they are in ``to_xarray()``.
     samples : int, optional
@@ -223,6 +223,8 @@ def sweep(
     force_rms            N  root mean square force on load or clamp
     force_blocked        N  force at the end with L_F clamped
     force_blocked_peak   N  largest force with L_F clamped
+    voltage_final        V  voltage at the end
+    voltage_peak         V  largest voltage, with its sign
     current_final        A  current at the end
     current_peak         A  largest current, with its sign
     current_rms          A  root mean square current
