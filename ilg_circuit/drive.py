@@ -129,13 +129,13 @@ class PiecewiseLinear:
         """Return 0 V before ``at`` [s] and ``voltage`` [V] from then on."""
         text = f"step {format_quantity(voltage, unit, 6)}"
         if at == 0:
-            return cls(np.array([0.0]), np.array([voltage]), text)
-        return cls(np.array([at, at]), np.array([0.0, voltage]), text)
+            return cls(np.array([0.0]), np.array([voltage]), text, unit=unit)
+        return cls(np.array([at, at]), np.array([0.0, voltage]), text, unit=unit)
 
     @classmethod
     def ramp(cls, rate: float, duration: float, unit: str = "V") -> Self:
         """Return a rise from 0 V at ``rate`` [V/s] for ``duration`` [s], then held."""
-        return cls(np.array([0.0, duration]), np.array([0.0, rate * duration]), f"ramp {rate:g} {unit}/s")
+        return cls(np.array([0.0, duration]), np.array([0.0, rate * duration]), f"ramp {rate:g} {unit}/s", unit=unit)
 
     @classmethod
     def square(
@@ -163,7 +163,7 @@ class PiecewiseLinear:
         times = np.repeat(edges, 2)[1:]
         values = np.repeat(levels, 2)[:-1]
         text = f"square {low:g} {unit}..{high:g} {unit}, {format_quantity(period, 's', 6)}, duty {duty:g}"
-        return cls(times, values, text)
+        return cls(times, values, text, unit=unit)
 
     def resting(self, rest: float) -> PiecewiseLinear:
         """Return the drive with the level ``rest`` [V] before it."""

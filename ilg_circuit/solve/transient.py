@@ -194,7 +194,7 @@ def _limited(nets: list[Netlist], drive: Drive, samples: Array, engine: str, wor
     some = np.unique(np.linspace(0, len(samples) - 1, _COMPARED).astype(int))
     again = limited_with_work(other, drive, limit, samples[some], works)[0]
     errors = _LIKELY * (relative(again - values[..., some], values[..., some]) + 5e-14)
-    judged = [not part.probe for part in (*nets[0].outputs, *works)]
+    judged = [*(not output.probe for output in nets[0].outputs), *(not work.probe for work in works)]
     names = (*system.output_names, *(work.name for work in works))
     return Waveforms(samples, values, np.where(judged, errors, 0.0), names, "exact")
 

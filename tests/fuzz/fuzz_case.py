@@ -31,7 +31,7 @@ from ilg_circuit.cli import main
 from ilg_circuit.errors import IlgWarning, InputError
 from ilg_circuit.measurements.kind import LOAD_TEST
 from ilg_circuit.measurements.read import read, read_load_test
-from ilg_circuit.strip.actuator import PAPER, Actuator
+from ilg_circuit.strip.actuator import PAPER, Actuator, Layer
 from ilg_circuit.strip.file import dumps, load_actuator
 from ilg_circuit.study.plan import read_plan
 
@@ -61,7 +61,9 @@ def strips() -> dict[str, str]:
     models = {"rc2": "rc2", "sinh": "rc+sinh", "growing": "rc+growing", "warburg": "warburg"}
     made = {f"{name}.toml": dumps(every_model.strip_of(model)) for name, model in models.items()}
     plain = Actuator(PAPER.geometry, PAPER.material, name="no $coupling\\")
-    return made | {"strip.toml": inputs.STRIP, "plain.toml": dumps(plain)}
+    carbon = Layer("carbon", 5e-5, 700.0, 1e6, capacitance_per_volume=8e7)
+    layered = PAPER.with_layers([carbon, Layer("gel", 4e-4, 1250.0, 7600.0), carbon])
+    return made | {"strip.toml": inputs.STRIP, "plain.toml": dumps(plain), "layered.toml": dumps(layered)}
 
 
 def write_inputs(folder: Path) -> None:
