@@ -207,6 +207,23 @@ class Netlist:
     def linear(self) -> bool:
         return not any(e.law for e in self.elements)
 
+    @property
+    def by_current(self) -> bool:
+        """True if the drive is a current: its source sets one of current."""
+        return any(e.role is Role.SOURCE and e.kind == "G" for e in self.elements)
+
+    def voltage_at(self, drive: float) -> float:
+        """Return the largest voltage [V] across a behavioural source at rest under a ``drive``: the drive itself.
+
+        A current [A] makes it across the electron path alone.
+        """
+        if not self.by_current:
+            return drive
+        electrons = next(e for e in self.elements if e.role is Role.ELECTRON_PATH)
+        if electrons.law:
+            return electrons.scale * math.asinh(drive / electrons.value)
+        return drive * electrons.value
+
     def linearised(self, voltage: float = 0.0) -> Netlist:
         """Return the circuit of a small signal with ``voltage`` [V] across every behavioural source."""
         return self if self.linear else replace(self, elements=tuple(e.linearised(voltage) for e in self.elements))

@@ -16,7 +16,7 @@ from ..circuit.load import Load
 from ..circuit.netlist import Netlist
 from ..circuit.strip import strip_netlist
 from ..circuit.wiring import Wiring
-from ..drive import Drive, drive_findings
+from ..drive import Drive, by_current, drive_findings, voltage_limit
 from ..errors import InputError, argument
 from ..files import write_csv
 from ..findings import Finding, sentences
@@ -79,7 +79,7 @@ class Response(Simulated):
     actuator : Actuator
         The strip.
     drive : Drive
-        The voltage over time.
+        The voltage, or the current, over time.
     error : float
         Estimated error, relative to the largest value of each waveform.
     engine : str
@@ -126,7 +126,9 @@ class Response(Simulated):
         """Gaps in the drive's file, and assumptions that fail in this run, with number and consequence."""
         displacement = float(np.nanmax(np.abs(self.displacement), initial=0.0))
         voltage = float(np.abs(self.voltage).max())
-        found = sentences([*self.findings, *drive_findings(self.drive), *beyond_fit(self.actuator, voltage)])
+        limited = limit_findings(self.drive, self.time, self.voltage)
+        told = [*self.findings, *drive_findings(self.drive), *limited, *beyond_fit(self.actuator, voltage)]
+        found = sentences(told)
         return [*found, *run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)]
 
     def table(self) -> tuple[Column, ...]:
@@ -223,7 +225,7 @@ def simulate(
     samples = sampled_times(drive, times)
     band = transient_band(samples)
     line, cells_error = line_of(actuator, band, wires, drive.largest())
-    netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=band, **line)
+    netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=band, by_current=by_current(drive), **line)
     acceptable = ACCEPTABLE if accuracy is None else accuracy
     if accuracy is None:
         accuracy = SIMULATION_ACCURACY if netlist.linear else NONLINEAR_ACCURACY
@@ -296,6 +298,15 @@ def transient_band(times: Array) -> tuple[float, float]:
         return LADDER_BAND
     lowest = 0.1 / float(times[-1])
     return lowest, _RESOLVED * lowest
+
+
+def limit_findings(drive: Drive, time: Array, voltage: Array) -> list[Finding]:
+    """Return a finding where a source of current is at its limit at any of the samples."""
+    limit = voltage_limit(drive)
+    held = np.abs(voltage) >= (limit or np.inf) * (1 - 1e-9)
+    if limit is None or not held.any():
+        return []
+    return [Finding("current-limited", values={"limit": limit, "first": float(time[held.argmax()])})]
 
 
 def beyond_fit(actuator: Actuator, voltage: float) -> list[Finding]:
