@@ -51,7 +51,7 @@ demo: setup
 	$(bin)/ilg-circuit demo --out demo
 
 test: setup .venv/.stamp-dev
-	$(bin)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
+	$(bin)/python -m pytest --numprocesses 2 --dist loadfile
 
 # Warnings are errors. Nothing is fetched: packages come from PyPI before, what a strip's page carries by npm.
 docs: setup .venv/.stamp-docs
