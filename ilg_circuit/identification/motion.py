@@ -25,7 +25,7 @@ from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_elements, lumped_port
 from ..strip.port import Port
-from .modal import modal_couplings, modal_displacements
+from .modal import modal_displacements
 from .port_model import PortModel, observed
 
 #: The parameters of d(s) with their names in a fit, in the order of the fields of `Coupling`.
@@ -72,13 +72,8 @@ class Motion:
         zeta, wn = values[0, -2:]
         if min(wn * t[-1], 20 / max(zeta, 1e-300)) > _MOST_RINGING:
             raise SolveError("the fit of d(s) diverged beyond the resolution of the record")
-        result = np.zeros((len(values), len(t)))
-        if accuracy is None and self.port is None and (strip := self._simplest) is not self.actuator:
-            lumped = lumped_elements(strip)
-            ratio = lumped.bending_ratio * lumped.hanging_share
-            result[:, after] = modal_couplings(self._couplings(values), ratio, drive, t[after])
-            return result
         strips = self._strips(values, t)
+        result = np.zeros((len(values), len(t)))
         if accuracy is None:
             netlists = [strip_netlist(strip, beam=self.beam) for strip in strips]
             result[:, after] = modal_displacements(netlists, drive, t[after])
@@ -91,12 +86,8 @@ class Motion:
         result[:, after] = found.values[:, found.names.index("displacement")] - np.array(still)[:, None]
         return result
 
-    @staticmethod
-    def _couplings(values: Array) -> list[Coupling]:
-        return [Coupling(*v) for v in values[:, -len(COUPLING) :].tolist()]
-
     def _strips(self, values: Array, t: Array) -> list[Actuator]:
-        couplings = self._couplings(values)
+        couplings = [Coupling(*v) for v in values[:, -len(COUPLING) :].tolist()]
         if self.port is None:
             strip = self._simplest
             return [replace(strip, coupling=c) for c in couplings]
@@ -106,10 +97,7 @@ class Motion:
 
     @cached_property
     def _simplest(self) -> Actuator:
-        """The strip without the parts of its circuit that do not affect the displacement.
-
-        It is the strip itself if there are none: with a dynamic beam, or a resistance before the ion path.
-        """
+        """The strip without the parts of its circuit that do not affect the displacement."""
         full = lumped_port(self.actuator)
         if self.beam != "static" or full.electrode_resistance:
             return self.actuator
