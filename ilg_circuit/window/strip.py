@@ -191,9 +191,16 @@ class StripTab:
         """Have ngspice solve the strip as it is now."""
         drive, duration, tip, load = self.asked()
         arguments = {"strip": self.session.strip, "drive": drive, "duration": duration, "tip": tip, "load": load}
-        self.session.start("Solving with ngspice", "run", arguments, self._solved, self._unsolved)
+        asked = self.session.strip, self.asked()
+        self.session.start(
+            "Solving with ngspice", "run", arguments, lambda run: self._solved(run, asked), self._unsolved
+        )
 
-    def _solved(self, run: Any) -> None:
+    def _solved(self, run: Any, asked: tuple[Actuator, tuple[str, str, str, str]]) -> None:
+        """Draw what ngspice says, unless the strip or its run has changed since it was ``asked``."""
+        if asked != (self.session.strip, self.asked()):
+            self.compared.object = box("note", "ngspice solved the strip as it was; press Solve with ngspice again.")
+            return
         self.response.set(OTHER, _columns(run))
         now = self.session.run
         if now is not None and now.actuator == run.actuator and len(now.time) == len(run.time):
