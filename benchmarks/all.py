@@ -29,6 +29,7 @@ PAGES = {
     "spectra": "SPECTRA.md",
     "arm": "ARM.md",
     "sweep": "SWEEP.md",
+    "line": "LINE.md",
     "design": "DESIGN.md",
     "papers": "PAPERS.md",
     "intervals": "INTERVALS.md",

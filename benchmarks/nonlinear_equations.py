@@ -18,7 +18,7 @@ from strip_equations import Run, linear_reference, lines_of, lumped, modes_of
 from ilg_circuit.drive import PiecewiseLinear, Sine
 
 #: Tolerance of an integration in time.
-_RTOL = 1e-12
+_RTOL = 2e-13
 
 
 def nonlinear_reference(run: Run) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command import Outcome, Run
@@ -107,6 +108,23 @@ def brisk(monkeypatch: pytest.MonkeyPatch) -> None:
     ):
         for engine, value in values.items():
             monkeypatch.setitem(table, engine, value)
+
+
+@pytest.fixture
+def drafts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are written small and without a layout, which takes most of their time; other tests look at them."""
+    import matplotlib
+
+    matplotlib.use("agg")
+    from matplotlib.figure import Figure
+
+    saved = Figure.savefig
+
+    def draft(figure: Figure, target: Any, **how: Any) -> None:
+        figure.set_layout_engine("none")
+        saved(figure, target, **how | {"dpi": 20})
+
+    monkeypatch.setattr(Figure, "savefig", draft)
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from ..drive import Drive
+import re
+from dataclasses import replace
+
+from ..drive import Drive, each
 from ..strip.actuator import Actuator
 from .netlist import GROUND, Element, Netlist, plain, series_sum
 from .operating_point import with_operating_point
@@ -16,7 +19,13 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     least number of rows; ngspice prints every time point.
     """
     netlist = with_operating_point(netlist)
-    shown = tuple(o for o in netlist.outputs if any(c for _, c in o.terms))
+    # ngspice prints the first fifteen letters of a name
+    short = {"voltage": "u", "current": "i", "curvature": "k"}
+    named = [
+        replace(o, name=re.sub(r"^(voltage|current|curvature)_(?=\d+$)", lambda found: short[found[1]], o.name))
+        for o in netlist.outputs
+    ]
+    shown = tuple(o for o in named if any(c for _, c in o.terms) and not o.name.startswith("delivered_"))
     step = duration / (samples - 1)
     longest = min(step, duration * LONGEST_STEP)
     if drive.angular_frequency():
@@ -29,9 +38,10 @@ def deck(netlist: Netlist, drive: Drive, duration: float, actuator: Actuator, sa
     if any(e.kind == "L" for e in netlist.elements):
         header += INDUCTORS
     body = [e.line() for e in netlist.driven]
-    body.append(netlist.source.line(f"AC 1 {drive.spice(duration)}"))
+    for k, (source, part) in enumerate(zip(netlist.sources, each(drive), strict=True)):
+        body.append(source.line(f"{'' if k else 'AC 1 '}{part.spice(duration)}"))
     body += [e.line() for o in shown for e in series_sum(f"out_{o.name}", [(q, c) for q, c in o.terms if c])]
-    printed = f"v({netlist.source.nodes[0]}) {nodes}"
+    printed = f"{' '.join(f'v({source.nodes[0]})' for source in netlist.sources)} {nodes}"
     lines = [
         *(f"* {plain(line)}" for line in header),
         *folded(body),

@@ -101,6 +101,11 @@ class Element:
         return self.name[0].upper()
 
     @property
+    def part(self) -> str:
+        """Its name without the cell or the segment of a line, which stands between underscores: Rd_7_1 is of Rd1."""
+        return re.sub("_[^_]*_", "", self.name)
+
+    @property
     def expression(self) -> str:
         """A behavioural source's law as SPICE writes it."""
         value, scale = float(self.value), float(self.scale)  # a numpy number would write its type, too
@@ -147,6 +152,8 @@ class Output:
 class Netlist:
     """Elements, the voltage source that the drive sets, and the outputs to report.
 
+    ``further`` are the sources that further drives set, if there are several, in their order.
+
     A nonlinear circuit starts at rest under ``rest`` [V], by its elements' ``start``; of a linear one a solver adds the
     steady state itself. Raises InputError for duplicate names (SPICE is case-blind), wrong node counts, and values that
     ngspice would take without a word: NaN, negative or zero R, L, C.
@@ -158,6 +165,7 @@ class Netlist:
     drive: str = "Vdrive"
     comments: tuple[str, ...] = ()
     rest: float = 0.0
+    further: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         seen: set[str] = set()
@@ -170,13 +178,20 @@ class Netlist:
         nodes = {node for element in self.elements for node in element.nodes}
         if len({node.lower() for node in nodes}) < len(nodes):
             raise InputError("two nodes differ only in upper and lower case, which SPICE takes for one")
-        if self.drive.lower() not in sources:
-            raise InputError(f"the netlist has no voltage source {self.drive} for the drive")
+        for drive in (self.drive, *self.further):
+            if drive.lower() not in sources:
+                raise InputError(f"the netlist has no voltage source {drive} for the drive")
 
     @property
     def source(self) -> Element:
-        """The voltage source that the drive sets."""
-        return next(e for e in self.elements if e.name == self.drive)
+        """The voltage source that the drive sets, the first one of several."""
+        return self.sources[0]
+
+    @cached_property
+    def sources(self) -> tuple[Element, ...]:
+        """The voltage sources that drives set, in the order of the drives."""
+        named = {e.name: e for e in self.elements}
+        return tuple(named[name] for name in (self.drive, *self.further))
 
     @cached_property
     def topology(self) -> tuple[Any, ...]:
@@ -185,11 +200,29 @@ class Netlist:
             tuple((e.name, e.nodes, e.control, e.law) for e in self.elements),
             tuple((o.name, tuple(q for q, _ in o.terms)) for o in self.outputs),
             self.drive,
+            self.further,
         )
 
     @property
     def linear(self) -> bool:
         return not any(e.law for e in self.elements)
+
+    @property
+    def by_current(self) -> bool:
+        """True if the drive is a current: its source sets one of current."""
+        return any(e.role is Role.SOURCE and e.kind == "G" for e in self.elements)
+
+    def voltage_at(self, drive: float) -> float:
+        """Return the largest voltage [V] across a behavioural source at rest under a ``drive``: the drive itself.
+
+        A current [A] makes it across the electron path alone.
+        """
+        if not self.by_current:
+            return drive
+        electrons = next(e for e in self.elements if e.role is Role.ELECTRON_PATH)
+        if electrons.law:
+            return electrons.scale * math.asinh(drive / electrons.value)
+        return drive * electrons.value
 
     def linearised(self, voltage: float = 0.0) -> Netlist:
         """Return the circuit of a small signal with ``voltage`` [V] across every behavioural source."""
@@ -201,8 +234,8 @@ class Netlist:
 
     @property
     def driven(self) -> tuple[Element, ...]:
-        """All elements but the source that the drive sets."""
-        return tuple(e for e in self.elements if e.name != self.drive)
+        """All elements but the sources that drives set."""
+        return tuple(e for e in self.elements if e.name not in (self.drive, *self.further))
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -210,7 +243,7 @@ class Netlist:
         return tuple(dict.fromkeys(q for output in self.outputs for q, _ in output.terms))
 
     def to_pyspice(self, drive: Drive | None = None, duration: float = 1.0) -> Circuit:
-        """Return the PySpice `Circuit`; with a ``drive`` its source has the PWL or SIN waveform over ``duration`` [s].
+        """Return the PySpice `Circuit`; with a ``drive`` its sources have PWL or SIN waveforms over ``duration`` [s].
 
         Values go in as ``repr`` text: PySpice would write 1 F, which is femto.
         """
@@ -218,8 +251,11 @@ class Netlist:
 
         circuit = Circuit(plain(self.title))
         add_elements(circuit, self.driven)
-        waveform = "0.0" if drive is None else drive.spice(duration)
-        circuit.V(self.source.name[1:], *self.source.nodes, waveform)
+        from ..drive import each
+
+        waveforms = ["0.0"] * len(self.sources) if drive is None else [part.spice(duration) for part in each(drive)]
+        for source, waveform in zip(self.sources, waveforms, strict=True):
+            circuit.V(source.name[1:], *source.nodes, waveform)
         return circuit
 
 
@@ -239,7 +275,7 @@ def add_elements(circuit: Any, elements: Iterable[Element]) -> None:
 def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:
     """Return a netlist's text with independent copies of netlists of one topology, all but their drive sources.
 
-    Every copy hangs on the drive node of the first; names and inner nodes get the suffix ``_k``. Also returns, per
+    Every copy hangs on the drive nodes of the first; names and inner nodes get the suffix ``_k``. Also returns, per
     copy, the ngspice vector of every quantity that its outputs need. Plain text, because PySpice takes longer to make
     a hundred copies than ngspice to solve them.
     """
@@ -247,11 +283,12 @@ def copies(netlists: Sequence[Netlist]) -> tuple[str, list[dict[str, str]]]:
     vectors = []
     for k, netlist in enumerate(netlists):
         suffix = f"_{k}"
-        source = netlist.source
-        plus, minus = source.nodes
-        rename = {n: n if n in (minus, GROUND) else n + suffix for e in netlist.elements for n in e.nodes}
+        shared = {GROUND, *(source.nodes[1] for source in netlist.sources)}
+        rename = {n: n if n in shared else n + suffix for e in netlist.elements for n in e.nodes}
         # a source of 0 V between the copy and the common drive has the copy's current, with the sign of its own drive
-        lines.append(Element(source.name + suffix, (rename[plus], plus), 0.0).line())
+        for source in netlist.sources:
+            plus = source.nodes[0]
+            lines.append(Element(source.name + suffix, (rename[plus], plus), 0.0).line())
         for e in netlist.driven:
             nodes, control = tuple(rename[n] for n in e.nodes), e.control and e.control + suffix
             lines.append(replace(e, name=e.name + suffix, nodes=nodes, control=control).line())
@@ -297,18 +334,19 @@ def _vector(quantity: str, rename: dict[str, str], suffix: str) -> str:
 
 
 def _check_element(element: Element, sources: set[str]) -> None:
-    if element.kind not in _KINDS:
-        raise InputError(f"element {element.name}: kind {element.kind} is not one of {', '.join(_KINDS)}")
-    count, _ = _KINDS[element.kind]
-    controlled, positive = element.kind in _CONTROLLED, element.kind in _POSITIVE
-    if (element.kind == "B") != bool(element.law) or (element.law and element.law not in _LAWS):
+    kind = element.kind
+    if kind not in _KINDS:
+        raise InputError(f"element {element.name}: kind {kind} is not one of {', '.join(_KINDS)}")
+    count, _ = _KINDS[kind]
+    controlled, positive = kind in _CONTROLLED, kind in _POSITIVE
+    if (kind == "B") != bool(element.law) or (element.law and element.law not in _LAWS):
         raise InputError(f"element {element.name}: law '{element.law}' is not one of {', '.join(_LAWS)}, of a source B")
     if element.law:
         count = _LAWS[element.law][0]
         if not (math.isfinite(element.scale) and element.scale > 0):
             raise InputError(f"element {element.name} has scale {element.scale!r}; it must be positive and finite")
     if len(element.nodes) != count:
-        raise InputError(f"element {element.name} has {len(element.nodes)} nodes; kind {element.kind} takes {count}")
+        raise InputError(f"element {element.name} has {len(element.nodes)} nodes; kind {kind} takes {count}")
     if controlled != bool(element.control) or (controlled and element.control.lower() not in sources):
         raise InputError(f"element {element.name}: its controlling source '{element.control}' is not in the netlist")
     if not math.isfinite(element.value) or (positive and element.value <= 0):

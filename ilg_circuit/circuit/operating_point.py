@@ -34,11 +34,13 @@ def with_operating_point(netlist: Netlist) -> Netlist:
     named = {e.name: e for e in netlist.elements}
     if "Cbeam" not in named:
         return netlist
+    if any(e.role is Role.REFLECTED_VOLTAGE for e in netlist.elements) and "Eback" not in named:
+        return with_operating_point(_unreflected(netlist))
     compliance = named["Cbeam"].value
     free = _charge(named, "v1", "d")
     tip = any(e.role is Role.TIP for e in netlist.elements)
     force = {q: c / compliance for q, c in free.items()} | ({"v(way)": -1 / compliance} if tip else {})
-    port = named["Ed"].nodes[2]
+    port = named["Ed"].nodes[2] if "Eback" in named else ""
     found: list[Element] = []
     for element in netlist.elements:
         nodes = tuple(GROUND if n == "back" else n for n in element.nodes)
@@ -50,12 +52,33 @@ def with_operating_point(netlist: Netlist) -> Netlist:
             found.append(replace(element, nodes=tuple("top" if n == port else n for n in nodes)))
         elif element.role not in (Role.TIP, Role.LOAD, Role.FREE_VELOCITY):
             found.append(replace(element, nodes=nodes))
-    found += _held(named)
+    if port:
+        found += _held(named)
     if tip:
         found += _meter(free["v(d3)"] * named["Cd"].start)
         found += _mesh([e for e in netlist.elements if e.role in (Role.TIP, Role.LOAD)])
     outputs = tuple(replace(o, terms=tuple(t for t in o.terms if t[0] != "v(back)")) for o in netlist.outputs)
     return replace(netlist, elements=tuple(found), outputs=outputs)
+
+
+def _unreflected(netlist: Netlist) -> Netlist:
+    """Return the netlist of a line of cells without what the motion reflects on each of them.
+
+    That is some 1e-11 of the voltage, and would need an operating point in each cell.
+    """
+    backs = {e.nodes[0]: e.nodes[1] for e in netlist.elements if e.role is Role.REFLECTED_VOLTAGE}
+    kept = [e for e in netlist.elements if e.role not in (Role.REFLECTED_VOLTAGE, Role.REFLECTION)]
+    elements = tuple(replace(e, nodes=tuple(backs.get(n, n) for n in e.nodes)) for e in kept)
+    outputs = []
+    for output in netlist.outputs:
+        terms: dict[str, float] = {}
+        for quantity, c in output.terms:
+            node = backs.get(quantity[2:-1], quantity[2:-1])
+            if node != GROUND:
+                name = f"{quantity[0]}({node})"
+                terms[name] = terms.get(name, 0.0) + c
+        outputs.append(replace(output, terms=tuple(terms.items())))
+    return replace(netlist, elements=elements, outputs=tuple(outputs))
 
 
 def without_mass(netlist: Netlist, lag: float) -> Netlist:

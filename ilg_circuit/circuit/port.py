@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from ..errors import InputError
 from ..strip.port import Port
 from .netlist import GROUND, Element, Output, Role
 
 _DRIVE = Element("Vdrive", ("drive", GROUND), 0.0, role=Role.SOURCE)
+#: A source of current into node drive: 1 A per volt of node set, which the drive sets.
+_BY_CURRENT = (
+    Element("Vdrive", ("set", GROUND), 0.0, role=Role.SOURCE),
+    Element("Gdrive", (GROUND, "drive", "set", GROUND), 1.0, role=Role.SOURCE),
+)
 
 
 def port_elements(
@@ -21,11 +27,7 @@ def port_elements(
     ends = ["drive", *(f"lead{k}" for k in range(1, len(leads))), node]
     elements = [source] if source else []
     elements += [Element(n, (ends[k], ends[k + 1]), v, role=Role.LEAD) for k, (n, v) in enumerate(leads)]
-    if port.emission_voltage is None:
-        elements.append(Element("Rdc", (node, GROUND), port.dc_resistance, role=Role.ELECTRON_PATH))
-    else:
-        current, scale = port.saturation_current, port.emission_voltage
-        elements.append(Element("Bdc", (node, GROUND), current, law="sinh", scale=scale, role=Role.ELECTRON_PATH))
+    elements.append(electron_path(port, node, GROUND))
     ions, charge = ion_path(port, node, end, "", inner=inner)
     outputs = [
         *([Output("current", "A", ((f"i({source.name})", -1.0),))] if source else []),
@@ -34,8 +36,33 @@ def port_elements(
     return elements + ions, outputs
 
 
+def driven_port(
+    port: Port, end: str, inner: float = 0.0, *, by_current: bool = False
+) -> tuple[list[Element], list[Output]]:
+    """Return `port_elements` with a source of voltage or, ``by_current``, of current; then the voltage is an output.
+
+    Raises InputError for an inductance, through which no current can be made to jump.
+    """
+    if not by_current:
+        return port_elements(port, end, inner=inner)
+    if port.inductance:
+        raise InputError("a current cannot be forced through leads with an inductance; leave the inductance out")
+    elements, outputs = port_elements(port, end, None, inner)
+    own = [Output("current", "A", (("v(set)", 1.0),)), Output("voltage", "V", (("v(drive)", 1.0),))]
+    return [*_BY_CURRENT, *elements], [own[0], *outputs, own[1]]
+
+
 def port_node(port: Port) -> str:
     return "port" if port.electrode_resistance or port.inductance else "drive"
+
+
+def electron_path(port: Port, top: str, end: str, suffix: str = "") -> Element:
+    """Return the electron path from ``top`` to ``end``."""
+    role = Role.ELECTRON_PATH
+    if port.emission_voltage is None:
+        return Element(f"Rdc{suffix}", (top, end), port.dc_resistance, role=role)
+    current, scale = port.saturation_current, port.emission_voltage
+    return Element(f"Bdc{suffix}", (top, end), current, law="sinh", scale=scale, role=role)
 
 
 def ion_path(

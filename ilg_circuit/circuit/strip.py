@@ -13,15 +13,21 @@ d0 [v_L/(Zd L C) + i/C], so nothing is ever differentiated. The transformer is t
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..errors import InputError, argument
 from ..strip.actuator import Actuator, Coupling
+from ..strip.electrodes import require_lump
 from ..strip.elements import Elements, lumped_elements
 from ..strip.ladder import LADDER_BAND
 from ..strip.port import Port
 from .coupling import filter_elements, filter_rate, free_displacement
 from .load import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, VELOCITY_SCALE, Load, tip_elements
 from .netlist import GROUND, Element, Netlist, Output, Role, series_sum
-from .port import ion_path, port_elements, port_node
+from .port import driven_port, ion_path, port_elements, port_node
+
+#: The reflected voltage, in series with the ion path.
+_BACK = Element("Eback", ("back", GROUND, "copy", GROUND), 1.0, role=Role.REFLECTED_VOLTAGE)
 
 
 def electrical_netlist(
@@ -37,13 +43,15 @@ def electrical_netlist(
     return port_netlist(Port(dc_resistance, tuple(branches), electrode_resistance), title)
 
 
-def port_netlist(port: Port, title: str = "ILG strip, electrical port", rest: float = 0.0) -> Netlist:
+def port_netlist(
+    port: Port, title: str = "ILG strip, electrical port", rest: float = 0.0, *, by_current: bool = False
+) -> Netlist:
     """Return the electrical port alone, of any model; outputs current [A] and charge [C] on the ion path.
 
-    A nonlinear one starts at rest under ``rest`` [V].
+    A nonlinear one starts at rest under ``rest`` [V]. ``by_current``: as for `strip_netlist`.
     """
     rest = 0.0 if port.linear else rest
-    elements, outputs = port_elements(port, GROUND, inner=port.inner_voltage(rest))
+    elements, outputs = driven_port(port, GROUND, port.inner_voltage(rest), by_current=by_current)
     return Netlist(title, tuple(elements), tuple(outputs), rest=rest)
 
 
@@ -55,13 +63,17 @@ def strip_netlist(
     load: Load | None = None,
     band: tuple[float, float] = LADDER_BAND,
     rest: float = 0.0,
+    by_current: bool = False,
+    **line: Any,
 ) -> Netlist:
     """Return the whole strip; outputs: current [A], charge [C], displacement [m] and force [N] (at L_F, on the load).
 
     ``beam`` "dynamic" is the port EC (17) without simplification: beam compliance and mass, voltage reflected onto the
     electrical side. "static" is EC (26), (29): no mass, nothing reflected. None is the strip's own, `Actuator.beam`.
     ``tip`` "clamped" holds the point L_F. ``band`` [Hz] is a ladder's, if the strip gives none. A nonlinear
-    strip starts at rest under ``rest`` [V]. Raises InputError for an unknown word, a load where there can be none, or a
+    strip starts at rest under ``rest`` [V]. ``by_current``: the drive is a current [A], and the voltage [V] a further
+    output. One with electrodes is a line, see `ilg_circuit.circuit.line`, with the further arguments of `line_netlist`.
+    Raises InputError for an unknown word, a load where there can be none, or a
     hanging strip that is nothing beside its weight.
     """
     load = load or Load()
@@ -74,30 +86,57 @@ def strip_netlist(
         raise InputError(
             f"a load moves with the tip: it needs {argument('tip', 'free')} and {argument('beam', 'dynamic')}"
         )
+    if actuator.electrodes is not None:
+        from .line import line_netlist
+
+        if by_current:
+            raise InputError("a strip with [electrodes] is driven by voltages; a current has no one pair of terminals")
+        return line_netlist(actuator, beam, tip, load, band=band, rest=rest, **line)
+    if line:
+        raise InputError(f"actuator '{actuator.name}' has no [electrodes]; it is one lump with one pair of terminals")
     lumped = lumped_elements(actuator, band, load.mass)
     title = f"ILG strip {actuator.name}, {beam} beam, {tip} tip"
     coupling, port = lumped.coupling, lumped.port
     if coupling is None:
         if load:
             raise InputError(f"actuator '{actuator.name}' has no [coupling]; a load needs one")
-        return port_netlist(port, title, rest)
+        return port_netlist(port, title, rest, by_current=by_current)
     rest = 0.0 if port.linear else rest
     if rest and load:
         raise InputError(f"a strip that starts at rest under {rest:g} V has no load; leave one of them out")
     inner = port.inner_voltage(rest)
     back = GROUND if beam == "static" else "back"
-    elements, outputs = port_elements(port, back, inner=inner)
+    elements, outputs = driven_port(port, back, inner, by_current=by_current)
     elements += filter_elements(coupling, port_node(port), back, "d", inner)
-    displacement = free_displacement(lumped, coupling)
+    moving, motion = tip_motion(lumped, coupling, free_displacement(lumped, coupling), [_BACK], beam, tip, load)
+    outputs += motion
+    return Netlist(title, (*elements, *moving), tuple(outputs), comments=(SCALE_NOTE,), rest=rest)
+
+
+def tip_motion(
+    lumped: Elements,
+    coupling: Coupling,
+    displacement: dict[str, float],
+    backs: list[Element],
+    beam: str,
+    tip: str,
+    load: Load,
+) -> tuple[list[Element], list[Output]]:
+    """Return the beam and the tip, and the outputs displacement and force.
+
+    ``displacement`` is the free one, as coefficients of node voltages. A dynamic beam has the filter ``d``, and makes
+    the reflected voltage of the lumped strip at node ``copy``, which ``backs`` put in series with ion paths.
+    """
+    elements: list[Element] = []
     force = dict.fromkeys(displacement, 0.0)
     if beam == "dynamic":
         # electrical -> mechanical: v1 = k s d(s) v_p flows into the beam's compliance
         velocity = lumped.bending_ratio / VELOCITY_SCALE
         elements += filter_rate(coupling, "v1", "d", (GROUND, "beam"), velocity, Role.FREE_VELOCITY)
         elements.append(Element("Cbeam", ("beam", GROUND), 1 / (lumped.stiffness * IMPEDANCE_SCALE), role=Role.BEAM))
-        elements += _reflection(lumped, coupling)
+        elements += [*_reflection(lumped, coupling), *backs]
         # the tip moves by what the strip wants less what its compliance takes up: y = y1 - F1/K
-        displacement["v(beam)"] = -FORCE_SCALE / lumped.stiffness
+        displacement = displacement | {"v(beam)": -FORCE_SCALE / lumped.stiffness}
         force = {"v(beam)": FORCE_SCALE}
         if tip == "free":
             meshed, force = tip_elements(lumped, load)
@@ -109,8 +148,7 @@ def strip_netlist(
         displacement = dict.fromkeys(displacement, 0.0)
     else:
         displacement = {q: c * lumped.hanging_share for q, c in displacement.items()}
-    outputs += _motion(displacement, force)
-    return Netlist(title, tuple(elements), tuple(outputs), comments=(SCALE_NOTE,), rest=rest)
+    return elements, _motion(displacement, force)
 
 
 def _motion(displacement: dict[str, float], force: dict[str, float]) -> list[Output]:
@@ -121,15 +159,14 @@ def _motion(displacement: dict[str, float], force: dict[str, float]) -> list[Out
 def _reflection(lumped: Elements, coupling: Coupling) -> list[Element]:
     """Return the reflection on the electrical side.
 
-    The current k s d(s) F1 through a copy of Zp makes the voltage u1, which is in series with the port. F1 is the
-    voltage of node ``beam``. For a nonlinear ion path the copy is linearised near 0 V.
+    The current k s d(s) F1 through a copy of Zp makes the voltage u1 at node ``copy``, which `_BACK` puts in series
+    with the port. F1 is the voltage of node ``beam``. For a nonlinear ion path the copy is linearised near 0 V.
     """
     role, gain = Role.REFLECTION, lumped.bending_ratio * FORCE_SCALE
     return [
         *filter_elements(coupling, "beam", GROUND, "s"),
         *filter_rate(coupling, "u1", "s", (GROUND, "copy"), gain, role),
         *ion_path(lumped.port.linearised(), "copy", GROUND, "x", role)[0],
-        Element("Eback", ("back", GROUND, "copy", GROUND), 1.0, role=Role.REFLECTED_VOLTAGE),
     ]
 
 
@@ -143,6 +180,7 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
     """
     if terminals not in ("open", "short"):
         raise InputError(f"terminals are '{terminals}'; choose open or short")
+    require_lump(actuator, "sensing")
     lumped = lumped_elements(actuator, band)
     coupling = lumped.coupling
     if coupling is None:
@@ -156,7 +194,7 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
     elastic = {q: c * lumped.stiffness for q, c in free_displacement(lumped, coupling).items()}
     elastic["v(motion)"] = -lumped.stiffness
     elements += series_sum("beam", [(quantity, gain / FORCE_SCALE) for quantity, gain in elastic.items()])
-    elements += _reflection(lumped, coupling)
+    elements += [*_reflection(lumped, coupling), _BACK]
     if terminals == "open":
         # without a source nothing ties the terminal down but the strip itself
         outputs.insert(0, Output("voltage", "V", ((f"v({node})", 1.0),)))

@@ -45,6 +45,9 @@ from .paths import LongCommand
 @group(
     "Solver",
     click.option("--bias", default="0V", metavar="VOLTAGE", help="Constant voltage under the small signal."),
+    click.option(
+        "--segment", type=int, metavar="K", help="Segment of a cut electrode, others at 0 V.  [default: all joined]"
+    ),
 )
 @engine_option
 @group("Solver", click.option("--check", is_flag=True, help="Compare with the other engine and the closed form."))

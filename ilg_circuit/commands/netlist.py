@@ -10,7 +10,7 @@ import click
 from ..errors import InputError
 from .emit import emit, origin, say
 from .help import group
-from .options import DRIVE_TABLE, actuator_argument, beam_option, load_option, tip_option
+from .options import DRIVE_TABLE, actuator_argument, beam_option, load_option, segment_drive_option, tip_option
 from .paths import ANY, FOLDER, Command, forced, forcing
 
 
@@ -20,15 +20,14 @@ from .paths import ANY, FOLDER, Command, forced, forcing
         "netlist paper --drive square:4V,30s --duration 300s --out strip.cir",
         "netlist fitted.toml --beam static --out strip.lib",
         "netlist fitted.toml --kit kit",
+        "netlist four.toml --drive 1=step:4V --drive 2=step:-4V --duration 60s --out four.cir",
     ),
     tables=DRIVE_TABLE,
 )
 @actuator_argument
 @group(
     "Drive",
-    click.option(
-        "--drive", default="step:4V", metavar="DRIVE", help="Voltage over time of a .cir deck; forms are listed below."
-    ),
+    segment_drive_option(default=("step:4V",), help="Voltage over time of a .cir deck; forms are listed below."),
     click.option("--duration", default="300s", metavar="TIME", help="Duration of a .cir deck."),
 )
 @tip_option
@@ -45,24 +44,36 @@ from .paths import ANY, FOLDER, Command, forced, forcing
     ),
 )
 @forcing("Let --kit replace a folder that holds something else.")
-def netlist(actuator: str, drive: str, duration: str, out: Path | None, folder: Path | None, **options: Any) -> None:
+def netlist(
+    actuator: str, drive: tuple[str, ...], duration: str, out: Path | None, folder: Path | None, **options: Any
+) -> None:
     """Write a strip as a SPICE deck, a subcircuit, or a kit of both."""
     from ..front.circuits import kit
+    from ..simulation.drives import segment_drives
 
     if out is None and folder is None:
         raise InputError("say what to write: --out strip.cir or strip.lib, or --kit FOLDER")
     if folder is not None and (options["load"] or options["tip"] == "clamped"):
         raise InputError("a kit leaves the tip to who wires its pin: leave out --tip and --load")
-    inputs = (actuator, drive.removeprefix("file:"))
+    given = segment_drives(drive)
+    files = [given] if isinstance(given, str) else list(given.values())
+    inputs = (actuator, *(of.removeprefix("file:") for of in files))
     if out is not None:
-        _write(actuator, drive, duration, out, options, inputs)
+        _write(actuator, given, duration, out, options, inputs)
     if folder is not None:
-        given = {"beam": options["beam"], "force": forced(click.get_current_context()), "origin": origin(inputs)}
-        say(f"wrote {kit(actuator, folder, drive, duration, **given)}: README.md there says how to use each file")
+        if not isinstance(given, str):
+            raise InputError("a kit has one drive for the whole strip; leave the numbers of segments out")
+        how = {"beam": options["beam"], "force": forced(click.get_current_context()), "origin": origin(inputs)}
+        say(f"wrote {kit(actuator, folder, given, duration, **how)}: README.md there says how to use each file")
 
 
 def _write(
-    actuator: str, drive: str, duration: str, out: Path, options: dict[str, Any], inputs: tuple[str, str]
+    actuator: str,
+    drive: str | dict[str, str],
+    duration: str,
+    out: Path,
+    options: dict[str, Any],
+    inputs: tuple[str, ...],
 ) -> None:
     """Write a deck or a subcircuit. Raises InputError for a name that says neither."""
     from ..circuit.text import DECK, SUBCIRCUIT, SpiceText

@@ -94,16 +94,32 @@ actuator_argument = group(
     "Input", argument("actuator", "TOML file of a strip, or the preset paper.", shell_complete=strips)
 )
 
+_DRIVE = "Voltage over time; its forms are listed below."
+_duration = click.option("--duration", required=True, metavar="TIME", help="How long the run is, such as 300s.")
+
 #: What a strip is made to do.
 run_options = _together(
-    group(
-        "Drive",
-        click.option("--drive", required=True, metavar="DRIVE", help="Voltage over time; its forms are listed below."),
-        click.option("--duration", required=True, metavar="TIME", help="How long the run is, such as 300s."),
-    ),
+    group("Drive", click.option("--drive", required=True, metavar="DRIVE", help=_DRIVE), _duration),
     tip_option,
     beam_option,
     load_option,
+)
+
+
+def segment_drive_option(**how: Any) -> Callable[..., Any]:
+    """Return the option --drive, which may be repeated for the segments of a strip; ``how`` are click's settings."""
+    return click.option(
+        "--drive",
+        multiple=True,
+        metavar="DRIVE",
+        help=f"{how.pop('help', _DRIVE)} K=DRIVE for segment K of a cut electrode, repeated for others; K=open.",
+        **how,
+    )
+
+
+#: The same for a strip whose segments may have drives of their own; `segment_drives` reads them.
+segment_run_options = _together(
+    group("Drive", segment_drive_option(required=True), _duration), tip_option, beam_option, load_option
 )
 
 

@@ -17,8 +17,8 @@ from .options import (
     output_options,
     outputs,
     reading_options,
-    run_options,
     sample_options,
+    segment_run_options,
 )
 from .paths import FILE, LongCommand
 from .progress import ProgressBar
@@ -30,11 +30,12 @@ from .progress import ProgressBar
         "simulate paper --drive step:4V --duration 300s --out run.csv --plot run.png",
         "simulate strip.toml --drive square:-2V..2V,30s --duration 2min --tip clamped --check",
         "simulate fitted.toml --drive file:record.csv --duration 60s --band --report run.html",
+        "simulate four.toml --drive 1=step:4V --drive 2=square:-4V..4V,30s --duration 60s --out run.csv",
     ),
     tables=DRIVE_TABLE,
 )
 @actuator_argument
-@run_options
+@segment_run_options
 @sample_options
 @engine_option
 @group(
@@ -63,14 +64,17 @@ def simulate(actuator: str, compare: Path | None, with_energy: bool, **options: 
     """
     from ..front.runs import simulate as run
     from ..report.response import text
+    from ..simulation.drives import segment_drives
 
+    drive = options["drive"] = segment_drives(options["drive"])
+    files = [drive] if isinstance(drive, str) else list(drive.values())
     written = outputs(options)
     # the drive's file is compared with where it holds a measurement
     response = run(actuator, compare=compare or True, progress=ProgressBar(), **options)
     emit(
         response,
         written,
-        inputs=(actuator, options["drive"].removeprefix("file:"), compare),
+        inputs=(actuator, *(of.removeprefix("file:") for of in files), compare),
         writers={"--out": lambda result, path: result.write_csv(path, energy=with_energy)},
         text=text(response),
     )

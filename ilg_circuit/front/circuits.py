@@ -9,16 +9,19 @@ from typing import TYPE_CHECKING
 from ..circuit.deck import deck
 from ..circuit.library import library as write_library
 from ..circuit.library import library_netlist, pinned
+from ..circuit.line_library import line_library
 from ..circuit.load import Hung
 from ..circuit.netlist import add_elements
 from ..circuit.strip import strip_netlist
 from ..circuit.text import DECK, SUBCIRCUIT, SpiceText
-from ..drive import drive_findings
-from ..errors import SolveError, checked
+from ..drive import by_current, drive_findings, require_voltage, voltage_limit
+from ..errors import InputError, SolveError, checked
 from ..findings import sentences
 from ..provenance import Provenance
+from ..simulation.response import line_of, transient_band
 from ..solve.library import prepare_library
-from .given import Driven, Given, Strip, mounted, run_of
+from ..strip.electrodes import require_lump
+from .given import Driven, Given, Segmented, Strip, mounted, run_of, wired_run
 from .given import load as strip_of
 
 if TYPE_CHECKING:
@@ -28,7 +31,7 @@ if TYPE_CHECKING:
 @checked
 def netlist(
     strip: Strip,
-    drive: Driven,
+    drive: Driven | Segmented,
     duration: Given | None = None,
     *,
     tip: str = "free",
@@ -41,8 +44,8 @@ def netlist(
     ----------
     strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
-    drive : str, Drive or (times, values)
-        Voltage over time, as in `simulate`.
+    drive : str, Drive, (times, values) or mapping
+        Voltage over time, or those of the segments, as in `simulate`.
     duration : float or str
         Duration [s]; not needed if the drive is a pair of arrays.
     tip : {"free", "clamped"}
@@ -72,22 +75,29 @@ def netlist(
     '.end'
     """
     actuator = strip_of(strip)
-    source, times = run_of(drive, duration)
-    circuit = strip_netlist(actuator, **mounted(tip, beam, load))
+    source, times, wires = wired_run(actuator, drive, duration)
+    if voltage_limit(source) is not None:
+        raise InputError("a deck has no limit of its source of current; leave limit= out, or add a clamp to the deck")
+    line, _ = line_of(actuator, transient_band(times), wires, source.largest())
+    circuit = strip_netlist(actuator, **mounted(tip, beam, load), by_current=by_current(source), **line)
     text = deck(circuit, source, float(times[-1]), actuator)
     return SpiceText(text, DECK, sentences(drive_findings(source)))
 
 
 @checked
-def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -> SpiceText:
+def library(strip: Strip, name: str | None = None, *, beam: str | None = None) -> SpiceText:
     """Return a strip as the text of a SPICE subcircuit with parameters: pins plus, minus and, with a coupling, tip.
+
+    One with electrodes has the pins p1 m1 p2 m2 ... of all segments, and numbers in place of parameters. Its curvatures
+    (1 V = 1/m) are the inner nodes k1, k2, ..., the free end's angle (1 V = 1 rad), x and y (1 V = 1 mm) those of these
+    names.
 
     Parameters
     ----------
     strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
-    name : str
-        Name of the subcircuit.
+    name : str, optional
+        Name of the subcircuit (default: "ilg_strip", with electrodes "ilg_strip_4" for four segments).
     beam : {"dynamic", "static"}, optional
         Beam with or without its mass (default: as the coupling was fitted).
 
@@ -107,7 +117,10 @@ def library(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None) -
     >>> ".subckt gripper plus minus tip" in ilg.library("paper", "gripper")
     True
     """
-    return SpiceText(write_library(strip_of(strip), name, beam), SUBCIRCUIT)
+    actuator = strip_of(strip)
+    if actuator.electrodes is not None:
+        return SpiceText(line_library(actuator, name, beam), SUBCIRCUIT)
+    return SpiceText(write_library(actuator, name or "ilg_strip", beam), SUBCIRCUIT)
 
 
 @checked
@@ -155,6 +168,7 @@ def subcircuit(strip: Strip, name: str = "ilg_strip", *, beam: str | None = None
     from PySpice.Spice.Netlist import SubCircuit
 
     actuator = strip_of(strip)
+    require_lump(actuator, "a PySpice subcircuit")
     pins, elements = pinned(actuator, name, library_netlist(actuator, beam))
     made = SubCircuit(name, *pins)
     add_elements(made, elements)
@@ -220,6 +234,8 @@ def kit(
     read = [Path(given.removeprefix("file:")) for given in (strip, drive) if isinstance(given, str)]
     read += [strip] if isinstance(strip, Path) else []
     actuator = strip_of(strip)
+    require_lump(actuator, "a kit")
     source, times = run_of(drive, duration)
+    require_voltage(source, "a kit")
     write_kit(path, actuator, source, float(times[-1]), beam, origin=origin, force=force, inputs=read)
     return path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -9,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, row
 from ..circuit.load import Hung, load_of
-from ..drive import Drive, PiecewiseLinear, Sine
+from ..circuit.wiring import OPEN, Wiring, wiring
+from ..drive import Drive, Drives, PiecewiseLinear, Sine
 from ..errors import InputError, argument
 from ..measurements.said import NOTHING, Said
 from ..simulation.drives import DRIVE_FORMS, MOTION_FORMS, parse_drive
@@ -24,6 +26,8 @@ from ..units import si
 Strip: TypeAlias = Actuator | str | Path
 #: A drive: an object, a text such as "step:4V", or rows of times [s] and values.
 Driven: TypeAlias = Drive | str | tuple[ArrayLike, ArrayLike]
+#: Drives of segments by their numbers, see `circuit.wiring.wiring`; "open" leaves one unconnected.
+Segmented: TypeAlias = Mapping[Any, Driven]
 #: A quantity: a number in SI units, or a text with a unit.
 Given: TypeAlias = float | str
 
@@ -95,6 +99,29 @@ def run_of(
     seconds = quantity(duration, "s", "duration")
     at = sample_times(seconds, samples=samples, step=optional(step, "s", "step"))
     return drive_of(drive, seconds, unit, said), at
+
+
+def wired_run(
+    strip: Actuator, drive: Driven | Segmented, duration: Given | None, **how: Any
+) -> tuple[Drive, Array, Wiring | None]:
+    """Return `run_of` a drive, or of the drives of a strip's segments, and the wiring of these, None for one drive.
+
+    Raises InputError for segments of a strip without electrodes, and for segments that are not there.
+    """
+    if not isinstance(drive, Mapping):
+        return *run_of(drive, duration, **how), None
+    if strip.electrodes is None:
+        raise InputError(
+            f"actuator '{strip.name}' has no [electrodes], so no segments: give it one drive, such as step:4V"
+        )
+    given = {str(key): value for key, value in drive.items()}
+    opened = [key for key, value in given.items() if isinstance(value, str) and value.strip() == OPEN]
+    driven = [key for key in given if key not in opened]
+    wires = wiring(strip.electrodes, driven, opened)
+    first, at = run_of(given[driven[0]], duration, **how)
+    said = how.get("said", NOTHING)
+    others = [drive_of(given[key], float(at[-1]), said=said) for key in driven[1:]]
+    return Drives(tuple(zip(driven, [first, *others], strict=True))), at, wires
 
 
 def drive_of(drive: Driven, duration: float, unit: str = "V", said: Said = NOTHING) -> Drive:

@@ -7,6 +7,7 @@ from pathlib import Path
 from ..browser.page import strip_page
 from ..files import require_writable, write_text
 from ..provenance import Provenance
+from ..strip.electrodes import require_lump
 from .given import Given, Strip, quantity
 from .given import load as strip_of
 
@@ -63,5 +64,7 @@ def page(
     """
     path = Path(out)
     require_writable(path)
-    write_text(path, strip_page(strip_of(strip), drive, quantity(duration, "s", "duration"), beam, origin))
+    actuator = strip_of(strip)
+    require_lump(actuator, "a page")
+    write_text(path, strip_page(actuator, drive, quantity(duration, "s", "duration"), beam, origin))
     return path

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from ..arrays import row
 from ..circuit.load import Hung
-from ..errors import checked
+from ..drive import voltage_limit
+from ..errors import InputError, checked
 from ..measurements.said import said_of
 from ..simulation.check import check as check_response
 from ..simulation.check import check_impedance
@@ -25,14 +26,14 @@ from ..solve.library import chosen_engine
 from ..solve.transient import Progress
 from .compared import compared
 from .data import Source
-from .given import Driven, Given, Strip, engine_of, mounted, quantity, run_of
+from .given import Driven, Given, Segmented, Strip, engine_of, mounted, quantity, run_of, wired_run
 from .given import load as strip_of
 
 
 @checked
 def simulate(
     strip: Strip,
-    drive: Driven,
+    drive: Driven | Segmented,
     duration: Given | None = None,
     *,
     samples: int | None = None,
@@ -58,9 +59,13 @@ def simulate(
     ----------
     strip : Actuator, str or Path
         An object, the path of a TOML file or a preset's name.
-    drive : str, Drive or (times, values)
+    drive : str, Drive, (times, values) or mapping
         The voltage over time: a text such as "step:4V" or "square:-2V..2V,30s" (all forms are under Notes), or a pair
-        of times [s] and voltages [V] (n,). The strip is at rest under the drive's rest level until t = 0.
+        of times [s] and voltages [V] (n,). The strip is at rest under the drive's rest level until t = 0. With amperes
+        it is a current, such as "current:10mA", and the voltage is an answer. Of a strip
+        with segmented electrodes ``{1: "step:4V", 2: "step:-4V", 3: "open"}`` gives each segment of side 1 its own,
+        against side 2; -2 is a segment of side 2, "3:-1" one of side 1 against one of side 2. Segments that are not
+        named are at 0 V.
     duration : float or str
         Duration [s]; not needed if the drive is a pair of arrays.
     samples : int, optional
@@ -101,7 +106,9 @@ def simulate(
     -------
     Response
         ``time`` [s] and the waveforms ``voltage`` [V], ``current`` [A], ``displacement`` [m], ``force`` [N], ``charge``
-        [C] and ``energy`` [J], each an array (n,); ``account`` of the energies; ``warnings``. See `ilg.results`.
+        [C] and ``energy`` [J], each an array (n,); ``account`` of the energies; ``warnings``. Of a strip with
+        electrodes also ``curvatures`` along it and ``segments``, voltage and current of each; ``voltage`` is that of
+        the first drive, ``current`` flows out of all sources from side 1 to side 2. See `ilg.results`.
 
     Raises
     ------
@@ -130,6 +137,8 @@ def simulate(
     ``ramp:1V/s``                         A straight line from zero.
     ``file:drive.csv``                    The rows of a CSV file: time_s and a voltage or, for a motion, a displacement.
     ``repeat:5,drive.csv``                The rows of a file, repeated 5 times.
+    ``current:10mA[,limit=4V]``           A current in place of a voltage: a value, any form above with amperes, or a
+                                          file's column of current; the source gives way beyond the limit.
     ====================================  ============================================================================
 
     Examples
@@ -141,14 +150,17 @@ def simulate(
     """
     actuator = strip_of(strip)
     said = said_of(columns, units, part, cycle)
-    source, at = run_of(drive, duration, samples=samples, step=step, times=times, said=said)
+    source, at, wires = wired_run(actuator, drive, duration, samples=samples, step=step, times=times, said=said)
     how = mounted(tip, beam, load)
-    engine = engine_of(engine, actuator)
-    response = solve(actuator, source, at, engine=engine, accuracy=accuracy, progress=progress, **how)
+    engine = "exact" if engine is None and voltage_limit(source) is not None else engine_of(engine, actuator)
+    response = solve(actuator, source, at, engine=engine, accuracy=accuracy, progress=progress, wires=wires, **how)
     if band:
-        stderr = prediction_band(actuator, source, response.time, engine=engine, **how).stderr
+        stderr = prediction_band(actuator, source, response.time, engine=engine, wires=wires, **how).stderr
         response = replace(response, stderr=stderr)
-    if compare is not False:
+    if isinstance(drive, Mapping):
+        if not isinstance(compare, bool):
+            raise InputError("a record has one voltage, and the segments have their own; leave compare out")
+    elif compare is not False:
         until = float(response.time[-1])
         beside, findings = compared(actuator, drive, compare, until, said, engine=engine, band=band, **how)
         response = replace(response, compared=beside, findings=findings)
@@ -168,6 +180,7 @@ def impedance(
     beam: str | None = None,
     load: Hung = None,
     engine: str | None = None,
+    segment: int | None = None,
     check: bool = False,
 ) -> Impedance:
     """Return the impedance [ohm] that a strip shows at its terminals for a small signal.
@@ -195,6 +208,8 @@ def impedance(
     engine : {"ngspice", "exact"}, optional
         Solver: ngspice, or the circuit's equations solved directly (default: ngspice; without its library exact, with a
         warning).
+    segment : int, optional
+        Segment of side 1 of a strip with electrodes at which it is seen, all others at 0 V (default: all joined).
     check : bool
         Adds ``checks``, the differences from the other engine and the closed form.
 
@@ -222,7 +237,7 @@ def impedance(
     chosen = frequencies(*band, points) if frequency is None else row(frequency, "frequency")
     how = mounted(tip, beam, load) | {"bias": quantity(bias, "V", "bias")}
     by = chosen_engine(engine, linear=True)  # a small signal, about the bias
-    result = solve_impedance(actuator, chosen, engine=by, **how)
+    result = solve_impedance(actuator, chosen, engine=by, segment=segment, **how)
     return replace(result, checks=tuple(check_impedance(result, **how))) if check else result
 
 

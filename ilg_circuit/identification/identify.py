@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from ..measurements.record import Record
 from ..measurements.spectrum import Spectrum
 from ..provenance import Provenance
 from ..strip.actuator import LONGEST_NAME, PAPER, PRESETS, Actuator
+from ..strip.electrodes import require_lump
 from ..strip.elements import lumped_elements, lumped_port
 from ..strip.models import electrical_model, registry
 from ..strip.specimen import Specimen
@@ -133,6 +134,7 @@ def identify(
     ports = tuple(d for d in every if not isinstance(d, FilmData))
     films = [d for d in every if isinstance(d, FilmData)]
     strip = base.stand_in() if isinstance(base, Specimen) else base or PAPER
+    require_lump(strip, "identification")
     standing = lumped_port(strip).electrode_resistance if electrode_resistance is None else electrode_resistance
     held = None if isinstance(standing, str) else standing
     if not ports:
@@ -335,7 +337,7 @@ def _actuator(
     coupling = strip.coupling if base is not None else None
     if port is None:
         return replace(strip, coupling=coupling, name=name, uncertainty=None)
-    how = {"coupling": coupling, "mounting": strip.mounting, "name": name}
+    how: dict[str, Any] = {"coupling": coupling, "mounting": strip.mounting, "name": name, "layers": strip.layers}
     try:
         return Actuator.from_port(strip.geometry, port.port, base=strip.material, **how)
     except InputError as error:

@@ -14,8 +14,9 @@ from ..arrays import Array
 from ..circuit.netlist import Netlist
 from ..drive import PiecewiseLinear
 from ..solve.exact import modal_output
-from ..solve.port_system import port_system
+from ..solve.port_system import coupling_system, port_system
 from ..solve.state_space import state_space
+from ..strip.coupling import Coupling
 from ..strip.port import Port
 
 #: values (m, parameters) -> ports with these values
@@ -31,3 +32,8 @@ def modal_currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> A
 def modal_displacements(netlists: Sequence[Netlist], drive: PiecewiseLinear, t: Array) -> Array:
     """Return the displacements [m] (strips, samples) of linear strips of one topology at ``t`` >= 0 [s], from rest."""
     return modal_output(state_space(netlists), "displacement", drive.from_rest(), t)
+
+
+def modal_couplings(couplings: Sequence[Coupling], ratio: float, drive: PiecewiseLinear, t: Array) -> Array:
+    """Return the displacements [m] (couplings, samples) ``ratio`` d(s) of a drive at ``t`` >= 0 [s], from rest."""
+    return modal_output(coupling_system(couplings, ratio), "displacement", drive.from_rest(), t)

@@ -8,6 +8,7 @@ it does not (the displacement is d(s) times the port voltage).
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_elements, lumped_port
 from ..strip.port import Port
-from .modal import modal_displacements
+from .modal import modal_couplings, modal_displacements
 from .port_model import PortModel, observed
 
 #: The parameters of d(s) with their names in a fit, in the order of the fields of `Coupling`.
@@ -59,7 +60,7 @@ class Motion:
     @property
     def linear(self) -> bool:
         """True if the displacement is linear in the voltage, so that it has a closed form."""
-        return self.port.kind.linear if self.port is not None else lumped_elements(self._simplest()).port.linear
+        return self.port.kind.linear if self.port is not None else lumped_elements(self._simplest).port.linear
 
     def displacements(self, drive: PiecewiseLinear, t: Array, values: Array, accuracy: float | None = None) -> Array:
         """Return displacements [m] (k, samples) at ``t`` [s] from the rest before 0, of parameters ``values`` (k, n).
@@ -71,8 +72,13 @@ class Motion:
         zeta, wn = values[0, -2:]
         if min(wn * t[-1], 20 / max(zeta, 1e-300)) > _MOST_RINGING:
             raise SolveError("the fit of d(s) diverged beyond the resolution of the record")
-        strips = self._strips(values, t)
         result = np.zeros((len(values), len(t)))
+        if accuracy is None and self.port is None and (strip := self._simplest) is not self.actuator:
+            lumped = lumped_elements(strip)
+            ratio = lumped.bending_ratio * lumped.hanging_share
+            result[:, after] = modal_couplings(self._couplings(values), ratio, drive, t[after])
+            return result
+        strips = self._strips(values, t)
         if accuracy is None:
             netlists = [strip_netlist(strip, beam=self.beam) for strip in strips]
             result[:, after] = modal_displacements(netlists, drive, t[after])
@@ -85,17 +91,25 @@ class Motion:
         result[:, after] = found.values[:, found.names.index("displacement")] - np.array(still)[:, None]
         return result
 
+    @staticmethod
+    def _couplings(values: Array) -> list[Coupling]:
+        return [Coupling(*v) for v in values[:, -len(COUPLING) :].tolist()]
+
     def _strips(self, values: Array, t: Array) -> list[Actuator]:
-        couplings = [Coupling(*v) for v in values[:, -len(COUPLING) :].tolist()]
+        couplings = self._couplings(values)
         if self.port is None:
-            strip = self._simplest()
+            strip = self._simplest
             return [replace(strip, coupling=c) for c in couplings]
         ladders = self.port.kind.ladders(np.array(self.port.typical), transient_band(t[t >= 0]))
         ports = [self.port.port(v, ladders) for v in values[:, : -len(COUPLING)]]
         return [replace(strip_of(self.actuator, p), coupling=c) for p, c in zip(ports, couplings, strict=True)]
 
+    @cached_property
     def _simplest(self) -> Actuator:
-        """Return the strip without the parts of its circuit that do not affect the displacement."""
+        """The strip without the parts of its circuit that do not affect the displacement.
+
+        It is the strip itself if there are none: with a dynamic beam, or a resistance before the ion path.
+        """
         full = lumped_port(self.actuator)
         if self.beam != "static" or full.electrode_resistance:
             return self.actuator

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..simulation.waveforms import ANSWERS, WAVEFORMS
+from ..drive import Drives, by_current, each
+from ..simulation.waveforms import WAVEFORMS, answers
 from ..units import format_quantity
 from .axes import (
     BLUE,
+    COLOURS,
     GREY,
     ORANGE,
     Axes,
@@ -56,6 +58,7 @@ def headline(response: Response) -> str:
 def text(response: Response) -> str:
     """Return all that a user sees: what was simulated, the waveforms, the energies, the error, the comparison."""
     lines = [headline(response), response.summary(), response.account.summary(), *solved_by(response)]
+    lines += cells_line(response)
     lines += [note] if (note := swings(response)) else []
     return "\n".join([*lines, *(compared_line(part) for part in response.compared)])
 
@@ -64,6 +67,15 @@ def solved_by(result: Simulated) -> list[str]:
     """Return a line with the engine and its estimated error; none for the exact engine."""
     exact = result.engine != "ngspice"
     return [] if exact else [f"solved by ngspice, estimated error {result.error:.1e} of each maximum"]
+
+
+def cells_line(response: Response) -> list[str]:
+    """Return a line with the number of cells and what their size may change; none for one lump."""
+    if response.actuator.electrodes is None:
+        return []
+    count = sum(name.startswith("curvature_") for name in (o.name for o in response.netlist.outputs))
+    known = f"{count} cells of the free length" if count else "cells"
+    return [f"{known}: by their size within {response.cells_error:.1e} of currents and displacement"]
 
 
 def largest(result: Simulated, waveform: Waveform) -> tuple[str, str]:
@@ -80,12 +92,15 @@ def figure(response: Response) -> Figure:
     prediction that was compared with it.
     """
     shown = _shown(response)
-    figure, axes = new_figure(len(shown) + 1, [1.5] * len(shown) + [1.0])
+    bent = response.curvatures is not None
+    figure, axes = new_figure(len(shown) + bent + 1, [1.5] * (len(shown) + bent) + [1.0])
+    if bent:
+        _curvature(response, axes[len(shown)])
     for panel, waveform in zip(axes, shown, strict=False):
         _waveform(response, waveform, panel)
         if waveform.name == "displacement" and (note := swings(response)):
             caption(panel, note)
-    _legends(axes[:-1])
+    _legends(axes[: len(shown)])
     _drive(response, axes[-1])
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
@@ -110,7 +125,11 @@ def _legends(axes: list[Axes]) -> None:
 def panels(response: Response) -> Panels:
     """Return the panels: one per waveform, the displacement first if it is known."""
     shown = sorted(_shown(response), key=lambda waveform: waveform.name != "displacement")
-    drawn = {w.name: partial(_waveform, response, w) for w in shown} | {"voltage": partial(_drive, response)}
+    source = "current" if by_current(response.drive) else "voltage"
+    drawn = {w.name: partial(_waveform, response, w) for w in shown}
+    drawn.setdefault(source, partial(_drive, response))
+    if response.curvatures is not None:
+        drawn["curvature"] = partial(_curvature, response)
     return {name: partial(over_time, draw) for name, draw in drawn.items()}
 
 
@@ -122,7 +141,7 @@ def over_time(draw: Callable[..., None], panel: Axes, **style: Any) -> Axes:
 
 
 def _shown(response: Response) -> list[Waveform]:
-    return [w for w in ANSWERS if np.nanmax(np.abs(response.waveforms[w.name]), initial=0.0) > 0]
+    return [w for w in answers(response.drive) if np.nanmax(np.abs(response.waveforms[w.name]), initial=0.0) > 0]
 
 
 def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any) -> None:
@@ -131,7 +150,8 @@ def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any)
     time, values, error = response.time, response.waveforms[waveform.name], response.stderr.get(waveform.name)
     if part is not None:  # its drive jumps where the record does
         time, values, error, style = part.time, part.predicted, part.stderr, {"label": "predicted"} | style
-    jumps = jumps_of(response.drive, time) if waveform.name == "current" else np.empty(0)
+    at_once = waveform.name == ("voltage" if by_current(response.drive) else "current")
+    jumps = jumps_of(response.drive, time) if at_once else np.empty(0)
     if error is not None:
         style = {"linewidth": 0.9} | style
     factor = curve(panel, *with_jumps(time, values, jumps), waveform.name, waveform.unit, **style)
@@ -153,7 +173,8 @@ def swings(response: Response) -> str:
         return ""
     stiffness = sum(1 / element.value for element in moving if element.name.startswith("C"))
     frequency = format_quantity(float(np.sqrt(stiffness / mass)) / (2 * np.pi), "Hz", 2)
-    return f"dynamic beam: swings at {frequency} after each voltage jump"
+    source = "current" if by_current(response.drive) else "voltage"
+    return f"dynamic beam: swings at {frequency} after each {source} jump"
 
 
 def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) -> None:
@@ -165,9 +186,36 @@ def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) ->
         panel.plot(time, edge, color=colour, linewidth=0.5, alpha=0.8, label="_")
 
 
+def _curvature(response: Response, panel: Axes, **style: Any) -> None:
+    """Draw the curvature as colours over time and the place on the strip, with a scale at the right."""
+    curvatures = response.curvatures
+    assert curvatures is not None
+    edges = np.append(0.0, np.cumsum(curvatures.lengths)) * 1e3
+    middles = (response.time[1:] + response.time[:-1]) / 2
+    times = np.concatenate([response.time[:1], middles, response.time[-1:]])
+    most = float(np.abs(curvatures.values).max()) or 1.0
+    look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -most, "vmax": most, "rasterized": True} | style
+    drawn = panel.pcolormesh(times, edges, curvatures.values.T, **look)
+    # beside the panel, so that it stays as wide as those above it
+    scale = panel.inset_axes((1.01, 0.0, 0.015, 1.0))
+    figure = panel.get_figure()
+    assert figure is not None
+    figure.colorbar(drawn, cax=scale, label="curvature [1/m]")
+    panel.grid(visible=False)
+    panel.set_ylabel("place [mm]")
+
+
 def _drive(response: Response, panel: Axes, **style: Any) -> None:
     """Draw the drive; the axis includes zero."""
-    curve(panel, *drive_points(response.drive, response.time), "voltage", "V", **{"color": ORANGE} | style)
+    what = ("current", "A") if by_current(response.drive) else ("voltage", "V")
+    parts = each(response.drive)
+    for k, part in enumerate(parts):
+        named = {"color": ORANGE} if len(parts) == 1 else {"color": COLOURS[k % len(COLOURS)]}
+        if isinstance(response.drive, Drives):
+            named |= {"label": f"segment {response.drive.named[k][0]}"}
+        curve(panel, *drive_points(part, response.time), *what, **named | style)
+    if len(parts) > 1:
+        legend_above(panel)
     panel.use_sticky_edges = False
     panel.update_datalim([(response.time[0], 0.0)])
     panel.autoscale_view()

@@ -12,7 +12,7 @@ both are reported. The filters that realise d(s) are arithmetic and excluded fro
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -32,9 +32,9 @@ _MECHANICAL = FORCE_SCALE * VELOCITY_SCALE
 class EnergyAccount(Result):
     """Energies [J] since t = 0, each (n,) at ``time`` [s] (n,).
 
-    ``source`` is delivered at the terminals; ``dissipated`` and ``stored`` are given by element, with the side in
-    ``roles``; ``converted`` = integral of u1 i1, taken from the electrical side; ``mechanical`` = integral of F1 v1,
-    given to the beam.
+    ``source`` is delivered at the terminals; ``dissipated`` and ``stored`` are given by element (of a line: summed over
+    its cells), with the side in ``roles``; ``converted`` = integral of u1 i1, taken from the electrical side;
+    ``mechanical`` = integral of F1 v1, given to the beam.
     """
 
     presenter: ClassVar[str] = "energy"
@@ -106,8 +106,8 @@ def probes(netlist: Netlist) -> tuple[Output, ...]:
     found = [_across(e) for e in netlist.elements if _counts(e)]
     for element in _of(netlist, Role.REFLECTED_VOLTAGE):
         found += [
-            Output("u1", "V", ((f"v({element.nodes[0]})", 1.0),), probe=True),
-            Output("i1", "A", ((f"i({element.name})", 1.0),), probe=True),
+            replace(_across(element), name=f"u1 of {element.name}"),
+            Output(f"i1 of {element.name}", "A", ((f"i({element.name})", 1.0),), probe=True),
         ]
     terms: dict[str, float] = {}
     for element in _of(netlist, Role.FREE_VELOCITY):
@@ -118,32 +118,53 @@ def probes(netlist: Netlist) -> tuple[Output, ...]:
 
 
 def works(netlist: Netlist) -> tuple[Work, ...]:
-    """Return the energies that an account needs, of a netlist with `probes`: source, stores and losses."""
-    found = [Work("energy", lambda voltage, of: voltage * of("current"), probe=False)]
-    found += [Work(f"energy of {e.name}", _dissipation(e)) for e in netlist.elements if _counts(e) and _dissipates(e)]
-    if _of(netlist, Role.REFLECTED_VOLTAGE):
-        found.append(Work("converted", lambda _, of: of("u1") * of("i1")))
+    """Return the energies that an account needs, of a netlist with `probes`: source, stores and losses.
+
+    The losses of a line's cells are those of its parts.
+    """
+    found = [Work("energy", _delivered(netlist), probe=False)]
+    losing: dict[str, list[Element]] = {}
+    for element in netlist.elements:
+        if _counts(element) and _dissipates(element):
+            losing.setdefault(element.part, []).append(element)
+    found += [Work(f"energy of {part}", _dissipation(elements)) for part, elements in losing.items()]
+    if reflected := _of(netlist, Role.REFLECTED_VOLTAGE):
+        names = [e.name for e in reflected]
+        found.append(
+            Work("converted", lambda _, of: np.asarray(sum(of(f"u1 of {n}") * of(f"i1 of {n}") for n in names)))
+        )
     if beams := _of(netlist, Role.BEAM):
         force = f"across {beams[0].name}"
         found.append(Work("mechanical", lambda _, of: _MECHANICAL * of(force) * of("v1")))
     return tuple(found)
 
 
+def _delivered(netlist: Netlist) -> Callable[[Array, Named], Array]:
+    """Return the power of all sources, as a function of the drives' voltages and the outputs."""
+    names = [o.name for o in netlist.outputs if o.name.startswith("delivered_")]
+    if not names:
+        answer = "voltage" if netlist.by_current else "current"
+        return lambda drive, of: np.asarray((drive[0] if drive.ndim > 1 else drive) * of(answer))
+
+    def power(voltage: Array, of: Named) -> Array:
+        return np.asarray(sum(u * of(name) for u, name in zip(np.atleast_2d(voltage), names, strict=True)))
+
+    return power
+
+
 def _dissipates(element: Element) -> bool:
     return element.kind == "R" or element.law == "sinh"
 
 
-def _dissipation(element: Element) -> Callable[[Array, Named], Array]:
-    """Return the power dissipated in a resistor or a sinh electron path, as a function of the outputs."""
-    scale = _MECHANICAL if element.role.mechanical else 1.0
+def _dissipation(elements: list[Element]) -> Callable[[Array, Named], Array]:
+    """Return the power dissipated in resistors or sinh electron paths, as a function of the outputs."""
 
-    def power(_: Array, of: Named) -> Array:
-        wave = of(f"across {element.name}")
+    def of_one(element: Element, wave: Array) -> Array:
         if element.law:
             return np.asarray(wave * element.value * np.sinh(wave / element.scale))
-        return scale * wave**2 / element.value
+        return (_MECHANICAL if element.role.mechanical else 1.0) * wave**2 / element.value
 
-    return power
+    return lambda _, of: np.asarray(sum(of_one(e, of(f"across {e.name}")) for e in elements))
 
 
 def account(netlist: Netlist, waves: Waveforms) -> EnergyAccount:
@@ -151,16 +172,19 @@ def account(netlist: Netlist, waves: Waveforms) -> EnergyAccount:
     dissipated: dict[str, Array] = {}
     stored: dict[str, Array] = {}
     for element in filter(_counts, netlist.elements):
-        v = waves.output(f"across {element.name}")
+        part = element.part
         if _dissipates(element):
-            dissipated[element.name] = waves.output(f"energy of {element.name}")
-        elif element.law == "charge":
-            stored[element.name] = element.value * (v**2 / 2 + element.scale * np.abs(v) ** 3 / 3)
+            dissipated[part] = waves.output(f"energy of {part}")
+            continue
+        v = waves.output(f"across {element.name}")
+        if element.law == "charge":
+            energy = element.value * (v**2 / 2 + element.scale * np.abs(v) ** 3 / 3)
         else:  # C: its voltage, L: its current
-            stored[element.name] = (_MECHANICAL if element.role.mechanical else 1.0) * element.value * v**2 / 2
+            energy = (_MECHANICAL if element.role.mechanical else 1.0) * element.value * v**2 / 2
+        stored[part] = stored[part] + energy if part in stored else energy
     nothing = np.zeros(len(waves.times))
     converted, mechanical = (waves.output(n) if n in waves.names else nothing for n in ("converted", "mechanical"))
-    roles = {e.name: e.role for e in netlist.elements if _counts(e)}
+    roles = {e.part: e.role for e in netlist.elements if _counts(e)}
     return EnergyAccount(waves.times, waves.output("energy"), dissipated, stored, converted, mechanical, roles)
 
 

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, ComplexArray, plain
+from ..circuit.line_response import line_response
 from ..circuit.load import Load
 from ..circuit.strip import strip_netlist
+from ..circuit.wiring import joined, wiring
 from ..errors import InputError
 from ..result import Column, Result
 from ..solve.spectrum import spectrum
@@ -19,6 +21,7 @@ from ..strip.elements import lumped_elements
 from ..strip.ladder import Ladder
 from ..strip.models import LadderPath
 from ..units import format_quantity
+from .response import line_of
 
 if TYPE_CHECKING:
     from .check import Difference
@@ -35,7 +38,8 @@ class Impedance(Result):
     impedance : ndarray (f,), complex
         Impedance at the terminals [ohm].
     port : ndarray (f,), complex
-        Closed form of the electrical side alone [ohm], EC (1). The difference is reflected by the motion.
+        Closed form of the electrical side alone [ohm], EC (1); of a line of cells by its nodes. The difference is
+        reflected by the motion.
     bias : float
         Voltage about which the signal is small [V].
     actuator : Actuator
@@ -44,6 +48,10 @@ class Impedance(Result):
         Name of the solver.
     ladder : Ladder or None
         The ladder that realises a Warburg element or a CPE.
+    segment : int or None
+        Segment of a strip with electrodes at which it is seen, all others at 0 V; None for all joined.
+    cells_error : float
+        Estimated error by the size of the cells of a strip with electrodes.
     checks : tuple of Difference
         Differences from other solutions, if ``check=True`` was asked for.
     """
@@ -57,6 +65,8 @@ class Impedance(Result):
     engine: str
     ladder: Ladder | None
     checks: tuple[Difference, ...] = ()
+    segment: int | None = None
+    cells_error: float = 0.0
 
     @property
     def reflected(self) -> float:
@@ -88,6 +98,7 @@ class Impedance(Result):
             "actuator": self.actuator.name,
             "bias_V": self.bias,
             "engine": self.engine,
+            **({"segment": self.segment, "cells_error": self.cells_error} if self.actuator.electrodes else {}),
             "spectrum": {header: plain(values) for header, values in self.columns().items()},
             "reflected": self.reflected,
             "least_resistance_ohm": self.least_resistance,
@@ -119,8 +130,11 @@ def impedance(
     beam: str | None = None,
     load: Load | None = None,
     engine: str = "ngspice",
+    segment: int | None = None,
 ) -> Impedance:
     """Return the impedance at ``frequency`` [Hz], ascending, for a small signal about ``bias`` [V].
+
+    ``segment`` is one of a strip with electrodes, all others at 0 V; by default all are joined.
 
     ``tip``, ``beam`` and ``load`` as for `ilg_circuit.circuit.strip.strip_netlist`, ``engine`` ngspice or exact. Raises
     InputError for frequencies beyond the band of the actuator's ladder.
@@ -134,17 +148,41 @@ def impedance(
     band = (low * 0.999, high * 1.001)
     _require_in_band(actuator, low, high)
     port = lumped_elements(actuator, band).port
-    netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=band)
-    found = spectrum(netlist, f, bias=bias, inner_bias=port.inner_voltage(bias), engine=engine)
+    line, own, cells_error = _line(actuator, band, segment, bias, f)
+    netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=band, **line)
+    found = spectrum(netlist, f, bias=bias, inner_bias=0.0 if line else port.inner_voltage(bias), engine=engine)
     return Impedance(
         actuator=actuator,
         frequency=f,
         impedance=1 / found.output("current"),
-        port=port.impedance(2j * np.pi * f, bias),
+        port=port.impedance(2j * np.pi * f, bias) if own is None else own,
         bias=bias,
         engine=engine,
         ladder=port.ladder,
+        segment=segment,
+        cells_error=cells_error,
     )
+
+
+def _line(
+    actuator: Actuator, band: tuple[float, float], segment: int | None, bias: float, frequency: Array
+) -> tuple[dict[str, Any], ComplexArray | None, float]:
+    """Return what `line_of` gives, and between its parts the impedance (f,) of a line by its nodes, None for a lump."""
+    sheets = actuator.electrodes
+    wires = wiring(sheets, [str(segment)]) if sheets is not None and segment is not None else None
+    if sheets is None and segment is not None:
+        raise InputError(f"actuator '{actuator.name}' has no [electrodes], so no segments; leave segment out")
+    if sheets is not None and bias and not lumped_elements(actuator, band).port.linear:
+        raise InputError(
+            f"a bias of {bias:g} V is not the same in all cells of a nonlinear strip with [electrodes]; leave it out"
+        )
+    line, error = line_of(actuator, band, wires)
+    if sheets is None:
+        return line, None, error
+    wires = wires or joined(sheets)
+    s: ComplexArray = np.asarray(2j * np.pi * frequency)
+    found = line_response(actuator, line["layout"], wires, s, lumped_elements(actuator, band))
+    return line, 1 / found.current[0], error
 
 
 def _require_in_band(actuator: Actuator, low: float, high: float) -> None:

@@ -7,19 +7,22 @@ the waveforms with respect to the parameters' logarithms and their covariance C,
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..circuit.load import Load
 from ..circuit.strip import strip_netlist
-from ..drive import Drive
+from ..circuit.wiring import Wiring
+from ..drive import Drive, by_current
 from ..errors import InputError, argument
 from ..solve.transient import transient
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_port
 from ..strip.models import electrical_model
-from .response import transient_band
+from .response import line_of, transient_band
+from .waveforms import WAVEFORMS
 
 #: Fields of `Coupling` by the names that fits use.
 COUPLING_FIELDS = {f"coupling_{name}": name for name in ("gain", "zero", "damping_ratio", "natural_frequency")}
@@ -46,6 +49,7 @@ def prediction_band(
     beam: str | None = None,
     load: Load | None = None,
     engine: str = "ngspice",
+    wires: Wiring | None = None,
 ) -> Band:
     """Return the band for `ilg_circuit.simulation.response.simulate` with the same arguments.
 
@@ -57,10 +61,10 @@ def prediction_band(
             f"actuator '{actuator.name}' has no [uncertainty]: fit one with identify, or leave {argument('band')} out"
         )
     ladders = transient_band(times)
+    line, _ = line_of(actuator, ladders, wires, drive.largest())
+    how: dict[str, Any] = {"tip": tip, "beam": beam, "load": load, "band": ladders, **line}
     moved = [
-        strip_netlist(
-            scaled(actuator, {name: np.exp(sign * _STEP)}, ladders), tip=tip, beam=beam, load=load, band=ladders
-        )
+        strip_netlist(scaled(actuator, {name: np.exp(sign * _STEP)}, ladders), by_current=by_current(drive), **how)
         for sign in (1.0, -1.0)
         for name in uncertainty.names
     ]
@@ -70,7 +74,8 @@ def prediction_band(
     slopes = (up - down) / (2 * _STEP)
     covariance = np.array(uncertainty.covariance)
     variance = np.einsum("pot,pq,qot->ot", slopes, covariance, slopes)
-    return Band(waveforms.times, dict(zip(waveforms.names, np.sqrt(np.clip(variance, 0.0, None)), strict=True)))
+    errors = dict(zip(waveforms.names, np.sqrt(np.clip(variance, 0.0, None)), strict=True))
+    return Band(waveforms.times, {name: error for name, error in errors.items() if name in WAVEFORMS})
 
 
 def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, float]) -> Actuator:

@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, plain
+from ..circuit.line_response import chosen_layout
 from ..circuit.load import Load
 from ..circuit.netlist import Netlist
 from ..circuit.strip import strip_netlist
-from ..drive import Drive, drive_findings
+from ..circuit.wiring import Wiring
+from ..drive import Drive, by_current, drive_findings, voltage_limit
 from ..errors import InputError, argument
 from ..files import write_csv
 from ..findings import Finding, sentences
@@ -22,10 +24,12 @@ from ..result import Column
 from ..solve.sampling import sampled_times
 from ..solve.transient import Progress, transient
 from ..strip.actuator import Actuator
+from ..strip.cells import Layout
 from ..strip.ladder import LADDER_BAND
 from ..strip.validity import run_warnings
 from ..units import require_plausible
 from .compared import Compared
+from .curvature import Curvatures
 from .energy import EnergyAccount, account, probes, works
 from .ladder_error import ladder_error
 from .waveforms import WAVEFORMS, Simulated, Solution
@@ -40,6 +44,10 @@ NONLINEAR_ACCURACY = 1e-6
 #: Error accepted, and reported, when no accuracy was requested.
 ACCEPTABLE = 5e-6
 
+#: Outputs of the segments, before their number.
+_SEGMENTS = ("voltage_", "current_")
+#: Units of the columns of segments.
+_SEGMENT_UNITS = {"voltage": "V", "current": "A"}
 #: Width of the band of a run's ladders: faster relaxations are instantaneous.
 _RESOLVED = 1e5
 #: Number of samples above which they are interpolated between points of the solve.
@@ -71,7 +79,7 @@ class Response(Simulated):
     actuator : Actuator
         The strip.
     drive : Drive
-        The voltage over time.
+        The voltage, or the current, over time.
     error : float
         Estimated error, relative to the largest value of each waveform.
     engine : str
@@ -84,6 +92,14 @@ class Response(Simulated):
         Predictions beside measured waveforms, if ``compare`` was given.
     checks : tuple of Difference
         Differences from the other engine and the closed forms, if ``check=True`` was asked for.
+    wires : Wiring or None
+        Which segments of a strip with electrodes are driven, at 0 V or open; None for one source for all.
+    segments : mapping of str to ndarray (n,)
+        Of a strip with several segments "voltage_1" [V], "current_1" [A], ...: at and into each segment of side 1.
+    curvatures : Curvatures or None
+        Free curvature of each cell of a strip with electrodes.
+    cells_error : float
+        Estimated error by the size of these cells, which is part of ``error``.
     warnings : tuple of str
         Findings as sentences, such as limits of the model that are exceeded.
     """
@@ -96,6 +112,10 @@ class Response(Simulated):
     compared: tuple[Compared, ...] = ()
     checks: tuple[Difference, ...] = ()
     findings: tuple[Finding, ...] = ()
+    wires: Wiring | None = None
+    segments: Mapping[str, Array] = field(default_factory=dict)
+    curvatures: Curvatures | None = None
+    cells_error: float = 0.0
 
     def with_waveforms(self, **changed: Array) -> Response:
         """Return the response with some waveforms in place of its own."""
@@ -106,13 +126,16 @@ class Response(Simulated):
         """Gaps in the drive's file, and assumptions that fail in this run, with number and consequence."""
         displacement = float(np.nanmax(np.abs(self.displacement), initial=0.0))
         voltage = float(np.abs(self.voltage).max())
-        found = sentences([*self.findings, *drive_findings(self.drive), *beyond_fit(self.actuator, voltage)])
+        limited = limit_findings(self.drive, self.time, self.voltage)
+        told = [*self.findings, *drive_findings(self.drive), *limited, *beyond_fit(self.actuator, voltage)]
+        found = sentences(told)
         return [*found, *run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)]
 
     def table(self) -> tuple[Column, ...]:
-        """Return time and waveforms (n,), then the standard errors."""
+        """Return time and waveforms (n,), voltage and current of each segment, then the standard errors."""
         errors = (Column(f"{name}_stderr", error, WAVEFORMS[name].unit) for name, error in self.stderr.items())
-        return (*super().table(), *errors)
+        segments = (Column(name, values, _SEGMENT_UNITS[name.split("_")[0]]) for name, values in self.segments.items())
+        return (*super().table(), *segments, *errors)
 
     def write_csv(self, path: str | Path, *, energy: bool = False) -> None:
         """Write the waveforms as CSV with full precision, blanks for NaN; `save` writes all of them.
@@ -142,10 +165,16 @@ class Response(Simulated):
             "estimated_error": self.error,
             "waveforms": {header: plain(values) for header, values in self.columns().items()},
             "account": self.account.to_dict(),
+            **({"curvatures": self._curvatures()} if self.curvatures is not None else {}),
             "compared": [part.to_dict() for part in self.compared],
             "checks": [vars(difference) for difference in self.checks],
             "warnings": self.warnings,
         }
+
+    def _curvatures(self) -> dict[str, Any]:
+        assert self.curvatures is not None
+        lengths, values = plain(self.curvatures.lengths), [plain(row) for row in self.curvatures.values]
+        return {"lengths_m": lengths, "values_1_per_m": values, "cells_error": self.cells_error}
 
 
 def sample_times(duration: float, *, samples: int | None = None, step: float | None = None) -> Array:
@@ -183,15 +212,20 @@ def simulate(
     engine: str = "ngspice",
     accuracy: float | None = None,
     progress: Progress | None = None,
+    wires: Wiring | None = None,
 ) -> Response:
     """Return the strip's response to ``drive`` from rest, sampled at ``times`` [s] (ascending, >= 0).
+
+    ``wires`` are those of the segments of a strip with electrodes, one source for each part of ``drive``.
 
     See `ilg_circuit.circuit.strip.strip_netlist` for ``tip``, ``beam`` and ``load``, and
     `ilg_circuit.solve.transient.transient` for ``engine``, ``accuracy`` (default 1e-9; 1e-6 with nonlinear elements)
     and the errors raised.
     """
     samples = sampled_times(drive, times)
-    netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=transient_band(samples))
+    band = transient_band(samples)
+    line, cells_error = line_of(actuator, band, wires, drive.largest())
+    netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=band, by_current=by_current(drive), **line)
     acceptable = ACCEPTABLE if accuracy is None else accuracy
     if accuracy is None:
         accuracy = SIMULATION_ACCURACY if netlist.linear else NONLINEAR_ACCURACY
@@ -209,6 +243,8 @@ def simulate(
     )
     solution = Solution(drive, samples, waveforms)
     values = {name: waveform.of(solution) for name, waveform in WAVEFORMS.items()}
+    error = ladder_error(actuator, drive, samples, values, band) if not line else 0.0
+    cells = curvatures(line["layout"], solution) if line else None
     return Response(
         actuator=actuator,
         drive=drive,
@@ -216,9 +252,41 @@ def simulate(
         time=samples,
         waveforms=values,
         account=account(netlist, waveforms),
-        error=float(waveforms.errors.max()) + ladder_error(actuator, drive, samples, values, transient_band(samples)),
+        error=float(waveforms.errors.max()) + error + cells_error,
         engine=waveforms.engine,
+        wires=wires,
+        segments={
+            o.name: waveforms.output(o.name) for o in netlist.outputs if o.name.rstrip("0123456789") in _SEGMENTS
+        },
+        curvatures=cells,
+        cells_error=cells_error,
     )
+
+
+def line_of(
+    actuator: Actuator, band: tuple[float, float], wires: Wiring | None, voltage: float = 0.0
+) -> tuple[dict[str, Any], float]:
+    """Return the arguments of a line for `strip_netlist`, none for one lump, and the error of its cells.
+
+    Raises InputError for ``wires`` without electrodes.
+    """
+    if actuator.electrodes is None:
+        if wires is not None:
+            raise InputError(
+                f"actuator '{actuator.name}' has no [electrodes], so no segments: give it one drive, such as step:4V"
+            )
+        return {}, 0.0
+    layout, error = chosen_layout(actuator, band, wires, voltage)
+    return {"wires": wires, "layout": layout}, error
+
+
+def curvatures(layout: Layout, solution: Solution) -> Curvatures | None:
+    """Return the free curvatures of a line's cells; None for a strip without coupling."""
+    names = [f"curvature_{k}" for k in range(1, len(layout.free) + 1)]
+    if names[0] not in solution.waveforms.names:
+        return None
+    lengths = np.array([cell.length for cell in layout.free])
+    return Curvatures(solution.time, lengths, np.stack([solution.sampled(name) for name in names], axis=1))
 
 
 def transient_band(times: Array) -> tuple[float, float]:
@@ -230,6 +298,15 @@ def transient_band(times: Array) -> tuple[float, float]:
         return LADDER_BAND
     lowest = 0.1 / float(times[-1])
     return lowest, _RESOLVED * lowest
+
+
+def limit_findings(drive: Drive, time: Array, voltage: Array) -> list[Finding]:
+    """Return a finding where a source of current is at its limit at any of the samples."""
+    limit = voltage_limit(drive)
+    held = np.abs(voltage) >= (limit or np.inf) * (1 - 1e-9)
+    if limit is None or not held.any():
+        return []
+    return [Finding("current-limited", values={"limit": limit, "first": float(time[held.argmax()])})]
 
 
 def beyond_fit(actuator: Actuator, voltage: float) -> list[Finding]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..drive import Drive
+from ..drive import Drive, each
 from ..errors import SolveError
 from .modes import CANCELLING, SMALL, modes_of, phi, recursion
 from .panels import FRACTIONS, Panels
@@ -37,9 +37,9 @@ def exact_outputs(system: StateSpace, drive: Drive, times: Array) -> Array:
     A sample on a jump of the drive is the right limit. Raises SolveError when the result is not finite.
     """
     grid = interval_grid(drive, times)
-    inputs = np.append(drive_lines(drive, grid[:-1], np.diff(grid)), _at(drive, grid[-1:]), axis=1)
+    inputs = np.append(_inputs(drive, grid[:-1], np.diff(grid)), _inputs(drive, grid[-1:]), axis=1)
     widths = _shared_widths(grid, interval_grid(drive, times[-1:]))
-    outputs = list(_outputs(system, drive.angular_frequency(), inputs, widths, np.ones(1)))
+    outputs = list(_outputs(system, _frequencies(drive), inputs, widths, np.ones(1)))
     return _finite(np.concatenate(outputs, axis=2)[..., 0])[:, :, np.searchsorted(grid, times)]
 
 
@@ -48,9 +48,9 @@ def exact_on_panels(system: StateSpace, drive: Drive, panels: Panels) -> Array:
 
     Raises SolveError when the result is not finite.
     """
-    inputs = drive_lines(drive, panels.starts, panels.widths)
+    inputs = _inputs(drive, panels.starts, panels.widths)
     fractions = np.append(FRACTIONS[1:], 1.0)
-    outputs = list(_outputs(system, drive.angular_frequency(), inputs, panels.widths, fractions))
+    outputs = list(_outputs(system, _frequencies(drive), inputs, panels.widths, fractions))
     return _finite(np.concatenate(outputs, axis=2))
 
 
@@ -157,49 +157,62 @@ def _shared_widths(grid: Array, edges: Array) -> Array:
     return widths
 
 
+def _frequencies(drive: Drive) -> list[float]:
+    """Return the angular frequency [rad/s] of each source's drive, 0 for lines."""
+    return [part.angular_frequency() for part in each(drive)]
+
+
+def _inputs(drive: Drive, starts: Array, widths: Array | None = None) -> Array:
+    """Return `drive_lines` of all sources (2 sources, m); without ``widths`` at single times, see `drive_at`."""
+    parts = [drive_at(part, starts) if widths is None else drive_lines(part, starts, widths) for part in each(drive)]
+    return np.concatenate(parts)
+
+
 def drive_lines(drive: Drive, starts: Array, widths: Array) -> Array:
     """Return the drive at the ``starts`` [s] (m,) of smooth intervals and its companion there; shape (2, m).
 
     The companion of a line is its slope; the companion of a sine is its value a quarter of a period later.
     """
     if drive.angular_frequency():
-        return _at(drive, starts)
+        return drive_at(drive, starts)
     value = drive.value(starts)
     # the left limit at the interval's end: halfway plus half of the rise, exact on a line
     return np.stack([value, 2 * (drive.value(starts + widths / 2) - value) / widths])
 
 
-def _at(drive: Drive, t: Array) -> Array:
+def drive_at(drive: Drive, t: Array) -> Array:
     """Return the drive at ``t`` and a sine's companion there, zero for a line, whose slope is not needed."""
     omega = drive.angular_frequency()
     value = drive.value(t)
     return np.stack([value, drive.value(t + np.pi / 2 / omega) if omega else np.zeros_like(value)])
 
 
-def _outputs(system: StateSpace, omega: float, inputs: Array, widths: Array, fractions: Array) -> Iterator[Array]:
+def _outputs(
+    system: StateSpace, omegas: list[float], inputs: Array, widths: Array, fractions: Array
+) -> Iterator[Array]:
     """Return the outputs (n, outputs, intervals, points) of blocks of intervals, one after the other.
 
-    ``inputs`` (2, m) at the starts of intervals of ``widths`` (m,), or of one interval more, which has no width: the
-    end. The points of an interval are its start and ``fractions`` of its width, the last of which is 1 and begins the
-    next one.
+    ``inputs`` (2 sources, m) at the starts of intervals of ``widths`` (m,), or of one interval more, which has no
+    width: the end. ``omegas`` [rad/s] of the sources. The points of an interval are its start and ``fractions`` of its
+    width, the last of which is 1 and begins the next one.
     """
-    matrix, output = _augment(system, omega)
-    states = system.a.shape[1]
+    matrix, output = augmented(system, omegas)
+    states, size = system.a.shape[1], matrix.shape[1]
     propagators = _Propagators(matrix, widths, fractions)
-    x = np.zeros((len(matrix), states + 3, 1))
-    x[:, states + 2] = 1.0
+    x = np.zeros((len(matrix), size, 1))
+    x[:, -1] = 1.0
     count = inputs.shape[1]
     for first in range(0, count, _BLOCK):
         block = range(first, min(first + _BLOCK, count))
-        at_points = np.empty((len(matrix), states + 3, len(block), len(fractions)))
+        at_points = np.empty((len(matrix), size, len(block), len(fractions)))
         for k in block:
-            x[:, states : states + 2, 0] = inputs[:, k]
+            x[:, states:-1, 0] = inputs[:, k]
             at_points[:, :, k - first, 0] = x[..., 0]
             if k < len(widths):
                 later = (propagators.of(k) @ x[:, None])[..., 0]  # (n, points, states)
                 at_points[:, :, k - first, 1:] = later[:, :-1].transpose(0, 2, 1)
                 x = later[:, -1, :, None].copy()
-        flat = output @ at_points.reshape(len(matrix), states + 3, -1)
+        flat = output @ at_points.reshape(len(matrix), size, -1)
         yield flat.reshape(len(matrix), output.shape[1], len(block), len(fractions))
 
 
@@ -209,18 +222,20 @@ def _finite(result: Array) -> Array:
     return result
 
 
-def _augment(system: StateSpace, omega: float) -> tuple[Array, Array]:
-    """Return the state, drive, its companion and the constant 1 as one autonomous system, and the outputs of it."""
+def augmented(system: StateSpace, omegas: list[float]) -> tuple[Array, Array]:
+    """Return the state, each drive and its companion, and the constant 1 as one autonomous system, and its outputs."""
     n, s, _ = system.a.shape
-    matrix = np.zeros((n, s + 3, s + 3))
-    matrix[:, :s, :s] = system.a
-    matrix[:, :s, s] = system.b[:, :, 0]
-    matrix[:, :s, s + 2] = system.b[:, :, 1]
-    matrix[:, s, s + 1] = omega or 1.0
-    if omega:
-        matrix[:, s + 1, s] = -omega
-    output = np.zeros((n, system.c.shape[1], s + 3))
-    output[:, :, :s], output[:, :, s], output[:, :, s + 2] = system.c, system.d[:, :, 0], system.d[:, :, 1]
+    size = s + 2 * len(omegas) + 1
+    matrix = np.zeros((n, size, size))
+    output = np.zeros((n, system.c.shape[1], size))
+    matrix[:, :s, :s], matrix[:, :s, -1] = system.a, system.b[:, :, -1]
+    output[:, :, :s], output[:, :, -1] = system.c, system.d[:, :, -1]
+    for k, omega in enumerate(omegas):
+        at = s + 2 * k
+        matrix[:, :s, at], output[:, :, at] = system.b[:, :, k], system.d[:, :, k]
+        matrix[:, at, at + 1] = omega or 1.0
+        if omega:
+            matrix[:, at + 1, at] = -omega
     return matrix, output
 
 

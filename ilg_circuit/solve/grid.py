@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array, ComplexArray, Mask
-from ..drive import Drive
+from ..drive import Drive, Drives, levels
 from ..errors import SolveError, argument
 
 #: First step, in units of the fastest mode: ngspice uses backward Euler, whose error is then below 1e-9.
@@ -46,6 +46,8 @@ _ORDER = 8
 _MOST_POINTS = 1e8
 #: Largest step, as a fraction of the time since the beginning of the segment.
 _GROWTH = 0.35
+#: Distance of two kinks, in steps, up to which they are the same.
+_SAME_BEND = 0.1
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,12 @@ class Grid:
         return np.append(np.repeat(self.nodes[:-1], counts) + steps * inner, self.nodes[-1])
 
     def voltages(self, drive: Drive, points: Array) -> Array:
-        """Return the drive at ``points`` (see `subdivided`): straight lines from node to node, a sine itself."""
+        """Return the drive at ``points`` (see `subdivided`): straight lines from node to node, a sine itself.
+
+        Of several drives all (sources, points).
+        """
+        if isinstance(drive, Drives):
+            return np.stack([self.voltages(part, points) for part in drive.parts])
         if drive.angular_frequency():
             return drive.value(points)
         at_nodes = drive.value(self.nodes)
@@ -115,14 +122,46 @@ class Grid:
         index = np.where(self.index < 0, -1, place[self.index])
         return replace(self, nodes=nodes, index=index, segments=place[self.segments])
 
+    def near(self, bends: Array, others: Array) -> bool:
+        """Return True if ``bends`` and ``others`` [s] are the same within a small part of the steps round them."""
+        if len(bends) != len(others):
+            return False
+        step = np.diff(self.nodes)[np.clip(np.searchsorted(self.nodes, bends) - 1, 0, len(self.nodes) - 2)]
+        return bool((np.abs(bends - others) <= _SAME_BEND * step).all())
+
     def bent(self, bends: Array) -> Grid:
-        """Return the grid with nodes at ``bends`` [s], ascending, within its pieces, none too close to another."""
+        """Return the grid with nodes at ``bends`` [s], ascending, within its pieces, none too close to another.
+
+        Where samples are interpolated the pieces end there, and short ones have more nodes.
+        """
         right = np.clip(np.searchsorted(self.nodes, bends), 1, len(self.nodes) - 1)
         before, after = bends - self.nodes[right - 1], self.nodes[right] - bends
         width = before + after
         nearest = np.minimum(np.minimum(before, after), np.diff(bends, prepend=-np.inf))
         apart = (nearest > 1e-3 * width) & (width > 100 * _LEAST_RISE * self.nodes[-1])
-        nodes = np.union1d(self.nodes, bends[apart & self.smooth[right - 1]])
+        bends = bends[apart & self.smooth[right - 1]]
+        grid = self._with_nodes(bends)
+        if not len(bends) or (self.index >= 0).all():
+            return grid
+        at, least = np.searchsorted(grid.nodes, bends), 100 * _LEAST_RISE * self.nodes[-1]
+        bounds = np.unique(np.concatenate([grid.segments.ravel(), at]))
+        counts = np.repeat(np.ceil((_BESIDE_JUMP - 1) / np.diff(bounds)).astype(int), np.diff(bounds))
+        counts = np.where(grid.smooth & (np.diff(grid.nodes) > least), counts, 1)
+        inner = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        more = np.repeat(grid.nodes[:-1], counts) + np.repeat(np.diff(grid.nodes) / counts, counts) * inner
+        ends = grid.nodes[at]
+        grid = grid._with_nodes(more[inner > 0])
+        bounds = np.union1d(grid.segments.ravel(), np.searchsorted(grid.nodes, ends))
+        parts = np.stack([bounds[:-1], bounds[1:]], axis=1)
+        parts = parts[grid.smooth[parts[:, 0]]]
+        home = np.searchsorted(parts[:, 0], grid.segments[grid.piece, 0])
+        last = np.searchsorted(parts[:, 1], grid.segments[grid.piece, 1])
+        at_time = np.searchsorted(grid.nodes[parts[:, 0]], self.samples, side="right") - 1
+        return replace(grid, segments=parts, piece=np.clip(at_time, home, last))
+
+    def _with_nodes(self, more: Array) -> Grid:
+        """Return the grid with ``more`` nodes [s] within its pieces."""
+        nodes = np.union1d(self.nodes, more)
         index = np.where(self.index < 0, -1, np.searchsorted(nodes, self.nodes[self.index]))
         return replace(self, nodes=nodes, index=index, segments=np.searchsorted(nodes, self.nodes[self.segments]))
 
@@ -190,8 +229,9 @@ def _level_rise(drive: Drive, breakpoints: Array, jumping: Mask, end: float, fas
     """
     bounds = np.concatenate([[0.0], breakpoints, [end]])
     halves = np.diff(bounds) / 2
-    slopes = (drive.value(bounds[:-1] + halves) - drive.value(bounds[:-1])) / np.where(halves > 0, halves, np.inf)
-    change = float(np.abs(np.diff(slopes))[jumping].max(initial=0.0)) * fastest
+    rises = levels(drive, bounds[:-1] + halves) - levels(drive, bounds[:-1])
+    slopes = rises / np.where(halves > 0, halves, np.inf)
+    change = float(np.abs(np.diff(slopes))[:, jumping].max(initial=0.0)) * fastest
     return float(np.sqrt(8 * _LEVEL * drive.largest() / change)) if change else np.inf
 
 

@@ -17,6 +17,8 @@ _CHUNK = 32
 CANCELLING = 1e5
 #: Below this a Taylor series of five terms is exact to the last digits.
 SMALL = 1e-2
+#: Most netlists that are solved as one circuit, and the largest ratio of their fastest modes: they share one grid.
+_LARGEST_BATCH, _SPREAD = 100, 3.0
 
 Numbers = NDArray[Any]
 
@@ -25,7 +27,7 @@ Numbers = NDArray[Any]
 class Modes:
     """The modes of ``n`` systems: ``poles`` [1/s] (n, s), their excitations and their outputs.
 
-    ``excited`` (n, s, 2) are the coefficients of the drive and of the constant 1 in a mode's equation; ``shown``
+    ``excited`` (n, s, k + 1) are the coefficients of k drives and of the constant 1 in a mode's equation; ``shown``
     (n, outputs, s) are the coefficients of modes in the outputs.
     """
 
@@ -35,9 +37,9 @@ class Modes:
 
     @property
     def shares(self) -> Array:
-        """Steady contribution of each mode to an output (n, outputs, s), per unit of a constant drive."""
+        """Steady contribution of each mode to an output (n, outputs, s), per unit of constant drives, all at once."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            found = np.abs(self.shown * (self.excited[:, None, :, 0] / self.poles[:, None]))
+            found = np.abs(self.shown) * np.abs(self.excited[:, None, :, :-1] / self.poles[:, None, :, None]).sum(-1)
         return np.asarray(np.where(np.isfinite(found), found, 0.0))
 
 
@@ -97,3 +99,20 @@ def recursion(kept: Numbers, gained: Numbers, before: Numbers) -> Numbers:
         x[k] += factor[k] * state
         state = x[k, -1]
     return np.asarray(x.reshape(chunks * _CHUNK, *kept.shape[1:])[:length])
+
+
+def fastest_modes(system: StateSpace) -> Array:
+    """Return the magnitude [1/s] of the fastest pole of each netlist (n,); next to nothing where there is none."""
+    return np.asarray(np.abs(system.poles()).max(axis=1, initial=1e-300))
+
+
+def similar(fastest: Array) -> list[NDArray[np.intp]]:
+    """Group netlists of similar time constants: one fast member would slow all others."""
+    order = np.argsort(fastest, kind="stable")
+    batches, start = [], 0
+    for k in range(1, len(order) + 1):
+        full = k - start == _LARGEST_BATCH
+        if k == len(order) or full or fastest[order[k]] > _SPREAD * fastest[order[start]]:
+            batches.append(order[start:k])
+            start = k
+    return batches

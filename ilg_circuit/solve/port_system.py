@@ -1,4 +1,4 @@
-"""The state space of linear electrical ports, written down at once for many of them.
+"""The state space of linear electrical ports, and that of d(s) alone, written down at once for many of them.
 
 It is what `state_space` makes of their netlists, without making these: a fit needs it some thousand times.
 """
@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..circuit.strip import port_netlist
+from ..strip.coupling import Coupling
 from ..strip.port import Port
 from .state_space import StateSpace, state_space
 
@@ -57,3 +58,18 @@ def port_system(ports: Sequence[Port]) -> StateSpace:
         np.stack([d, zero(d.shape)], axis=1)[:, None, :],
         ("current",),
     )
+
+
+def coupling_system(couplings: Sequence[Coupling], ratio: float) -> StateSpace:
+    """Return the state space of ``ratio`` d(s), whose only output is the free displacement [m] of a static beam.
+
+    For strips without resistance before the ion path, whose drive is the voltage that d(s) is of. The states are the
+    voltage x [V] of the filter's capacitor and its rate: x'' = wn^2 (u - x) - 2 zeta wn x', y = ratio d0 (x + x'/Zd).
+    """
+    zero, zeta, wn, static = np.array([(k.zero, k.damping_ratio, k.natural_frequency, k.static) for k in couplings]).T
+    count = len(couplings)
+    a, b, c = np.zeros((count, 2, 2)), np.zeros((count, 2, 2)), np.zeros((count, 1, 2))
+    a[:, 0, 1], a[:, 1, 0], a[:, 1, 1] = 1.0, -(wn**2), -2 * zeta * wn
+    b[:, 1, 0] = wn**2
+    c[:, 0] = ratio * np.stack([static, static / zero], axis=1)
+    return StateSpace(a, b, c, np.zeros((count, 1, 2)), ("displacement",))

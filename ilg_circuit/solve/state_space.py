@@ -25,9 +25,9 @@ _BRANCH_KINDS = frozenset("VEHC")  # kinds that carry a current unknown; a capac
 
 @dataclass(frozen=True)
 class StateSpace:
-    """x' = A x + B u, y = C x + D u for ``n`` netlists; u is (drive, 1), the 1 feeding constant sources.
+    """x' = A x + B u, y = C x + D u for ``n`` netlists; u is (drives, 1), the 1 feeding constant sources.
 
-    Shapes: a (n, s, s), b (n, s, 2), c (n, o, s), d (n, o, 2).
+    Shapes with k drives: a (n, s, s), b (n, s, k + 1), c (n, o, s), d (n, o, k + 1).
     """
 
     a: Array
@@ -45,9 +45,9 @@ class StateSpace:
         return np.asarray(np.linalg.eigvals(self.a), dtype=complex)
 
     def steady(self) -> Array:
-        """Return the outputs (n, o) at rest under a drive of 1 V, which an integrator without input does not change.
+        """Return the outputs (n, o) at rest under 1 V of the first drive.
 
-        Raises SolveError for a circuit that never comes to rest.
+        An integrator without input does not change them. Raises SolveError for a circuit that never comes to rest.
         """
         speeds = np.abs(self.poles())
         speeds[speeds <= _STANDS_STILL * speeds.max(axis=1, keepdims=True, initial=1e-300)] = np.inf
@@ -103,7 +103,7 @@ class _Stamp:
 
     def __init__(self, netlist: Netlist) -> None:
         self.elements = netlist.elements
-        self.drive = netlist.drive.lower()
+        self.drives = {name.lower(): k for k, name in enumerate((netlist.drive, *netlist.further))}
         nodes = dict.fromkeys(n for e in netlist.elements for n in e.nodes if n != GROUND)
         self.node = {name: k for k, name in enumerate(nodes)}
         self.node[GROUND] = -1  # the last row, which is left out in the end
@@ -115,9 +115,10 @@ class _Stamp:
         self.size = len(nodes) + len(self.branch)
 
     def fill(self, values: Array) -> tuple[Array, Array]:
-        """Return the MNA matrix (n, size, size) and right-hand sides (n, size, states + 2)."""
+        """Return the MNA matrix (n, size, size) and right-hand sides (n, size, states + drives + 1)."""
         matrix = np.zeros((len(values), self.size + 1, self.size + 1))
-        right = np.zeros((len(values), self.size + 1, self.states + 2))
+        constant = self.states + len(self.drives)
+        right = np.zeros((len(values), self.size + 1, constant + 1))
         for k, element in enumerate(self.elements):
             value, nodes = values[:, k], [self.node[n] for n in element.nodes]
             plus, minus = nodes[:2]
@@ -128,7 +129,7 @@ class _Stamp:
                 case "G":
                     _transconductance(matrix, nodes, value)
                 case "I" | "L":
-                    column, current = (self.states + 1, value) if element.kind == "I" else (self.state[name], 1.0)
+                    column, current = (constant, value) if element.kind == "I" else (self.state[name], 1.0)
                     right[:, plus, column] -= current
                     right[:, minus, column] += current
                 case "F":
@@ -141,10 +142,10 @@ class _Stamp:
                         matrix[:, row, node] += sign
                     if element.kind == "C":
                         right[:, row, self.state[name]] = 1.0
-                    elif element.kind == "V" and name == self.drive:
-                        right[:, row, self.states] = 1.0
+                    elif element.kind == "V" and name in self.drives:
+                        right[:, row, self.states + self.drives[name]] = 1.0
                     elif element.kind == "V":
-                        right[:, row, self.states + 1] = value
+                        right[:, row, constant] = value
                     elif element.kind == "E":
                         matrix[:, row, nodes[2]] -= value
                         matrix[:, row, nodes[3]] += value
@@ -171,7 +172,10 @@ class _Stamp:
         rows = []
         for k, output in enumerate(netlists[0].outputs):
             coefficients = np.array([[c for _, c in n.outputs[k].terms] for n in netlists])
-            rows.append(sum(coefficients[:, j, None] * quantities[q] for j, (q, _) in enumerate(output.terms)))
+            row = np.zeros((len(netlists), solution.shape[2]))
+            for j, (q, _) in enumerate(output.terms):
+                row += coefficients[:, j, None] * quantities[q]
+            rows.append(row)
         return np.stack(rows, axis=1)
 
     def _quantity(self, solution: Array, quantity: str) -> Array:

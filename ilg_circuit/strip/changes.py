@@ -7,7 +7,9 @@ A geometry stays one strip of the same make: where ``free_length`` is changed an
 keeps its length, so the whole grows with the free part; where ``load_position`` is given and not changed, it keeps its
 place in proportion to the free part. The material's constants stay what they are, so resistances, capacitances and
 stiffness follow the sizes by EC (12)-(14) and (10), those of a fitted strip too; a measured ``bending_stiffness`` and
-d(s) stay as they were measured.
+d(s) stay as they were measured. A strip with layers has further names, such as ``gel_thickness`` and
+``carbon_youngs_modulus``; these, and ``thickness`` (all layers in proportion), change it by the laws of its layers
+(`ilg_circuit.strip.layered`).
 """
 
 from __future__ import annotations
@@ -19,7 +21,10 @@ from typing import Any
 
 from ..errors import InputError, unknown_name, wrong_choice
 from ..units import parse
-from .actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
+from .actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Electrodes, Geometry, IonBranch, Material, Mounting
+from .electrodes import CONTACTS
+from .layered import require_layer, split_name, with_layer_values, with_thickness
+from .layers import LAYER_FIELDS
 from .models import material_keys
 from .plausible import warn_of_sizes
 
@@ -78,9 +83,20 @@ STRIP_PARAMETERS = (
     *_of_record(Coupling, "coupling"),
     *_of_record(IonBranch, "branch", "_2"),
     *_of_record(IonBranch, "branch", "_3"),
+    *_of_record(Electrodes, "electrodes"),
 )
 ORIENTATION = VariedParameter("orientation", "mounting", "", "how the strip is held against gravity", ORIENTATIONS)
+CONTACT = VariedParameter("contact", "electrodes", "", "where the segments are wired", CONTACTS)
 _BEAM = VariedParameter("beam", "coupling", "", "the beam that d(s) was fitted with", BEAMS)
+
+
+def layer_parameter(name: str) -> VariedParameter | None:
+    """Return the parameter of a name such as gel_thickness, None for a name that is none of a layer."""
+    found = split_name(name)
+    if found is None:
+        return None
+    layer, key = found
+    return VariedParameter(name, "layer", LAYER_FIELDS[key]["unit"], f"{key} of the layers named {layer}")
 
 
 def with_values(actuator: Actuator, values: Mapping[str, Any]) -> Actuator:
@@ -89,29 +105,41 @@ def with_values(actuator: Actuator, values: Mapping[str, Any]) -> Actuator:
     name = given.pop("name", actuator.name)
     if not isinstance(name, str):
         raise InputError(f"name is {str(name)[:40]!r}; give a text")
-    known = {item.name: item for item in (*STRIP_PARAMETERS, ORIENTATION, _BEAM)}
+    sheets = _electrodes(given.pop("electrodes", actuator.electrodes))
+    known = {item.name: item for item in (*STRIP_PARAMETERS, ORIENTATION, CONTACT, _BEAM)}
     known = {key: VariedParameter(key, "material", p.unit, p.meaning) for key, p in material_keys().items()} | known
     changes: dict[str, dict[str, Value]] = {}
     for key, value in given.items():
-        if key not in known:
+        item = known.get(key) or layer_parameter(key)
+        if item is None:
             raise unknown_name("key", key, ["name", *known])
-        item = known[key]
         changes.setdefault(item.part, {})[key] = item.value(value) if isinstance(value, str) else item.checked(value)
-    made = replace(changed(actuator, changes), name=name)
+    bare = replace(actuator, electrodes=None)
+    made = replace(changed(bare, changes, sheets), name=name)
     warn_of_sizes(made, given)
     return made
 
 
-def changed(actuator: Actuator, changes: Mapping[str, Mapping[str, Any]]) -> Actuator:
+def changed(
+    actuator: Actuator, changes: Mapping[str, Mapping[str, Any]], electrodes: Electrodes | None = None
+) -> Actuator:
     """Return ``actuator`` with ``changes``: part of the description -> name -> SI value or word.
+
+    ``electrodes`` take the place of its own.
 
     Without its ``uncertainty`` where material or coupling change: the covariance is that of other constants. Raises
     InputError for a value out of range, an impossible strip (a free part longer than the whole), and a part that the
     strip does not have (a second branch, a coupling).
     """
     parts: dict[str, Any] = {}
-    if "geometry" in changes:
-        parts["geometry"] = _geometry(actuator.geometry, changes["geometry"])
+    for name in changes.get("layer", {}):
+        require_layer(actuator, name)
+    geometry = dict(changes.get("geometry", {}))
+    thickness = geometry.pop("thickness", None) if actuator.layers else None
+    if actuator.layers:
+        _require_of_layers(changes, thickness)
+    if geometry:
+        parts["geometry"] = _geometry(actuator.geometry, geometry)
     if "material" in changes or "branch" in changes:
         branches = list(actuator.material.further_branches)
         for name, value in changes.get("branch", {}).items():
@@ -130,11 +158,56 @@ def changed(actuator: Actuator, changes: Mapping[str, Mapping[str, Any]]) -> Act
             names = ", ".join(changes["coupling"])
             raise InputError(f"{names}: actuator '{actuator.name}' has no [coupling] that could be varied")
         parts["coupling"] = replace(actuator.coupling, **changes["coupling"])
+    if electrodes is not None:
+        parts["electrodes"] = electrodes
+    if "electrodes" in changes:
+        electrodes = electrodes or actuator.electrodes
+        if electrodes is None:
+            names = ", ".join(changes["electrodes"])
+            raise InputError(f"{names}: actuator '{actuator.name}' has no [electrodes] that could be varied")
+        parts["electrodes"] = replace(electrodes, **changes["electrodes"])
     if "mounting" in changes:
         parts["mounting"] = Mounting(changes["mounting"]["orientation"])
-    if not parts.keys() <= {"geometry", "mounting"}:
+    if not parts.keys() <= {"geometry", "mounting", "electrodes"}:
         parts["uncertainty"] = None
-    return replace(actuator, **parts) if parts else actuator
+    made = replace(actuator, **parts) if parts else actuator
+    if thickness is not None:
+        made = with_thickness(made, thickness)
+    return with_layer_values(made, changes["layer"]) if "layer" in changes else made
+
+
+def _require_of_layers(changes: Mapping[str, Mapping[str, Any]], thickness: float | None) -> None:
+    """Raise InputError for changes of a strip with layers that its layers make."""
+    if thickness is not None and any(name.endswith("_thickness") for name in changes.get("layer", {})):
+        raise InputError("thickness is the sum of the layers: give it, or thicknesses of layers, not both")
+    for key in ("youngs_modulus", "density"):
+        if key in changes.get("material", {}):
+            raise InputError(f"{key} is made by the strip's layers; give that of a layer, such as gel_{key}")
+
+
+def _electrodes(given: Any) -> Electrodes | None:
+    """Return the electrodes that an object, None or a mapping of keys to SI numbers and texts with units names."""
+    if given is None or isinstance(given, Electrodes):
+        return given
+    if not isinstance(given, Mapping):
+        raise InputError(
+            f"electrodes are {str(given)[:40]!r}; give an Electrodes object, a mapping of its keys, or None"
+        )
+    known = {item.name: item for item in fields(Electrodes)}
+    values: dict[str, Any] = {}
+    for key, value in given.items():
+        if key not in known:
+            raise unknown_name("key", str(key), known, "electrodes.")
+        unit = known[key].metadata.get("unit", known[key].metadata.get("each"))
+        if unit is None or value is None:
+            values[key] = value
+        elif isinstance(value, str) or not hasattr(value, "__iter__"):
+            values[key] = parse(value, unit, key) if isinstance(value, str) else value
+        else:
+            values[key] = tuple(parse(x, unit, key) if isinstance(x, str) else x for x in value)
+    if missing := [key for key in ("sheet_resistance_1", "sheet_resistance_2") if key not in values]:
+        raise InputError(f"key 'electrodes.{missing[0]}' is missing; give it in ohm per square, or zero")
+    return Electrodes(**values)
 
 
 def _geometry(geometry: Geometry, changes: Mapping[str, float]) -> Geometry:

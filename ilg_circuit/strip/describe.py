@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from html import escape
 from typing import Any
 
@@ -10,6 +11,7 @@ from ..errors import InputError, argument
 from ..units import format_quantity, si
 from .actuator import Actuator, quantities
 from .elements import lumped_elements
+from .layered import NEGLIGIBLE_GRAVITY, gravity_scope, scalings
 from .models.model import ElectricalModel, Shown
 from .port import Port
 from .validity import assumptions
@@ -23,8 +25,13 @@ _ALWAYS = ("beam_damping_ratio",)
 def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | None = None) -> dict[str, Any]:
     """Return a JSON-ready description, SI values with their units. ``band`` [Hz]; ``voltage`` [V] of use, if known."""
     lumped = lumped_elements(actuator, band)
+    if actuator.electrodes is not None:
+        # current flows along the sheets, not through a resistance across the thickness
+        lumped = replace(lumped, port=replace(lumped.port, electrode_resistance=0.0))
     elements = _electrical(lumped.port, actuator.material.model)
-    given = actuator.material.bending_stiffness is not None
+    if actuator.electrodes is not None:
+        elements += _line(actuator, lumped.port, band)
+    given = actuator.material.bending_stiffness is not None or bool(actuator.layers)
     elements += [
         ("stiffness", lumped.stiffness, "N/m", "K = 3 EI/L_F^3" if given else "EC (10): K = E w b^3/(4 L_F^3)"),
         ("mass", lumped.mass, "kg", "EC (11): m = 3 L0^4 rho_m w b/(L_F^3 Gamma^4)"),
@@ -46,13 +53,17 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
         "geometry": _shown(actuator.geometry) | {"load_distance": _value(actuator.geometry.load_distance, "m")},
         "material": _shown(actuator.material),
         "coupling": _shown(actuator.coupling) if actuator.coupling else None,
+        **({"electrodes": _sheets(actuator)} if actuator.electrodes is not None else {}),
         "mounting": actuator.mounting.orientation,
+        "layers": [_shown(layer) | {"name": layer.name} for layer in actuator.layers],
         "elements": {name: _value(value, unit) | {"equation": note} for name, value, unit, note in elements},
         "band_Hz": list(band),
         "holds": [
             {"assumption": a.name, "number": a.number, "limit": a.limit, "holds": a.holds, "consequence": a.consequence}
             for a in rows
         ],
+        "scaling": [vars(row) for row in scalings(actuator)],
+        "gravity": {"limit": NEGLIGIBLE_GRAVITY, "sizes": [vars(row) for row in gravity_scope(actuator)]},
     }
 
 
@@ -95,6 +106,7 @@ def _rows(actuator: Actuator) -> list[tuple[str, str, str, str]]:
     branches = actuator.material.branch_quantities()[len(quantities(first)) :] if others else []
     parts = {"geometry": quantities(actuator.geometry), "material": material + branches}
     parts["coupling"] = quantities(actuator.coupling) if actuator.coupling else []
+    parts["electrodes"] = quantities(actuator.electrodes) if actuator.electrodes else []
     rows = [(part, q) for part, found in parts.items() for q in found]
     starts = [k == 0 or rows[k - 1][0] != part for k, (part, _) in enumerate(rows)]
     table = [
@@ -118,6 +130,32 @@ def _electrical(port: Port, model: ElectricalModel) -> list[Shown]:
         *model.ions.shown(port),
         *added("ions"),
     ]
+
+
+def _sheets(actuator: Actuator) -> dict[str, Any]:
+    """Return the electrodes: quantities as `_shown`, the contact, and the free parts of the segments of each side."""
+    sheets = actuator.electrodes
+    assert sheets is not None
+    spans = {side: sheets.spans(side, actuator.geometry) for side in (1, 2)}
+    lengths = {f"lengths_{side}": {"value": [b - a for a, b in of], "unit": "m"} for side, of in spans.items()}
+    return _shown(sheets) | lengths | {"contact": sheets.contact}
+
+
+def _line(actuator: Actuator, port: Port, band: tuple[float, float]) -> list[Shown]:
+    """Return the rows of a strip with electrodes: the resistance along them, and abs(gamma L) at both ends of a band.
+
+    Over one segment: beyond about one the voltage falls along it.
+    """
+    sheets, g = actuator.electrodes, actuator.geometry
+    assert sheets is not None
+    along = (sheets.sheet_resistance_1 + sheets.sheet_resistance_2) / g.width
+    longest = max(b - a for side in (1, 2) for a, b in sheets.spans(side, g))
+    rows = [("line_resistance", along * longest, "ohm", "(R_s1 + R_s2) L/w of the longest segment")]
+    for name, frequency in (("low", band[0]), ("high", band[1])):
+        admittance = 1 / (port.share(1.0).impedance(2j * math.pi * frequency) * g.length)
+        size = float(abs(along * admittance)) ** 0.5 * longest
+        rows.append((f"line_number_{name}", size, "", f"abs(gamma L) of it at {format_quantity(frequency, 'Hz', 3)}"))
+    return rows
 
 
 def _shown(record: Any) -> dict[str, Any]:

@@ -55,6 +55,23 @@ class Port:
         if self.capacitance_slope and self.ladder is not None:
             raise InputError("a capacitance that grows with voltage goes with R-C branches, not with a ladder")
 
+    def share(self, fraction: float) -> Port:
+        """Return the port of this fraction of the strip's area, without what leads to it: Re and the inductance."""
+        ladder = self.ladder
+        if ladder is not None:
+            sections = tuple((r / fraction, c * fraction) for r, c in ladder.sections)
+            whole = ladder.resistance / fraction, ladder.capacitance * fraction
+            ladder = replace(ladder, resistance=whole[0], capacitance=whole[1], sections=sections)
+        return replace(
+            self,
+            dc_resistance=self.dc_resistance / fraction,
+            branches=tuple((r / fraction, c * fraction) for r, c in self.branches),
+            electrode_resistance=0.0,
+            ladder=ladder,
+            series_resistance=self.series_resistance / fraction,
+            inductance=0.0,
+        )
+
     @property
     def linear(self) -> bool:
         return self.emission_voltage is None and not self.capacitance_slope

@@ -20,20 +20,41 @@ WEIGHTS = {
     "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "page": 1, "examples": 1, "doctor": 0, "demo": 0, "reproduce": 0,
     "watch": 0, "app": 0,
 }  # fmt: skip
-STRIPS = (*("paper",) * 4, "strip.toml", "rc2.toml", "sinh.toml", "growing.toml", "warburg.toml", "plain.toml")
+STRIPS = (
+    *("paper",) * 4,
+    "strip.toml",
+    "rc2.toml",
+    "sinh.toml",
+    "growing.toml",
+    "warburg.toml",
+    "plain.toml",
+    "four.toml",
+    "layered.toml",
+)
 _LENGTHS = ("0.3mm", "0.5mm", "1mm", "5mm", "30mm")
 _DRIVES = (
     "step:4V", "step:-1V", "square:4V,3s", "square:-2V..2V,4s,0.3", "sine:2V,0.5Hz", "ramp:1V/s", "file:drive.csv",
-    "step:0V", "square:1V,7s,0.999", "sine:0V,1Hz",
+    "step:0V", "square:1V,7s,0.999", "sine:0V,1Hz", "current:5mA", "current:10mA,limit=2V", "square:2mA,3s",
 )  # fmt: skip
 _VARIED = ("thickness=0.3mm:0.8mm:3", "width=5mm,6mm", "voltage=1V:4V:2", "orientation=hanging,weightless",
-           "load_mass=0mg,10mg", "gain=1e-9m/(V s):3e-9m/(V s):2:log", "period=1s:2s:2")  # fmt: skip
-_RANGES = ("thickness=0.3mm:0.8mm", "width=3mm:6mm", "width=5mm", "free_length=20mm:30mm", "voltage=1V:3V")
+           "load_mass=0mg,10mg", "gel_thickness=0.2mm,0.4mm", "gain=1e-9m/(V s):3e-9m/(V s):2:log",
+           "period=1s:2s:2")  # fmt: skip
+_RANGES = (
+    "thickness=0.3mm:0.8mm",
+    "width=3mm:6mm",
+    "width=5mm",
+    "free_length=20mm:30mm",
+    "voltage=1V:3V",
+    "carbon_thickness=20um:60um",
+)
 _OUTPUTS = ("displacement_final", "force_blocked", "settling_time", "energy", "current_peak", "time_of_90")
 
 #: option -> good values; "command option" for one command alone.
 GOOD: dict[str, tuple[str, ...]] = {
     "--drive": _DRIVES,
+    "simulate --drive": (*_DRIVES, "1=step:1V", "2=sine:1V,1Hz", "-1=step:1V", "2=open"),
+    "netlist --drive": (*_DRIVES, "1=step:1V", "2=square:-1V..1V,1s"),
+    "--segment": ("1", "2", "4"),
     "--motion": ("step:1mm", "square:1mm,3s", "sine:1mm,0.5Hz", "ramp:0.1mm/s", "file:motion.csv"),
     "--duration": ("1s", "10s", "100 s", "5ms", "0.1 min"),
     "cpg --duration": ("1s", "3s", "0.2s"),
