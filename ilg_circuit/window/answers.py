@@ -15,6 +15,18 @@ from ..provenance import Provenance
 from ..report.page import fill
 from ..result import Result
 
+#: Argument -> what the window calls it, for messages.
+SPELLING = {
+    "model": "the field Electrical model",
+    "drive": "the field Drive of a displacement alone (under More)",
+    "displacement": "the command identify with --displacement",
+    "onset": "the field Onset (under More)",
+    "part": "the field Measurement number",
+    "columns": "Columns and units",
+    "units": "Columns and units",
+    "displacement_delay": "the field Delay of the displacement (under More)",
+    "electrode_resistance": "the field Electrode resistance (under More)",
+}
 #: Sections of a page that are open at first: the main picture, and the parameters.
 _OPEN = ("Data, fit and residuals", "Picture", "Parameters", "Summary", "Requirements")
 

@@ -26,7 +26,7 @@ class Live:
         self._compute, self._show, self._soon = compute, show, soon
         self._lock = threading.Lock()
         self._wish: tuple[Any, ...] | None = None
-        self._running = False
+        self._running, self._era = False, 0
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="live")
 
     def want(self, *wish: Any) -> None:
@@ -38,10 +38,15 @@ class Live:
             self._running = True
         self._pool.submit(self._work)
 
+    def forget(self) -> None:
+        """Show nothing of what was wanted until now."""
+        with self._lock:
+            self._wish, self._era = None, self._era + 1
+
     def _work(self) -> None:
         while True:
             with self._lock:
-                wish, self._wish = self._wish, None
+                wish, self._wish, era = self._wish, None, self._era
                 if wish is None:
                     self._running = False
                     return
@@ -52,7 +57,11 @@ class Live:
                 found = error
             except Exception as error:  # a fault of this package: told in one line, and the window stays
                 found = IlgError(f"unexpected {type(error).__name__}: {error}")
-            self._soon(partial(self._show, found))
+            self._soon(partial(self._deliver, era, found))
+
+    def _deliver(self, era: int, found: Any) -> None:
+        if era == self._era:
+            self._show(found)
 
     def close(self) -> None:
         """Compute nothing more."""

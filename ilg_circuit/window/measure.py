@@ -7,16 +7,14 @@ from typing import Any, get_args
 
 import panel as pn
 
-import ilg_circuit as ilg
-
-from ..errors import IlgError, visible
+from ..errors import IlgError, visible, written
 from ..fit.estimate import Method
 from ..front.heads import Head, head
 from ..strip.models import model_names
-from .answers import Answer, box, noting, table
+from .answers import SPELLING, Answer, box, noting, table
 from .look import button, card, choice, field, parts, shown
 from .session import Session
-from .tasks import Source
+from .tasks import Source, read
 
 #: Kinds of files whose columns can be chosen: quantity -> SI unit.
 _QUANTITIES = {
@@ -81,6 +79,8 @@ class Measure:
         )
         self.intervals = choice("Intervals", list(get_args(Method)), "covariance", "How 95 % intervals are computed.")
         self.more = {key: field(title, "", example, text) for key, (title, example, text) in _MORE.items()}
+        for key in ("drive", "onset", "scale"):  # which are about the files
+            self.more[key].param.watch(lambda _event: self._files(), "value")
         self.fit = button("Fit", self.start, first=True)
         self.columns = Columns(session)
         self.answer = shown(_FIRST)
@@ -151,9 +151,14 @@ class Measure:
     def _read(self, source: Source) -> Any:
         """Return what a file holds, or why it cannot be read."""
         try:
-            return ilg.read(source.path, **source.said)
+            with written(SPELLING):
+                return read(source, self._options())
         except IlgError as error:
             return str(error)
+
+    def _options(self) -> dict[str, str]:
+        """Return the fields that are filled, as options of `ilg.identify`."""
+        return {key: value for key, w in (self.sizes | self.more).items() if (value := w.value.strip())}
 
     def _working(self) -> None:
         self.fit.disabled = self.session.work is not None
@@ -163,8 +168,7 @@ class Measure:
         if not self.session.sources:
             self.answer.object = box("error", "there is nothing to fit; drop a measurement on this page first")
             return
-        options = {key: value for key, w in (self.sizes | self.more).items() if (value := w.value.strip())}
-        options |= {"model": self.model.value}
+        options = self._options() | {"model": self.model.value}
         arguments = {
             "sources": list(self.session.sources),
             "strip": self.session.given,

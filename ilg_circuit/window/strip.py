@@ -20,6 +20,7 @@ from .look import button, card, choice, field, parts, shown, tabs
 from .moved import ENDS, changes, place_of, typed, value_at
 from .moved import shown as in_unit
 from .session import Session
+from .tasks import read
 
 _WAVES = {"displacement": "m", "force": "N", "current": "A", "charge": "C", "voltage": "V"}
 _DRIVES = ["step:4V", "square:4V,30s", "square:-2V..2V,30s", "sine:2V,0.1Hz", "triangle:4V,30s", "cv:-1V..1V,50mV/s"]
@@ -112,10 +113,17 @@ class StripTab:
         base = self.session.base if BEFORE.name not in self.response.values else None
         if self.session.strip is self.session.base:
             base = None
-        if run[0].partition(":")[0] not in _SLOW:
-            self.live.want(self.session.strip, base, *run)
+        slow = run[0].partition(":")[0] in _SLOW
+        if slow or not self.session.strip.material.model.linear:
+            self.live.forget()
+            why = "This drive takes seconds" if slow else "A nonlinear strip is solved by ngspice alone"
+            self.told.object = box("note", f"{why}: press Solve with ngspice.")
+            for curve in (NOW, OTHER):
+                self.response.set(curve, None)
+            self.session.run, self.numbers.object = None, ""
+            self.response.draw()
         else:
-            self.told.object = box("note", "This drive takes seconds: press Solve with ngspice.")
+            self.live.want(self.session.strip, base, *run)
         self.live_spectrum.want(self.session.strip, base, *band)
 
     def _again(self) -> None:
@@ -124,6 +132,7 @@ class StripTab:
             self.response.set(curve, None)
             self.spectrum.set(curve, None)
         self.response.set(MEASURED, None)
+        self.session.run = None
         self.compared.object = ""
         self._moved()
 
@@ -168,7 +177,7 @@ class StripTab:
             if data is None or each.name not in there:
                 break
             try:
-                found = ilg.read(each.path, **each.said)
+                found = read(each, {})
             except IlgError:
                 continue
             if isinstance(found, Spectrum):
@@ -182,9 +191,16 @@ class StripTab:
         """Have ngspice solve the strip as it is now."""
         drive, duration, tip, load = self.asked()
         arguments = {"strip": self.session.strip, "drive": drive, "duration": duration, "tip": tip, "load": load}
-        self.session.start("Solving with ngspice", "run", arguments, self._solved, self._unsolved)
+        asked = self.session.strip, self.asked()
+        self.session.start(
+            "Solving with ngspice", "run", arguments, lambda run: self._solved(run, asked), self._unsolved
+        )
 
-    def _solved(self, run: Any) -> None:
+    def _solved(self, run: Any, asked: tuple[Actuator, tuple[str, str, str, str]]) -> None:
+        """Draw what ngspice says, unless the strip or its run has changed since it was ``asked``."""
+        if asked != (self.session.strip, self.asked()):
+            self.compared.object = box("note", "ngspice solved the strip as it was; press Solve with ngspice again.")
+            return
         self.response.set(OTHER, _columns(run))
         now = self.session.run
         if now is not None and now.actuator == run.actuator and len(now.time) == len(run.time):

@@ -11,9 +11,14 @@ from typing import Any
 
 import ilg_circuit as ilg
 
+from ..errors import InputError
+from ..front.data import sets_of
+from ..measurements.film import Film
+from ..measurements.said import said_of
 from ..provenance import provenance
 from ..strip.actuator import Actuator
 from ..strip.specimen import Specimen
+from ..units import si
 from .answers import Answer, answer
 
 #: Called with (done, total), or with nothing.
@@ -29,6 +34,21 @@ class Source:
     said: Mapping[str, Any] = field(default_factory=dict)
 
 
+def read(source: Source, options: Mapping[str, Any]) -> Any:
+    """Return what a file holds, by the ``options`` of `ilg.identify` that are about files.
+
+    A displacement alone is read with the ``drive`` among them. Raises InputError for a file that is not understood.
+    """
+    onset, scale, drive = (options.get(name) for name in ("onset", "scale", "drive"))
+    try:
+        return ilg.read(source.path, onset=onset, scale=scale, **source.said)
+    except InputError:
+        if drive is None:
+            raise
+    until = None if options.get("until") is None else si(options["until"], "s", "until")
+    return sets_of([source.path], onset, said_of(**source.said, scale=scale), None, drive, until)[0]
+
+
 def fit(
     sources: Sequence[Source],
     strip: Actuator | Specimen | None,
@@ -36,14 +56,13 @@ def fit(
     intervals: str = "covariance",
     progress: Report | None = None,
 ) -> Answer:
-    """Return the fit of files together."""
-    given = {key: value for key, value in options.items() if value not in (None, "")}
-    driven = given.get("drive") is not None
-    said = sources[0].said if driven else {}
-    how = {key: given[key] for key in ("onset", "scale") if key in given}  # of a record that is read here
-    data = [each.path if driven or not each.said else ilg.read(each.path, **each.said, **how) for each in sources]
-    result = ilg.identify(data, strip, intervals=intervals, progress=progress, **said, **given)
-    words = [f"--{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in given.items()]
+    """Return the fit of files together; ``options`` are those of `ilg.identify`."""
+    data = [read(each, options) for each in sources]
+    given = {name: value for name, value in options.items() if name not in ("scale", "drive")}  # read with these
+    if any(isinstance(each, Film) for each in data):
+        given.pop("onset", None)
+    result = ilg.identify(data, strip, intervals=intervals, progress=progress, **given)
+    words = [f"--{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in options.items()]
     words += [f"--intervals {intervals}"] if intervals != "covariance" else []
     call = " ".join(["ilg-circuit identify", *(shlex.quote(each.name) for each in sources), *words])
     verdict = (

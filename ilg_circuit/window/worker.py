@@ -20,7 +20,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, BinaryIO
 
-from ..errors import IlgError, first_line, one_line
+from ..errors import IlgError, first_line, one_line, written
 
 #: Shortest time [s] between two reports of progress.
 _APART = 0.15
@@ -192,6 +192,7 @@ def _result(task: Task, models: bytes, tell: Callable[[Told], object]) -> Told:
     from importlib import import_module
 
     from ..study.workers import unpack_models
+    from .answers import SPELLING
 
     last, count = -_APART, 0
 
@@ -205,7 +206,8 @@ def _result(task: Task, models: bytes, tell: Callable[[Told], object]) -> Told:
 
     try:
         unpack_models(models)
-        made = getattr(import_module(task.module), task.function)(**task.arguments, progress=progress)
+        with written(SPELLING):
+            made = getattr(import_module(task.module), task.function)(**task.arguments, progress=progress)
         pickle.dumps(made)
         return Told("done", made)
     except IlgError as error:

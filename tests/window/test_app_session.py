@@ -76,8 +76,16 @@ def test_the_newest_wish_is_computed_and_others_are_skipped() -> None:
         live.want(wish)
     gate.set()
     assert ready.wait(10)
-    live.close()
     assert len(seen) <= 2
+    gate.clear()
+    live.want(1)
+    live.forget()
+    gate.set()
+    live.want(9)
+    while not isinstance(seen[-1], ilg.InputError) or len(seen) < 3:
+        time.sleep(0.001)
+    assert 1 not in seen[2:]
+    live.close()
     assert str(seen[-1]) == "not nine"
 
 

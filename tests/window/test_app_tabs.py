@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from every_model import strip_of
 
 import ilg_circuit as ilg
 from ilg_circuit.window.session import Session
@@ -124,6 +125,37 @@ def test_errors_are_lines_in_a_box(window: Window, soon: Soon) -> None:
     assert "no fit yet" in button.line.object
 
 
+def test_what_the_exact_engine_cannot_do_live_is_solved_by_ngspice(window: Window, soon: Soon) -> None:
+    strip = window.strip
+    window.session.take_strip(strip_of("rc+sinh", 3.0), "nonlinear")
+    strip.duration.value = "10 s"
+    assert "A nonlinear strip is solved by ngspice alone" in strip.told.object
+    assert window.session.run is None
+    strip.solve()
+    soon.until(lambda: window.session.work is None)
+    assert "Solved by ngspice" in strip.compared.object
+    assert window.session.run.engine == "ngspice"
+    strip.duration.value = "300 s"
+
+
+def test_a_displacement_alone_and_a_measured_drive(window: Window, soon: Soon, tmp_path: Path) -> None:
+    measure, path = window.measure, tmp_path / "film.csv"
+    run = ilg.simulate("paper", "step:2V", "60 s", engine="exact", beam="static")
+    rows = [f"{t + 3:.6g},{1e3 * y:.6g}" for t, y in zip(run.time, run.displacement, strict=True)]
+    path.write_text("\n".join(["time_s,displacement_mm", *rows]), encoding="utf-8")
+    window.session.open(path)
+    assert "Drive of a displacement alone" in measure.opened.object
+    measure.more["drive"].value = "step:2V"
+    assert "Film: " in measure.opened.object
+    measure.more["drive"].value = ""
+    window.session.take_example()
+    window.strip.drive.value = "measured: example.csv"
+    soon.until(lambda: len(drawn(window, "measured", "time")))
+    there = window.strip.response.sources["measured"].data
+    assert np.nanmax(there["displacement"]) == pytest.approx(4.3e-3, abs=2e-4)
+    window.strip.drive.value = "step:4V"
+
+
 def test_columns_are_chosen_and_the_fit_is_taken(window: Window, soon: Soon, record: Callable[..., Path]) -> None:
     path = record(titles="Zeitpunkt,Kanal 1,Kanal 2")
     window.measure.drop.param.update(filename=["odd.csv"], value=[path.read_bytes()])
@@ -160,7 +192,7 @@ def test_columns_are_chosen_and_the_fit_is_taken(window: Window, soon: Soon, rec
     files = window.export.files
     assert b"[uncertainty" in files["fitted.toml"].content().read()
     assert b"ilg-circuit identify odd.csv" in files["report.html"].content().read()
-    soon.until(lambda: window.session.run.actuator == fit.result.actuator)
+    soon.until(lambda: window.session.run is not None and window.session.run.actuator == fit.result.actuator)
 
 
 def test_a_sweep_and_a_design_of_the_moved_strip(window: Window, soon: Soon) -> None:
