@@ -27,6 +27,7 @@ from ..oscillators.run import RhythmRun
 from ..oscillators.run import run as run_network
 from ..solve.spectrum import spectrum
 from ..strip.actuator import PAPER, Actuator
+from ..strip.electrodes import require_lump
 from ..strip.elements import lumped_elements
 from ..units import require_positive
 from .activation import Activation, activation, resampled
@@ -185,6 +186,7 @@ def strip_charge(actuator: Actuator) -> float:
 
 def segment_strip(actuator: Actuator, segments: int, length: float | None = None) -> Actuator:
     """Return the piece of strip of one segment: R L/l, C l/L, time constants unchanged; ``length`` l [m]."""
+    require_lump(actuator, "an arm's segment")
     piece = actuator.geometry.free_length / segments if length is None else length
     require_positive("segment length", piece, "m")
     geometry = replace(actuator.geometry, length=piece, free_length=piece, load_position=None)

@@ -16,7 +16,7 @@ from ..circuit.load import Load
 from ..circuit.netlist import Netlist
 from ..circuit.strip import strip_netlist
 from ..circuit.wiring import Wiring
-from ..drive import Drive, by_current, drive_findings, voltage_limit
+from ..drive import Drive, by_current, drive_findings, each, voltage_limit
 from ..errors import InputError, argument
 from ..files import write_csv
 from ..findings import Finding, sentences
@@ -26,6 +26,7 @@ from ..solve.transient import Progress, transient
 from ..strip.actuator import Actuator
 from ..strip.cells import Layout
 from ..strip.ladder import LADDER_BAND
+from ..strip.models import LadderPath
 from ..strip.validity import run_warnings
 from ..units import require_plausible
 from .compared import Compared
@@ -243,7 +244,10 @@ def simulate(
     )
     solution = Solution(drive, samples, waveforms)
     values = {name: waveform.of(solution) for name, waveform in WAVEFORMS.items()}
-    error = ladder_error(actuator, drive, samples, values, band) if not line else 0.0
+    if line:
+        error = _ladder_error_of_lumps(actuator, drive, samples)
+    else:
+        error = ladder_error(actuator, drive, samples, values, band)
     cells = curvatures(line["layout"], solution) if line else None
     return Response(
         actuator=actuator,
@@ -261,6 +265,15 @@ def simulate(
         curvatures=cells,
         cells_error=cells_error,
     )
+
+
+def _ladder_error_of_lumps(actuator: Actuator, drive: Drive, times: Array) -> float:
+    """Return the error of a line's ladders: that of the lumped strip under each of the drives, 0 without ladders."""
+    lump = replace(actuator, electrodes=None)
+    if not isinstance(actuator.material.model.ions, LadderPath):
+        return 0.0
+    runs = [simulate(lump, part, times, beam="static", engine="exact") for part in each(drive) if part.largest()]
+    return max((run.error for run in runs), default=0.0)
 
 
 def line_of(

@@ -19,11 +19,14 @@ _NODES, _WEAKER = 8, (6, 7)
 _CAUTION = 1.1
 
 
-def sampled_times(drive: Drive, times: ArrayLike) -> Array:
+def sampled_times(drive: Drive, times: ArrayLike, sources: int | None = None) -> Array:
     """Return ``times`` [s] (t,), on the edges of the drive where only rounding parts them.
 
-    Raises InputError unless they are one row of finite, ascending numbers from zero on.
+    Raises InputError unless they are one row of finite, ascending numbers from zero on, and where there are not as many
+    drives as ``sources`` of a circuit.
     """
+    if sources is not None and len(each(drive)) != sources:
+        raise InputError(f"{len(each(drive))} drives for a circuit with {sources} sources")
     samples: Array = np.asarray(times, dtype=np.float64)
     if samples.ndim != 1 or not len(samples):
         raise InputError("a transient needs at least one time")

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, ComplexArray
 from ..circuit.netlist import Netlist, Output, copies
-from ..drive import Drive, PiecewiseLinear, each, voltage_limit
+from ..drive import Drive, PiecewiseLinear, voltage_limit
 from ..errors import InputError, SolveError, StoppedEarlyError, argument
 from .grid import Grid, design_grid
 from .limited import limited_with_work
@@ -101,7 +101,7 @@ def transient(
     nets = [netlists] if isinstance(netlists, Netlist) else list(netlists)
     if not nets:
         raise InputError("a transient needs at least one netlist")
-    samples = sampled_times(drive, times)
+    samples = sampled_times(drive, times, len(nets[0].sources))
     if not 1e-11 <= accuracy <= 1e-2:
         raise InputError(f"accuracy {accuracy:g} must lie between 1e-11 and 1e-2")
     if engine == "ngspice" and samples[-1] in drive.jumps(np.inf):
@@ -111,8 +111,6 @@ def transient(
             acceptable=acceptable, interpolate=interpolate, works=works, progress=progress,
         )  # fmt: skip
         return replace(beyond, times=samples, values=beyond.values[:, :, :-1])
-    if len(each(drive)) != len(nets[0].sources):
-        raise InputError(f"{len(each(drive))} drives for a circuit with {len(nets[0].sources)} sources")
     if drive.rest != nets[0].rest and not nets[0].linear:
         raise InputError(f"the circuit starts at rest under {nets[0].rest:g} V, the drive from {drive.rest:g} V")
     if voltage_limit(drive) is not None:

@@ -73,11 +73,6 @@ def _strip(path: Path) -> None:
     path.write_text(f"{sizes}[material]\nyoungs_modulus = '7.6 kPa'\n")
 
 
-def _four(path: Path) -> None:
-    sheets = {"sheet_resistance_1": "0.25 ohm", "sheet_resistance_2": "0.25 ohm", "gap": "0.5 mm", "contact": "each"}
-    ilg.PAPER.with_(name="four", electrodes=sheets | {"segments_1": 4, "segments_2": 4}).save(path)
-
-
 MAKERS = {
     "step.csv": lambda path: _record(path, 4.0, 1, motion=True),
     "other.csv": lambda path: _record(path, 2.0, 2, motion=True),
@@ -98,5 +93,4 @@ MAKERS = {
     "designs.csv": lambda path: path.write_text("thickness_mm,free_length_mm\n0.4,30\n0.5,30\n0.6,25\n"),
     "fitted.toml": _fitted,
     "strip.toml": _strip,
-    "four.toml": _four,
 }
