@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from .front.models import register_model
     from .front.pages import page
     from .front.runs import impedance, sense, simulate
+    from .front.shapes import shape
     from .front.strips import new_strip
     from .front.studies import pareto
     from .oscillators.run import cpg
@@ -71,6 +72,7 @@ __all__ = [
     "register_model",
     "results",
     "sense",
+    "shape",
     "simulate",
     "subcircuit",
     "sweep",
@@ -88,6 +90,7 @@ _PLACES = {
     "front.models": ("register_model",),
     "front.pages": ("page",),
     "front.runs": ("impedance", "sense", "simulate"),
+    "front.shapes": ("shape",),
     "front.strips": ("new_strip",),
     "front.studies": ("pareto",),
     "oscillators.run": ("cpg",),

@@ -133,7 +133,8 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
     require_arm()
     from ..arms.run import ArmResult
     from ..front.arms import arm as move
-    from ..report.motion import animate, require_animation
+    from ..report.animation import require_animation
+    from ..report.motion import animate
 
     outputs = {"--out": out, "--animate": animation, "--plot": plot}
     if animation:

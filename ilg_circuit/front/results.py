@@ -13,6 +13,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Actuator`           a strip, from `ilg.load`, or ``fit.actuator``
 `Specimen`           a strip that has no circuit yet, from `ilg.new_strip`
 `Response`           waveforms of a run, from `ilg.simulate`
+`Shape`              centre line of a strip over time, from `ilg.shape`
 `Impedance`          impedance over frequency, from `ilg.impedance`
 `Sensed`             voltage or current of a strip that is moved, from `ilg.sense`
 `Record`             measured waveforms, from `ilg.read`
@@ -62,6 +63,7 @@ if TYPE_CHECKING:
     from ..simulation.impedance import Impedance
     from ..simulation.response import Response
     from ..simulation.sensing import Sensed
+    from ..simulation.shape import Shape
     from ..strip.actuator import Actuator
     from ..strip.models import IonPath
     from ..strip.specimen import Specimen
@@ -93,6 +95,7 @@ __all__ = [
     "RhythmRun",
     "RhythmSweep",
     "Sensed",
+    "Shape",
     "Specimen",
     "Spectrum",
     "SpiceText",
@@ -121,6 +124,7 @@ _PLACES = {
     "simulation.impedance": ("Impedance",),
     "simulation.response": ("Response",),
     "simulation.sensing": ("Sensed",),
+    "simulation.shape": ("Shape",),
     "strip.actuator": ("Actuator",),
     "strip.models": ("IonPath",),
     "strip.specimen": ("Specimen",),

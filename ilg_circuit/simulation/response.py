@@ -26,8 +26,10 @@ from ..strip.ladder import LADDER_BAND
 from ..strip.validity import run_warnings
 from ..units import require_plausible
 from .compared import Compared
+from .curvature import Curvatures, curvature_probe, curvatures
 from .energy import EnergyAccount, account, probes, works
 from .ladder_error import ladder_error
+from .shape import POINTS, Shape, static_shape
 from .waveforms import WAVEFORMS, Simulated, Solution
 
 if TYPE_CHECKING:
@@ -84,6 +86,8 @@ class Response(Simulated):
         Predictions beside measured waveforms, if ``compare`` was given.
     checks : tuple of Difference
         Differences from the other engine and the closed forms, if ``check=True`` was asked for.
+    curvatures : Curvatures or None
+        Free curvature along the strip, from which `ilg_circuit.shape` computes its shape; None without a coupling.
     warnings : tuple of str
         Findings as sentences, such as limits of the model that are exceeded.
     """
@@ -96,10 +100,44 @@ class Response(Simulated):
     compared: tuple[Compared, ...] = ()
     checks: tuple[Difference, ...] = ()
     findings: tuple[Finding, ...] = ()
+    curvatures: Curvatures | None = None
+    tip: str = "free"
+    load: Load | None = None
 
     def with_waveforms(self, **changed: Array) -> Response:
         """Return the response with some waveforms in place of its own."""
         return replace(self, waveforms={**self.waveforms, **changed})
+
+    def shape(self, mechanics: str = "elastica", points: int = POINTS) -> Shape:
+        """Return the strip's shape over time, at rest in each instant; `ilg_circuit.shape` has its inertia, too.
+
+        Parameters
+        ----------
+        mechanics : {"elastica", "free"}
+            Under weight and load, or as the strip would bend without these.
+        points : int
+            Least number of points along the strip.
+
+        Returns
+        -------
+        Shape
+            ``x``, ``y`` [m] and ``angle`` [rad], each (n, m), at ``time`` [s] (n,) and ``s`` [m] (m,).
+
+        Raises
+        ------
+        InputError
+            The strip has no coupling, or a value is out of range.
+        SolveError
+            No equilibrium is found.
+
+        Examples
+        --------
+        >>> import ilg_circuit as ilg
+        >>> shape = ilg.simulate("paper", "step:4V", "300 s", engine="exact").shape()
+        >>> f"{1e3 * shape.tip[-1, 1]:.5f} mm"
+        '3.95719 mm'
+        """
+        return static_shape(self, mechanics, points)
 
     @property
     def warnings(self) -> list[str]:
@@ -195,7 +233,9 @@ def simulate(
     acceptable = ACCEPTABLE if accuracy is None else accuracy
     if accuracy is None:
         accuracy = SIMULATION_ACCURACY if netlist.linear else NONLINEAR_ACCURACY
-    probed = replace(netlist, outputs=netlist.outputs + probes(netlist))
+    probed = replace(
+        netlist, outputs=netlist.outputs + probes(netlist) + curvature_probe(actuator, transient_band(samples))
+    )
     waveforms = transient(
         probed,
         drive,
@@ -218,6 +258,9 @@ def simulate(
         account=account(netlist, waveforms),
         error=float(waveforms.errors.max()) + ladder_error(actuator, drive, samples, values, transient_band(samples)),
         engine=waveforms.engine,
+        curvatures=curvatures(actuator, samples, waveforms),
+        tip=tip,
+        load=load,
     )
 
 

@@ -48,6 +48,7 @@ from ilg_circuit.simulation.energy import EnergyAccount
 from ilg_circuit.simulation.impedance import Impedance, impedance
 from ilg_circuit.simulation.response import Response, simulate
 from ilg_circuit.simulation.sensing import Sensed, sense
+from ilg_circuit.simulation.shape import Shape
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.file import load_actuator
 from ilg_circuit.study import search
@@ -84,6 +85,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Response: lambda: simulate(PAPER, parse_drive("step:4V", 100.0), T, engine="exact"),
     EnergyAccount: lambda: example(Response).account,
     Impedance: lambda: impedance(PAPER, np.geomspace(1e-3, 10, 9), engine="exact"),
+    Shape: lambda: example(Response).shape(points=5),
     Sensed: lambda: sense(PAPER, parse_drive("step:1mm", 100.0, "m"), T, engine="exact"),
     Identification: lambda: identify(
         record(step(), 300.0, 61, rest=5, noise=1e-3).measurement(), base=PAPER, model="rc", engine="exact"
