@@ -21,6 +21,7 @@ ORDER = (
     "two_engines_agree",
     "impedance_spectrum",
     "strip_as_a_sensor",
+    "shape_of_a_strip",
     "loads_and_energy",
     "gravity",
     "fit_a_dataframe",

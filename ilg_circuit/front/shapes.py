@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..errors import InputError, checked
+from ..extras import require_arm
 from ..simulation.response import Response
 from ..simulation.shape import POINTS, static_shape
 
@@ -49,4 +50,9 @@ def shape(run: Response, mechanics: str = "elastica", *, points: int = POINTS) -
     """
     if not isinstance(run, Response):
         raise InputError(f"the shape is that of a run, such as ilg.simulate(...), not of {type(run).__name__}")
+    if mechanics == "arm":
+        require_arm()
+        from ..arms.chain_motion import moving_shape
+
+        return moving_shape(run, points)
     return static_shape(run, mechanics, points)
