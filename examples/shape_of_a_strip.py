@@ -15,14 +15,14 @@ run = ilg.simulate(strip, "square:-4V..4V,60s", "60 s", samples=121, engine="exa
 shape = ilg.shape(run)
 print(shape)
 
-# sphinx_gallery_alt = "The strip at twelve instants of a square wave, to scale and coloured by time, and its tip's way."
+# sphinx_gallery_alt = "The strip at instants of a square wave, to scale and coloured by time; its tip over time."
 shape.plot()
 
 # %%
 # Weight and a load change the shape, not only how far the tip goes. A stiffer strip of the same free curvature, held
 # in three ways:
 
-# sphinx_gallery_alt = "Three strips under 4 V: weightless an arc, hanging half as far, horizontal below the clamp."
+# sphinx_gallery_alt = "Three strips under 4 V: weightless an arc, hanging less far, horizontal below the clamp."
 figure, axes = plt.subplots()
 for orientation in ("weightless", "hanging", "horizontal"):
     held = strip.with_(orientation=orientation, youngs_modulus="5 MPa")

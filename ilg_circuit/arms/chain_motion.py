@@ -233,14 +233,15 @@ def _nodes(arm: Arm, ends: ComplexArray, angles: Array) -> Array:
     centre = np.concatenate([first + 0j, ends], axis=-1)
     heading = np.concatenate([first + arm.direction, angles], axis=-1)
     across = 0.5 * arm.tapered(at_cells=False)[0] * 1j * np.exp(1j * heading)
-    return _pairs(centre, across)
+    return _pairs(np.asarray(centre, np.complex128), np.asarray(across, np.complex128))
 
 
 def _swept(arm: Arm, velocities: ComplexArray, angles: Array, rates: Array) -> Array:
     """Return the velocities of the nodes (t, n + 1, 2, 2)."""
-    centre: ComplexArray = np.pad(velocities, ((0, 0), (1, 0)))
-    turning: ComplexArray = np.pad(-rates * np.exp(1j * angles), ((0, 0), (1, 0)))
-    return _pairs(centre, np.asarray(0.5 * arm.tapered(at_cells=False)[0] * turning, dtype=np.complex128))
+    centre = np.pad(velocities, ((0, 0), (1, 0)))
+    turning = np.pad(-rates * np.exp(1j * angles), ((0, 0), (1, 0)))
+    across = 0.5 * arm.tapered(at_cells=False)[0] * turning
+    return _pairs(np.asarray(centre, np.complex128), np.asarray(across, np.complex128))
 
 
 def _pairs(centre: ComplexArray, across: ComplexArray) -> Array:

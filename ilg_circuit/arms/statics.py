@@ -105,12 +105,11 @@ def lattice_error(arm: Arm, drive: Activation) -> float:
     still = replace(arm, gravity=(0.0, 0.0))
     fine, finer = doubled(still, drive)
     sizes = np.abs(drive.values).max(axis=(1, 2)), np.abs(np.diff(drive.values, axis=1)).sum(axis=(1, 2))
-    worst = 0.0
+    worst, least = 0.0, 1e-3 * float(sizes[0].max()) * arm.length**2 / arm.thickness
     for at in {float(drive.time[int(size.argmax())]) for size in sizes}:
         tips = [equilibrium(*each, at=at)[0][-1].mean(axis=0) for each in ((still, drive), (fine, finer))]
         moved = float(np.linalg.norm(tips[1] - arm.rest_positions()[-1].mean(axis=0)))
-        least = 1e-3 * arm.length * float(np.abs(drive.at([at])).max()) * arm.length / arm.thickness
-        worst = max(worst, float(np.linalg.norm(tips[1] - tips[0])) / max(moved, least, 1e-300))
+        worst = max(worst, float(np.linalg.norm(tips[1] - tips[0])) / max(moved, least, 1e-6 * arm.length))
     return worst
 
 

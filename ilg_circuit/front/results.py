@@ -20,6 +20,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Spectrum`           a measured impedance, from `ilg.read`
 `LoadTest`           measured stress over stretch, from `ilg.read`
 `Identification`     the fit of a strip, from `ilg.identify`
+`ShapeFit`           the resistance along a strip, from `ilg.identify_shape`
 `Estimate`           a fitted parameter with its error and interval, as in ``fit["capacitance"]``
 `Batch`              fits of many files, from `ilg.identify_each`
 `FileFit`            one row of a `Batch`
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from ..hyperelastic.characterisation import Characterisation
     from ..identification.batch import Batch, FileFit
     from ..identification.identification import Identification
+    from ..identification.shape import ShapeFit
     from ..measurements.load_test import LoadTest
     from ..measurements.record import Record
     from ..measurements.spectrum import Spectrum
@@ -96,6 +98,7 @@ __all__ = [
     "RhythmSweep",
     "Sensed",
     "Shape",
+    "ShapeFit",
     "Specimen",
     "Spectrum",
     "SpiceText",
@@ -115,6 +118,7 @@ _PLACES = {
         "FileFit",
     ),
     "identification.identification": ("Identification",),
+    "identification.shape": ("ShapeFit",),
     "measurements.load_test": ("LoadTest",),
     "measurements.record": ("Record",),
     "measurements.spectrum": ("Spectrum",),

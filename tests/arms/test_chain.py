@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import ilg_circuit as ilg
-from ilg_circuit.arms import Activation, Arm, Fluid, Plane, activation, simulate
+from ilg_circuit.arms import Activation, Arm, Fluid, Plane, activation, run, simulate
 from ilg_circuit.arms.chain import Chain
 from ilg_circuit.arms.chain_motion import bends_of
 from ilg_circuit.arms.lattice import mounted, strip_arm
-from ilg_circuit.arms.statics import equilibrium, natural_frequencies
+from ilg_circuit.arms.statics import equilibrium, lattice_error, natural_frequencies
 from ilg_circuit.errors import InputError
 from ilg_circuit.simulation.curvature import Curvatures
 from ilg_circuit.simulation.elastica import Acting, elastica
@@ -177,3 +177,25 @@ def test_a_strip_swings_as_its_circuit_does() -> None:
     assert np.corrcoef(swing, lumped)[0, 1] > 0.98
     with pytest.raises(InputError, match="t = 0"):
         ilg.shape(ilg.simulate("paper", "step:1V", times=[1.0, 2.0], engine="exact"), "arm")
+
+
+def test_a_lattice_says_how_far_it_errs_and_is_refined_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    coarse = beam(16, "beam")
+    error = 1 - 0.95701 / 0.99385
+    assert lattice_error(coarse, four(coarse)) == pytest.approx(error, rel=0.02)
+    assert lattice_error(beam(16), four(coarse)) == 0.0
+    assert lattice_error(beam(4, "beam"), activation(beam(4), [0.0], np.zeros((1, 4)))) < 1e-9
+    finer, drive, (event,) = run._fine(coarse, four(coarse), refining=True)
+    assert (finer.segments, drive.values.shape) == (32, (1, 32, 3))
+    assert event.finding.values["error"] < 0.01
+    kept, _, (event,) = run._fine(coarse, four(coarse), refining=False)
+    assert kept is coarse
+    assert event.finding.values["error"] == pytest.approx(error, rel=0.02)
+    monkeypatch.setattr(run, "_MOST_REFINED", 30)
+    for most, segments in ((0.01, 15), (0.0, 30)):
+        monkeypatch.setattr(run, "LATTICE_ERROR", most)
+        motion = ilg.arm("10ms", samples=3, tolerance=1e-2).motion
+        assert motion.arm.segments == segments
+        assert motion.signals["voltages"].shape == (3, segments)
+        assert "arm-lattice-error" in {e.finding.code for e in motion.events}
+    assert ilg.arm("10ms", segments=3, samples=3, tolerance=1e-2).motion.arm.segments == 3

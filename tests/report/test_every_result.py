@@ -35,7 +35,9 @@ from ilg_circuit.hyperelastic import characterise
 from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.batch import Batch, FileFit
+from ilg_circuit.identification.shape import ShapeFit, bent_line, identify_shape
 from ilg_circuit.measurements.film import Film, film_of
+from ilg_circuit.measurements.marks import Marks
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.track import Track
@@ -74,6 +76,13 @@ def _front() -> Front:
     return front
 
 
+def _shape_fit() -> ShapeFit:
+    at = np.array([5e-3, 15e-3, 30e-3])
+    ends = bent_line(at, 0.03, 20.0, 1.0) + 1e-6 * np.array([1, -1, 1])
+    x, y = (tuple(np.stack(part, axis=1)) for part in ((at, ends.real), (0 * at, ends.imag)))
+    return identify_shape(Marks("marks.csv", (np.array([0.0, 300.0]),) * 3, x, y), PAPER)
+
+
 def _curve() -> FitResult:
     x = np.linspace(0, 5, 40)
     y = 3 * np.exp(-2 * x) + 0.01 * np.sin(37 * x)
@@ -93,6 +102,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Batch: lambda: Batch(
         (FileFit("a.csv", content=example(Identification).to_dict()), FileFit("b.csv", 2, error="no"))
     ),
+    ShapeFit: _shape_fit,
     FitResult: _curve,
     Characterisation: lambda: characterise(readings(TWO, "uniaxial", noise=0.01), terms=1),
     RhythmRun: lambda: cpg("3s"),
