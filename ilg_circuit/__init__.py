@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from .front.models import register_model
     from .front.pages import page
     from .front.runs import impedance, sense, simulate
+    from .front.shapes import identify_shape, shape
     from .front.strips import new_strip
     from .front.studies import pareto
     from .oscillators.run import cpg
@@ -60,6 +61,7 @@ __all__ = [
     "fit_curve",
     "identify",
     "identify_each",
+    "identify_shape",
     "impedance",
     "kit",
     "library",
@@ -73,6 +75,7 @@ __all__ = [
     "register_model",
     "results",
     "sense",
+    "shape",
     "simulate",
     "subcircuit",
     "sweep",
@@ -90,6 +93,7 @@ _PLACES = {
     "front.models": ("register_model",),
     "front.pages": ("page",),
     "front.runs": ("impedance", "sense", "simulate"),
+    "front.shapes": ("identify_shape", "shape"),
     "front.strips": ("new_strip",),
     "front.studies": ("pareto",),
     "oscillators.run": ("cpg",),

@@ -22,6 +22,7 @@ ORDER = (
     "two_engines_agree",
     "impedance_spectrum",
     "strip_as_a_sensor",
+    "shape_of_a_strip",
     "loads_and_energy",
     "gravity",
     "segmented_strip",

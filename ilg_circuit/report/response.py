@@ -92,7 +92,7 @@ def figure(response: Response) -> Figure:
     prediction that was compared with it.
     """
     shown = _shown(response)
-    bent = response.curvatures is not None
+    bent = _in_cells(response)
     figure, axes = new_figure(len(shown) + bent + 1, [1.5] * (len(shown) + bent) + [1.0])
     if bent:
         _curvature(response, axes[len(shown)])
@@ -128,7 +128,7 @@ def panels(response: Response) -> Panels:
     source = "current" if by_current(response.drive) else "voltage"
     drawn = {w.name: partial(_waveform, response, w) for w in shown}
     drawn.setdefault(source, partial(_drive, response))
-    if response.curvatures is not None:
+    if _in_cells(response):
         drawn["curvature"] = partial(_curvature, response)
     return {name: partial(over_time, draw) for name, draw in drawn.items()}
 
@@ -184,6 +184,11 @@ def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) ->
     panel.fill_between(time, values - reach, values + reach, color=colour, alpha=0.3, linewidth=0, label=label)
     for edge in (values - reach, values + reach):
         panel.plot(time, edge, color=colour, linewidth=0.5, alpha=0.8, label="_")
+
+
+def _in_cells(response: Response) -> bool:
+    """Return True for a strip whose curvature differs from place to place."""
+    return response.curvatures is not None and response.actuator.electrodes is not None
 
 
 def _curvature(response: Response, panel: Axes, **style: Any) -> None:
