@@ -51,7 +51,9 @@ class Ranges:
             for s in movable(self.session.base)
         } | _OF_DRIVE
         for k, (name, *_) in enumerate(self.rows):
-            now = name.value if name.value in self.known else _FIRST[k] if k < len(_FIRST) else _NOTHING
+            first = _FIRST[k] if k < len(_FIRST) else _NOTHING
+            like = next((n for n in self.known if n.endswith(first)), _NOTHING)  # the thickness of a layer
+            now = name.value if name.value in self.known else first if first in self.known else like
             changed = name.value != now
             name.param.update(options=[_NOTHING, *self.known], value=now)
             if not changed:

@@ -133,6 +133,7 @@ def test_what_the_exact_engine_cannot_do_live_is_solved_by_ngspice(window: Windo
     strip.duration.value = "10 s"
     assert "A nonlinear strip is solved by ngspice alone" in strip.told.object
     assert window.session.run is None
+    assert window.sweep.ranges.rows[0][0].value == "thickness"
     strip.solve()
     soon.until(lambda: window.session.work is None)
     assert "Solved by ngspice" in strip.compared.object
