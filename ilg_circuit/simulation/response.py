@@ -16,7 +16,7 @@ from ..circuit.load import Load
 from ..circuit.netlist import Netlist
 from ..circuit.strip import strip_netlist
 from ..circuit.wiring import Wiring
-from ..drive import Drive, drive_findings, each
+from ..drive import Drive, drive_findings, each, levels
 from ..errors import InputError, argument
 from ..files import write_csv
 from ..findings import Finding, sentences
@@ -45,6 +45,8 @@ NONLINEAR_ACCURACY = 1e-6
 #: Error accepted, and reported, when no accuracy was requested.
 ACCEPTABLE = 5e-6
 
+#: Error by the size of a line's cells above which a run warns of it.
+COARSE = 0.01
 #: Outputs of the segments, before their number.
 _SEGMENTS = ("voltage_", "current_")
 #: Units of the columns of segments.
@@ -126,8 +128,12 @@ class Response(Simulated):
     def warnings(self) -> list[str]:
         """Gaps in the drive's file, and assumptions that fail in this run, with number and consequence."""
         displacement = float(np.nanmax(np.abs(self.displacement), initial=0.0))
-        voltage = float(np.abs(self.voltage).max())
-        found = sentences([*self.findings, *drive_findings(self.drive), *beyond_fit(self.actuator, voltage)])
+        voltage = max(float(np.abs(wave).max()) for wave in (self.voltage, levels(self.drive, self.time)))
+        findings = [*self.findings, *drive_findings(self.drive), *beyond_fit(self.actuator, voltage)]
+        if self.cells_error > COARSE and self.curvatures is not None:
+            values = {"count": len(self.curvatures.lengths), "error": self.cells_error}
+            findings.append(Finding("cells-coarse", values=values))
+        found = sentences(findings)
         return [*found, *run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)]
 
     def table(self) -> tuple[Column, ...]:
