@@ -37,12 +37,14 @@ if TYPE_CHECKING:
     from .front.models import register_model
     from .front.pages import page
     from .front.runs import impedance, sense, simulate
+    from .front.shapes import identify_shape, shape
     from .front.strips import new_strip
     from .front.studies import pareto
     from .oscillators.run import cpg
     from .strip.actuator import PAPER
     from .study.design import design
     from .study.sweep import sweep
+    from .window.serve import app
 
 __version__ = "0.2.0"
 
@@ -52,12 +54,14 @@ __all__ = [
     "IlgWarning",
     "InputError",
     "SolveError",
+    "app",
     "arm",
     "cpg",
     "design",
     "fit_curve",
     "identify",
     "identify_each",
+    "identify_shape",
     "impedance",
     "kit",
     "library",
@@ -71,6 +75,7 @@ __all__ = [
     "register_model",
     "results",
     "sense",
+    "shape",
     "simulate",
     "subcircuit",
     "sweep",
@@ -88,12 +93,14 @@ _PLACES = {
     "front.models": ("register_model",),
     "front.pages": ("page",),
     "front.runs": ("impedance", "sense", "simulate"),
+    "front.shapes": ("identify_shape", "shape"),
     "front.strips": ("new_strip",),
     "front.studies": ("pareto",),
     "oscillators.run": ("cpg",),
     "strip.actuator": ("PAPER",),
     "study.design": ("design",),
     "study.sweep": ("sweep",),
+    "window.serve": ("app",),
 }
 
 if not TYPE_CHECKING:

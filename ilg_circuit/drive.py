@@ -1,4 +1,4 @@
-"""Drives: the voltage (or motion) over time that a source imposes on the strip, by straight lines or as a sine."""
+"""Drives: the voltage (or current, or motion) over time that a source imposes on the strip, by lines or as a sine."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ _ROUNDING = 1e-12
 
 
 class Drive(Protocol):
-    """A voltage [V] (of a motion: metres) over time from t = 0 on; on a jump its value is the right limit."""
+    """A voltage [V] (or a current [A], a motion [m]) over time from t = 0 on; on a jump its value is the right limit.
+
+    A drive by current has the ``unit`` "A", see `by_current`.
+    """
 
     @property
     def rest(self) -> float:
@@ -55,11 +58,12 @@ class Drive(Protocol):
 
 @dataclass(frozen=True)
 class Sine:
-    """The drive amplitude sin(2 pi f t) [V], f in Hz; InputError unless f > 0."""
+    """The drive amplitude sin(2 pi f t) [V], f in Hz; InputError unless f > 0. ``unit`` and ``limit``: `by_current`."""
 
     amplitude: float
     frequency: float
     unit: str = "V"
+    limit: float | None = None
 
     rest = 0.0
 
@@ -98,7 +102,7 @@ class PiecewiseLinear:
 
     ``times`` [s] do not decrease; ``values`` [V], same length; before t = 0 the circuit has come to rest under the
     level ``rest`` [V]. Raises InputError otherwise. ``findings`` say what a run makes of a file that holds another time
-    than it.
+    than it. ``unit``, ``limit``: see `by_current`.
     """
 
     times: Array
@@ -106,6 +110,8 @@ class PiecewiseLinear:
     text: str = "waveform"
     rest: float = 0.0
     findings: tuple[Finding, ...] = ()
+    unit: str = "V"
+    limit: float | None = None
 
     def __post_init__(self) -> None:
         times, values = np.asarray(self.times, dtype=float), np.asarray(self.values, dtype=float)
@@ -123,13 +129,13 @@ class PiecewiseLinear:
         """Return 0 V before ``at`` [s] and ``voltage`` [V] from then on."""
         text = f"step {format_quantity(voltage, unit, 6)}"
         if at == 0:
-            return cls(np.array([0.0]), np.array([voltage]), text)
-        return cls(np.array([at, at]), np.array([0.0, voltage]), text)
+            return cls(np.array([0.0]), np.array([voltage]), text, unit=unit)
+        return cls(np.array([at, at]), np.array([0.0, voltage]), text, unit=unit)
 
     @classmethod
     def ramp(cls, rate: float, duration: float, unit: str = "V") -> Self:
         """Return a rise from 0 V at ``rate`` [V/s] for ``duration`` [s], then held."""
-        return cls(np.array([0.0, duration]), np.array([0.0, rate * duration]), f"ramp {rate:g} {unit}/s")
+        return cls(np.array([0.0, duration]), np.array([0.0, rate * duration]), f"ramp {rate:g} {unit}/s", unit=unit)
 
     @classmethod
     def square(
@@ -157,7 +163,7 @@ class PiecewiseLinear:
         times = np.repeat(edges, 2)[1:]
         values = np.repeat(levels, 2)[:-1]
         text = f"square {low:g} {unit}..{high:g} {unit}, {format_quantity(period, 's', 6)}, duty {duty:g}"
-        return cls(times, values, text)
+        return cls(times, values, text, unit=unit)
 
     def resting(self, rest: float) -> PiecewiseLinear:
         """Return the drive with the level ``rest`` [V] before it."""
@@ -279,6 +285,23 @@ def each(drive: Drive) -> tuple[Drive, ...]:
 def levels(drive: Drive, t: ArrayLike) -> Array:
     """Return the voltages [V] of all sources at times ``t`` [s]; shape (sources, times)."""
     return np.stack([part.value(t) for part in each(drive)])
+
+
+def by_current(drive: Drive) -> bool:
+    """Return True for a drive whose values are a current [A] that a source forces through the strip."""
+    return getattr(drive, "unit", "V") == "A"
+
+
+def voltage_limit(drive: Drive) -> float | None:
+    """Return the voltage [V] beyond which a source of current gives way, its compliance; None without a limit."""
+    return getattr(drive, "limit", None) if by_current(drive) else None
+
+
+def require_voltage(drive: Drive, what: str) -> Drive:
+    """Return the drive. Raises InputError for a drive by current, which ``what`` does not take."""
+    if by_current(drive):
+        raise InputError(f"{what} takes a voltage, not the current '{drive.text}'; simulate takes both")
+    return drive
 
 
 def drive_findings(drive: Drive) -> tuple[Finding, ...]:

@@ -29,6 +29,11 @@ def require_dataframe(module: str) -> None:
     _require((module,), f"a result as a table of {module}", "dataframe")
 
 
+def require_app() -> None:
+    """Raise MissingLibraryError without the library of the window: the extra ``app``."""
+    _require(("panel",), "the window", "app")
+
+
 def require_netcdf() -> None:
     """Raise MissingLibraryError without the libraries for netCDF files: the extra ``study``."""
     _require(("xarray", "h5netcdf", "h5py"), "a netCDF file", "study")

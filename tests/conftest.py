@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command import Outcome, Run
@@ -34,6 +35,27 @@ settings.register_profile("repeatable", derandomize=True, deadline=None, max_exa
 settings.load_profile("repeatable")
 
 _SHARED = Path(__file__).parents[1].parent / "shared" / "data"
+
+
+#: Files that take a worker longest, the longest first. Begun last, one of them would leave the other workers idle.
+LONGEST = (
+    "test_strip_page", "test_contract", "test_every_result", "test_shown_commands", "test_one_pipeline",
+    "test_nonlinear", "test_examples", "test_current_fit", "test_impedance_fit", "test_selection", "test_two_clocks",
+    "test_cli_text", "test_cli_identify", "test_transient", "test_attacks", "test_several", "test_ipmc",
+    "test_intervals", "test_nist", "test_sweep_workers", "test_rhythm", "test_deck", "test_supercapacitor",
+    "test_page_in_use", "test_ogden_fit", "test_models", "test_beam_and_clock", "test_stated_error",
+)  # fmt: skip
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let ``--dist loadfile`` keep the order of the files; by itself it would begin with those of most tests."""
+    config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the longest files first."""
+    rank = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
 
 
 @pytest.fixture(autouse=True)
@@ -107,6 +129,23 @@ def brisk(monkeypatch: pytest.MonkeyPatch) -> None:
     ):
         for engine, value in values.items():
             monkeypatch.setitem(table, engine, value)
+
+
+@pytest.fixture
+def drafts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are written small and without a layout, which takes most of their time; other tests look at them."""
+    import matplotlib
+
+    matplotlib.use("agg")
+    from matplotlib.figure import Figure
+
+    saved = Figure.savefig
+
+    def draft(figure: Figure, target: Any, **how: Any) -> None:
+        figure.set_layout_engine("none")
+        saved(figure, target, **how | {"dpi": 20})
+
+    monkeypatch.setattr(Figure, "savefig", draft)
 
 
 @pytest.fixture(scope="session")

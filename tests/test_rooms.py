@@ -26,6 +26,7 @@ FLOORS = (
     ("report", "browser", "kits"),
     ("front",),
     ("reproduce",),
+    ("window",),
     ("commands",),
 )
 LEVEL = {room: level for level, floor in enumerate(FLOORS) for room in floor}

@@ -30,11 +30,11 @@ from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.oscillators.run import RhythmRun
 from ilg_circuit.oscillators.sweep import RhythmSweep
 from ilg_circuit.result import Result
-from ilg_circuit.simulation.drives import FORMS
+from ilg_circuit.simulation.drives import CURRENT, FORMS
 from ilg_circuit.simulation.impedance import Impedance
 from ilg_circuit.simulation.response import Response
 from ilg_circuit.simulation.sensing import Sensed
-from ilg_circuit.strip.actuator import Actuator, Coupling, Electrodes, Geometry, IonBranch, Material, Mounting
+from ilg_circuit.strip.actuator import Actuator, Coupling, Electrodes, Geometry, IonBranch, Layer, Material, Mounting
 from ilg_circuit.strip.models.registry import ADDITIONS, MODELS
 from ilg_circuit.study.design import DesignReport
 from ilg_circuit.study.sweep import SweepResult
@@ -59,7 +59,8 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 def drives() -> str:
     """Return the forms of a drive: an example of a voltage, one of a motion, and the meaning."""
-    rows = ((f"`{form.examples[0]}`", f"`{form.examples[1]}`", form.meaning) for form in FORMS)
+    rows = [(f"`{form.examples[0]}`", f"`{form.examples[1]}`", form.meaning) for form in FORMS]
+    rows.append((f"`{CURRENT.examples[0]}`", "–", CURRENT.meaning))
     return table(("voltage", "motion", "meaning"), rows)
 
 
@@ -93,6 +94,7 @@ def strip_keys() -> str:
         ("[coupling]", Coupling),
         ("[electrodes]", Electrodes),
         ("[mounting]", Mounting),
+        ("[[layers]]", Layer),
     ):
         rows = []
         for item in fields(kind):

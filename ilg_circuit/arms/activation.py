@@ -24,8 +24,9 @@ LARGEST_STRAIN = 0.5
 class Activation:
     """Activations at ``time`` [s] (t,), ``values`` (t, n, 3) for the `CHANNELS` of n segments, linear in between.
 
-    In the ``beam`` formulation a value is an eigenstrain, l_rest = l0 (1 + value); in ``yekutieli`` an activation in
-    [0, 1]. Before the first and after the last time the nearest value holds. ``text`` names the activation.
+    In the formulations ``beam`` and ``chain`` a value is an eigenstrain, l_rest = l0 (1 + value); in ``yekutieli`` an
+    activation in [0, 1]. Before the first and after the last time the nearest value holds. ``text`` names the
+    activation.
     """
 
     time: Array
@@ -47,9 +48,9 @@ def resampled(times: ArrayLike, time: Array, columns: Array) -> Array:
 def activation(arm: Arm, time: ArrayLike, values: ArrayLike, text: str = "activation") -> Activation:
     """Return the `Activation` of ``arm`` from values (t, n), or (t, n, 3) for the `CHANNELS`.
 
-    A positive value of a (t, n) array bends the arm towards +normal. ``beam``: the eigenstrain eps, -eps on the edge
-    towards +normal, +eps on the other. ``yekutieli``: max(0, a) and max(0, -a) activate the two edges' muscles.
-    Raises InputError naming the first value that is not finite or out of range.
+    A positive value of a (t, n) array bends the arm towards +normal. ``beam``, ``chain``: the eigenstrain eps, -eps on
+    the edge towards +normal, +eps on the other. ``yekutieli``: max(0, a) and max(0, -a) activate the two edges'
+    muscles. Raises InputError naming the first value that is not finite or out of range.
     """
     try:
         t, given = np.asarray(time, dtype=np.float64), np.asarray(values, dtype=np.float64)
@@ -60,7 +61,7 @@ def activation(arm: Arm, time: ArrayLike, values: ArrayLike, text: str = "activa
     wanted = (len(t), arm.segments)
     if given.shape not in (wanted, (*wanted, 3)):
         raise InputError(f"activation: values have the shape {given.shape}; give {wanted} or {(*wanted, 3)}")
-    low, high = (-LARGEST_STRAIN, LARGEST_STRAIN) if arm.formulation == "beam" else (0.0, 1.0)
+    low, high = (-LARGEST_STRAIN, LARGEST_STRAIN) if arm.strained else (0.0, 1.0)
     lowest = low if given.ndim == 3 else -high
     wrong = np.argwhere(~((given >= lowest) & (given <= high)))
     if len(wrong):
@@ -70,7 +71,7 @@ def activation(arm: Arm, time: ArrayLike, values: ArrayLike, text: str = "activa
             f"give {lowest:g} to {high:g}"
         )
     if given.ndim == 2:
-        one, two = (-given, given) if arm.formulation == "beam" else (np.maximum(given, 0), np.maximum(-given, 0))
+        one, two = (-given, given) if arm.strained else (np.maximum(given, 0), np.maximum(-given, 0))
         given = np.stack([one, two, np.zeros_like(given)], axis=-1)
     return Activation(t.copy(), np.ascontiguousarray(given), text)
 
@@ -105,7 +106,7 @@ def sine(arm: Arm, amplitude: float, period: float, duration: float) -> Activati
     """Return the sine amplitude sin(2 pi t/period), bounded, equal in all segments, 200 points a period."""
     require_positive("period", period, "s")
     require_positive("duration", duration, "s")
-    largest = LARGEST_STRAIN if arm.formulation == "beam" else 1.0
+    largest = LARGEST_STRAIN if arm.strained else 1.0
     if not abs(amplitude) <= largest:
         raise InputError(f"amplitude {amplitude:g} is out of range; give {-largest:g} to {largest:g}")
     count = int(np.ceil(200 * duration / period))

@@ -103,7 +103,7 @@ class Coupled(Warned):
 
 def driving(arm: Arm, strains: Array, largest: float) -> Array:
     """Return ``strains`` as they drive an ``arm``: themselves a beam, over the ``largest`` yekutieli's muscles."""
-    return strains if arm.formulation == "beam" else np.clip(strains / largest, -1.0, 1.0)
+    return strains if arm.strained else np.clip(strains / largest, -1.0, 1.0)
 
 
 def couple(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,7 @@ from ..arrays import Array
 from ..errors import InputError, SolveError, wrong_choice
 from ..findings import Finding
 from .activation import Activation, corners
+from .chain_motion import move_chain
 from .energy import crosses_itself
 from .explicit import DONE, NOT_FINITE, RUNNING, Integration, explicit
 from .forces import acceleration
@@ -49,14 +51,14 @@ class Stiffness:
 
 def velocity_rate(arm: Arm) -> float:
     """Return the transits of a wave per second, sqrt(modulus/density)/length [1/s]: turns lengths into velocities."""
-    modulus = arm.youngs_modulus if arm.formulation == "beam" else arm.muscle.passive + arm.muscle.active
+    modulus = arm.youngs_modulus if arm.strained else arm.muscle.passive + arm.muscle.active
     return math.sqrt(modulus / arm.density) / arm.length
 
 
 def stiffness(arm: Arm, drive: Activation) -> Stiffness:
     """Return the fastest rates by power iteration at the rest shape, at the highest activation of each segment."""
     m, q = model(arm), arm.rest_positions().reshape(-1, 4)
-    a = np.zeros((arm.segments, 3)) if arm.formulation == "beam" else drive.values.max(axis=0)
+    a = np.zeros((arm.segments, 3)) if arm.strained else drive.values.max(axis=0)
     return Stiffness(math.sqrt(_fastest(m, q, a, by_velocity=False)), _fastest(m, q, a, by_velocity=True))
 
 
@@ -111,9 +113,10 @@ def simulate(
     """Return the arm's motion under ``drive`` from t = 0, sampled at ``times`` [s] (t,), ascending and >= 0.
 
     ``start`` holds positions and velocities (n + 1, 2, 2) instead of the rest shape at rest. ``tolerance`` bounds the
-    error of each step, see `TOLERANCE`; steps end at every sample and at the activation's
-    `corners`. Raises InputError for values out of range, SolveError at the first value
-    that is not finite or where no step is small enough, naming segment and time.
+    error of each step, see `TOLERANCE`; steps end at every sample and at the activation's `corners`. A ``chain`` is
+    followed by scipy's Radau (implicit, also for auto) or DOP853, whose steps are no longer than the time between
+    corners. Raises InputError for values out of range, SolveError at the first value that is not finite or where no
+    step is small enough, naming segment and time.
     """
     samples = np.asarray(times, dtype=np.float64)
     if samples.ndim != 1 or len(samples) == 0 or not np.isfinite(samples).all():
@@ -127,6 +130,9 @@ def simulate(
     if drive.values.shape[1] != arm.segments:
         raise InputError(f"the activation is for {drive.values.shape[1]} segments, the arm has {arm.segments}")
     duration = float(samples[-1])
+    if arm.formulation == "chain":
+        how: dict[str, Any] = {"tolerance": tolerance, "start": start, "progress": progress}
+        return move_chain(arm, drive, samples, explicit=method == "explicit", **how)
     name, reason = (method, "asked for") if method != "auto" else choose(arm, drive, duration, tolerance)
     m = model(arm)
     run = _prepare(arm, drive, samples, tolerance, start)

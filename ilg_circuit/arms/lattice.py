@@ -3,9 +3,10 @@
 Rods 0 to n stand across the arm, rod 0 clamped; two edges join neighbouring rods, so that n quadrilateral cells lie in
 a row. Side 0 is the face towards +normal (left of the axis when looking from base to tip), side 1 the other face.
 
-Two formulations: ``beam``, an elastic strip whose edges change their rest length (eigenstrain), and ``yekutieli``,
-pre-tensioned muscles whose stiffness follows the activation (Yekutieli et al., J. Neurophysiol. 94, 2005; the model of
-CPG §6.2, *Motion Simulation of Ionic Liquid Gel Soft Actuators Based on CPG Control*).
+Two formulations are a lattice: ``beam``, an elastic strip whose edges change their rest length (eigenstrain), and
+``yekutieli``, pre-tensioned muscles whose stiffness follows the activation (Yekutieli et al., J. Neurophysiol. 94,
+2005; the model of CPG §6.2, *Motion Simulation of Ionic Liquid Gel Soft Actuators Based on CPG Control*). The third,
+``chain``, is the beam as arcs: see `chain`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from ..strip.actuator import CANTILEVER_EIGENVALUE, ORIENTATIONS, PAPER, Actuato
 from ..strip.fields import quantity, validate_quantities
 from .compiled import Indices
 
-FORMULATIONS = ("beam", "yekutieli")
+FORMULATIONS = ("beam", "chain", "yekutieli")
 GRAVITY = 9.80665
 
 #: Shear correction of a rectangular section, and G/E of an incompressible material.
@@ -141,6 +142,11 @@ class Arm:
                 raise InputError(f"arm.curvature of segment {k} is {bend}; give a finite value in 1/m")
             if abs(bend) * max(self.thickness, self.tip_thickness or 0.0) >= 1:
                 raise InputError(f"arm.curvature of segment {k} is {bend:g} 1/m: the inner face would fold over")
+
+    @property
+    def strained(self) -> bool:
+        """True if an activation is a strain of the faces, of a beam or a chain; False if it is a muscle's."""
+        return self.formulation != "yekutieli"
 
     @property
     def segment_length(self) -> float:

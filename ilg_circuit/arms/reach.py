@@ -117,7 +117,7 @@ class Reached:
             findings.append(Finding("reach-too-far", values={"away": away, "length": arm.length}))
         one = len(coupled.run.network.units) == 1
         findings.append(Finding("reach-one-unit" if one else "reach-one-rhythm"))
-        if arm.formulation == "beam":
+        if arm.strained:
             turn = 2 * coupled.largest_strain * arm.length / arm.thickness
             arc = np.hypot(np.sinc(turn / np.pi) - 1, turn / 2 * np.sinc(turn / 2 / np.pi) ** 2)  # tip, from straight
             moved = float(arm.length * arc)
@@ -223,7 +223,7 @@ class _Search:
     ) -> None:
         self.arm, self.rhythm_of, self.mode = arm, rhythm_of, mode
         self.voltage, self.duration, self.start = voltage, duration, start
-        self.length = arm.segment_length if arm.formulation == "beam" else None
+        self.length = arm.segment_length if arm.strained else None
         self.done = self.failed = 0
         ordinary = rhythm(self.network({}))
         self.reference, self.period = ordinary.amplitude, float(ordinary.period or duration)

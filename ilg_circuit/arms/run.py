@@ -6,27 +6,33 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
 from ..arrays import Array
-from ..errors import InputError, argument
+from ..errors import InputError, SolveError, argument
 from ..findings import Finding
 from ..result import Column, Result
 from ..strip.actuator import Actuator
-from .activation import passive, sine, stiffening_wave
+from .activation import Activation, passive, sine, stiffening_wave
 from .coupling import Coupled, couple
 from .dynamics import TOLERANCE, simulate
-from .lattice import OCTOPUS, Arm, mounted, strip_arm
-from .motion import Motion
+from .lattice import FORMULATIONS, OCTOPUS, Arm, mounted, strip_arm
+from .motion import Event, Motion
 from .reach import Reached, reach_target, rhythm_network
-from .statics import equilibrium
+from .statics import doubled, equilibrium, lattice_error
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
 #: Amplitude of a sine by formulation: the free strain of the `paper` strip at 4 V, 3 d0 V/b; a level at which the
 #: octopus arm bends strongly.
-AMPLITUDES = {"beam": 2.21e-3, "yekutieli": 0.02}
+AMPLITUDES = {"beam": 2.21e-3, "chain": 2.21e-3, "yekutieli": 0.02}
 #: Period of a sine [s]: as of the two-neuron oscillator at the paper's values.
 PERIOD = 1.035463
+#: Segments of an arm, and the error of its tip, relative to how far it moves, from which on there are twice as many.
+SEGMENTS, LATTICE_ERROR = 15, 0.01
+#: Segments up to which a lattice is refined, and up to which its error is computed.
+_MOST_REFINED, _MOST_CHECKED = 120, 500
 ACTIVATIONS = ("cpg", "sine", "wave")
 
 
@@ -107,7 +113,7 @@ def move(
     strip: Actuator,
     times: Array,
     *,
-    segments: int = 15,
+    segments: int | None = None,
     formulation: str = "beam",
     coupling: str = "ideal",
     activation: str = "cpg",
@@ -142,11 +148,11 @@ def move(
     of_rhythm = {name: value for name, value in (constants | transfer).items() if value != usual.get(name)}
     given = argument(next(iter(of_rhythm), ""))
     searching, sized, driven = reach is not None, amplitude is not None, activation == "cpg"
-    through, tensioned = coupling != "ideal", formulation == "beam" and rest_ratio is not None
+    through, tensioned = coupling != "ideal", formulation != "yekutieli" and rest_ratio is not None
     chosen = method not in (None, "auto") or tolerance not in (None, TOLERANCE)
     other, by_rhythm = argument("activation", activation), argument("activation", "cpg")
     contradictions = {
-        f"formulation is '{formulation}'; choose beam or yekutieli": formulation not in ("beam", "yekutieli"),
+        f"formulation is '{formulation}'; choose one of {', '.join(FORMULATIONS)}": formulation not in FORMULATIONS,
         f"activation is '{activation}'; choose one of {', '.join(ACTIVATIONS)}": activation not in ACTIVATIONS,
         f"{argument('within')} goes with {argument('reach')}": within is not None and not searching,
         f"{argument('reach')} searches for a rhythm; it does not go with {other}": searching and not driven,
@@ -158,13 +164,14 @@ def move(
         f"{argument('amplitude')} belongs to a sine; a rhythm's is set by {argument('voltage')}": driven and sized,
         f"{argument('coupling', coupling)} goes with {by_rhythm}; a {activation} is ideal": not driven and through,
         f"{argument('amplitude')} belongs to a sine; the wave has its own levels": activation == "wave" and sized,
-        f"{argument('rest_ratio')} is the pre-tension of yekutieli; the beam formulation has none": tensioned,
+        f"{argument('rest_ratio')} is the pre-tension of yekutieli; the {formulation} formulation has none": tensioned,
     }
     for message, found in contradictions.items():
         if found:
             raise InputError(message)
     seconds = float(times[-1])
-    body = _body(strip, formulation, segments, mounting, rest_ratio)
+    count = SEGMENTS if segments is None else segments
+    body = _body(strip, formulation, count, mounting, rest_ratio)
     through_strip: dict[str, Any] = {
         "mode": coupling,
         "actuator": strip,
@@ -174,14 +181,17 @@ def move(
     if searching:
         drive = passive(body)
     elif driven:
-        network = rhythm_network(rhythm, segments, **constants)
-        coupled = couple(network, segments, seconds, **through_strip, **transfer)
+        network = rhythm_network(rhythm, count, **constants)
+        coupled = couple(network, count, seconds, **through_strip, **transfer)
         drive = coupled.activation(body)
     elif activation == "wave":
         drive = stiffening_wave(body, seconds)
     else:
         swing = AMPLITUDES[body.formulation] if amplitude is None else amplitude
         drive = sine(body, swing, PERIOD if period is None else period, seconds)
+    told: tuple[Event, ...] = ()
+    if formulation == "beam" and not searching:
+        body, drive, told = _fine(body, drive, refining=segments is None)
     start = None
     if settled:
         positions, _ = equilibrium(body, drive)
@@ -193,14 +203,35 @@ def move(
         return ArmResult(reached.motion, reached.coupled, reached)
     tolerance = TOLERANCE if tolerance is None else tolerance
     motion = simulate(body, drive, times, method=method or "auto", tolerance=tolerance, **how)
+    motion = replace(motion, events=(*told, *motion.events))
     if coupled:
-        motion = replace(motion, signals=coupled.signals(motion.time))
+        waves = coupled.signals(motion.time).items()
+        each = body.segments // count
+        motion = replace(motion, signals={name: np.repeat(values, each, axis=1) for name, values in waves})
     return ArmResult(motion, coupled, slower=slower)
 
 
+def _fine(body: Arm, drive: Activation, *, refining: bool) -> tuple[Arm, Activation, tuple[Event, ...]]:
+    """Return a lattice and its drive, of twice the segments until its error is small where that is asked for, and that.
+
+    The error is not stated where no equilibrium is found, or of so many segments that it is nothing.
+    """
+    if body.segments > _MOST_CHECKED:
+        return body, drive, ()
+    try:
+        error = lattice_error(body, drive)
+        while refining and error > LATTICE_ERROR and 2 * body.segments <= _MOST_REFINED:
+            body, drive = doubled(body, drive)
+            error = lattice_error(body, drive)
+    except SolveError:
+        return body, drive, ()
+    values = {"segments": body.segments, "twice": 2 * body.segments, "error": error}
+    return body, drive, (Event(0.0, Finding("arm-lattice-error", values=values)),)
+
+
 def _body(strip: Actuator, formulation: str, segments: int, mounting: str | None, rest_ratio: float | None) -> Arm:
-    if formulation == "beam":
-        return strip_arm(strip, segments=segments, mounting=mounting)
+    if formulation != "yekutieli":
+        return replace(strip_arm(strip, segments=segments, mounting=mounting), formulation=formulation)
     body = replace(OCTOPUS, segments=segments)
     if rest_ratio is not None:
         body = replace(body, muscle=replace(body.muscle, rest_ratio=rest_ratio))

@@ -18,7 +18,7 @@ from ..arrays import Array
 from ..circuit.library import HEAVIER, library, library_netlist
 from ..circuit.netlist import Role
 from ..circuit.provenance import FIRST_STEP, LONGEST_STEP, TIGHT_OPTIONS
-from ..drive import NETLIST_RISE, Drive
+from ..drive import NETLIST_RISE, Drive, require_voltage
 from ..errors import InputError, argument, visible
 from ..provenance import Provenance
 from ..simulation.drives import parse_drive, two
@@ -73,7 +73,7 @@ def page_drive(text: str, duration: float) -> PageDrive:
     """
     if not duration > 0:
         raise InputError(f"duration {format_quantity(duration, 's')} must be more than zero")
-    parse_drive(text, duration)  # which says what is wrong with it
+    require_voltage(parse_drive(text, duration), "a page")  # which says what is wrong with it
     kind, _, rest = text.partition(":")
     if kind not in KINDS:
         allowed = ", ".join(KINDS)

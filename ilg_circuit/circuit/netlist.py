@@ -207,6 +207,23 @@ class Netlist:
     def linear(self) -> bool:
         return not any(e.law for e in self.elements)
 
+    @property
+    def by_current(self) -> bool:
+        """True if the drive is a current: its source sets one of current."""
+        return any(e.role is Role.SOURCE and e.kind == "G" for e in self.elements)
+
+    def voltage_at(self, drive: float) -> float:
+        """Return the largest voltage [V] across a behavioural source at rest under a ``drive``: the drive itself.
+
+        A current [A] makes it across the electron path alone.
+        """
+        if not self.by_current:
+            return drive
+        electrons = next(e for e in self.elements if e.role is Role.ELECTRON_PATH)
+        if electrons.law:
+            return electrons.scale * math.asinh(drive / electrons.value)
+        return drive * electrons.value
+
     def linearised(self, voltage: float = 0.0) -> Netlist:
         """Return the circuit of a small signal with ``voltage`` [V] across every behavioural source."""
         return self if self.linear else replace(self, elements=tuple(e.linearised(voltage) for e in self.elements))
@@ -317,18 +334,19 @@ def _vector(quantity: str, rename: dict[str, str], suffix: str) -> str:
 
 
 def _check_element(element: Element, sources: set[str]) -> None:
-    if element.kind not in _KINDS:
-        raise InputError(f"element {element.name}: kind {element.kind} is not one of {', '.join(_KINDS)}")
-    count, _ = _KINDS[element.kind]
-    controlled, positive = element.kind in _CONTROLLED, element.kind in _POSITIVE
-    if (element.kind == "B") != bool(element.law) or (element.law and element.law not in _LAWS):
+    kind = element.kind
+    if kind not in _KINDS:
+        raise InputError(f"element {element.name}: kind {kind} is not one of {', '.join(_KINDS)}")
+    count, _ = _KINDS[kind]
+    controlled, positive = kind in _CONTROLLED, kind in _POSITIVE
+    if (kind == "B") != bool(element.law) or (element.law and element.law not in _LAWS):
         raise InputError(f"element {element.name}: law '{element.law}' is not one of {', '.join(_LAWS)}, of a source B")
     if element.law:
         count = _LAWS[element.law][0]
         if not (math.isfinite(element.scale) and element.scale > 0):
             raise InputError(f"element {element.name} has scale {element.scale!r}; it must be positive and finite")
     if len(element.nodes) != count:
-        raise InputError(f"element {element.name} has {len(element.nodes)} nodes; kind {element.kind} takes {count}")
+        raise InputError(f"element {element.name} has {len(element.nodes)} nodes; kind {kind} takes {count}")
     if controlled != bool(element.control) or (controlled and element.control.lower() not in sources):
         raise InputError(f"element {element.name}: its controlling source '{element.control}' is not in the netlist")
     if not math.isfinite(element.value) or (positive and element.value <= 0):

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from ..errors import InputError
 from ..strip.port import Port
 from .netlist import GROUND, Element, Output, Role
 
 _DRIVE = Element("Vdrive", ("drive", GROUND), 0.0, role=Role.SOURCE)
+#: A source of current into node drive: 1 A per volt of node set, which the drive sets.
+_BY_CURRENT = (
+    Element("Vdrive", ("set", GROUND), 0.0, role=Role.SOURCE),
+    Element("Gdrive", (GROUND, "drive", "set", GROUND), 1.0, role=Role.SOURCE),
+)
 
 
 def port_elements(
@@ -28,6 +34,22 @@ def port_elements(
         Output("charge", "C", tuple(charge.items())),
     ]
     return elements + ions, outputs
+
+
+def driven_port(
+    port: Port, end: str, inner: float = 0.0, *, by_current: bool = False
+) -> tuple[list[Element], list[Output]]:
+    """Return `port_elements` with a source of voltage or, ``by_current``, of current; then the voltage is an output.
+
+    Raises InputError for an inductance, through which no current can be made to jump.
+    """
+    if not by_current:
+        return port_elements(port, end, inner=inner)
+    if port.inductance:
+        raise InputError("a current cannot be forced through leads with an inductance; leave the inductance out")
+    elements, outputs = port_elements(port, end, None, inner)
+    own = [Output("current", "A", (("v(set)", 1.0),)), Output("voltage", "V", (("v(drive)", 1.0),))]
+    return [*_BY_CURRENT, *elements], [own[0], *outputs, own[1]]
 
 
 def port_node(port: Port) -> str:

@@ -24,7 +24,7 @@ from ..strip.port import Port
 from .coupling import filter_elements, filter_rate, free_displacement
 from .load import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, VELOCITY_SCALE, Load, tip_elements
 from .netlist import GROUND, Element, Netlist, Output, Role, series_sum
-from .port import ion_path, port_elements, port_node
+from .port import driven_port, ion_path, port_elements, port_node
 
 #: The reflected voltage, in series with the ion path.
 _BACK = Element("Eback", ("back", GROUND, "copy", GROUND), 1.0, role=Role.REFLECTED_VOLTAGE)
@@ -43,13 +43,15 @@ def electrical_netlist(
     return port_netlist(Port(dc_resistance, tuple(branches), electrode_resistance), title)
 
 
-def port_netlist(port: Port, title: str = "ILG strip, electrical port", rest: float = 0.0) -> Netlist:
+def port_netlist(
+    port: Port, title: str = "ILG strip, electrical port", rest: float = 0.0, *, by_current: bool = False
+) -> Netlist:
     """Return the electrical port alone, of any model; outputs current [A] and charge [C] on the ion path.
 
-    A nonlinear one starts at rest under ``rest`` [V].
+    A nonlinear one starts at rest under ``rest`` [V]. ``by_current``: as for `strip_netlist`.
     """
     rest = 0.0 if port.linear else rest
-    elements, outputs = port_elements(port, GROUND, inner=port.inner_voltage(rest))
+    elements, outputs = driven_port(port, GROUND, port.inner_voltage(rest), by_current=by_current)
     return Netlist(title, tuple(elements), tuple(outputs), rest=rest)
 
 
@@ -61,6 +63,7 @@ def strip_netlist(
     load: Load | None = None,
     band: tuple[float, float] = LADDER_BAND,
     rest: float = 0.0,
+    by_current: bool = False,
     **line: Any,
 ) -> Netlist:
     """Return the whole strip; outputs: current [A], charge [C], displacement [m] and force [N] (at L_F, on the load).
@@ -68,8 +71,9 @@ def strip_netlist(
     ``beam`` "dynamic" is the port EC (17) without simplification: beam compliance and mass, voltage reflected onto the
     electrical side. "static" is EC (26), (29): no mass, nothing reflected. None is the strip's own, `Actuator.beam`.
     ``tip`` "clamped" holds the point L_F. ``band`` [Hz] is a ladder's, if the strip gives none. A nonlinear
-    strip starts at rest under ``rest`` [V]. One with electrodes is a line, see `ilg_circuit.circuit.line`, with the
-    further arguments of `line_netlist`. Raises InputError for an unknown word, a load where there can be none, or a
+    strip starts at rest under ``rest`` [V]. ``by_current``: the drive is a current [A], and the voltage [V] a further
+    output. One with electrodes is a line, see `ilg_circuit.circuit.line`, with the further arguments of `line_netlist`.
+    Raises InputError for an unknown word, a load where there can be none, or a
     hanging strip that is nothing beside its weight.
     """
     load = load or Load()
@@ -85,6 +89,8 @@ def strip_netlist(
     if actuator.electrodes is not None:
         from .line import line_netlist
 
+        if by_current:
+            raise InputError("a strip with [electrodes] is driven by voltages; a current has no one pair of terminals")
         return line_netlist(actuator, beam, tip, load, band=band, rest=rest, **line)
     if line:
         raise InputError(f"actuator '{actuator.name}' has no [electrodes]; it is one lump with one pair of terminals")
@@ -94,13 +100,13 @@ def strip_netlist(
     if coupling is None:
         if load:
             raise InputError(f"actuator '{actuator.name}' has no [coupling]; a load needs one")
-        return port_netlist(port, title, rest)
+        return port_netlist(port, title, rest, by_current=by_current)
     rest = 0.0 if port.linear else rest
     if rest and load:
         raise InputError(f"a strip that starts at rest under {rest:g} V has no load; leave one of them out")
     inner = port.inner_voltage(rest)
     back = GROUND if beam == "static" else "back"
-    elements, outputs = port_elements(port, back, inner=inner)
+    elements, outputs = driven_port(port, back, inner, by_current=by_current)
     elements += filter_elements(coupling, port_node(port), back, "d", inner)
     moving, motion = tip_motion(lumped, coupling, free_displacement(lumped, coupling), [_BACK], beam, tip, load)
     outputs += motion

@@ -5,6 +5,7 @@ In: options. Out: files, text and an exit code. May import: every room.
 
 #: Command -> the first sentence of its help: listing them imports none of them.
 COMMANDS = {
+    "app": "Open a window with sliders: fit, move, sweep, design, export.",
     "arm": "Move a soft arm and write its motion.",
     "cpg": "Run a central pattern generator: period, amplitude, phases.",
     "demo": "Run the whole flow once: simulate, measure, identify, export.",

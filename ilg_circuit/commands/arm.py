@@ -32,12 +32,18 @@ from .progress import ProgressBar
         metavar="ACTUATOR",
         help="Strip that a beam is cut from: TOML file or preset.",
     ),
-    click.option("--segments", type=int, default=15, metavar="N", help="Number of segments."),
+    click.option(
+        "--segments",
+        type=int,
+        metavar="N",
+        help="Number of segments.  [default: 15; of a lattice as many times two as keep its error below 1 %]",
+    ),
     click.option(
         "--formulation",
-        type=click.Choice(["beam", "yekutieli"]),
+        type=click.Choice(["beam", "chain", "yekutieli"]),
         default="beam",
-        help="beam: a strip whose faces change length; yekutieli: an octopus arm of muscles in water.",
+        help="beam: a strip whose faces change length, as a lattice; chain: the same as arcs, without shear; "
+        "yekutieli: an octopus arm of muscles in water.",
     ),
     click.option(
         "--mounting",
@@ -133,7 +139,8 @@ def arm(duration: str, out: Path, animation: Path | None, plot: Path | None, **o
     require_arm()
     from ..arms.run import ArmResult
     from ..front.arms import arm as move
-    from ..report.motion import animate, require_animation
+    from ..report.animation import require_animation
+    from ..report.motion import animate
 
     outputs = {"--out": out, "--animate": animation, "--plot": plot}
     if animation:

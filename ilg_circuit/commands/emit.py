@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 #: Options -> files to write; None where an option was not given.
 Outputs = Mapping[str, Path | None]
 #: Options whose files are pictures, or hold some that go into papers.
-_PICTURES = ("--plot", "--sobol-plot", "--animate", "--folder")
+_PICTURES = ("--plot", "--plot-shape", "--sobol-plot", "--animate", "--folder")
 
 
 class Emitted(Protocol):

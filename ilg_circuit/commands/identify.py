@@ -19,6 +19,9 @@ from .options import displacement_options, fit_options, output_options, outputs,
 from .paths import FILE, FOLDER, LOG, PARAMETERS, STRIP, LongCommand, forced, forcing
 from .progress import ProgressBar
 
+#: Options that go with --shape.
+_OF_MARKS = ("actuator", "scale", "columns", "units", "json", "plot", "report", "size", "style", "time_limit")
+
 
 @click.command(
     cls=LongCommand,
@@ -26,6 +29,7 @@ from .progress import ProgressBar
         "identify step.csv --length 35mm --free-length 30mm --width 5mm --thickness 0.5mm",
         "identify current.csv --displacement camera.csv --scale 0.042mm/px --actuator strip.toml --out fitted.toml",
         "identify camera.csv --drive step:2V --scale 0.042mm/px --actuator strip.toml",
+        "identify --shape marks.csv --actuator fitted.toml --frequency 0.1Hz",
         "identify monday.csv tuesday.csv --each --actuator strip.toml --table all.csv",
     ),
 )
@@ -91,8 +95,36 @@ from .progress import ProgressBar
     click.option("--jobs", type=int, metavar="N", help="With --each: number of processes.  [default: one a core]"),
     click.option("--log", type=LOG, help="With --each: file to which one line per file is appended."),
 )
+@group(
+    "Shape",
+    click.option(
+        "--shape",
+        is_flag=True,
+        help="DATA are tracks of marks along the strip (time_s, x_mm, y_mm, a file a mark; or x1_mm, y1_mm, x2_mm, "
+        "...): find the resistance along its electrodes.",
+    ),
+    click.option(
+        "--frequency",
+        metavar="FREQUENCY",
+        help="With --shape: that of the sine under which the strip moves.  [default: at rest at the end]",
+    ),
+    click.option(
+        "--places",
+        metavar="LENGTHS",
+        help="With --shape: the marks' distances from the clamp.  [default: each x at rest]",
+    ),
+)
 @click.pass_context
-def identify(context: click.Context, /, data: tuple[Path, ...], each: bool, **options: Any) -> None:
+def identify(
+    context: click.Context,
+    /,
+    data: tuple[Path, ...],
+    each: bool,
+    shape: bool,
+    frequency: str | None,
+    places: str | None,
+    **options: Any,
+) -> None:
     """Fit a strip to measured steps, waveforms and impedance spectra.
 
     DATA is a CSV file with a name and a unit in every header: time_s, voltage_V, current_mA, displacement_mm; or a
@@ -103,6 +135,11 @@ def identify(context: click.Context, /, data: tuple[Path, ...], each: bool, **op
     Without --out, --json, --plot, --report or --table a folder with all results, step.fit/, is written beside the
     data.
     """
+    if shape:
+        fit_marks(context, data, options, frequency, places)
+        return
+    if frequency or places:
+        raise InputError(f"--{'frequency' if frequency else 'places'} goes with --shape")
     options |= sizes(options)
     for name in ("bias", "onset"):
         options[name] = by_file(options[name]) or None
@@ -113,6 +150,23 @@ def identify(context: click.Context, /, data: tuple[Path, ...], each: bool, **op
     if left := [name for name in ("jobs", "log") if options.pop(name)]:
         raise InputError(f"--{left[0]} goes with --each, which fits every file individually")
     fit_together(context, data, options)
+
+
+def fit_marks(
+    context: click.Context, data: tuple[Path, ...], options: dict[str, Any], frequency: str | None, places: str | None
+) -> None:
+    """Fit the resistance along the electrodes to the shape that marks show."""
+    from ..front.shapes import identify_shape
+
+    others = [p for p in context.command.params if p.name in options and p.name not in _OF_MARKS]
+    if wrong := next((p for p in others if p.name and given(context, p.name)), None):
+        raise InputError(f"{wrong.opts[-1]} does not go with --shape")
+    if options["actuator"] is None:
+        raise InputError("--shape needs the strip: --actuator, with its sizes and the circuit of its terminals")
+    how = {name: options[name] for name in ("scale", "columns", "units")}
+    result = identify_shape(list(data), options["actuator"], frequency=frequency, places=places, **how)
+    written = {name: path for name, path in outputs(options).items() if name != "--out"}
+    emit(result, written, inputs=(*data, options["actuator"]))
 
 
 def fit_together(context: click.Context, data: tuple[Path, ...], options: dict[str, Any]) -> None:

@@ -65,7 +65,8 @@ from .progress import ProgressBar
         metavar="NAMES",
         help="Numbers kept of each run, such as displacement_final,energy: displacement, force, current or charge with "
         "_final, _peak or _rms; relative_deflection, time_of_peak, overshoot, time_of_90, settling_time, "
-        "force_blocked, force_blocked_peak, energy.  [default: all but the blocked forces]",
+        "force_blocked, force_blocked_peak, energy, voltage_final, voltage_peak.  [default: all but the blocked forces "
+        "and the voltage]",
     ),
     click.option(
         "--waveforms", metavar="NAMES", help="Whole waveforms kept of each run: current,charge,displacement,force."

@@ -14,8 +14,8 @@ from ..circuit.load import Hung
 from ..circuit.netlist import add_elements
 from ..circuit.strip import strip_netlist
 from ..circuit.text import DECK, SUBCIRCUIT, SpiceText
-from ..drive import drive_findings
-from ..errors import SolveError, checked
+from ..drive import by_current, drive_findings, require_voltage, voltage_limit
+from ..errors import InputError, SolveError, checked
 from ..findings import sentences
 from ..provenance import Provenance
 from ..simulation.response import line_of, transient_band
@@ -76,8 +76,10 @@ def netlist(
     """
     actuator = strip_of(strip)
     source, times, wires = wired_run(actuator, drive, duration)
+    if voltage_limit(source) is not None:
+        raise InputError("a deck has no limit of its source of current; leave limit= out, or add a clamp to the deck")
     line, _ = line_of(actuator, transient_band(times), wires, source.largest())
-    circuit = strip_netlist(actuator, **mounted(tip, beam, load), **line)
+    circuit = strip_netlist(actuator, **mounted(tip, beam, load), by_current=by_current(source), **line)
     text = deck(circuit, source, float(times[-1]), actuator)
     return SpiceText(text, DECK, sentences(drive_findings(source)))
 
@@ -234,5 +236,6 @@ def kit(
     actuator = strip_of(strip)
     require_lump(actuator, "a kit")
     source, times = run_of(drive, duration)
+    require_voltage(source, "a kit")
     write_kit(path, actuator, source, float(times[-1]), beam, origin=origin, force=force, inputs=read)
     return path

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from ..drive import PiecewiseLinear
+from ..drive import PiecewiseLinear, require_voltage
 from ..errors import InputError, argument
 from ..findings import Finding
 from ..measurements.film import Film, film_data, film_of, read_film
@@ -49,7 +49,7 @@ def film(
     span = float(track.time[-1] - track.time[0])
     swept = isinstance(drive, str) and drive.startswith("chirp:")
     lasts = float(track.time[-1]) - beginning(track.time, track.values)[0] if swept else _EARLIER * span
-    driven = drive_of(drive, lasts, "V", of_drive)
+    driven = require_voltage(drive_of(drive, lasts, "V", of_drive), "a film")
     if not isinstance(driven, PiecewiseLinear):
         driven = PiecewiseLinear(*sampled(driven.value, driven.angular_frequency(), lasts), driven.text)
     if swept:

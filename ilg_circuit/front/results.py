@@ -13,12 +13,14 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Actuator`           a strip, from `ilg.load`, or ``fit.actuator``
 `Specimen`           a strip that has no circuit yet, from `ilg.new_strip`
 `Response`           waveforms of a run, from `ilg.simulate`
+`Shape`              centre line of a strip over time, from `ilg.shape`
 `Impedance`          impedance over frequency, from `ilg.impedance`
 `Sensed`             voltage or current of a strip that is moved, from `ilg.sense`
 `Record`             measured waveforms, from `ilg.read`
 `Spectrum`           a measured impedance, from `ilg.read`
 `LoadTest`           measured stress over stretch, from `ilg.read`
 `Identification`     the fit of a strip, from `ilg.identify`
+`ShapeFit`           the resistance along a strip, from `ilg.identify_shape`
 `Estimate`           a fitted parameter with its error and interval, as in ``fit["capacitance"]``
 `Batch`              fits of many files, from `ilg.identify_each`
 `FileFit`            one row of a `Batch`
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
     from ..hyperelastic.characterisation import Characterisation
     from ..identification.batch import Batch, FileFit
     from ..identification.identification import Identification
+    from ..identification.shape import ShapeFit
     from ..measurements.load_test import LoadTest
     from ..measurements.record import Record
     from ..measurements.spectrum import Spectrum
@@ -62,6 +65,7 @@ if TYPE_CHECKING:
     from ..simulation.impedance import Impedance
     from ..simulation.response import Response
     from ..simulation.sensing import Sensed
+    from ..simulation.shape import Shape
     from ..strip.actuator import Actuator
     from ..strip.models import IonPath
     from ..strip.specimen import Specimen
@@ -93,6 +97,8 @@ __all__ = [
     "RhythmRun",
     "RhythmSweep",
     "Sensed",
+    "Shape",
+    "ShapeFit",
     "Specimen",
     "Spectrum",
     "SpiceText",
@@ -112,6 +118,7 @@ _PLACES = {
         "FileFit",
     ),
     "identification.identification": ("Identification",),
+    "identification.shape": ("ShapeFit",),
     "measurements.load_test": ("LoadTest",),
     "measurements.record": ("Record",),
     "measurements.spectrum": ("Spectrum",),
@@ -121,6 +128,7 @@ _PLACES = {
     "simulation.impedance": ("Impedance",),
     "simulation.response": ("Response",),
     "simulation.sensing": ("Sensed",),
+    "simulation.shape": ("Shape",),
     "strip.actuator": ("Actuator",),
     "strip.models": ("IonPath",),
     "strip.specimen": ("Specimen",),

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import row
 from ..circuit.load import Hung
+from ..drive import voltage_limit
 from ..errors import InputError, checked
 from ..measurements.said import said_of
 from ..simulation.check import check as check_response
@@ -60,7 +61,8 @@ def simulate(
         An object, the path of a TOML file or a preset's name.
     drive : str, Drive, (times, values) or mapping
         The voltage over time: a text such as "step:4V" or "square:-2V..2V,30s" (all forms are under Notes), or a pair
-        of times [s] and voltages [V] (n,). The strip is at rest under the drive's rest level until t = 0. Of a strip
+        of times [s] and voltages [V] (n,). The strip is at rest under the drive's rest level until t = 0. With amperes
+        it is a current, such as "current:10mA", and the voltage is an answer. Of a strip
         with segmented electrodes ``{1: "step:4V", 2: "step:-4V", 3: "open"}`` gives each segment of side 1 its own,
         against side 2; -2 is a segment of side 2, "3:-1" one of side 1 against one of side 2. Segments that are not
         named are at 0 V.
@@ -135,6 +137,8 @@ def simulate(
     ``ramp:1V/s``                         A straight line from zero.
     ``file:drive.csv``                    The rows of a CSV file: time_s and a voltage or, for a motion, a displacement.
     ``repeat:5,drive.csv``                The rows of a file, repeated 5 times.
+    ``current:10mA[,limit=4V]``           A current in place of a voltage: a value, any form above with amperes, or a
+                                          file's column of current; the source gives way beyond the limit.
     ====================================  ============================================================================
 
     Examples
@@ -148,7 +152,7 @@ def simulate(
     said = said_of(columns, units, part, cycle)
     source, at, wires = wired_run(actuator, drive, duration, samples=samples, step=step, times=times, said=said)
     how = mounted(tip, beam, load)
-    engine = engine_of(engine, actuator)
+    engine = "exact" if engine is None and voltage_limit(source) is not None else engine_of(engine, actuator)
     response = solve(actuator, source, at, engine=engine, accuracy=accuracy, progress=progress, wires=wires, **how)
     if band:
         stderr = prediction_band(actuator, source, response.time, engine=engine, wires=wires, **how).stderr

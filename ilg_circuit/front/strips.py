@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, argument, unknown_name
 from ..strip.actuator import Actuator, Geometry, Mounting
 from ..strip.file import load_strip
+from ..strip.layers import Layer, layer_from
 from ..strip.plausible import warn_of_sizes
 from ..strip.specimen import MECHANICAL, Specimen
 from ..units import si
@@ -29,6 +31,7 @@ def new_strip(
     youngs_modulus: Given | None = None,
     orientation: str = "weightless",
     name: str = "strip",
+    layers: Iterable[Layer | Mapping[str, Any]] = (),
     **known: Given,
 ) -> Specimen:
     """Return a strip by its sizes, for `identify`, which fits its circuit and coupling.
@@ -51,6 +54,8 @@ def new_strip(
         How the strip is held against gravity.
     name : str
         Its name, which the fitted strip keeps.
+    layers : iterable of Layer or mapping, optional
+        Its layers from the anode's face to the other, with the keys of [[layers]] in a strip's file.
     **known : float or str
         Other keys of [material] that no fit gives: density, beam_damping_ratio, bending_stiffness,
         electrode_resistivity_1, electrode_thickness_1 and so on.
@@ -84,6 +89,7 @@ def new_strip(
         known={key: si(value, _unit(key), key) for key, value in given.items()},
         mounting=Mounting(orientation),
         name=name,
+        layers=tuple(layer_from(layer) for layer in layers),
     )
     warn_of_sizes(made)
     return made
@@ -111,7 +117,7 @@ def measured_strip(strip: Strip | Specimen | None, **sizes: Given | None) -> Act
     if isinstance(found, Actuator):
         return found.with_(**given)
     geometry = {key: getattr(found.geometry, key) for key in SIZES}
-    rest = {"orientation": found.mounting.orientation, "name": found.name}
+    rest = {"orientation": found.mounting.orientation, "name": found.name, "layers": found.layers}
     return new_strip(**geometry | dict(found.known) | rest | given)
 
 

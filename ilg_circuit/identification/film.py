@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -92,7 +92,12 @@ def driven_strip(base: Actuator | Specimen | None, strip: Actuator, held: float 
     if not (math.isfinite(resistance) and resistance >= 0):
         raise InputError(f"electrode resistance {resistance:g} ohm must be zero or more")
     made: Port = replace(lumped_elements(strip).port, electrode_resistance=resistance)
-    how = {"coupling": strip.coupling, "mounting": strip.mounting, "name": strip.name}
+    how: dict[str, Any] = {
+        "coupling": strip.coupling,
+        "mounting": strip.mounting,
+        "name": strip.name,
+        "layers": strip.layers,
+    }
     return Actuator.from_port(strip.geometry, made, base=strip.material, **how)
 
 

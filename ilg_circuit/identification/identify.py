@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -337,7 +337,7 @@ def _actuator(
     coupling = strip.coupling if base is not None else None
     if port is None:
         return replace(strip, coupling=coupling, name=name, uncertainty=None)
-    how = {"coupling": coupling, "mounting": strip.mounting, "name": name}
+    how: dict[str, Any] = {"coupling": coupling, "mounting": strip.mounting, "name": name, "layers": strip.layers}
     try:
         return Actuator.from_port(strip.geometry, port.port, base=strip.material, **how)
     except InputError as error:

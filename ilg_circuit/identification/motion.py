@@ -8,6 +8,7 @@ it does not (the displacement is d(s) times the port voltage).
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -59,7 +60,7 @@ class Motion:
     @property
     def linear(self) -> bool:
         """True if the displacement is linear in the voltage, so that it has a closed form."""
-        return self.port.kind.linear if self.port is not None else lumped_elements(self._simplest()).port.linear
+        return self.port.kind.linear if self.port is not None else lumped_elements(self._simplest).port.linear
 
     def displacements(self, drive: PiecewiseLinear, t: Array, values: Array, accuracy: float | None = None) -> Array:
         """Return displacements [m] (k, samples) at ``t`` [s] from the rest before 0, of parameters ``values`` (k, n).
@@ -88,14 +89,15 @@ class Motion:
     def _strips(self, values: Array, t: Array) -> list[Actuator]:
         couplings = [Coupling(*v) for v in values[:, -len(COUPLING) :].tolist()]
         if self.port is None:
-            strip = self._simplest()
+            strip = self._simplest
             return [replace(strip, coupling=c) for c in couplings]
         ladders = self.port.kind.ladders(np.array(self.port.typical), transient_band(t[t >= 0]))
         ports = [self.port.port(v, ladders) for v in values[:, : -len(COUPLING)]]
         return [replace(strip_of(self.actuator, p), coupling=c) for p, c in zip(ports, couplings, strict=True)]
 
+    @cached_property
     def _simplest(self) -> Actuator:
-        """Return the strip without the parts of its circuit that do not affect the displacement."""
+        """The strip without the parts of its circuit that do not affect the displacement."""
         full = lumped_port(self.actuator)
         if self.beam != "static" or full.electrode_resistance:
             return self.actuator

@@ -96,7 +96,9 @@ class PortFit:
 
     @property
     def only_noise(self) -> bool:
-        """True if no file's residuals exceed its individual fit's, or the noise."""
+        """True if no file's residuals exceed its individual fit's, or the noise; or if all are only rounding."""
+        if all(rms <= NEGLIGIBLE * d.size for rms, d in zip(self.rms, self.data, strict=True)):
+            return True
         return not correlated(self.fit) and self.beyond_individual(self.independent()) < EVIDENCE
 
     def beyond_individual(self, samples: Array) -> float:

@@ -142,7 +142,13 @@ def _figure_class() -> Any:
                 words.set_text("\n".join(map(visible, words.get_text().split("\n"))))
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
-                super().draw(renderer)
+                engine = self.get_layout_engine()
+                if engine and self.canvas.is_saving() and "open_group" in vars(renderer):
+                    # before it saves, matplotlib draws once with a renderer that draws nothing, for the layout alone
+                    with contextlib.suppress(ValueError):
+                        engine.execute(self)
+                else:
+                    super().draw(renderer)
 
     return WordsFigure
 

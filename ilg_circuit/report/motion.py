@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +13,10 @@ from numpy.typing import ArrayLike
 from ..arms.motion import Motion
 from ..arrays import Array
 from ..errors import InputError
-from ..files import replacing, require_writable
 from ..units import format_quantity
+from .animation import FRAME, MOST_FRAMES, require_animation, write_frames
 from .axes import (
     BLUE,
-    COLOURS,
     GREY,
     ORANGE,
     Axes,
@@ -32,16 +30,10 @@ from .axes import (
     plain,
     scaled,
 )
-from .look import beside, finish, narrow
+from .look import beside, narrow
 
 #: Times of the snapshots in CPG Fig. 10(c) [s].
 SNAPSHOT_TIMES = (0.5, 0.7, 1.0, 1.5)
-#: Largest number of frames of an animation; a GIF with more would be too large to show.
-MOST_FRAMES = 400
-#: Resolution [dpi] of an animation, and the largest one where its size was given.
-_FRAME, _MOST_SHARP = 100, 200
-#: Number of colours of a GIF, chosen from its last frame, which shows everything.
-_GIF_COLOURS = 48
 #: A motion whose extents have a smaller ratio is drawn with different scales along x and y.
 _FLAT = 0.25
 #: Colours of the first and the last snapshot.
@@ -71,11 +63,15 @@ def facts(motion: Motion) -> list[tuple[str, str]]:
     return [
         ("tip's largest displacement", f"{peak} at {motion.time[largest]:.4g} s, at the end {end}"),
         ("largest tension in the first segment", format_quantity(tension, "N", 4)),
-        (
-            "cells' areas kept to",
-            f"{motion.area_drift:.1e}, energy balance closed to {motion.balance_error:.1e} of its largest term",
-        ),
+        _accuracy(motion),
     ]
+
+
+def _accuracy(motion: Motion) -> tuple[str, str]:
+    closed = f"closed to {motion.balance_error:.1e} of its largest term"
+    if motion.arm.formulation == "chain":  # it has no cells
+        return "energy balance", closed
+    return "cells' areas kept to", f"{motion.area_drift:.1e}, energy balance {closed}"
 
 
 def figure(motion: Motion, snapshots: ArrayLike = SNAPSHOT_TIMES) -> Figure:
@@ -155,15 +151,6 @@ def _pair(
     return panel
 
 
-def require_animation(path: Path) -> None:
-    """Raise InputError for an animation that cannot be written: folder, suffix, missing ffmpeg."""
-    if path.suffix.lower() not in (".gif", ".mp4"):
-        raise InputError(f"cannot animate '{path}': end its name in .gif or .mp4")
-    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
-        raise InputError(f"cannot animate '{path}': no ffmpeg here; install it, or end the name in .gif")
-    require_writable(path)
-
-
 def animate(
     motion: Motion,
     path: str | Path,
@@ -178,8 +165,6 @@ def animate(
     point moves with the arm. At most `MOST_FRAMES` frames: a longer motion has fewer a second. Raises InputError for a
     path or a portrait that cannot be used.
     """
-    from matplotlib.animation import FFMpegWriter
-
     target = Path(path)
     require_animation(target)
     if portrait is not None and any(np.shape(values) != motion.time.shape for values in portrait):
@@ -189,7 +174,7 @@ def animate(
     times = np.linspace(motion.time[0], motion.time[-1], count)
     frames = np.abs(motion.time - times[:, None]).argmin(axis=1)
     count_of = 1 if portrait is None else 2
-    figure = blank((2.8 * (count_of + 1), 4.2), dpi=_FRAME, stacked=4.2 * count_of)
+    figure = blank((2.8 * (count_of + 1), 4.2), dpi=FRAME, stacked=4.2 * count_of)
     columns = beside(count_of)
     stage, *sides = figure.subplots(count_of // columns, columns, squeeze=False).flat
     scale, unit = engineering(motion.positions, "m")
@@ -204,39 +189,18 @@ def animate(
         point = side.plot([], [], "o", color=ORANGE, markersize=6)[0]
         side.set(xlabel=portrait_labels[0], ylabel=portrait_labels[1])
         side.grid(alpha=0.25, linewidth=0.6)
-    # the layout is computed once: repeating it for each frame is slow and makes the picture jitter
     heading.set_text(title(motion))
-    finish(figure, COLOURS)
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
-    kind: Any = FFMpegWriter if target.suffix.lower() == ".mp4" else _gif_writer()
-    writer = kind(fps=(count - 1) / duration)
-    with replacing(target) as temporary, writer.saving(figure, str(temporary), dpi=min(figure.dpi, _MOST_SHARP)):
-        for frame in frames:
-            nodes = scale * motion.positions[frame]
-            path_line.set_data(*(scale * motion.tip[: frame + 1]).T)
-            body.set_xy(_outline(nodes))
-            rods.set_data(*_rods(nodes))
-            heading.set_text(f"{title(motion)}, {motion.time[frame]:.2f} s")
-            if portrait is not None:
-                point.set_data([portrait[0][frame]], [portrait[1][frame]])
-            writer.grab_frame()
 
+    def draw(frame: int) -> None:
+        nodes = scale * motion.positions[frame]
+        path_line.set_data(*(scale * motion.tip[: frame + 1]).T)
+        body.set_xy(_outline(nodes))
+        rods.set_data(*_rods(nodes))
+        heading.set_text(f"{title(motion)}, {motion.time[frame]:.2f} s")
+        if portrait is not None:
+            point.set_data([portrait[0][frame]], [portrait[1][frame]])
 
-@lru_cache(maxsize=1)
-def _gif_writer() -> Any:
-    """Return a writer of GIFs whose frames share a palette of few colours: files are a third as large."""
-    from matplotlib.animation import PillowWriter
-    from PIL.Image import Dither, Quantize
-
-    class FewColours(PillowWriter):
-        def finish(self) -> None:
-            frames: list[Any] = vars(self)["_frames"]
-            palette = frames[-1].quantize(_GIF_COLOURS, Quantize.MAXCOVERAGE)
-            frames[:] = [frame.quantize(palette=palette, dither=Dither.NONE) for frame in frames]
-            super().finish()
-
-    return FewColours
+    write_frames(figure, target, frames.tolist(), draw, (count - 1) / duration)
 
 
 def title(motion: Motion) -> str:

@@ -112,10 +112,12 @@ def repetition(command: str, programs: Iterable[str] = ()) -> Section:
 
 def fill(template: Path, content: dict[str, Any]) -> str:
     """Return the page of a jinja2 ``template``, autoescaped; ``style`` and ``versions`` are added to the content."""
-    from jinja2 import Template
+    from jinja2 import Environment, FileSystemLoader
 
-    style = Path(__file__).with_name("html.css").read_text(encoding="utf-8")
-    page = Template(template.read_text(encoding="utf-8"), autoescape=True, keep_trailing_newline=True)
+    here = Path(__file__)
+    style = here.with_name("html.css").read_text(encoding="utf-8")
+    found = FileSystemLoader([template.parent, here.parent])  # a template may include this room's block.html.j2
+    page = Environment(loader=found, autoescape=True, keep_trailing_newline=True).get_template(template.name)
     return page.render({"style": style, "versions": versions()} | content)
 
 

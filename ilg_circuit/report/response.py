@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..drive import Drives, each
-from ..simulation.waveforms import ANSWERS, WAVEFORMS
+from ..drive import Drives, by_current, each
+from ..simulation.waveforms import WAVEFORMS, answers
 from ..units import format_quantity
 from .axes import (
     BLUE,
@@ -92,7 +92,7 @@ def figure(response: Response) -> Figure:
     prediction that was compared with it.
     """
     shown = _shown(response)
-    bent = response.curvatures is not None
+    bent = _in_cells(response)
     figure, axes = new_figure(len(shown) + bent + 1, [1.5] * (len(shown) + bent) + [1.0])
     if bent:
         _curvature(response, axes[len(shown)])
@@ -125,8 +125,10 @@ def _legends(axes: list[Axes]) -> None:
 def panels(response: Response) -> Panels:
     """Return the panels: one per waveform, the displacement first if it is known."""
     shown = sorted(_shown(response), key=lambda waveform: waveform.name != "displacement")
-    drawn = {w.name: partial(_waveform, response, w) for w in shown} | {"voltage": partial(_drive, response)}
-    if response.curvatures is not None:
+    source = "current" if by_current(response.drive) else "voltage"
+    drawn = {w.name: partial(_waveform, response, w) for w in shown}
+    drawn.setdefault(source, partial(_drive, response))
+    if _in_cells(response):
         drawn["curvature"] = partial(_curvature, response)
     return {name: partial(over_time, draw) for name, draw in drawn.items()}
 
@@ -139,7 +141,7 @@ def over_time(draw: Callable[..., None], panel: Axes, **style: Any) -> Axes:
 
 
 def _shown(response: Response) -> list[Waveform]:
-    return [w for w in ANSWERS if np.nanmax(np.abs(response.waveforms[w.name]), initial=0.0) > 0]
+    return [w for w in answers(response.drive) if np.nanmax(np.abs(response.waveforms[w.name]), initial=0.0) > 0]
 
 
 def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any) -> None:
@@ -148,7 +150,8 @@ def _waveform(response: Response, waveform: Waveform, panel: Axes, **style: Any)
     time, values, error = response.time, response.waveforms[waveform.name], response.stderr.get(waveform.name)
     if part is not None:  # its drive jumps where the record does
         time, values, error, style = part.time, part.predicted, part.stderr, {"label": "predicted"} | style
-    jumps = jumps_of(response.drive, time) if waveform.name == "current" else np.empty(0)
+    at_once = waveform.name == ("voltage" if by_current(response.drive) else "current")
+    jumps = jumps_of(response.drive, time) if at_once else np.empty(0)
     if error is not None:
         style = {"linewidth": 0.9} | style
     factor = curve(panel, *with_jumps(time, values, jumps), waveform.name, waveform.unit, **style)
@@ -170,7 +173,8 @@ def swings(response: Response) -> str:
         return ""
     stiffness = sum(1 / element.value for element in moving if element.name.startswith("C"))
     frequency = format_quantity(float(np.sqrt(stiffness / mass)) / (2 * np.pi), "Hz", 2)
-    return f"dynamic beam: swings at {frequency} after each voltage jump"
+    source = "current" if by_current(response.drive) else "voltage"
+    return f"dynamic beam: swings at {frequency} after each {source} jump"
 
 
 def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) -> None:
@@ -180,6 +184,11 @@ def _band(panel: Axes, time: Array, values: Array, reach: Array, colour: Any) ->
     panel.fill_between(time, values - reach, values + reach, color=colour, alpha=0.3, linewidth=0, label=label)
     for edge in (values - reach, values + reach):
         panel.plot(time, edge, color=colour, linewidth=0.5, alpha=0.8, label="_")
+
+
+def _in_cells(response: Response) -> bool:
+    """Return True for a strip whose curvature differs from place to place."""
+    return response.curvatures is not None and response.actuator.electrodes is not None
 
 
 def _curvature(response: Response, panel: Axes, **style: Any) -> None:
@@ -203,12 +212,13 @@ def _curvature(response: Response, panel: Axes, **style: Any) -> None:
 
 def _drive(response: Response, panel: Axes, **style: Any) -> None:
     """Draw the drive; the axis includes zero."""
+    what = ("current", "A") if by_current(response.drive) else ("voltage", "V")
     parts = each(response.drive)
     for k, part in enumerate(parts):
         named = {"color": ORANGE} if len(parts) == 1 else {"color": COLOURS[k % len(COLOURS)]}
         if isinstance(response.drive, Drives):
             named |= {"label": f"segment {response.drive.named[k][0]}"}
-        curve(panel, *drive_points(part, response.time), "voltage", "V", **named | style)
+        curve(panel, *drive_points(part, response.time), *what, **named | style)
     if len(parts) > 1:
         legend_above(panel)
     panel.use_sticky_edges = False

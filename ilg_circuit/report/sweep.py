@@ -12,7 +12,7 @@ from ..arrays import Array
 from ..errors import InputError
 from ..study.dataset import DESIGN
 from ..study.outputs import OUTPUTS
-from ..study.parameters import PARAMETERS
+from ..study.parameters import varied_parameter
 from ..study.plan import Plan
 from ..study.sweep import SweepResult
 from ..units import format_quantity
@@ -101,7 +101,7 @@ def _design(plan: Plan, number: int) -> str:
 
 def _value(name: str, value: Any) -> str:
     """Return a parameter's name and value as text."""
-    item = PARAMETERS[name]
+    item = varied_parameter(name)
     return f"{name} {value if item.words else format_quantity(float(value), item.unit, 4)}"
 
 

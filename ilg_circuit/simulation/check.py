@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array, ComplexArray
 from ..circuit.load import Load
-from ..drive import Drive
+from ..drive import Drive, by_current, voltage_limit
 from ..errors import InputError, SolveError, warn
 from ..solve.library import available, install_hint
 from ..strip.elements import lumped_elements, lumped_port
@@ -18,7 +18,7 @@ from . import closed_forms as formulas
 from .impedance import Impedance, impedance
 from .response import Response, simulate, transient_band
 from .superposition import superpose
-from .waveforms import ANSWERS
+from .waveforms import answers
 
 #: Largest difference of two solutions that agree, relative to the maximum.
 AGREEMENT = 1e-5
@@ -42,11 +42,11 @@ class Difference:
 def check(response: Response, *, tip: str, beam: str | None = None, load: Load | None = None) -> list[Difference]:
     """Return the differences of a response from the other engine, if it is there, and from the closed forms.
 
-    A circuit with nonlinear elements has neither: its current is compared with an integration of the port's own
-    differential equations (`ilg_circuit.solve.ode`).
+    A circuit with nonlinear elements, or a source with a limit, has neither: its current (under a current its voltage)
+    is compared with an integration of the port's own differential equations (`ilg_circuit.solve.ode`).
     """
     line = response.actuator.electrodes is not None
-    if not response.netlist.linear:
+    if not response.netlist.linear or voltage_limit(response.drive) is not None:
         if line:
             raise InputError("a nonlinear strip with [electrodes] has no second solution; leave the check out")
         return _check_port(response)
@@ -65,7 +65,7 @@ def check(response: Response, *, tip: str, beam: str | None = None, load: Load |
             w.name, f"{other} engine", _difference(found[w.name], run.waveforms[w.name], floors.get(w.name, 0.0))
         )
         for other, run in again.items()
-        for w in ANSWERS
+        for w in answers(response.drive)
         if not np.isnan(found[w.name]).any()
     ]
     if line:  # whose closed forms are those of a frequency
@@ -89,9 +89,10 @@ def _check_port(response: Response) -> list[Difference]:
     from ..solve.ode import port_response
 
     port = lumped_port(response.actuator, transient_band(response.time))
-    current, charge = port_response(port, response.drive, response.time)
+    answer = "voltage" if by_current(response.drive) else "current"
+    values, charge = port_response(port, response.drive, response.time)
     return [
-        Difference("current", "port's equations", _difference(response.current, current)),
+        Difference(answer, "port's equations", _difference(response.waveforms[answer], values)),
         Difference("charge", "port's equations", _difference(response.charge, charge)),
     ]
 
@@ -158,8 +159,10 @@ def closed_forms(response: Response, *, tip: str, beam: str | None = None) -> di
     (34), static beam, no electrode resistance, so that the port has the source's voltage.
     """
     forms: dict[str, Array] = {}
-    if response.actuator.beam(beam) != "static":
+    if response.actuator.beam(beam) != "static" or voltage_limit(response.drive) is not None:
         return forms
+    if by_current(response.drive):
+        return _closed_by_current(response, tip)
     lumped, drive, t = lumped_elements(response.actuator), response.drive, response.time
     port, coupling = lumped.port, lumped.coupling
     if port.linear and (len(port.branches) == 1 or (port.branches and not port.electrode_resistance)):
@@ -175,6 +178,29 @@ def closed_forms(response: Response, *, tip: str, beam: str | None = None) -> di
         free = _superposed("displacement", drive, t, [motion])
         forms |= {"displacement": free * lumped.hanging_share} if tip == "free" else {"force": free * lumped.stiffness}
     return forms
+
+
+def _closed_by_current(response: Response, tip: str) -> dict[str, Array]:
+    """Return voltage, displacement and clamped force under a current, for a port of one ionic branch.
+
+    The motion under a sine has none.
+    """
+    lumped, drive, t = lumped_elements(response.actuator), response.drive, response.time
+    port, c = lumped.port, lumped.coupling
+    if not port.linear or len(port.branches) != 1:
+        return {}
+    whole, inner = (
+        formulas.voltage_constants(port.dc_resistance, *port.branches[0], electrodes)
+        for electrodes in (port.electrode_resistance, 0.0)
+    )
+    forms = {"voltage": _superposed("current", drive, t, [whole])}
+    if c is None or drive.angular_frequency():
+        return forms
+    motion = (c.gain, c.zero, c.damping_ratio, c.natural_frequency, lumped.bending_ratio, *inner)
+    free = _superposed("moved", drive, t, [motion])
+    return forms | (
+        {"displacement": free * lumped.hanging_share} if tip == "free" else {"force": free * lumped.stiffness}
+    )
 
 
 def _superposed(quantity: str, drive: Drive, t: Array, parts: Sequence[tuple[float, ...]]) -> Array:

@@ -62,6 +62,17 @@ def current_sine(t: ArrayLike, a0: float, a1: float, rate: float, frequency: flo
     return np.asarray(np.imag(response * np.exp(s * time)) - response.imag * np.exp(-rate * time))
 
 
+def voltage_constants(
+    dc_resistance: float, dynamic_resistance: float, capacitance: float, electrode_resistance: float = 0.0
+) -> tuple[float, float, float]:
+    """Return (a0/I [ohm], a1/I [ohm], lambda [1/s]) of a current step's voltage a0 + a1 exp(-lambda t), EC (27).
+
+    a0 = Rdc + Re, a1 = (Rdc parallel Rd) - Rdc, lambda = 1/((Rdc + Rd) C); the ``current_`` forms take them.
+    """
+    series = dc_resistance + dynamic_resistance
+    return dc_resistance + electrode_resistance, -(dc_resistance**2) / series, 1 / (series * capacitance)
+
+
 # -- displacement of the free, massless strip, EC (31)-(34) ------------------------------------------------------------
 
 
@@ -120,6 +131,60 @@ def displacement_sine(
     c, decay = _modes(time, damping_ratio, natural_frequency)
     start, slope = -response.imag, -(response * s).imag
     return np.asarray(np.imag(response * np.exp(s * time)) + start * c + (slope + sigma * start) * decay)
+
+
+# -- displacement under a current: y/i = -(N/s) Rdc/(Rdc + Zp), d(s) after the voltage a0 + a1 exp(-lambda t) ---------
+
+
+def moved_step(
+    t: ArrayLike,
+    gain: float,
+    zero: float,
+    damping_ratio: float,
+    natural_frequency: float,
+    bending_ratio: float,
+    a0: float,
+    a1: float,
+    rate: float,
+) -> Array:
+    """Return the free displacement [m/A] under a step of current, whose voltage across the gel has these constants."""
+    time = np.maximum(np.asarray(t, dtype=float), 0)
+    constants = (gain, zero, damping_ratio, natural_frequency, bending_ratio)
+    at_pole, slope = _relaxing(*constants, rate)
+    sigma = damping_ratio * natural_frequency
+    c, s = _modes(time, damping_ratio, natural_frequency)
+    relaxing = at_pole * np.exp(-rate * time) - at_pole * (c - sigma * s) + slope * s
+    return np.asarray(a0 * displacement_step(time, *constants) + a1 * relaxing)
+
+
+def moved_ramp(
+    t: ArrayLike,
+    gain: float,
+    zero: float,
+    damping_ratio: float,
+    natural_frequency: float,
+    bending_ratio: float,
+    a0: float,
+    a1: float,
+    rate: float,
+) -> Array:
+    """Return the free displacement [m] under a current of 1 A/s: the integral of `moved_step`."""
+    time = np.maximum(np.asarray(t, dtype=float), 0)
+    constants = (gain, zero, damping_ratio, natural_frequency, bending_ratio)
+    at_pole, slope = _relaxing(*constants, rate)
+    c, s = _modes(time, damping_ratio, natural_frequency)
+    integral_s = (1 - c - damping_ratio * natural_frequency * s) / natural_frequency**2
+    relaxing = -at_pole * np.expm1(-rate * time) / rate - at_pole * s + slope * integral_s
+    return np.asarray(a0 * displacement_ramp(time, *constants) + a1 * relaxing)
+
+
+def _relaxing(
+    gain: float, zero: float, damping_ratio: float, natural_frequency: float, bending_ratio: float, rate: float
+) -> tuple[float, float]:
+    """Return D and B of the answer D e^(-lambda t) + (B - D s)/(s^2 + 2 zeta' wn' s + wn'^2) to e^(-lambda t)."""
+    damping = 2 * damping_ratio * natural_frequency
+    at_pole = bending_ratio * gain * (zero - rate) / (rate**2 - damping * rate + natural_frequency**2)
+    return at_pole, bending_ratio * gain - damping * at_pole + rate * at_pole
 
 
 def steady_displacement(voltage: float, static_coupling: float, load_distance: float, thickness: float) -> float:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import InputError, visible
 from ..measurements.said import NOTHING, Said
@@ -87,17 +87,33 @@ FORMS: tuple[Form, ...] = (
     Form("repeat", ("repeat:5,drive.csv", "repeat:5,motion.csv"), None, "The rows of a file, repeated 5 times."),
 )
 
+#: A drive by current: any of the forms, with amperes.
+CURRENT = Form(
+    "current",
+    ("current:10mA[,limit=4V], current:square:-10mA..10mA,30s, current:file.csv", ""),
+    None,
+    "A current in place of a voltage: a value, any form above with amperes, or a file's column of current; the source "
+    "gives way beyond the limit.",
+)
+
 #: The forms as errors list them.
-DRIVE_FORMS, MOTION_FORMS = (", ".join(form.examples[k] for form in FORMS) for k in (0, 1))
+DRIVE_FORMS = ", ".join(form.examples[0] for form in (*FORMS, CURRENT))
+MOTION_FORMS = ", ".join(form.examples[1] for form in FORMS)
 #: The forms as help lists them: an example and its meaning.
-DRIVES, MOTIONS = (tuple((form.examples[k].split(", ")[0], form.meaning) for form in FORMS) for k in (0, 1))
+DRIVES = tuple((form.examples[0].split(", ")[0], form.meaning) for form in (*FORMS, CURRENT))
+MOTIONS = tuple((form.examples[1].split(", ")[0], form.meaning) for form in FORMS)
+
+#: The limit of a source of current, at the end of the text; a value of the form's first part, with amperes.
+_LIMIT = re.compile(r",\s*limit\s*=([^,]*)$")
+_AMPERES = re.compile(r"[\d.]\s*([fpnum\u00b5\u03bck]?A|amperes?)(/s)?\s*$")
 
 
 def parse_drive(text: str, duration: float, unit: str = "V", said: Said = NOTHING) -> Drive:
     """Return the drive for a text such as ``step:4V`` and a run of ``duration`` [s].
 
-    With the ``unit`` "m" it is a motion with values in metres, such as ``sine:1mm,0.1Hz``. ``said`` states what the
-    headers of a file do not.
+    With the ``unit`` "m" it is a motion with values in metres, such as ``sine:1mm,0.1Hz``. A text such as
+    ``current:10mA`` or ``step:10mA`` is a drive by current, see `ilg_circuit.drive.by_current`. ``said`` states what
+    the headers of a file do not.
 
     Raises
     ------
@@ -105,12 +121,14 @@ def parse_drive(text: str, duration: float, unit: str = "V", said: Said = NOTHIN
         The text is none of the forms, or a value or a file of it cannot be read.
     """
     name, _, rest = text.partition(":")
+    if unit == "V" and (name == CURRENT.name or _AMPERES.search(rest.partition(",")[0])):
+        return _by_current(text, duration, said)
     form = next((form for form in FORMS if form.name == name), None)
     whole = form is not None and form.parts is None
     parts = [rest] if whole else [part.strip() for part in rest.split(",")]
     if form is None or not all(parts) or (form.parts is not None and len(parts) not in form.parts):
         raise InputError(
-            f"drive '{text}' is not understood; write one of {DRIVE_FORMS if unit == 'V' else MOTION_FORMS}"
+            f"drive '{text}' is not understood; write one of {MOTION_FORMS if unit == 'm' else DRIVE_FORMS}"
         )
     return _made(name, parts, duration, unit, said)
 
@@ -135,6 +153,22 @@ def segment_drives(texts: Sequence[str]) -> str | dict[str, str]:
             raise InputError(f"segment {match[1]} has two drives, '{found[match[1]]}' and '{match[2]}'; give it one")
         found[match[1]] = match[2].strip()
     return found
+
+
+def _by_current(text: str, duration: float, said: Said) -> Drive:
+    """Return the drive by current of a text such as ``current:10mA,limit=4V`` or ``step:10mA``."""
+    whole = text.removeprefix(f"{CURRENT.name}:")
+    match = _LIMIT.search(whole)
+    limit = None
+    if match is not None:
+        limit = parse(match[1], "V", "current, limit")
+        require_positive("current, limit", limit, "V")
+        whole = whole[: match.start()]
+    if whole.partition(":")[0] not in {form.name for form in FORMS}:
+        is_value = _AMPERES.search(whole) or not Path(whole).suffix or whole.strip()[:1] in "+-.0123456789"
+        whole = f"step:{whole}" if is_value and not Path(whole).is_file() else f"file:{whole}"
+    drive: Any = parse_drive(whole, duration, "A", said)
+    return cast("Drive", replace(drive, unit="A", limit=limit))
 
 
 def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -> Drive:
@@ -180,7 +214,8 @@ def _made(name: str, parts: list[str], duration: float, unit: str, said: Said) -
 
             count_text, _, file = parts[0].partition(",") if name == "repeat" else ("", "", parts[0])
             path = Path(file)
-            times, values, notes = read_waveform(path, "voltage" if unit == "V" else "displacement", said)
+            quantity = {"V": "voltage", "A": "current"}.get(unit, "displacement")
+            times, values, notes = read_waveform(path, quantity, said)
             text = f"file {visible(path.name)}"
             if name == "repeat":
                 times, values = shapes.repeated(times, values, int(_count([count_text], 0, "repeat")))

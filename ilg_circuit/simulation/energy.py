@@ -143,7 +143,8 @@ def _delivered(netlist: Netlist) -> Callable[[Array, Named], Array]:
     """Return the power of all sources, as a function of the drives' voltages and the outputs."""
     names = [o.name for o in netlist.outputs if o.name.startswith("delivered_")]
     if not names:
-        return lambda voltage, of: np.asarray((voltage[0] if voltage.ndim > 1 else voltage) * of("current"))
+        answer = "voltage" if netlist.by_current else "current"
+        return lambda drive, of: np.asarray((drive[0] if drive.ndim > 1 else drive) * of(answer))
 
     def power(voltage: Array, of: Named) -> Array:
         return np.asarray(sum(u * of(name) for u, name in zip(np.atleast_2d(voltage), names, strict=True)))

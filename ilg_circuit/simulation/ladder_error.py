@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..circuit.strip import strip_netlist
-from ..drive import Drive, PiecewiseLinear
+from ..drive import Drive, PiecewiseLinear, by_current
 from ..solve.exact import modal_output
 from ..solve.state_space import state_space
 from ..strip.actuator import Actuator
@@ -52,15 +52,16 @@ def ladder_error(
     )
     lines, points, seen = _points(drive, times)
     systems = [
-        state_space([strip_netlist(strip, beam="static", band=band).linearised()])
+        state_space([strip_netlist(strip, beam="static", band=band, by_current=by_current(drive)).linearised()])
         for strip in (actuator, replace(actuator, material=finer))
     ]
-    voltage, worst = lines.value(points), 0.0
-    for name in {"current", "charge", "displacement"} & set(systems[0].output_names):
+    source, worst = lines.value(points), 0.0
+    answer = "voltage" if by_current(drive) else "current"
+    for name in {answer, "charge", "displacement"} & set(systems[0].output_names):
         own, fine = (modal_output(system, name, lines, points)[0] for system in systems)
         compared = {name: (own, fine - own)}
-        if name == "current":
-            compared["energy"] = (_work(points, voltage * own), _work(points, voltage * (fine - own)))
+        if name == answer:
+            compared["energy"] = (_work(points, source * own), _work(points, source * (fine - own)))
         for waveform, (values, difference) in compared.items():
             sampled, largest = (float(np.abs(x).max()) for x in (np.nan_to_num(waveforms[waveform]), values[seen]))
             scale = max(sampled, _FELT * largest)  # samples may lie beside the peaks of a sine

@@ -15,7 +15,7 @@ from ..arrays import Array
 from ..circuit.load import Load
 from ..circuit.strip import strip_netlist
 from ..circuit.wiring import Wiring
-from ..drive import Drive
+from ..drive import Drive, by_current
 from ..errors import InputError, argument
 from ..solve.transient import transient
 from ..strip.actuator import Actuator
@@ -64,7 +64,7 @@ def prediction_band(
     line, _ = line_of(actuator, ladders, wires, drive.largest())
     how: dict[str, Any] = {"tip": tip, "beam": beam, "load": load, "band": ladders, **line}
     moved = [
-        strip_netlist(scaled(actuator, {name: np.exp(sign * _STEP)}, ladders), **how)
+        strip_netlist(scaled(actuator, {name: np.exp(sign * _STEP)}, ladders), by_current=by_current(drive), **how)
         for sign in (1.0, -1.0)
         for name in uncertainty.names
     ]

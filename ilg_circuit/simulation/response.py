@@ -16,7 +16,7 @@ from ..circuit.load import Load
 from ..circuit.netlist import Netlist
 from ..circuit.strip import strip_netlist
 from ..circuit.wiring import Wiring
-from ..drive import Drive, drive_findings, each, levels
+from ..drive import Drive, by_current, drive_findings, each, voltage_limit
 from ..errors import InputError, argument
 from ..files import write_csv
 from ..findings import Finding, sentences
@@ -24,15 +24,15 @@ from ..result import Column
 from ..solve.sampling import sampled_times
 from ..solve.transient import Progress, transient
 from ..strip.actuator import Actuator
-from ..strip.cells import Layout
 from ..strip.ladder import LADDER_BAND
 from ..strip.models import LadderPath
 from ..strip.validity import run_warnings
 from ..units import require_plausible
 from .compared import Compared
-from .curvature import Curvatures
+from .curvature import Curvatures, cell_curvatures, curvature_probe, curvatures
 from .energy import EnergyAccount, account, probes, works
 from .ladder_error import ladder_error
+from .shape import POINTS, Shape, static_shape
 from .waveforms import WAVEFORMS, Simulated, Solution
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ class Response(Simulated):
     actuator : Actuator
         The strip.
     drive : Drive
-        The voltage over time.
+        The voltage, or the current, over time.
     error : float
         Estimated error, relative to the largest value of each waveform.
     engine : str
@@ -95,12 +95,13 @@ class Response(Simulated):
         Predictions beside measured waveforms, if ``compare`` was given.
     checks : tuple of Difference
         Differences from the other engine and the closed forms, if ``check=True`` was asked for.
+    curvatures : Curvatures or None
+        Free curvature along the strip, from which `ilg_circuit.shape` computes its shape: one cell, or those of a strip
+        with electrodes; None without a coupling.
     wires : Wiring or None
         Which segments of a strip with electrodes are driven, at 0 V or open; None for one source for all.
     segments : mapping of str to ndarray (n,)
         Of a strip with several segments "voltage_1" [V], "current_1" [A], ...: at and into each segment of side 1.
-    curvatures : Curvatures or None
-        Free curvature of each cell of a strip with electrodes.
     cells_error : float
         Estimated error by the size of these cells, which is part of ``error``.
     warnings : tuple of str
@@ -115,25 +116,60 @@ class Response(Simulated):
     compared: tuple[Compared, ...] = ()
     checks: tuple[Difference, ...] = ()
     findings: tuple[Finding, ...] = ()
+    curvatures: Curvatures | None = None
     wires: Wiring | None = None
     segments: Mapping[str, Array] = field(default_factory=dict)
-    curvatures: Curvatures | None = None
     cells_error: float = 0.0
+    tip: str = "free"
+    load: Load | None = None
 
     def with_waveforms(self, **changed: Array) -> Response:
         """Return the response with some waveforms in place of its own."""
         return replace(self, waveforms={**self.waveforms, **changed})
 
+    def shape(self, mechanics: str = "elastica", points: int = POINTS) -> Shape:
+        """Return the strip's shape over time, at rest in each instant; `ilg_circuit.shape` has its inertia, too.
+
+        Parameters
+        ----------
+        mechanics : {"elastica", "free"}
+            Under weight and load, or as the strip would bend without these.
+        points : int
+            Least number of points along the strip.
+
+        Returns
+        -------
+        Shape
+            ``x``, ``y`` [m] and ``angle`` [rad], each (n, m), at ``time`` [s] (n,) and ``s`` [m] (m,).
+
+        Raises
+        ------
+        InputError
+            The strip has no coupling, or a value is out of range.
+        SolveError
+            No equilibrium is found.
+
+        Examples
+        --------
+        >>> import ilg_circuit as ilg
+        >>> shape = ilg.simulate("paper", "step:4V", "300 s", engine="exact").shape()
+        >>> f"{1e3 * shape.tip[-1, 1]:.5f} mm"
+        '3.95719 mm'
+        """
+        return static_shape(self, mechanics, points)
+
     @property
     def warnings(self) -> list[str]:
         """Gaps in the drive's file, and assumptions that fail in this run, with number and consequence."""
         displacement = float(np.nanmax(np.abs(self.displacement), initial=0.0))
-        voltage = max(float(np.abs(wave).max()) for wave in (self.voltage, levels(self.drive, self.time)))
-        findings = [*self.findings, *drive_findings(self.drive), *beyond_fit(self.actuator, voltage)]
+        of_segments = (wave for name, wave in self.segments.items() if name.startswith("voltage_"))
+        voltage = max(float(np.abs(wave).max()) for wave in (self.voltage, *of_segments))
+        limited = limit_findings(self.drive, self.time, self.voltage)
+        told = [*self.findings, *drive_findings(self.drive), *limited, *beyond_fit(self.actuator, voltage)]
         if self.cells_error > COARSE and self.curvatures is not None:
             values = {"count": len(self.curvatures.lengths), "error": self.cells_error}
-            findings.append(Finding("cells-coarse", values=values))
-        found = sentences(findings)
+            told.append(Finding("cells-coarse", values=values))
+        found = sentences(told)
         return [*found, *run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)]
 
     def table(self) -> tuple[Column, ...]:
@@ -230,11 +266,11 @@ def simulate(
     samples = sampled_times(drive, times)
     band = transient_band(samples)
     line, cells_error = line_of(actuator, band, wires, drive.largest())
-    netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=band, **line)
+    netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=band, by_current=by_current(drive), **line)
     acceptable = ACCEPTABLE if accuracy is None else accuracy
     if accuracy is None:
         accuracy = SIMULATION_ACCURACY if netlist.linear else NONLINEAR_ACCURACY
-    probed = replace(netlist, outputs=netlist.outputs + probes(netlist))
+    probed = replace(netlist, outputs=netlist.outputs + probes(netlist) + curvature_probe(actuator, band))
     waveforms = transient(
         probed,
         drive,
@@ -252,7 +288,6 @@ def simulate(
         error = _ladder_error_of_lumps(actuator, drive, samples)
     else:
         error = ladder_error(actuator, drive, samples, values, band)
-    cells = curvatures(line["layout"], solution) if line else None
     return Response(
         actuator=actuator,
         drive=drive,
@@ -266,8 +301,10 @@ def simulate(
         segments={
             o.name: waveforms.output(o.name) for o in netlist.outputs if o.name.rstrip("0123456789") in _SEGMENTS
         },
-        curvatures=cells,
+        curvatures=cell_curvatures(line["layout"], solution) if line else curvatures(actuator, samples, waveforms),
         cells_error=cells_error,
+        tip=tip,
+        load=load,
     )
 
 
@@ -297,15 +334,6 @@ def line_of(
     return {"wires": wires, "layout": layout}, error
 
 
-def curvatures(layout: Layout, solution: Solution) -> Curvatures | None:
-    """Return the free curvatures of a line's cells; None for a strip without coupling."""
-    names = [f"curvature_{k}" for k in range(1, len(layout.free) + 1)]
-    if names[0] not in solution.waveforms.names:
-        return None
-    lengths = np.array([cell.length for cell in layout.free])
-    return Curvatures(solution.time, lengths, np.stack([solution.sampled(name) for name in names], axis=1))
-
-
 def transient_band(times: Array) -> tuple[float, float]:
     """Return the band [Hz] of the ladders of a run that is sampled at ``times`` [s]: it follows from their last alone.
 
@@ -315,6 +343,15 @@ def transient_band(times: Array) -> tuple[float, float]:
         return LADDER_BAND
     lowest = 0.1 / float(times[-1])
     return lowest, _RESOLVED * lowest
+
+
+def limit_findings(drive: Drive, time: Array, voltage: Array) -> list[Finding]:
+    """Return a finding where a source of current is at its limit at any of the samples."""
+    limit = voltage_limit(drive)
+    held = np.abs(voltage) >= (limit or np.inf) * (1 - 1e-9)
+    if limit is None or not held.any():
+        return []
+    return [Finding("current-limited", values={"limit": limit, "first": float(time[held.argmax()])})]
 
 
 def beyond_fit(actuator: Actuator, voltage: float) -> list[Finding]:

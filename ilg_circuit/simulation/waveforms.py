@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from ..arrays import Array
-from ..drive import Drive, levels
+from ..drive import Drive, by_current, levels, voltage_limit
 from ..result import Column, Result
 from ..solve.transient import Waveforms
 from ..strip.actuator import Actuator
@@ -60,11 +60,16 @@ class Waveform:
         return self.compute(solution) if self.compute else solution.sampled(self.name)
 
 
+def _voltage(solution: Solution) -> Array:
+    """Return the voltage (n,): the (first) drive itself, or of a drive by current the solve's output."""
+    return solution.sampled("voltage") if by_current(solution.drive) else levels(solution.drive, solution.time)[0]
+
+
 #: Every waveform by name, in the order of the columns of a CSV file. The drive comes first.
 WAVEFORMS = {
     waveform.name: waveform
     for waveform in (
-        Waveform("voltage", "V", "electrical", compute=lambda s: levels(s.drive, s.time)[0]),
+        Waveform("voltage", "V", "electrical", compute=_voltage),
         Waveform("current", "A", "electrical"),
         Waveform("displacement", "m", "mechanical", place="of L_F"),
         Waveform("force", "N", "mechanical", place="on load or clamp"),
@@ -105,3 +110,12 @@ ANSWERS = tuple(
         key=lambda waveform: ("electrical", "mechanical", "energy").index(waveform.domain),
     )
 )
+
+
+def answers(drive: Drive) -> tuple[Waveform, ...]:
+    """Return the waveforms that answer a ``drive``: all except it, see `ANSWERS`; of a source with a limit all."""
+    if not by_current(drive):
+        return ANSWERS
+    given = voltage_limit(drive) is None
+    others = (waveform for waveform in ANSWERS if not (given and waveform.name == "current"))
+    return (WAVEFORMS["voltage"], *others)

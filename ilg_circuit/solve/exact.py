@@ -163,8 +163,8 @@ def _frequencies(drive: Drive) -> list[float]:
 
 
 def _inputs(drive: Drive, starts: Array, widths: Array | None = None) -> Array:
-    """Return `drive_lines` of all sources (2 sources, m); without ``widths`` at single times, see `_at`."""
-    parts = [_at(part, starts) if widths is None else drive_lines(part, starts, widths) for part in each(drive)]
+    """Return `drive_lines` of all sources (2 sources, m); without ``widths`` at single times, see `drive_at`."""
+    parts = [drive_at(part, starts) if widths is None else drive_lines(part, starts, widths) for part in each(drive)]
     return np.concatenate(parts)
 
 
@@ -174,13 +174,13 @@ def drive_lines(drive: Drive, starts: Array, widths: Array) -> Array:
     The companion of a line is its slope; the companion of a sine is its value a quarter of a period later.
     """
     if drive.angular_frequency():
-        return _at(drive, starts)
+        return drive_at(drive, starts)
     value = drive.value(starts)
     # the left limit at the interval's end: halfway plus half of the rise, exact on a line
     return np.stack([value, 2 * (drive.value(starts + widths / 2) - value) / widths])
 
 
-def _at(drive: Drive, t: Array) -> Array:
+def drive_at(drive: Drive, t: Array) -> Array:
     """Return the drive at ``t`` and a sine's companion there, zero for a line, whose slope is not needed."""
     omega = drive.angular_frequency()
     value = drive.value(t)
@@ -196,7 +196,7 @@ def _outputs(
     width: the end. ``omegas`` [rad/s] of the sources. The points of an interval are its start and ``fractions`` of its
     width, the last of which is 1 and begins the next one.
     """
-    matrix, output = _augment(system, omegas)
+    matrix, output = augmented(system, omegas)
     states, size = system.a.shape[1], matrix.shape[1]
     propagators = _Propagators(matrix, widths, fractions)
     x = np.zeros((len(matrix), size, 1))
@@ -222,7 +222,7 @@ def _finite(result: Array) -> Array:
     return result
 
 
-def _augment(system: StateSpace, omegas: list[float]) -> tuple[Array, Array]:
+def augmented(system: StateSpace, omegas: list[float]) -> tuple[Array, Array]:
     """Return the state, each drive and its companion, and the constant 1 as one autonomous system, and its outputs."""
     n, s, _ = system.a.shape
     size = s + 2 * len(omegas) + 1

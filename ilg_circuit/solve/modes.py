@@ -17,6 +17,8 @@ _CHUNK = 32
 CANCELLING = 1e5
 #: Below this a Taylor series of five terms is exact to the last digits.
 SMALL = 1e-2
+#: Most netlists that are solved as one circuit, and the largest ratio of their fastest modes: they share one grid.
+_LARGEST_BATCH, _SPREAD = 100, 3.0
 
 Numbers = NDArray[Any]
 
@@ -97,3 +99,20 @@ def recursion(kept: Numbers, gained: Numbers, before: Numbers) -> Numbers:
         x[k] += factor[k] * state
         state = x[k, -1]
     return np.asarray(x.reshape(chunks * _CHUNK, *kept.shape[1:])[:length])
+
+
+def fastest_modes(system: StateSpace) -> Array:
+    """Return the magnitude [1/s] of the fastest pole of each netlist (n,); next to nothing where there is none."""
+    return np.asarray(np.abs(system.poles()).max(axis=1, initial=1e-300))
+
+
+def similar(fastest: Array) -> list[NDArray[np.intp]]:
+    """Group netlists of similar time constants: one fast member would slow all others."""
+    order = np.argsort(fastest, kind="stable")
+    batches, start = [], 0
+    for k in range(1, len(order) + 1):
+        full = k - start == _LARGEST_BATCH
+        if k == len(order) or full or fastest[order[k]] > _SPREAD * fastest[order[start]]:
+            batches.append(order[start:k])
+            start = k
+    return batches

@@ -6,13 +6,14 @@ netlist, so that they check it. They neglect the voltage that the motion reflect
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 
 from ..arrays import Array
-from ..drive import Drive
+from ..drive import Drive, by_current, voltage_limit
 from ..errors import SolveError
 from ..strip.port import Port
 
@@ -23,12 +24,13 @@ _RTOL, _ATOL = 1e-12, 1e-15
 def port_response(port: Port, drive: Drive, times: Array) -> tuple[Array, Array]:
     """Return the current [A] into the port and the charge [C] on its ion path at ``times`` [s], from rest at 0.
 
-    States are the charges: q_k' = (v_p - v_k(q_k))/R_k, where v_p solves (u - v_p)/Re = i_electron(v_p) + sum of q_k'.
+    Of a drive by current, with or without a limit of its source, the voltage [V] in place of the current. States are
+    the charges: q_k' = (v_p - v_k(q_k))/R_k, where v_p solves (u - v_p)/Re = i_electron(v_p) + sum of q_k'.
     Raises SolveError when the integration fails.
     """
     from scipy.integrate import solve_ivp
 
-    system = _System(port)
+    system = _System(port, drive)
     end = float(times[-1])
     bounds = np.unique(np.concatenate([[0.0], drive.breakpoints(end), [end]]))
     charges = np.zeros(system.states)
@@ -51,12 +53,12 @@ def port_response(port: Port, drive: Drive, times: Array) -> tuple[Array, Array]
         at = np.searchsorted(found.t, times[inside])
         states = found.y[:, at]
         current[inside] = [
-            system.current(float(drive.value(t)), q) for t, q in zip(times[inside], states.T, strict=True)
+            system.answer(float(drive.value(t)), q) for t, q in zip(times[inside], states.T, strict=True)
         ]
         charge[inside] = system.charge(states)
         charges = found.y[:, -1]
     if end == 0:
-        current[:] = system.current(float(drive.value(0.0)), charges)
+        current[:] = system.answer(float(drive.value(0.0)), charges)
     return current, charge
 
 
@@ -71,8 +73,9 @@ def _within(drive: Drive, left: float, right: float) -> Callable[[float], float]
 class _System:
     """The port's right-hand side. A ladder's sections are states too; the charge of its capacitor is the port's."""
 
-    def __init__(self, port: Port) -> None:
+    def __init__(self, port: Port, drive: Drive) -> None:
         self._port = port
+        self._by_current, self._limit = by_current(drive), voltage_limit(drive)
         pairs = port.branches
         if port.ladder is not None:
             pairs = (*port.ladder.sections, (np.inf, port.ladder.capacitance))
@@ -83,12 +86,28 @@ class _System:
     def charge(self, q: Array) -> Array:
         return np.asarray(q[-1] if self._port.ladder is not None else q.sum(axis=0))
 
-    def rates(self, t: float, q: Array, terminal: Callable[[float], float]) -> Array:
-        return self._ions(self._inner(terminal(t), q), q)[1]
+    def rates(self, t: float, q: Array, source: Callable[[float], float]) -> Array:
+        return self._ions(self._across(source(t), q)[0], q)[1]
 
-    def current(self, terminal: float, q: Array) -> float:
-        inner = self._inner(terminal, q)
+    def answer(self, source: float, q: Array) -> float:
+        """Return the current of a voltage, or the voltage of a current."""
+        inner, terminal = self._across(source, q)
+        if self._by_current:
+            return terminal
         return float(self._port.electron_current(inner)) + self._ions(inner, q)[0]
+
+    def _across(self, source: float, q: Array) -> tuple[float, float]:
+        """Return the voltages behind Re and at the terminals under a ``source`` of voltage or current."""
+        if not self._by_current:
+            return self._inner(source, q), source
+        at_zero, at_one = (self._ions(across, q)[0] for across in (0.0, 1.0))
+        conductance = at_one - at_zero
+        inner = self._port.voltage_behind(conductance, (source - at_zero) / conductance)
+        terminal = inner + self._port.electrode_resistance * source
+        if self._limit is not None and abs(terminal) > self._limit:
+            terminal = math.copysign(self._limit, terminal)
+            inner = self._inner(terminal, q)
+        return inner, terminal
 
     def _ions(self, inner: float, q: Array) -> tuple[float, Array]:
         """Return the current into the ion path with ``inner`` [V] across it, and the rates of the charges."""

@@ -85,3 +85,21 @@ def relative(difference: Array, values: Array) -> Array:
     """Return largest difference over largest value, per waveform (last axis reduced); 0 where the waveform is zero."""
     error, scale = np.abs(difference).max(axis=-1), np.abs(values).max(axis=-1)
     return np.asarray(np.divide(error, scale, out=np.zeros_like(error), where=scale > 0))
+
+
+def zero_between(t: Array, q: Array, left: float, right: float) -> float:
+    """Return where between ``left`` and ``right`` the polynomial through (t, q) is zero, by bisection."""
+    size = float(np.sign(q[np.searchsorted(t, left)]))
+    divided = q.copy()  # Newton's form; plain numbers, as each is asked for by itself
+    for order in range(1, len(t)):
+        divided[order:] = (divided[order:] - divided[order - 1 : -1]) / (t[order:] - t[:-order])
+    last, *others = zip(reversed(divided.tolist()), reversed(t.tolist()), strict=True)
+    for _ in range(60):
+        middle, value = (left + right) / 2, last[0]
+        for amount, node in others:
+            value = amount + (middle - node) * value
+        if size * value > 0:
+            left = middle
+        else:
+            right = middle
+    return float(right)

@@ -16,15 +16,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..arrays import Array, ComplexArray
 from ..circuit.netlist import Netlist, Output, copies
-from ..drive import Drive, PiecewiseLinear
+from ..drive import Drive, PiecewiseLinear, voltage_limit
 from ..errors import InputError, SolveError, StoppedEarlyError, argument
 from .grid import Grid, design_grid
-from .modes import modes_of
-from .sampling import at_samples, relative, sampled_times
+from .limited import limited_with_work
+from .modes import fastest_modes, modes_of, similar
+from .sampling import at_samples, relative, sampled_times, zero_between
 from .state_space import StateSpace, state_space
 from .work import Named, Work, exact_with_work, on_grid, powers
 
@@ -37,7 +38,6 @@ _MOST_RUNS = 4
 _MOST_REFINEMENTS = 4
 #: Largest number of refinements with a kink in a law (a charge that passes zero), where halving the steps gains less.
 _MOST_REFINEMENTS_NONLINEAR = 8
-_LARGEST_BATCH = 100
 #: Least factor by which halving the steps reduces errors, unless they are rounding.
 _GAIN = 3.0
 #: Rounding of a run, relative to the largest term of an output: what thousands of steps make of a double's 1e-16, at
@@ -57,8 +57,6 @@ _CAREFUL = 1.5
 _LONGER_JUMPS = (1.0, 10.0, 100.0)
 #: Number of samples at which the exact engine's rounding is estimated, and factor for the other samples.
 _COMPARED, _LIKELY = 40, 10.0
-#: Largest ratio of the fastest modes of copies in one netlist, which share one grid.
-_SPREAD = 3.0
 
 
 @dataclass(frozen=True)
@@ -115,6 +113,8 @@ def transient(
         return replace(beyond, times=samples, values=beyond.values[:, :, :-1])
     if drive.rest != nets[0].rest and not nets[0].linear:
         raise InputError(f"the circuit starts at rest under {nets[0].rest:g} V, the drive from {drive.rest:g} V")
+    if voltage_limit(drive) is not None:
+        return _limited(nets, drive, samples, engine, works)
     system = state_space([netlist.linearised() for netlist in nets])
     if drive.rest and nets[0].linear:
         assert isinstance(drive, PiecewiseLinear)
@@ -150,7 +150,7 @@ def transient(
         return Waveforms(samples, longer.values[:, :, :1], longer.errors, longer.names, longer.engine)
     poles = system.poles()
     if not nets[0].linear:  # the grid must suit the modes at rest and those at the drive's peak
-        at_peak = state_space([netlist.linearised(drive.largest()) for netlist in nets])
+        at_peak = state_space([netlist.linearised(netlist.voltage_at(drive.largest())) for netlist in nets])
         poles = np.concatenate([poles, at_peak.poles()], axis=1)
     values = np.empty((len(nets), len(names), len(samples)))
     errors = np.empty(values.shape[:2])
@@ -176,21 +176,24 @@ def _rounding(netlist: Netlist, drive: Drive, samples: Array, works: Sequence[Wo
     return np.where(scale > 0, _LIKELY * (errors + 5e-14), 0.0)
 
 
-def fastest_modes(system: StateSpace) -> Array:
-    """Return the magnitude [1/s] of the fastest pole of each netlist (n,); next to nothing where there is none."""
-    return np.asarray(np.abs(system.poles()).max(axis=1, initial=1e-300))
-
-
-def similar(fastest: Array) -> list[NDArray[np.intp]]:
-    """Group netlists of similar time constants: one fast member would slow all others."""
-    order = np.argsort(fastest, kind="stable")
-    batches, start = [], 0
-    for k in range(1, len(order) + 1):
-        full = k - start == _LARGEST_BATCH
-        if k == len(order) or full or fastest[order[k]] > _SPREAD * fastest[order[start]]:
-            batches.append(order[start:k])
-            start = k
-    return batches
+def _limited(nets: list[Netlist], drive: Drive, samples: Array, engine: str, works: Sequence[Work]) -> Waveforms:
+    """Return the run of a circuit whose source of current gives way at its limit, by the exact engine."""
+    limit = voltage_limit(drive)
+    if engine != "exact" or limit is None:
+        raise InputError(f"a source with a limit is solved by the exact engine only; use {argument('engine', 'exact')}")
+    if not nets[0].linear or drive.rest or len(nets) > 1:
+        raise InputError(
+            "a source with a limit is solved for one linear strip from rest; leave limit= out, or the strip's "
+            "emission_voltage and capacitance_slope"
+        )
+    system, other = (state_space([replace(nets[0], elements=nets[0].elements[::step])]) for step in (1, -1))
+    values = limited_with_work(system, drive, limit, samples, works)[0]
+    some = np.unique(np.linspace(0, len(samples) - 1, _COMPARED).astype(int))
+    again = limited_with_work(other, drive, limit, samples[some], works)[0]
+    errors = _LIKELY * (relative(again - values[..., some], values[..., some]) + 5e-14)
+    judged = [*(not output.probe for output in nets[0].outputs), *(not work.probe for work in works)]
+    names = (*system.output_names, *(work.name for work in works))
+    return Waveforms(samples, values, np.where(judged, errors, 0.0), names, "exact")
 
 
 class _Batch:
@@ -374,27 +377,9 @@ class _Batch:
                 t, q = grid.nodes[near], charge[near.start - 1 : near.stop - 1]
                 left, right = grid.nodes[k], grid.nodes[k + 1]
                 if len(t) > 1:
-                    found.append(_zero(t, q, left, right))
+                    found.append(zero_between(t, q, left, right))
         return np.unique(found)
 
     def _errors(self, difference: Array, values: Array) -> Array:
         """Return the largest difference over largest value (n, outputs); 0 for what is not judged."""
         return np.where(self._judged, relative(difference, values), 0.0)
-
-
-def _zero(t: Array, q: Array, left: float, right: float) -> float:
-    """Return where between ``left`` and ``right`` the polynomial through (t, q) is zero, by bisection."""
-    size = float(np.sign(q[np.searchsorted(t, left)]))
-    divided = q.copy()  # Newton's form; plain numbers, as each is asked for by itself
-    for order in range(1, len(t)):
-        divided[order:] = (divided[order:] - divided[order - 1 : -1]) / (t[order:] - t[:-order])
-    last, *others = zip(reversed(divided.tolist()), reversed(t.tolist()), strict=True)
-    for _ in range(60):
-        middle, value = (left + right) / 2, last[0]
-        for amount, node in others:
-            value = amount + (middle - node) * value
-        if size * value > 0:
-            left = middle
-        else:
-            right = middle
-    return float(right)

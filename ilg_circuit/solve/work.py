@@ -75,12 +75,12 @@ _NEAR = 7
 def _beside(grid: Grid, at_nodes: Array, first: int, last: int, begin: float, node: int) -> Array:
     """Return the integral (n, works) from ``begin`` to a node, by the polynomial of nodes ``first`` to ``last``."""
     width = grid.nodes[node] - begin
-    fractions, weights = _gauss(4)
+    fractions, weights = gauss(4)
     values = lagrange(grid.nodes[first : last + 1], begin + width * fractions, _NEAR + 1)
     return np.asarray(at_nodes[..., first - 1 : last] @ (width * weights @ values))
 
 
-def _gauss(count: int) -> tuple[Array, Array]:
+def gauss(count: int) -> tuple[Array, Array]:
     """Return nodes in (0, 1) and weights of Gauss and Legendre's rule."""
     nodes, weights = legendre.leggauss(count)
     return (nodes + 1) / 2, weights / 2
@@ -95,7 +95,7 @@ def exact_with_work(system: StateSpace, drive: Drive, times: Array, works: Seque
         return exact_outputs(system, drive, times)
     intervals = smooth_intervals(system.poles().ravel(), drive, float(times[-1]) or 1e-300)
     ends = np.union1d(times, intervals[intervals <= times[-1]])
-    fractions, weights = _gauss(5)
+    fractions, weights = gauss(5)
     widths = np.diff(ends)[:, None]
     points = ends[:-1, None] + widths * fractions
     grid = np.union1d(times, points.ravel())

@@ -6,7 +6,8 @@ Gel Soft Actuators*.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -17,6 +18,8 @@ from .electrodes import Electrodes as Electrodes
 from .geometry import ORIENTATIONS as ORIENTATIONS
 from .geometry import Geometry as Geometry
 from .geometry import Mounting as Mounting
+from .layers import Layer as Layer
+from .layers import checked_layers, composite
 from .material import MODEL_FIELDS
 from .material import IonBranch as IonBranch
 from .material import Material as Material
@@ -40,7 +43,9 @@ class Actuator:
 
     ``coupling`` is None if no displacement was measured; then only the circuit is known. ``uncertainty`` is the
     covariance of the fit that the strip comes from, None for others. With ``electrodes`` the strip is a line of cells
-    between two sheets; the electrode resistance of the material, EC (13), then does not count.
+    between two sheets; the electrode resistance of the material, EC (13), then does not count. ``layers`` from the
+    anode's face to the other, if known, give Young's modulus and density of the material, and what other thicknesses
+    make of the strip.
     """
 
     geometry: Geometry
@@ -50,6 +55,7 @@ class Actuator:
     name: str = "strip"
     uncertainty: Uncertainty | None = None
     electrodes: Electrodes | None = None
+    layers: tuple[Layer, ...] = ()
 
     def __post_init__(self) -> None:
         if self.electrodes is not None:
@@ -57,6 +63,12 @@ class Actuator:
         if len(self.name) > LONGEST_NAME:
             raise InputError(f"name '{self.name[:40]}...' is longer than {LONGEST_NAME} characters; shorten it")
         object.__setattr__(self, "name", visible(self.name))
+        if self.layers:
+            thickness = self.geometry.thickness
+            object.__setattr__(self, "layers", checked_layers(self.layers, thickness))
+            made = composite(self.layers, thickness)
+            material = replace(self.material, youngs_modulus=made["youngs_modulus"], density=made["density"])
+            object.__setattr__(self, "material", material)
 
     def beam(self, asked: str | None = None, *, loaded: bool = False) -> str:
         """Return the beam ``asked`` for; by default the one that d(s) was fitted with, a dynamic one under a load."""
@@ -94,6 +106,40 @@ class Actuator:
         from .changes import with_values
 
         return with_values(self, values)
+
+    def with_layers(self, layers: Iterable[Layer | Mapping[str, Any]]) -> Actuator:
+        """Return a copy that is known to consist of ``layers``; the circuit and d(s) stay what they are.
+
+        Young's modulus and density become those of the layers, a measured ``bending_stiffness`` stays. Other
+        thicknesses then follow the layers: ``with_(gel_thickness="0.2 mm")``.
+
+        Parameters
+        ----------
+        layers : iterable of Layer or mapping
+            Layers from the anode's face to the other, as mappings with the keys of [[layers]] in a strip's file.
+
+        Returns
+        -------
+        Actuator
+            The copy with layers.
+
+        Raises
+        ------
+        InputError
+            A key or a value is wrong, or the thicknesses do not sum to the strip's.
+
+        Examples
+        --------
+        >>> carbon = {"name": "carbon", "thickness": "50 um", "youngs_modulus": "1 MPa", "density": "700 kg/m^3"}
+        >>> gel = {"name": "gel", "thickness": "0.4 mm", "youngs_modulus": "7.6 kPa", "density": "1250 kg/m^3"}
+        >>> electrode = carbon | {"capacitance_per_volume": "80 F/cm^3"}
+        >>> thin = PAPER.with_layers([electrode, gel, electrode]).with_(gel_thickness="0.1 mm")
+        >>> f"{1e3 * thin.geometry.thickness:.1f} mm"
+        '0.2 mm'
+        """
+        from .layers import layer_from
+
+        return replace(self, layers=tuple(layer_from(layer) for layer in layers))
 
     def save(self, path: str | Path) -> None:
         """Write the strip as a TOML file, which `ilg_circuit.load` and all commands read.

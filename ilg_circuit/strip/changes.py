@@ -7,7 +7,9 @@ A geometry stays one strip of the same make: where ``free_length`` is changed an
 keeps its length, so the whole grows with the free part; where ``load_position`` is given and not changed, it keeps its
 place in proportion to the free part. The material's constants stay what they are, so resistances, capacitances and
 stiffness follow the sizes by EC (12)-(14) and (10), those of a fitted strip too; a measured ``bending_stiffness`` and
-d(s) stay as they were measured.
+d(s) stay as they were measured. A strip with layers has further names, such as ``gel_thickness`` and
+``carbon_youngs_modulus``; these, and ``thickness`` (all layers in proportion), change it by the laws of its layers
+(`ilg_circuit.strip.layered`).
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ from ..errors import InputError, unknown_name, wrong_choice
 from ..units import parse
 from .actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Electrodes, Geometry, IonBranch, Material, Mounting
 from .electrodes import CONTACTS
+from .layered import require_layer, split_name, with_layer_values, with_thickness
+from .layers import LAYER_FIELDS
 from .models import material_keys
 from .plausible import warn_of_sizes
 
@@ -86,6 +90,15 @@ CONTACT = VariedParameter("contact", "electrodes", "", "where the segments are w
 _BEAM = VariedParameter("beam", "coupling", "", "the beam that d(s) was fitted with", BEAMS)
 
 
+def layer_parameter(name: str) -> VariedParameter | None:
+    """Return the parameter of a name such as gel_thickness, None for a name that is none of a layer."""
+    found = split_name(name)
+    if found is None:
+        return None
+    layer, key = found
+    return VariedParameter(name, "layer", LAYER_FIELDS[key]["unit"], f"{key} of the layers named {layer}")
+
+
 def with_values(actuator: Actuator, values: Mapping[str, Any]) -> Actuator:
     """Return ``actuator`` with ``values`` by key, SI numbers or texts with units; see `Actuator.with_`."""
     given = dict(values)
@@ -97,9 +110,9 @@ def with_values(actuator: Actuator, values: Mapping[str, Any]) -> Actuator:
     known = {key: VariedParameter(key, "material", p.unit, p.meaning) for key, p in material_keys().items()} | known
     changes: dict[str, dict[str, Value]] = {}
     for key, value in given.items():
-        if key not in known:
+        item = known.get(key) or layer_parameter(key)
+        if item is None:
             raise unknown_name("key", key, ["name", *known])
-        item = known[key]
         changes.setdefault(item.part, {})[key] = item.value(value) if isinstance(value, str) else item.checked(value)
     bare = replace(actuator, electrodes=None)
     made = replace(changed(bare, changes, sheets), name=name)
@@ -119,8 +132,14 @@ def changed(
     strip does not have (a second branch, a coupling).
     """
     parts: dict[str, Any] = {}
-    if "geometry" in changes:
-        parts["geometry"] = _geometry(actuator.geometry, changes["geometry"])
+    for name in changes.get("layer", {}):
+        require_layer(actuator, name)
+    geometry = dict(changes.get("geometry", {}))
+    thickness = geometry.pop("thickness", None) if actuator.layers else None
+    if actuator.layers:
+        _require_of_layers(changes, thickness)
+    if geometry:
+        parts["geometry"] = _geometry(actuator.geometry, geometry)
     if "material" in changes or "branch" in changes:
         branches = list(actuator.material.further_branches)
         for name, value in changes.get("branch", {}).items():
@@ -151,7 +170,19 @@ def changed(
         parts["mounting"] = Mounting(changes["mounting"]["orientation"])
     if not parts.keys() <= {"geometry", "mounting", "electrodes"}:
         parts["uncertainty"] = None
-    return replace(actuator, **parts) if parts else actuator
+    made = replace(actuator, **parts) if parts else actuator
+    if thickness is not None:
+        made = with_thickness(made, thickness)
+    return with_layer_values(made, changes["layer"]) if "layer" in changes else made
+
+
+def _require_of_layers(changes: Mapping[str, Mapping[str, Any]], thickness: float | None) -> None:
+    """Raise InputError for changes of a strip with layers that its layers make."""
+    if thickness is not None and any(name.endswith("_thickness") for name in changes.get("layer", {})):
+        raise InputError("thickness is the sum of the layers: give it, or thicknesses of layers, not both")
+    for key in ("youngs_modulus", "density"):
+        if key in changes.get("material", {}):
+            raise InputError(f"{key} is made by the strip's layers; give that of a layer, such as gel_{key}")
 
 
 def _electrodes(given: Any) -> Electrodes | None:

@@ -11,6 +11,7 @@ from ..errors import InputError, argument
 from ..units import format_quantity, si
 from .actuator import Actuator, quantities
 from .elements import lumped_elements
+from .layered import NEGLIGIBLE_GRAVITY, gravity_scope, scalings
 from .models.model import ElectricalModel, Shown
 from .port import Port
 from .validity import assumptions
@@ -30,7 +31,7 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
     elements = _electrical(lumped.port, actuator.material.model)
     if actuator.electrodes is not None:
         elements += _line(actuator, lumped.port, band)
-    given = actuator.material.bending_stiffness is not None
+    given = actuator.material.bending_stiffness is not None or bool(actuator.layers)
     elements += [
         ("stiffness", lumped.stiffness, "N/m", "K = 3 EI/L_F^3" if given else "EC (10): K = E w b^3/(4 L_F^3)"),
         ("mass", lumped.mass, "kg", "EC (11): m = 3 L0^4 rho_m w b/(L_F^3 Gamma^4)"),
@@ -54,12 +55,15 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
         "coupling": _shown(actuator.coupling) if actuator.coupling else None,
         **({"electrodes": _sheets(actuator)} if actuator.electrodes is not None else {}),
         "mounting": actuator.mounting.orientation,
+        "layers": [_shown(layer) | {"name": layer.name} for layer in actuator.layers],
         "elements": {name: _value(value, unit) | {"equation": note} for name, value, unit, note in elements},
         "band_Hz": list(band),
         "holds": [
             {"assumption": a.name, "number": a.number, "limit": a.limit, "holds": a.holds, "consequence": a.consequence}
             for a in rows
         ],
+        "scaling": [vars(row) for row in scalings(actuator)],
+        "gravity": {"limit": NEGLIGIBLE_GRAVITY, "sizes": [vars(row) for row in gravity_scope(actuator)]},
     }
 
 

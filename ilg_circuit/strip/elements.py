@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 from ..errors import InputError
-from .actuator import CANTILEVER_EIGENVALUE, Actuator, Coupling
+from .actuator import CANTILEVER_EIGENVALUE, Actuator, Coupling, Geometry, Material
 from .ladder import LADDER_BAND, Ladders
+from .models.model import ElectricalModel
 from .port import Port
 
 GRAVITY = 9.80665
@@ -144,9 +146,14 @@ def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND,
 
 def lumped_port(actuator: Actuator, band: tuple[float, float] = LADDER_BAND) -> Port:
     """Return the electrical side of a strip, EC (12)-(14); ``band`` as for `lumped_elements`."""
-    g, m = actuator.geometry, actuator.material
+    return _lumped_port(actuator.geometry, actuator.material, actuator.material.model, band)
+
+
+@lru_cache(maxsize=64)
+def _lumped_port(g: Geometry, m: Material, model: ElectricalModel, band: tuple[float, float]) -> Port:
+    """Return the port of a strip; a fit of d(s) needs that of one strip some thousand times."""
     size = (g.length, g.width, g.thickness)
-    model, given = m.model, m.electrical_constants()
+    given = m.electrical_constants()
     units = {q.name: q.unit for q in m.branch_quantities()} | {key.name: key.unit for key in model.ions.material}
     values = {q.name: q.value for q in m.branch_quantities()} | given
     scales = {"ohm m": resistance, "F/m": capacitance}

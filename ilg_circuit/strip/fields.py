@@ -16,15 +16,18 @@ def quantity(unit: str, meaning: str, *, zero: bool = False, default: Any = ...)
     return field(metadata=metadata) if default is ... else field(default=default, metadata=metadata)
 
 
-def validate_quantities(record: Any) -> None:
-    """Check every `quantity` field: a finite float, positive, or not negative where zero is allowed."""
+def validate_quantities(record: Any, where: str = "") -> None:
+    """Check every `quantity` field: a finite float, positive, or not negative where zero is allowed.
+
+    Errors name it after ``where``, by default the record's kind.
+    """
     for item in fields(record):
         if "unit" not in item.metadata:
             continue
         value = getattr(record, item.name)
         if value is None and item.default is None:
             continue
-        name = f"{type(record).__name__.lower()}.{item.name}"
+        name = f"{where or f'{type(record).__name__.lower()}.'}{item.name}"
         number = checked(name, value, item.metadata["unit"], zero=item.metadata["zero"])
         object.__setattr__(record, item.name, number)
 

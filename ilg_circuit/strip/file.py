@@ -30,6 +30,7 @@ from .actuator import (
     Uncertainty,
     quantities,
 )
+from .layers import LAYER_FIELDS, Layer, composite, layer_from, static_coupling
 from .models import electrical_model, material_keys
 from .plausible import warn_of_sizes
 from .specimen import ELECTRICAL, MECHANICAL, Specimen
@@ -118,18 +119,22 @@ def _parsed(text: str) -> Actuator | Specimen:
     if not isinstance(table.pop("provenance", {}), dict):
         raise InputError("'provenance' must be a section [provenance] with keys in it")
     uncertainty = _uncertainty(table.pop("uncertainty")) if "uncertainty" in table else None
-    _refuse_unknown(table, (*_SECTIONS, "uncertainty", "provenance"), "section")
+    layers = _layers(table.pop("layers", []))
+    _refuse_unknown(table, (*_SECTIONS, "layers", "uncertainty", "provenance"), "section")
     if "geometry" not in table:
         raise InputError("section [geometry] is missing; a strip needs its sizes")
-    if _before_any_fit(table.get("material", {})):
+    made = _made_by_layers(table, layers)
+    if _before_any_fit(table.get("material", {})) and not set(ELECTRICAL) <= made.get("material", {}).keys():
         known = table.pop("material", {})
         sections = (*table, *(["uncertainty"] if uncertainty else []))
         if left := [section for section in sections if section not in ("geometry", "mounting")]:
             raise InputError(f"section [{left[0]}] needs the circuit in [material]; leave it out: identify fits both")
         units = {item.name: item.metadata["unit"] for item in fields(Material) if item.name in MECHANICAL}
         values = {key: _quantity(value, units[key], f"material.{key}") for key, value in known.items()}
-        return Specimen(known=values, name=name, **_parts(table))
-    return Actuator(name=name, uncertainty=uncertainty, **_parts(table))
+        return Specimen(known=values, name=name, layers=layers, **_parts(table))
+    if layers:
+        table.setdefault("material", {})
+    return Actuator(name=name, uncertainty=uncertainty, layers=layers, **_parts(table, made))
 
 
 def _before_any_fit(material: Any) -> bool:
@@ -137,8 +142,51 @@ def _before_any_fit(material: Any) -> bool:
     return isinstance(material, dict) and material.keys() <= set(MECHANICAL)
 
 
-def _parts(table: dict[str, Any]) -> dict[str, Any]:
-    return {section: _record(kind, table[section], section) for section, kind in _SECTIONS.items() if section in table}
+def _parts(table: dict[str, Any], made: Mapping[str, Mapping[str, float]] | None = None) -> dict[str, Any]:
+    """Return the records of the sections; keys that a section leaves out are those that the layers have ``made``."""
+    return {
+        section: _record(kind, table[section], section, (made or {}).get(section, {}))
+        for section, kind in _SECTIONS.items()
+        if section in table
+    }
+
+
+def _layers(entries: Any) -> tuple[Layer, ...]:
+    """Return the layers of the [[layers]] sections."""
+    if not (isinstance(entries, list) and all(isinstance(entry, dict) for entry in entries)):
+        raise InputError("'layers' must be written as [[layers]] sections")
+    found = []
+    for k, entry in enumerate(entries, 1):
+        name = str(entry.get("name", f"number {k}"))[:40]
+        values = dict(entry)
+        for key, value in entry.items():
+            if key in LAYER_FIELDS:
+                values[key] = _quantity(value, LAYER_FIELDS[key]["unit"], f"layer '{name}': {key}")
+        rows = entry.get("filler_moduli", [])
+        if not (isinstance(rows, list) and all(isinstance(row, list) and len(row) == 2 for row in rows)):
+            raise InputError(f'layer \'{name}\': filler_moduli is a list of pairs, such as [["3 %", "7.6 kPa"]]')
+        values["filler_moduli"] = [
+            [_quantity(x, "", f"layer '{name}': filler"), _quantity(e, "Pa", f"layer '{name}': filler_moduli")]
+            for x, e in rows
+        ]
+        found.append(layer_from(values))
+    return tuple(found)
+
+
+def _made_by_layers(table: Mapping[str, Any], layers: tuple[Layer, ...]) -> dict[str, dict[str, float]]:
+    """Return the constants of [material] and [coupling] that the layers' data give in full."""
+    written = table["geometry"].get("thickness") if isinstance(table["geometry"], dict) else None
+    if not layers or written is None:
+        return {}
+    thickness = _quantity(written, "m", "geometry.thickness")
+    made = {"material": composite(layers, thickness) if thickness > 0 else {}}
+    coupling, static = table.get("coupling"), static_coupling(layers, thickness)
+    if isinstance(coupling, dict) and static is not None and {"zero", "natural_frequency"} <= coupling.keys():
+        zero = _quantity(coupling["zero"], "1/s", "coupling.zero")
+        frequency = _quantity(coupling["natural_frequency"], "rad/s", "coupling.natural_frequency")
+        if zero > 0:
+            made["coupling"] = {"gain": static * frequency**2 / zero}
+    return made
 
 
 #: A value that is not valid TOML: a bare number with a decimal comma, or with a unit.
@@ -173,6 +221,7 @@ def dumps(actuator: Actuator, comment: str = "", provenance: Provenance | None =
         lines += ["", f"[{section}]", *_entries(record)]
         for branch in getattr(record, "further_branches", ()):
             lines += ["", f"[[{section}.further_branches]]", *_entries(branch)]
+    lines += layer_lines(actuator.layers)
     if actuator.uncertainty is not None:
         u = actuator.uncertainty
         lines += ["", "[uncertainty] # covariance of the logarithms of fitted parameters"]
@@ -184,6 +233,17 @@ def dumps(actuator: Actuator, comment: str = "", provenance: Provenance | None =
     if provenance is not None:
         lines += ["", *_table("provenance", provenance.to_dict())]
     return "\n".join(lines) + "\n"
+
+
+def layer_lines(layers: tuple[Layer, ...]) -> list[str]:
+    """Return the [[layers]] sections of a strip's file."""
+    lines = []
+    for layer in layers:
+        lines += ["", "[[layers]]", *_entries(layer)]
+        if layer.filler_moduli:
+            rows = ", ".join(f'[{x!r}, "{format_quantity(e, "Pa")}"]' for x, e in layer.filler_moduli)
+            lines.append(f"filler_moduli = [{rows}]")
+    return lines
 
 
 def save_actuator(
@@ -245,16 +305,18 @@ def _refuse_unknown(table: dict[str, Any], known: Any, what: str, where: str = "
             raise unknown_name(what, key, known, where)
 
 
-def _record(kind: type, table: Any, where: str) -> Any:
+def _record(kind: type, table: Any, where: str, made: Mapping[str, float] | None = None) -> Any:
+    """Return the record of a section; ``made`` are values [SI] of keys that it may leave out."""
     if not isinstance(table, dict):
         raise InputError(f"'{where}' must be a section [{where}] with keys in it")
     known = {item.name: item for item in fields(kind) if item.name != "constants"}
     keys = material_keys() if kind is Material and not table.keys() <= known.keys() else {}
     _refuse_unknown(table, known | keys, "key", f"{where}.")
+    made = {key: value for key, value in (made or {}).items() if key not in table}
     for item in known.values():
-        if item.default is MISSING and item.default_factory is MISSING and item.name not in table:
+        if item.default is MISSING and item.default_factory is MISSING and item.name not in {*table, *made}:
             raise InputError(f"key '{where}.{item.name}' is missing; give it in {item.metadata['unit'] or 'no unit'}")
-    values: dict[str, Any] = {}
+    values: dict[str, Any] = made
     constants: dict[str, float] = {}
     for key, value in table.items():
         name = f"{where}.{key}"

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -71,7 +72,6 @@ class Ladder:
     capacitance: float
     sections: tuple[tuple[float, float], ...]
     band: tuple[float, float]
-    error: float = 0.0
 
     def impedance(self, s: ArrayLike) -> ComplexArray:
         """Return the impedance [ohm] of the ladder at complex frequencies ``s`` [rad/s], any shape."""
@@ -87,13 +87,13 @@ class Ladder:
         found = self.ions.element(np.array([self.constants]), points.reshape(-1))
         return np.asarray(found.reshape(points.shape))
 
-    def with_error(self) -> Ladder:
-        """Return the ladder with its measured error; between the points of the scan it can be a little larger."""
+    @cached_property
+    def error(self) -> float:
+        """Its measured error, computed where it is asked for; between the points of the scan it can be a bit larger."""
         low, high = self.band
         s = 2j * np.pi * np.geomspace(low, high, max(int(_PER_DECADE * math.log10(high / low)), 2) + 1)
         ideal = self.ideal(s)
-        error = float((np.abs(self.impedance(s) - ideal) / np.abs(ideal)).max())
-        return replace(self, error=1.02 * error + 1e-12)
+        return 1.02 * float((np.abs(self.impedance(s) - ideal) / np.abs(ideal)).max()) + 1e-12
 
 
 @dataclass(frozen=True)

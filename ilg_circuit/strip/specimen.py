@@ -13,7 +13,7 @@ from typing import Any
 from ..errors import unknown_name, visible
 from ..files import write_text
 from ..units import format_quantity
-from .actuator import PAPER, Actuator, Geometry, Material, Mounting
+from .actuator import PAPER, Actuator, Geometry, Layer, Material, Mounting
 
 #: Keys of [material] that no fit gives, and an example of each that has no default.
 _EXAMPLES = {"youngs_modulus": PAPER.material.youngs_modulus, "bending_stiffness": 1e-6}
@@ -42,12 +42,15 @@ class Specimen:
         How the strip is held against gravity.
     name : str
         Its name.
+    layers : tuple of Layer
+        Its layers from the anode's face to the other, if known.
     """
 
     geometry: Geometry
     known: Mapping[str, float] | tuple[tuple[str, float], ...] = ()
     mounting: Mounting = field(default_factory=Mounting)
     name: str = "strip"
+    layers: tuple[Layer, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "known", tuple(sorted(dict(self.known).items())))
@@ -66,17 +69,19 @@ class Specimen:
 
     @property
     def modulus_known(self) -> bool:
-        """True if Young's modulus was given, or EI in its place."""
-        return not dict(self.known).keys().isdisjoint(("youngs_modulus", "bending_stiffness"))
+        """True if Young's modulus was given, or EI or layers in its place."""
+        return bool(self.layers) or not dict(self.known).keys().isdisjoint(("youngs_modulus", "bending_stiffness"))
 
     def stand_in(self) -> Actuator:
         """Return an actuator of these sizes with the paper's circuit, from which a fit begins."""
         known: dict[str, Any] = dict(self.known)
         material = replace(PAPER.material, **known)
-        return Actuator(self.geometry, material, mounting=self.mounting, name=self.name)
+        return Actuator(self.geometry, material, mounting=self.mounting, name=self.name, layers=self.layers)
 
     def to_toml(self) -> str:
         """Return the strip's file, every key with its meaning; those that were not given are comments."""
+        from .file import layer_lines
+
         known = dict(self.known)
         sizes = {f.name: getattr(self.geometry, f.name) for f in fields(Geometry)}
         lines = [
@@ -94,6 +99,7 @@ class Specimen:
             "",
             "[mounting]",
             f'orientation = "{self.mounting.orientation}"'.ljust(_COMMENT) + "# weightless, hanging or horizontal",
+            *layer_lines(self.layers),
         ]
         return "\n".join(lines) + "\n"
 

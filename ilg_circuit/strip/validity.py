@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..drive import by_current, voltage_limit
 from .actuator import Actuator
 from .elements import gravity_ratio, lumped_elements
 
@@ -83,13 +85,26 @@ def gravity(actuator: Actuator) -> Assumption:
         return Assumption("gravity, horizontal: sag/L0", ratio, 0.2, "the strip sags beyond small deflection")
     consequence = "so soft a strip bends far from the linear beam that is computed here: ask the command arm"
     if orientation == "weightless":
-        what = "E" if actuator.material.bending_stiffness is None else "EI"
+        what = "E" if actuator.material.bending_stiffness is None and not actuator.layers else "EI"
         consequence = (
             f"{what} alone cannot hold the strip against gravity; the fitted coupling has gravity in it, so it holds "
             "for this mounting and size only"
         )
     name = "gravity, hanging: r = rho_m w b g L0^3/(8 EI)"
     return Assumption(name, ratio, 1.0, consequence, harmless=orientation == "weightless")
+
+
+def largest_voltage(actuator: Actuator, drive: Drive) -> float:
+    """Return the largest voltage [V] of a run: the drive's, or a bound of what a current makes, its limit at most."""
+    if not by_current(drive):
+        return drive.largest()
+    port = lumped_elements(actuator).port
+    # the step response rises to Re + Rdc, so nothing that a current does is beyond
+    inner = drive.largest() * port.dc_resistance
+    if port.emission_voltage is not None:
+        inner = port.emission_voltage * math.asinh(drive.largest() / port.saturation_current)
+    limit = voltage_limit(drive)
+    return min(inner + drive.largest() * port.electrode_resistance, math.inf if limit is None else limit)
 
 
 def run_warnings(

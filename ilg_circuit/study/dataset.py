@@ -30,7 +30,7 @@ from ..strip.file import dumps
 from ..strip.validity import LARGEST_DEFLECTION
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, WAVEFORMS, choose_outputs
-from .parameters import PARAMETERS
+from .parameters import varied_parameter
 from .spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ def write_dataset(path: Path, spec: SweepSpec, store: Store, provenance: Provena
             return variable
 
         for name, column in plan.columns.items():
-            item = PARAMETERS[name]
+            item = varied_parameter(name)
             over = (name,) if plan.grid else (DESIGN,)
             variable = create(name, over, item.unit, item.meaning, text if item.words else "f8")
             variable[:] = column.astype(object) if item.words else column
@@ -204,7 +204,9 @@ def write_dataset(path: Path, spec: SweepSpec, store: Store, provenance: Provena
 def table(spec: SweepSpec, data: Dataset) -> dict[str, NDArray[Any]]:
     """Return a sweep as columns, a design a row: what is varied, outputs, error and failure; units in the headers."""
     outputs = {name: OUTPUTS[name].unit for name in spec.outputs} | {"error": "", "failure": ""}
-    columns = {name: (PARAMETERS[name].unit, column) for name, column in spec.plan.designs(0, spec.plan.count).items()}
+    columns = {
+        name: (varied_parameter(name).unit, column) for name, column in spec.plan.designs(0, spec.plan.count).items()
+    }
     columns |= {name: (unit, data[name].values.ravel()) for name, unit in outputs.items()}
     return {f"{name}_{unit}" if unit else name: column for name, (unit, column) in columns.items()}
 

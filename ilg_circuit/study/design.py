@@ -17,10 +17,11 @@ from ..findings import Finding, Warned
 from ..result import Column, Result
 from ..strip.actuator import Actuator
 from ..strip.file import save_actuator
-from ..strip.validity import run_warnings
+from ..strip.layered import thickness_findings
+from ..strip.validity import largest_voltage, run_warnings
 from ..units import format_quantity, parse
 from .constraints import ActiveConstraint, WithoutRequirement, active_constraints, without_each_requirement
-from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, rewritten, scenario_template
+from .parameters import DRIVE_KEYS, FIRST_IS_VOLTAGE, require_layers, rewritten, scenario_template
 from .pareto import Front, pareto_front, parse_objectives
 from .plan import Vary, range_texts
 from .problem import Design, DesignProblem, Objective, best_design, distinct
@@ -84,8 +85,11 @@ class DesignReport(Result, Warned):
         told: tuple[Finding, ...] = ()
         if design:
             told = drive_findings(design.scenario.drive)
+            space = design.problem.space
+            chosen = {name: [float(x)] for name, x in {**space.fixed, **design.values}.items() if name == "thickness"}
+            told += thickness_findings(space.template.actuator, chosen)
             scenario, peak = design.scenario, abs(design.simulated.get("displacement_peak", math.nan))
-            run = scenario.drive, scenario.duration, scenario.drive.largest()
+            run = scenario.drive, scenario.duration, largest_voltage(scenario.actuator, scenario.drive)
             texts += run_warnings(scenario.actuator, *run, peak if math.isfinite(peak) else None)
             if design.failures:
                 numbers = {"failures": design.failures, "total": INITIAL_POINTS[design.problem.space.engine]}
@@ -254,6 +258,7 @@ def design(
     template = scenario_template(strip, drive, duration, tip=tip, beam=beam, load=load)
     template.parsed_drive()  # raises for a text that is not a drive, before any work
     ranges, fixed = parse_ranges(range_texts(vary))
+    require_layers(template.actuator, (*fixed, *(r.parameter.name for r in ranges)))
     space = Space(template, ranges, fixed, resolve_engine(template, ranges, fixed, engine), count)
     named, sense = (minimise, 1) if minimise else (maximise, -1)
     objective = Objective(quantity(named, space.names), sense) if named else None

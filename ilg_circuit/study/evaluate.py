@@ -17,13 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..arrays import Array, ComplexArray
 from ..circuit.netlist import Netlist
 from ..circuit.strip import strip_netlist
-from ..drive import Drive, PiecewiseLinear, Sine, drive_times
+from ..drive import Drive, PiecewiseLinear, Sine, by_current, drive_times
 from ..errors import IlgError, InputError, MissingLibraryError, wrong_choice
 from ..simulation.response import sample_times, transient_band
 from ..solve.exact import exact_on_panels
+from ..solve.modes import fastest_modes, similar
 from ..solve.panels import design_panels
 from ..solve.state_space import StateSpace, state_space
-from ..solve.transient import fastest_modes, similar, transient
+from ..solve.transient import transient
 from ..strip.changes import Value
 from .outputs import WAVEFORMS, BatchWaveforms, Output, choose_outputs
 from .parameters import NO_LOAD, Scenario, ScenarioTemplate, apply, scaled
@@ -195,7 +196,8 @@ class _Work:
                 continue
             try:
                 fixed = replace(scenario, tip="clamped", load=NO_LOAD) if blocked else scenario
-                netlist = strip_netlist(fixed.actuator, tip=fixed.tip, beam=fixed.beam, load=fixed.load, band=band)
+                how: dict[str, Any] = {"tip": fixed.tip, "beam": fixed.beam, "load": fixed.load, "band": band}
+                netlist = strip_netlist(fixed.actuator, **how, by_current=by_current(fixed.drive))
                 drive, factor = _normalised(fixed.drive) if netlist.linear else (fixed.drive, 1.0)
             except _FAILURES as error:
                 self.result.failures[k] = _reason(error)
@@ -210,7 +212,7 @@ class _Work:
             system = state_space([n.linearised() for n in netlists])
             poles = system.poles()
             if not netlists[0].linear:
-                at_peak = state_space([n.linearised(group[0].drive.largest()) for n in netlists])
+                at_peak = state_space([n.linearised(n.voltage_at(group[0].drive.largest())) for n in netlists])
                 poles = np.concatenate([poles, at_peak.poles()], axis=1)
         except _FAILURES as error:
             if len(group) == 1:

@@ -29,20 +29,30 @@ WAVEFORMS = {waveform.name: waveform.unit for waveform in ANSWERS if waveform.co
 
 @dataclass(frozen=True, eq=False)
 class BatchWaveforms:
-    """Waveforms of n scenarios on the same panels; ``voltage`` (n, m, NODES) [V]; ``tip`` free or clamped.
+    """Waveforms of n scenarios on the same panels; ``drive`` (n, m, NODES) [V, A]; ``tip`` free or clamped.
 
     ``load_distance`` (n,) is L_F [m].
     """
 
     panels: Panels
-    voltage: Array
+    drive: Array
     curves: dict[str, PiecewiseLegendre]
     tip: str
     load_distance: Array
 
     def curve(self, name: str) -> PiecewiseLegendre:
         """Return the waveforms of that name; NaN where the scenarios do not have it."""
-        return self.curves.get(name) or PiecewiseLegendre(self.panels, np.full(self.voltage.shape, np.nan))
+        return self.curves.get(name) or PiecewiseLegendre(self.panels, np.full(self.drive.shape, np.nan))
+
+    @property
+    def voltage(self) -> PiecewiseLegendre:
+        """The voltage, which is the drive or the answer to a current."""
+        return self.curves.get("voltage") or PiecewiseLegendre(self.panels, self.drive)
+
+    @property
+    def answer(self) -> PiecewiseLegendre:
+        """The current that answers a voltage, or the voltage that answers a current."""
+        return self.curves.get("voltage") or self.curve("current")
 
     @property
     def motion(self) -> PiecewiseLegendre:
@@ -51,13 +61,17 @@ class BatchWaveforms:
 
 @dataclass(frozen=True)
 class Output:
-    """A number derived from a run; ``blocked``: from the same scenario with its tip clamped and without a load."""
+    """A number derived from a run; ``blocked``: from the same scenario with its tip clamped and without a load.
+
+    ``on_request``: only if it is asked for.
+    """
 
     name: str
     unit: str
     meaning: str
     compute: Callable[[BatchWaveforms], Array]
     blocked: bool = False
+    on_request: bool = False
 
     def __reduce__(self) -> tuple[Callable[[str], Output], tuple[str]]:
         """Pickle an output by its name."""
@@ -114,15 +128,17 @@ _ALL = [
     Output(
         "force_blocked_peak", "N", "largest force with L_F clamped", lambda runs: runs.curve("force").peak()[0], True
     ),
+    Output("voltage_final", "V", "voltage at the end", lambda runs: runs.voltage.final, on_request=True),
+    Output("voltage_peak", "V", "largest voltage, with its sign", lambda runs: runs.voltage.peak()[0], on_request=True),
     *_of_waveform("current"),
     *_of_waveform("charge"),
-    Output("energy", "J", "energy delivered by the source", lambda r: r.curve("current").integral(r.voltage)),
+    Output("energy", "J", "energy delivered by the source", lambda r: r.answer.integral(r.drive)),
 ]
 
 #: Every output by name.
 OUTPUTS = {output.name: output for output in _ALL}
-#: Outputs of a study that names none: all but those that need a second run with the tip clamped.
-DEFAULT_OUTPUTS = tuple(output.name for output in _ALL if not output.blocked)
+#: Outputs of a study that names none: all but those that need a second run with the tip clamped, and the voltage.
+DEFAULT_OUTPUTS = tuple(output.name for output in _ALL if not (output.blocked or output.on_request))
 
 
 def names_of(given: str | Iterable[str] | None) -> tuple[str, ...]:

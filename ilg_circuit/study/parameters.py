@@ -1,27 +1,28 @@
 """Parameters that a study can vary: every number that describes a strip, its drive, its load and its mounting.
 
 Names are the keys of an actuator's TOML file (``thickness``, ``youngs_modulus``, ``gain``), those of further ionic
-branches with the branch's number (``permittivity_2``), ``load_mass`` ..., and what the drive's text holds (``voltage``,
-``period``, ``duty``, ``frequency``, ``rate``). What a change of a strip's value does to the others:
-`ilg_circuit.strip.changes`.
+branches with the branch's number (``permittivity_2``), those of layers after their name (``gel_thickness``),
+``load_mass`` ..., and what the drive's text holds (``voltage``, ``period``, ``duty``, ``frequency``, ``rate``). What a
+change of a strip's value does to the others: `ilg_circuit.strip.changes`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from ..circuit.load import Hung, Load, load_of
-from ..drive import Drive, PiecewiseLinear, Sine
+from ..drive import Drive, PiecewiseLinear, Sine, by_current, voltage_limit
 from ..errors import InputError, argument, unknown_name, visible
 from ..simulation.drives import parse_drive
 from ..strip.actuator import Actuator
-from ..strip.changes import ORIENTATION, STRIP_PARAMETERS, Value, VariedParameter, changed
+from ..strip.changes import ORIENTATION, STRIP_PARAMETERS, Value, VariedParameter, changed, layer_parameter
 from ..strip.file import load_actuator
+from ..strip.layered import require_layer
 from ..units import parse
 
 NO_LOAD = Load()
@@ -39,6 +40,7 @@ DRIVE_KEYS = {
     "duty": ("", "part of the period for which a square wave is high", ("square",), 2),
     "frequency": ("Hz", "frequency of a sine", ("sine",), 1),
     "rate": ("V/s", "slope of a ramp", ("ramp",), 0),
+    "current": ("A", "largest current of a drive by current", ("current",), 0),
 }
 #: Kinds of drive whose text begins with their voltage; others are scaled.
 FIRST_IS_VOLTAGE = ("step", "sine")
@@ -102,6 +104,9 @@ def scenario_template(
     """
     if not isinstance(drive, str | PiecewiseLinear | Sine):
         raise InputError(f"a drive is a text such as step:4V or a drive, not {type(drive).__name__} {drive!r}"[:120])
+    limited = "limit" in drive and drive.startswith("current:") if isinstance(drive, str) else voltage_limit(drive)
+    if limited:
+        raise InputError(f"a study has no limit of its source: '{drive}'; leave limit= out, or ask simulate")
     if tip not in ("free", "clamped"):
         raise InputError(f"{argument('tip')} is {tip!r}; choose free or clamped")
     strip = actuator if isinstance(actuator, Actuator) else load_actuator(actuator)
@@ -122,9 +127,17 @@ PARAMETERS = {parameter.name: parameter for parameter in _ALL}
 
 def varied_parameter(name: str) -> VariedParameter:
     """Return the parameter of that name. Raises InputError that lists the nearest names, or all."""
-    if name not in PARAMETERS:
+    found = PARAMETERS.get(name) or layer_parameter(name)
+    if found is None:
         raise unknown_name("parameter", name, PARAMETERS)
-    return PARAMETERS[name]
+    return found
+
+
+def require_layers(actuator: Actuator, names: Iterable[str]) -> None:
+    """Raise InputError where one of ``names`` is of a layer that the strip does not have."""
+    for name in names:
+        if varied_parameter(name).part == "layer":
+            require_layer(actuator, name)
 
 
 def apply(template: ScenarioTemplate, values: Mapping[str, Value]) -> Scenario:
@@ -150,16 +163,20 @@ def _drive(given: str | Drive, duration: float, changed: Mapping[str, float]) ->
     """Return a drive, or the drive of a text, with some numbers replaced. ``voltage`` scales the whole waveform."""
     text = given if isinstance(given, str) else f"file:{given.text}"
     kind = text.partition(":")[0]
+    if by_current(drive := given if not isinstance(given, str) else _parsed(text, duration)):
+        kind = "current"
     for name in changed:
         kinds = DRIVE_KEYS[name][2]
         if kind not in kinds:
             raise InputError(f"{name} is not part of the drive '{text}'; it belongs to {' and '.join(kinds)}")
-    drive = given if not isinstance(given, str) else _parsed(rewritten(text, changed), duration)
-    if "voltage" not in changed or kind in FIRST_IS_VOLTAGE:
+    if kind != "current" and isinstance(given, str):
+        drive = _parsed(rewritten(text, changed), duration)
+    wanted = changed.get("current" if kind == "current" else "voltage")
+    if wanted is None or kind in FIRST_IS_VOLTAGE:
         return drive
     if not drive.largest():
-        raise InputError(f"the drive '{text}' is zero, so no voltage can be given to it")
-    return scaled(drive, changed["voltage"] / drive.largest())
+        raise InputError(f"the drive '{text}' is zero, so no voltage or current can be given to it")
+    return scaled(drive, wanted / drive.largest())
 
 
 def rewritten(text: str, changed: Mapping[str, float]) -> str:

@@ -16,11 +16,11 @@ from ..arrays import Array
 from ..errors import InputError, argument, unknown_name
 from ..strip.actuator import Actuator
 from ..strip.elements import gravity_ratio
-from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS
+from ..strip.validity import ELECTROCHEMICAL_WINDOW, LARGEST_DEFLECTION, LARGEST_SLENDERNESS, largest_voltage
 from ..units import format_quantity, parse
 from .evaluate import Evaluation
 from .outputs import OUTPUTS, Output
-from .parameters import PARAMETERS, Scenario
+from .parameters import PARAMETERS, Scenario, varied_parameter
 
 #: Units of outputs that are maximised by default (displacement, force); all others are minimised.
 _WANTED_MORE = ("m", "N")
@@ -72,7 +72,7 @@ def _column(name: str, designs: Designs) -> Array:
 
 
 def _window(scenario: Scenario) -> float:
-    return scenario.drive.largest() / ELECTROCHEMICAL_WINDOW
+    return largest_voltage(scenario.actuator, scenario.drive) / ELECTROCHEMICAL_WINDOW
 
 
 def _slenderness(scenario: Scenario) -> float:
@@ -106,7 +106,7 @@ def quantity(name: str, varied: Sequence[str]) -> Quantity:
     if name in ASSUMPTIONS:
         return ASSUMPTIONS[name][0]
     if name in varied:
-        item = PARAMETERS[name]
+        item = varied_parameter(name)
         return Quantity(name, item.unit, item.meaning, partial(_column, name))
     if name in PARAMETERS:
         raise InputError(

@@ -21,7 +21,7 @@ from ..simulation.response import sample_times
 from ..strip.file import FORMAT, dumps
 from .evaluate import STUDY_ACCURACY, Evaluation, Progress, evaluate, require_known, scenarios_of
 from .outputs import DEFAULT_OUTPUTS, choose_outputs
-from .parameters import ScenarioTemplate
+from .parameters import ScenarioTemplate, require_layers
 from .plan import Column, Plan, grid_plan, random_plan, read_plan
 
 #: Designs of a task, for linear and for nonlinear circuits; largest size of its waveforms in bytes.
@@ -80,10 +80,11 @@ class SweepSpec:
 
     def __post_init__(self) -> None:
         choose_outputs(self.outputs)
+        require_layers(self.template.actuator, self.plan.names)
         require_known(self.engine, self.waveforms)
         if not 1e-11 <= self.accuracy <= 1e-2:
             raise InputError(f"accuracy {self.accuracy:g} must lie between 1e-11 and 1e-2")
-        if isinstance(self.template.drive, str) and self.template.drive.startswith("file:"):
+        if isinstance(self.template.drive, str) and self.template.drive.startswith(("file:", "current:")):
             # read once and here: where tasks are solved there may be no such file
             object.__setattr__(self, "template", replace(self.template, drive=self.template.parsed_drive()))
         self.template.parsed_drive()  # raises for a text that is not a drive

@@ -20,6 +20,7 @@ from ..provenance import Provenance
 from ..result import Column, Result
 from ..solve.library import chosen_engine
 from ..strip.actuator import Actuator
+from ..strip.layered import thickness_findings
 from ..strip.validity import deflection_warnings
 from .dataset import Store, SweepTotals, read_sweep, table, write_dataset
 from .evaluate import STUDY_ACCURACY, Evaluation, Progress
@@ -64,9 +65,11 @@ class SweepResult(Result, Warned):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Findings on the file of the drive, and on designs beyond the small-deflection limit."""
+        """Findings on the drive's file, on a thickness varied without layers, on designs beyond small deflection."""
         texts = deflection_warnings(self.totals.bent)
-        told = drive_findings(self.spec.template.parsed_drive())
+        template, columns = self.spec.template, self.spec.plan.columns
+        told = drive_findings(template.parsed_drive())
+        told += thickness_findings(template.actuator, {k: v for k, v in columns.items() if v.dtype.kind == "f"})
         return told + tuple(Finding("assumption-fails", values={"text": text}) for text in texts)
 
     def to_xarray(self) -> Dataset:
@@ -164,7 +167,7 @@ def sweep(
         CSV file with one design a row, in place of ``vary``.
     outputs : str or sequence of str, optional
         Names of the outputs, such as ["displacement_final", "energy"]; all are listed under Notes (default: all but
-        the blocked forces, which need a second run).
+        the blocked forces, which need a second run, and the voltage).
     waveforms : str or sequence of str, optional
         Waveforms to keep, such as "displacement"; they are in ``to_xarray()``.
     samples : int, optional
@@ -220,6 +223,8 @@ def sweep(
     force_rms            N  root mean square force on load or clamp
     force_blocked        N  force at the end with L_F clamped
     force_blocked_peak   N  largest force with L_F clamped
+    voltage_final        V  voltage at the end
+    voltage_peak         V  largest voltage, with its sign
     current_final        A  current at the end
     current_peak         A  largest current, with its sign
     current_rms          A  root mean square current

@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import pytest
+from chromium import chromium, requested, unavailable
 
 import ilg_circuit as ilg
 from ilg_circuit.browser.assets import FOLDER
 from ilg_circuit.strip.actuator import Actuator
 
-#: Set where a browser must be there: a test that would be skipped fails.
-REQUIRED = "ILG_REQUIRE_BROWSER"
 #: Longest wait for a picture [s], far beyond what one takes.
 PATIENCE = 60.0
-
-
-def unavailable(why: str) -> NoReturn:
-    if os.environ.get(REQUIRED):
-        pytest.fail(f"{why}, and {REQUIRED} is set")
-    pytest.skip(why)
 
 
 @pytest.fixture(scope="session")
@@ -39,27 +30,9 @@ def assets() -> None:
 
 @pytest.fixture(scope="session")
 def browser(assets: None) -> Iterator[Any]:
-    """Chromium without a window; all that it asks of any network is in its log."""
-    try:
-        from selenium.webdriver import Chrome, ChromeOptions
-        from selenium.webdriver.chrome.service import Service
-    except ImportError:
-        unavailable("selenium is not installed")
-    program = shutil.which("chromium") or shutil.which("chromium-browser")
-    driver = shutil.which("chromedriver")
-    if program is None or driver is None:
-        unavailable("chromium or its chromedriver is not installed (Debian: chromium, chromium-driver)")
-    options = ChromeOptions()
-    options.binary_location = program
-    root = hasattr(os, "geteuid") and os.geteuid() == 0
-    for argument in ("--headless=new", "--disable-dev-shm-usage", "--window-size=1300,1000", *["--no-sandbox"] * root):
-        options.add_argument(argument)
-    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
-    made = Chrome(options=options, service=Service(driver))
-    try:
+    """Chromium without a window."""
+    with chromium() as made:
         yield made
-    finally:
-        made.quit()
 
 
 @dataclass(frozen=True)
@@ -115,8 +88,7 @@ class Opened:
 
     def requests(self) -> list[str]:
         """Addresses that were asked for since the last call."""
-        events = [json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")]
-        return [e["params"]["request"]["url"] for e in events if e["method"] == "Network.requestWillBeSent"]
+        return requested(self.driver)
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ SPECTRUM = [(f, 20 + 600 / (1 + 2j * math.pi * f * 10)) for f in (10 ** (k / 5 -
 SWEEP = "".join(f"{f:.6g},{z.real + 0.01 * math.sin(9 * k):.6g},{z.imag:.6g}\n" for k, (f, z) in enumerate(SPECTRUM))
 PULL = "".join(f"{k / 20},{k * 0.0185:.6g}\n" for k in range(30))
 
+pytestmark = pytest.mark.usefixtures("drafts")
 RUNS = {
     "identify": ("f,Zreal,Zimag\n" + SWEEP, ("identify", "data.csv", "--model", "rc")),
     "drive": (

@@ -20,6 +20,7 @@ from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.strip.file import load_actuator, save_actuator
 
+pytestmark = pytest.mark.usefixtures("drafts")
 EXACT = ("--model", "rc", "--engine", "exact", "--json", "fit.json")
 
 

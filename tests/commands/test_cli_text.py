@@ -37,6 +37,7 @@ def acting(text: str) -> list[str]:
     return [c for c in text if not c.isprintable() and c != "\n"]
 
 
+@pytest.mark.usefixtures("drafts")
 @pytest.mark.parametrize("name", NAMES.values(), ids=NAMES)
 def test_a_name_is_drawn_and_printed_as_it_is_written(run: Run, name: str) -> None:
     Path("strip.toml").write_text(dumps(PAPER).replace('"paper"', _toml(name)), encoding="utf-8")

@@ -13,6 +13,7 @@ from ilg_circuit.provenance import digest
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.file import save_actuator
 
+pytestmark = pytest.mark.usefixtures("drafts")
 COMMANDS = {
     "simulate": ("--drive", "step:5V", "--duration", "10s", "--engine", "exact", "--samples", "11"),
     "sense": ("--motion", "step:1mm", "--duration", "10s", "--engine", "exact", "--samples", "11"),

@@ -16,6 +16,7 @@ from compare import differences
 from runs import RUNS, Run, families, options, perform
 
 REFERENCE = Path(__file__).with_name("reference")
+pytestmark = pytest.mark.usefixtures("drafts")  # of pictures only that they are there is kept
 Perform = Callable[[Run], dict[str, Any]]
 
 

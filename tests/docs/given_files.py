@@ -9,6 +9,7 @@ import numpy as np
 
 import ilg_circuit as ilg
 from ilg_circuit.arrays import Array
+from ilg_circuit.identification.shape import bent_line, curved_line
 
 TIME = np.arange(-4.0, 56.0, 0.25)
 ON = TIME >= 0
@@ -61,6 +62,25 @@ def _pulled(path: Path, power: float) -> None:
     _write(path, "stretch,stress_kPa", np.column_stack([stretch, stress]))
 
 
+def _marks(path: Path, frequency: float | None, resistance: float) -> None:
+    """Six marks on the paper's strip with sheets of ``resistance`` [ohm]: at rest under a voltage, or under a sine."""
+    s, noise = np.linspace(5e-3, 30e-3, 6), np.random.default_rng(10)
+    zero = 1 / 666.667
+    omega = 0.0 if frequency is None else 2j * np.pi * frequency
+    square = resistance / 5e-3 * (zero + 0.35 * omega / (1 + 19.43635 * 0.35 * omega)) / 35e-3 * 30e-3**2
+    if frequency is None:
+        t = np.append(np.arange(-5.0, 0.0), np.arange(280.0, 300.0))
+        ends = bent_line(s, 30e-3, 25.0, np.real(square))
+        z = np.where((t < 0)[:, None], s, ends)
+    else:
+        t = np.arange(0.0, 20.0, 0.2)
+        turned = np.exp(omega * t)[:, None]
+        z = s + 1j * np.real(10 * curved_line(s, 30e-3, square) * turned)
+    columns = 1e3 * np.stack([z.real, z.imag], axis=2).reshape(len(t), 12) + 0.01 * noise.normal(size=(len(t), 12))
+    header = ",".join(f"x{k}_mm,y{k}_mm" for k in range(1, 7))
+    _write(path, f"time_s,{header}", np.column_stack([t, columns]))
+
+
 def _fitted(path: Path) -> None:
     table = _columns(4.0, 1) * [1.0, 1.0, 1e-3, 1e-3]
     names = ("time", "voltage", "current", "displacement")
@@ -91,6 +111,8 @@ MAKERS = {
     "inflate.csv": lambda path: _pulled(path, 5),
     "w.csv": lambda path: path.write_text("0,2.5\n2.5,0\n"),
     "designs.csv": lambda path: path.write_text("thickness_mm,free_length_mm\n0.4,30\n0.5,30\n0.6,25\n"),
+    "marks.csv": lambda path: _marks(path, None, 300.0),
+    "sine.csv": lambda path: _marks(path, 0.1, 10.0),
     "fitted.toml": _fitted,
     "strip.toml": _strip,
 }

@@ -6,7 +6,6 @@ import re
 import shlex
 import tomllib
 from pathlib import Path
-from typing import Any
 
 import pytest
 from command import Run
@@ -54,23 +53,6 @@ def work_through(block: Block, run: Run, space: dict[str, object]) -> None:
         case "toml":
             Path(block.file).write_text(block.code)
             loads(block.code)
-
-
-@pytest.fixture
-def drafts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pictures are written small and without a layout, which takes most of their time; other tests look at them."""
-    import matplotlib
-
-    matplotlib.use("agg")
-    from matplotlib.figure import Figure
-
-    saved = Figure.savefig
-
-    def draft(figure: Figure, target: Any, **how: Any) -> None:
-        figure.set_layout_engine("none")
-        saved(figure, target, **how | {"dpi": 20})
-
-    monkeypatch.setattr(Figure, "savefig", draft)
 
 
 @pytest.mark.parametrize("page", SHOWING, ids=name)

@@ -70,7 +70,7 @@ def test_what_the_data_do_not_tell_stays_open() -> None:
 def test_what_the_data_tell_is_found(shift: float) -> None:
     """The interval of the quantity, and those of the parameters, hold the truth."""
     held = np.zeros(3)
-    data = sets(shift, told=True, count=60)
+    data = sets(shift, told=True, count=40)
     for each in data:
         found, errors, _ = profiled(each, told=True)
         low, high = found.admitted

@@ -10,7 +10,7 @@ import pytest
 
 import ilg_circuit as ilg
 from ilg_circuit.commands.sweep import sweep
-from ilg_circuit.simulation.drives import FORMS
+from ilg_circuit.simulation.drives import CURRENT, FORMS
 from ilg_circuit.simulation.waveforms import WAVEFORMS
 from ilg_circuit.strip.models.registry import ADDITIONS, MODELS, electrical_model
 from ilg_circuit.strip.plausible import USUAL
@@ -34,7 +34,7 @@ def rows(function: object) -> dict[str, str]:
 
 
 def test_simulate_lists_the_forms_of_drives_and_the_waveforms() -> None:
-    assert rows(ilg.simulate) == {f"``{form.examples[0].split(', ')[0]}``": form.meaning for form in FORMS}
+    assert rows(ilg.simulate) == {f"``{form.examples[0].split(', ')[0]}``": form.meaning for form in (*FORMS, CURRENT)}
     assert all(
         f"``{name}`` [{wave.unit}]" in " ".join(str(getdoc(ilg.simulate)).split()) for name, wave in WAVEFORMS.items()
     )

@@ -31,7 +31,7 @@ from ilg_circuit.cli import main
 from ilg_circuit.errors import IlgWarning, InputError
 from ilg_circuit.measurements.kind import LOAD_TEST
 from ilg_circuit.measurements.read import read, read_load_test
-from ilg_circuit.strip.actuator import PAPER, Actuator, Electrodes
+from ilg_circuit.strip.actuator import PAPER, Actuator, Electrodes, Layer
 from ilg_circuit.strip.file import dumps, load_actuator
 from ilg_circuit.study.plan import read_plan
 
@@ -62,7 +62,10 @@ def strips() -> dict[str, str]:
     made = {f"{name}.toml": dumps(every_model.strip_of(model)) for name, model in models.items()}
     plain = Actuator(PAPER.geometry, PAPER.material, name="no $coupling\\")
     four = replace(PAPER, electrodes=Electrodes(0.25, 5.0, segments_1=4, segments_2=2, cells=4))
-    return made | {"strip.toml": inputs.STRIP, "plain.toml": dumps(plain), "four.toml": dumps(four)}
+    carbon = Layer("carbon", 5e-5, 700.0, 1e6, capacitance_per_volume=8e7)
+    layered = PAPER.with_layers([carbon, Layer("gel", 4e-4, 1250.0, 7600.0), carbon])
+    made |= {"four.toml": dumps(four), "layered.toml": dumps(layered)}
+    return made | {"strip.toml": inputs.STRIP, "plain.toml": dumps(plain)}
 
 
 def write_inputs(folder: Path) -> None:

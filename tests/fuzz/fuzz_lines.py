@@ -14,11 +14,11 @@ import numpy as np
 
 from ilg_circuit.commands import COMMANDS
 
-#: Demo and reproduce take minutes; doctor has no options.
+#: Demo and reproduce take minutes; doctor has no options; watch and app go on until they are interrupted.
 WEIGHTS = {
     "show": 2, "simulate": 5, "impedance": 3, "netlist": 2, "identify": 2, "sense": 2, "sweep": 1, "design": 1,
     "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "page": 1, "examples": 1, "doctor": 0, "demo": 0, "reproduce": 0,
-    "watch": 0,
+    "watch": 0, "app": 0,
 }  # fmt: skip
 STRIPS = (
     *("paper",) * 4,
@@ -29,15 +29,24 @@ STRIPS = (
     "warburg.toml",
     "plain.toml",
     "four.toml",
+    "layered.toml",
 )
 _LENGTHS = ("0.3mm", "0.5mm", "1mm", "5mm", "30mm")
 _DRIVES = (
     "step:4V", "step:-1V", "square:4V,3s", "square:-2V..2V,4s,0.3", "sine:2V,0.5Hz", "ramp:1V/s", "file:drive.csv",
-    "step:0V", "square:1V,7s,0.999", "sine:0V,1Hz",
+    "step:0V", "square:1V,7s,0.999", "sine:0V,1Hz", "current:5mA", "current:10mA,limit=2V", "square:2mA,3s",
 )  # fmt: skip
 _VARIED = ("thickness=0.3mm:0.8mm:3", "width=5mm,6mm", "voltage=1V:4V:2", "orientation=hanging,weightless",
-           "load_mass=0mg,10mg", "gain=1e-9m/(V s):3e-9m/(V s):2:log", "period=1s:2s:2")  # fmt: skip
-_RANGES = ("thickness=0.3mm:0.8mm", "width=3mm:6mm", "width=5mm", "free_length=20mm:30mm", "voltage=1V:3V")
+           "load_mass=0mg,10mg", "gel_thickness=0.2mm,0.4mm", "gain=1e-9m/(V s):3e-9m/(V s):2:log",
+           "period=1s:2s:2")  # fmt: skip
+_RANGES = (
+    "thickness=0.3mm:0.8mm",
+    "width=3mm:6mm",
+    "width=5mm",
+    "free_length=20mm:30mm",
+    "voltage=1V:3V",
+    "carbon_thickness=20um:60um",
+)
 _OUTPUTS = ("displacement_final", "force_blocked", "settling_time", "energy", "current_peak", "time_of_90")
 
 #: option -> good values; "command option" for one command alone.
@@ -123,14 +132,15 @@ GOOD: dict[str, tuple[str, ...]] = {
     "identify --out": ("out.toml",), "ogden --out": ("out.toml",), "design --out": ("out.toml",),
     "netlist --out": ("out.cir", "out.lib"), "sweep --out": ("out.nc",), "arm --out": ("out.nc",),
     "page --out": ("out.html",), "examples --out": ("copies",), "names": ("simulate_and_plot", "own_driver"),
-    "--kit": ("kit",),
+    "--kit": ("kit",), "--port": ("5099",),
     "--json": ("out.json",),
     "--plot": ("out.png", "out.svg"), "--size": ("85mm", "85mm,60mm", "0.2 m"), "--style": ("journal.mplstyle",),
     "--sobol-plot": ("sobol.png",),
     "--front": ("front.csv",),
     "--report": ("out.html",),
     "--netlist": ("deck.cir",),
-    "--animate": ("out.gif",),
+    "--animate": ("out.gif",), "--shape": ("shape.csv",), "--plot-shape": ("shape.png",),
+    "--frequency": ("0.1Hz", "1Hz"), "--places": ("10mm,20mm,30mm", "15mm"),
     "actuator": STRIPS,
     "data": ("step.csv", "square.csv", "ramps.csv", "spectrum.csv", "low.csv", "$odd.csv"),
 }  # fmt: skip
@@ -139,6 +149,7 @@ _RARE = {"--size": 0.01, "--style": 0.01,
          "--plot": 0.05, "--report": 0.05, "--animate": 0.01, "--reach": 0.02, "--pareto": 0.05, "--sobol": 0.02,
          "--sobol-plot": 0.02, "--intervals": 0.03, "--cluster": 0.0, "--sensitivity": 0.05, "--confidence": 0.05,
          "--sobol_plot": 0.0, "--help": 0.01, "--settled": 0.1, "--neurons-in-circuit": 0.1, "--each": 0.0,
+         "--shape": 0.05, "--plot-shape": 0.02, "--frequency": 0.02, "--places": 0.02,
          "--folder": 0.01, "--kit": 0.05, "--log": 0.01,
          **dict.fromkeys(("--length", "--free-length", "--width", "--thickness",
          "--load-position", "--youngs-modulus", "--density", "--bending-stiffness", "--orientation"), 0.03),

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command import Outcome, Run
 from synthetic import Synthetic, current_data, fit_current, ready, record, step
 from test_current_fit import assert_recovered, identified
 from test_ipmc import DATA, STRIP
@@ -27,12 +28,7 @@ from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements
 
 HEADER = "time_s,voltage_V,current_A\n"
-
-
-def command(*arguments: str | Path, seconds: float = 60.0) -> subprocess.CompletedProcess[str]:
-    code = "from ilg_circuit.cli import main; main()"
-    given = [sys.executable, "-W", "default", "-c", code, "identify", *map(str, arguments)]
-    return subprocess.run(given, capture_output=True, text=True, timeout=seconds, check=False)
+RC = ("--model", "rc", "--engine", "exact")
 
 
 def outcome(call: Callable[[], Any]) -> tuple[Any, str]:
@@ -43,8 +39,8 @@ def outcome(call: Callable[[], Any]) -> tuple[Any, str]:
         return None, str(error)
 
 
-def one_line(run: subprocess.CompletedProcess[str]) -> bool:
-    return run.returncode in (1, 2) and len(run.stderr.splitlines()) == 1 and "element R" not in run.stderr
+def one_line(done: Outcome) -> bool:
+    return done.code in (1, 2) and len(done.err.splitlines()) == 1 and "element R" not in done.err
 
 
 # -- ngspice -----------------------------------------------------------------------------------------------------------
@@ -181,22 +177,22 @@ def step_file(path: Path) -> Path:
     return record(step(), 300.0, 61, rest=5, noise=1e-3).write(path)
 
 
-def test_the_measurement_is_never_overwritten(tmp_path: Path) -> None:
+def test_the_measurement_is_never_overwritten(run: Run, tmp_path: Path) -> None:
     """cli.py identify: --out data.csv replaces the measurement by the TOML file, without a word."""
     data = step_file(tmp_path / "data.csv")
     before = data.read_text()
     for option in ("--out", "--json"):
-        run = command(data, "--model", "rc", "--engine", "exact", option, data)
+        done = run("identify", str(data), *RC, option, str(data))
         assert data.read_text() == before
-        assert run.returncode == 2
-        assert one_line(run)
+        assert done.code == 2
+        assert one_line(done)
 
 
-def test_two_outputs_do_not_share_a_file(tmp_path: Path) -> None:
-    data = step_file(tmp_path / "data.csv")
-    run = command(data, "--model", "rc", "--engine", "exact", "--out", tmp_path / "x", "--json", tmp_path / "x")
-    assert run.returncode == 2
-    assert one_line(run)
+def test_two_outputs_do_not_share_a_file(run: Run, tmp_path: Path) -> None:
+    step_file(tmp_path / "data.csv")
+    done = run("identify", "data.csv", *RC, "--out", "x", "--json", "x")
+    assert done.code == 2
+    assert one_line(done)
 
 
 @pytest.mark.parametrize(
@@ -207,23 +203,23 @@ def test_two_outputs_do_not_share_a_file(tmp_path: Path) -> None:
     ],
     ids=lambda value: value if len(value) < 30 else "",
 )
-def test_csv_s_own_limits_end_in_one_line(tmp_path: Path, name: str, text: str) -> None:
+def test_csv_s_own_limits_end_in_one_line(run: Run, tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / "data.csv").write_text(text)
-    assert one_line(command(tmp_path / "data.csv"))
+    assert one_line(run("identify", "data.csv"))
 
 
 @pytest.mark.parametrize("column", ["voltage", "current", "displacement"])
 @pytest.mark.parametrize("factor", [1e200, 1e-200])
-def test_numbers_beyond_all_measure_end_in_words(tmp_path: Path, column: str, factor: float) -> None:
-    """ZeroDivisionError and OverflowError in formulas.py:27, numpy's overflow warnings in start.py:147."""
+def test_numbers_beyond_all_measure_end_in_words(run: Run, tmp_path: Path, column: str, factor: float) -> None:
+    """ZeroDivisionError and OverflowError in formulas.py:27, numpy's overflow warnings in start.py:147: errors here."""
     r: Synthetic = record(step(), 300.0, 61, rest=5, displacement=True, noise=1e-3)
     r.changed(**{column: r.columns[column] * factor}).write(tmp_path / "data.csv")
     json_path = tmp_path / "fit.json"
-    run = command(tmp_path / "data.csv", "--model", "rc", "--engine", "exact", "--json", json_path)
-    assert "Traceback" not in run.stderr
-    assert "RuntimeWarning" not in run.stderr
-    if run.returncode:
-        assert one_line(run)
+    done = run("identify", "data.csv", *RC, "--json", "fit.json")
+    assert "Traceback" not in done.err
+    assert "RuntimeWarning" not in done.err
+    if done.code:
+        assert one_line(done)
     else:
         json.loads(json_path.read_text(), parse_constant=lambda constant: pytest.fail(constant))
 
@@ -231,29 +227,31 @@ def test_numbers_beyond_all_measure_end_in_words(tmp_path: Path, column: str, fa
 def test_a_header_is_not_computed(tmp_path: Path) -> None:
     """units.py scale: pint evaluates what stands for a unit; 9**9**9**9 never ends."""
     (tmp_path / "data.csv").write_text("time_s,voltage_V,current_9**9**9**9\n0,1,2\n")
+    code = "from ilg_circuit.cli import main; main()"
+    given = [sys.executable, "-W", "default", "-c", code, "identify", str(tmp_path / "data.csv")]
     try:
-        run = command(tmp_path / "data.csv", seconds=8.0)
+        done = subprocess.run(given, capture_output=True, text=True, timeout=8.0, check=False)
     except subprocess.TimeoutExpired:
         pytest.fail("hangs")
-    assert one_line(run)
+    assert one_line(Outcome(done.returncode, done.stdout, done.stderr))
 
 
-def test_an_empty_header_is_not_listed(tmp_path: Path) -> None:
+def test_an_empty_header_is_not_listed(run: Run, tmp_path: Path) -> None:
     """A comma at the end of every line: "columns not understood and left out: " and nothing."""
     data = step_file(tmp_path / "data.csv")
     data.write_text(data.read_text().replace("\n", ",\n"))
-    run = command(data, "--model", "rc", "--engine", "exact")
-    assert run.returncode == 0
-    assert "not understood" not in run.stderr
+    done = run("identify", "data.csv", *RC, "--json", "fit.json")
+    assert done.code == 0
+    assert "not understood" not in done.err
 
 
-def test_an_engine_that_was_not_asked_for_is_not_blamed(tmp_path: Path) -> None:
+def test_an_engine_that_was_not_asked_for_is_not_blamed(run: Run, tmp_path: Path) -> None:
     """A last time of 1e9 s: "the exact engine cannot solve ...; use the ngspice engine", under --engine ngspice."""
     r = record(step(), 300.0, 601, rest=30, noise=0.003)
     time = r.columns["time"].copy()
     time[-1] = 1e9
     r.changed(time=time).write(tmp_path / "data.csv")
-    assert "use the ngspice engine" not in command(tmp_path / "data.csv", "--model", "rc").stderr
+    assert "use the ngspice engine" not in run("identify", "data.csv", *RC[:2], "--json", "fit.json").err
 
 
 def test_a_resolution_coarser_than_the_answer_is_said() -> None:

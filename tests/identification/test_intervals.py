@@ -16,6 +16,7 @@ from ilg_circuit.report.estimates import interval_text
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.elements import lumped_elements
 
+pytestmark = pytest.mark.usefixtures("drafts")
 NAMES = ("dc_resistance", "dynamic_resistance", "capacitance")
 RC = ("--model", "rc", "--engine", "exact", "--onset", "first-level")
 KINDS = ("step", "spectrum", "several")

@@ -23,6 +23,7 @@ from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.file import load_actuator
 
+pytestmark = pytest.mark.usefixtures("drafts")
 RC = ("--model", "rc", "--engine", "exact", "--actuator", "paper", "--onset", "first-level")
 
 
@@ -189,7 +190,8 @@ def test_profiles_for_every_kind(kind: str) -> None:
 
 def test_an_engine_that_has_no_effect_is_said(run: Run, tmp_path: Path) -> None:
     (file,) = write("spectrum", tmp_path)
-    said = [run("identify", file, "--model", "rc", *engine).err for engine in ((), ("--engine", "exact"))]
+    how = ("identify", file, "--model", "rc", "--json", "fit.json")
+    said = [run(*how, *engine).err for engine in ((), ("--engine", "exact"))]
     assert "--engine" not in said[0]
     assert "--engine has no effect" in said[1]
     mixed = run("identify", *write("several", tmp_path), *RC)
@@ -202,6 +204,7 @@ def test_auto_asks_for_the_same_evidence(kind: str, gain: float, model: str, mon
     """Where a second branch is better by a little less than 10 BIC one is enough, where by a little more it is not."""
     monkeypatch.setattr(selection, "_bic", lambda found, samples: {"rc": gain, "rc2": 0.0}.get(found.kind.name, 100.0))
     monkeypatch.setattr(fit_selection, "CLEAR", np.inf)  # by the BIC alone
+    monkeypatch.setattr(selection, "model_names", lambda: ("rc", "rc2"))
     assert EVIDENCE == 10
     strip = replace(two_branches(), coupling=None)
     files = [record(step(u), 300.0, 151, strip=strip, noise=1e-3, seed=5).measurement(f"{u}") for u in (4.0, -2.0)]

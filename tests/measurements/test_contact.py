@@ -123,7 +123,9 @@ def test_a_voltage_that_reads_zero_while_the_current_goes_on(name: str) -> None:
 @pytest.mark.parametrize("name", DRIVES)
 def test_sound_contact_is_told_nothing(name: str, strip: str) -> None:
     """Waveforms that pass zero, plateaus, vertices and currents that decay into noise or digits."""
-    for seed, (noise, bits) in enumerate([(0.0, 0), (0.002, 0), (0.02, 0), (0.0, 8), (0.002, 10), (0.01, 16)]):
+    odd = (list(DRIVES).index(name) + list(STRIPS).index(strip)) % 2  # each drive and each strip meets all of them
+    noises = ((0.0, 0), (0.002, 0), (0.02, 0), (0.0, 8), (0.002, 10), (0.01, 16))
+    for seed, (noise, bits) in list(enumerate(noises))[odd::2]:
         m = measured(T, DRIVES[name], branches=STRIPS[strip], dc=(500.0, 1e5)[seed % 2]).noisy(noise, seed=seed)
         if bits:
             m = m.rounded(2.0 ** (1 - bits))

@@ -114,7 +114,7 @@ def test_names_of_neurons_do_not_matter(case: tuple[Network, np.ndarray], random
         assert found.period == pytest.approx(base.period, rel=1e-8)
 
 
-@FEW
+@settings(max_examples=12)
 @given(networks(), st.floats(0.0, 2.0))
 def test_a_cycle_is_the_same_from_each_of_its_points(case: tuple[Network, np.ndarray], part: float) -> None:
     network, start = case

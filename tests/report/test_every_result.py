@@ -35,7 +35,9 @@ from ilg_circuit.hyperelastic import characterise
 from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.batch import Batch, FileFit
+from ilg_circuit.identification.shape import ShapeFit, bent_line, identify_shape
 from ilg_circuit.measurements.film import Film, film_of
+from ilg_circuit.measurements.marks import Marks
 from ilg_circuit.measurements.record import Record
 from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.measurements.track import Track
@@ -48,6 +50,7 @@ from ilg_circuit.simulation.energy import EnergyAccount
 from ilg_circuit.simulation.impedance import Impedance, impedance
 from ilg_circuit.simulation.response import Response, simulate
 from ilg_circuit.simulation.sensing import Sensed, sense
+from ilg_circuit.simulation.shape import Shape
 from ilg_circuit.strip.actuator import PAPER
 from ilg_circuit.strip.file import load_actuator
 from ilg_circuit.study import search
@@ -73,6 +76,13 @@ def _front() -> Front:
     return front
 
 
+def _shape_fit() -> ShapeFit:
+    at = np.array([5e-3, 15e-3, 30e-3])
+    ends = bent_line(at, 0.03, 20.0, 1.0) + 1e-6 * np.array([1, -1, 1])
+    x, y = (tuple(np.stack(part, axis=1)) for part in ((at, ends.real), (0 * at, ends.imag)))
+    return identify_shape(Marks("marks.csv", (np.array([0.0, 300.0]),) * 3, x, y), PAPER)
+
+
 def _curve() -> FitResult:
     x = np.linspace(0, 5, 40)
     y = 3 * np.exp(-2 * x) + 0.01 * np.sin(37 * x)
@@ -84,6 +94,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Response: lambda: simulate(PAPER, parse_drive("step:4V", 100.0), T, engine="exact"),
     EnergyAccount: lambda: example(Response).account,
     Impedance: lambda: impedance(PAPER, np.geomspace(1e-3, 10, 9), engine="exact"),
+    Shape: lambda: example(Response).shape(points=5),
     Sensed: lambda: sense(PAPER, parse_drive("step:1mm", 100.0, "m"), T, engine="exact"),
     Identification: lambda: identify(
         record(step(), 300.0, 61, rest=5, noise=1e-3).measurement(), base=PAPER, model="rc", engine="exact"
@@ -91,6 +102,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Batch: lambda: Batch(
         (FileFit("a.csv", content=example(Identification).to_dict()), FileFit("b.csv", 2, error="no"))
     ),
+    ShapeFit: _shape_fit,
     FitResult: _curve,
     Characterisation: lambda: characterise(readings(TWO, "uniaxial", noise=0.01), terms=1),
     RhythmRun: lambda: cpg("3s"),

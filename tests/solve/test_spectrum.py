@@ -71,8 +71,7 @@ def assert_moved(strip: Actuator, terminals: str) -> None:
 # -- every netlist -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("stiff", [False, True], ids=["soft", "stiff"])
-@pytest.mark.parametrize("electrodes", [0.0, 5.0])
+@pytest.mark.parametrize(("electrodes", "stiff"), [(0.0, True), (5.0, False)], ids=["stiff", "electrodes"])
 @pytest.mark.parametrize("model", MODELS)
 def test_every_model_is_ec_17(model: str, electrodes: float, stiff: bool) -> None:
     strip = strip_of(model, electrodes, band=BAND)

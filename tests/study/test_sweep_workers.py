@@ -114,7 +114,7 @@ with_processes = pytest.mark.skipif(
 @with_processes
 def test_processes_of_which_one_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(questions, "_DESIGNS", 20)
-    spec = spec_of(count=200)
+    spec = spec_of(count=100)
     solve_sweep(spec, tmp_path / "serial.nc", jobs=1)
     pools: list[LokyPool] = []
     killed: list[int] = []
@@ -157,7 +157,7 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path, monkeypatch: pytest.Monke
     """Three workers on loopback, one of them killed while it works: the file is complete and equal."""
     distributed = pytest.importorskip("distributed", reason="dask.distributed is an extra")
     monkeypatch.setattr(questions, "_DESIGNS", 20)
-    spec = spec_of(count=200, engine="ngspice")
+    spec = spec_of(count=100, engine="ngspice")
     solve_sweep(spec, tmp_path / "serial.nc", jobs=1)
     with (
         distributed.LocalCluster(n_workers=3, threads_per_worker=1, dashboard_address=None) as cluster,

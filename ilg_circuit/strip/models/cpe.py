@@ -52,7 +52,7 @@ class ConstantPhase(LadderPath):
         require_ladders(ladders)
         if not 0 < exponent < 1:
             raise InputError(f"CPE exponent {exponent:g} must lie between 0 and 1")
-        return enough(lambda n: _ladder(coefficient, exponent, ladders.band, n).with_error(), ladders.sections, 4)
+        return enough(lambda n: _ladder(coefficient, exponent, ladders.band, n), ladders.sections, 4)
 
     def to_material(self, values: Sequence[float]) -> dict[str, float]:
         return dict(zip(("dynamic_resistivity", "permittivity", "cpe_exponent"), values, strict=True))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -57,12 +58,12 @@ class LadderPath(IonPath):
 
         def made(sections: int) -> Ladder:
             found = gathered(relaxations, ladders.band, sections)
-            return Ladder(self, tuple(constants), *found, ladders.band).with_error()
+            return Ladder(self, tuple(constants), *found, ladders.band)
 
         return enough(made, ladders.sections, ORDER, ORDER)
 
     def port(self, dc_resistance: float, values: Sequence[float], ladders: Ladders) -> Port:
-        return Port(dc_resistance, ladder=self.ladder(values[1:], ladders), series_resistance=values[0])
+        return Port(dc_resistance, ladder=_ladder(self, tuple(values[1:]), ladders), series_resistance=values[0])
 
     def values(self, port: Port) -> tuple[float, ...]:
         if port.ladder is None or port.ladder.ions != self:
@@ -104,3 +105,9 @@ class LadderPath(IonPath):
     def name_in_tables(self) -> str:
         """Return the short name of the element in the table of assumptions."""
         return self.name
+
+
+@lru_cache(maxsize=64)
+def _ladder(ions: LadderPath, constants: tuple[float, ...], ladders: Ladders) -> Ladder:
+    """Return the ladder of ``ions``; a strip's is needed for its netlist, its impedance and its description alike."""
+    return ions.ladder(constants, ladders)

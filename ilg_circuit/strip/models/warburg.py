@@ -61,7 +61,7 @@ class Warburg(LadderPath):
         farad = tau / resistance
         scaled = tuple((resistance * r, farad * c) for r, c in unit.sections)
         total, whole = resistance * unit.resistance, farad * unit.capacitance
-        return Ladder(self, (resistance, tau), total, whole, scaled, ladders.band).with_error()
+        return Ladder(self, (resistance, tau), total, whole, scaled, ladders.band)
 
     def ladders(self, typical: Sequence[float], band: tuple[float, float]) -> Ladders:
         ladders = Ladders(band, reach=2 * np.pi * band[1] * typical[2] * _REACH)
@@ -137,7 +137,7 @@ def _unit_ladder(decade: int, lowest: float, sections: int | None) -> Ladder:
     def made(count: int) -> Ladder:
         nodes, masses = _gathered(rates, weights, count)
         pairs = tuple((float(w / x), float(1 / w)) for x, w in zip(nodes, masses, strict=True))
-        return Ladder(WARBURG, (1.0, 1.0), rest, 1.0, pairs, band).with_error()
+        return Ladder(WARBURG, (1.0, 1.0), rest, 1.0, pairs, band)
 
     return enough(made, sections, 4, 1)
 
