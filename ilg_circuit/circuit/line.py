@@ -31,6 +31,8 @@ from .port import electron_path, ion_path
 from .strip import tip_motion
 from .wiring import Wiring, joined
 
+#: Resistance, over that of the port at high frequencies, below which there is none: rounding would be larger.
+_NOTHING = 1e-9
 #: Cells of the free length where neither the strip nor the caller says how many.
 USUAL_CELLS = 20
 
@@ -138,8 +140,8 @@ class Line:
             self.same[gone] = kept
 
     def resistor(self, name: str, plus: str, minus: str, value: float, role: Role = Role.LEAD) -> None:
-        """Add a resistor between nodes, or make one of them where its resistance is zero."""
-        if value:
+        """Add a resistor between nodes, or make one of them where it is nothing beside the port's resistance."""
+        if value > _NOTHING * self.port.high_frequency_resistance:
             self.elements.append(Element(name, (plus, minus), value, role=role))
         else:
             self.join(plus, minus)

@@ -69,7 +69,9 @@ def line_response(
         add(e.nodes[0], e.nodes[1], 1 / (e.value * (s if e.kind == "L" else np.ones_like(s))))
     for j, (top, end) in ends.items():
         add(top, end, shunt * line.fraction(cells.cells[j]))
-    fixed = dict.fromkeys([GROUND, *(node for pin, node in pins.items() if pin not in wires.opened)])
+    # of a source between two segments one is at 0 V, which is arbitrary where nothing else holds it
+    loosened = {*wires.opened} - {minus for _, minus in wires.sources}
+    fixed = dict.fromkeys([GROUND, *(node for pin, node in pins.items() if pin not in loosened)])
     held = [place[name] for name in fixed]
     loose = [k for k in range(len(names)) if k not in set(held)]
     levels = np.zeros((len(held), len(wires.sources)))

@@ -25,12 +25,14 @@ def summary(result: Impedance) -> str:
         f"phase {_degrees(z):7.2f} deg"
         for f, z in zip(result.frequency[[0, -1]], result.impedance[[0, -1]], strict=True)
     ]
-    return "\n".join([*ends, *_notes(result)])
+    cells = [f"cells: by their size within {result.cells_error:.1e}"] if result.actuator.electrodes else []
+    return "\n".join([*ends, *_notes(result), *cells])
 
 
 def headline(result: Impedance) -> str:
     """Return one line: the strip, the number of frequencies, the bias."""
-    return f"{result.actuator.name}: {len(result.frequency)} frequencies about {result.bias:g} V"
+    segment = f", segment {result.segment}" if result.segment is not None else ""
+    return f"{result.actuator.name}: {len(result.frequency)} frequencies about {result.bias:g} V{segment}"
 
 
 def text(result: Impedance) -> str:

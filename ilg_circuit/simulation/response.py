@@ -45,6 +45,8 @@ NONLINEAR_ACCURACY = 1e-6
 #: Error accepted, and reported, when no accuracy was requested.
 ACCEPTABLE = 5e-6
 
+#: Error by the size of a line's cells above which a run warns of it.
+COARSE = 0.01
 #: Outputs of the segments, before their number.
 _SEGMENTS = ("voltage_", "current_")
 #: Units of the columns of segments.
@@ -160,9 +162,13 @@ class Response(Simulated):
     def warnings(self) -> list[str]:
         """Gaps in the drive's file, and assumptions that fail in this run, with number and consequence."""
         displacement = float(np.nanmax(np.abs(self.displacement), initial=0.0))
-        voltage = float(np.abs(self.voltage).max())
+        of_segments = (wave for name, wave in self.segments.items() if name.startswith("voltage_"))
+        voltage = max(float(np.abs(wave).max()) for wave in (self.voltage, *of_segments))
         limited = limit_findings(self.drive, self.time, self.voltage)
         told = [*self.findings, *drive_findings(self.drive), *limited, *beyond_fit(self.actuator, voltage)]
+        if self.cells_error > COARSE and self.curvatures is not None:
+            values = {"count": len(self.curvatures.lengths), "error": self.cells_error}
+            told.append(Finding("cells-coarse", values=values))
         found = sentences(told)
         return [*found, *run_warnings(self.actuator, self.drive, float(self.time[-1]), voltage, displacement)]
 

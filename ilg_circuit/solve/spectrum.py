@@ -55,7 +55,8 @@ def spectrum(
     circuit, (vectors,) = copies([grounded])
     text = f"{circuit}\n{netlist.source.line(f'dc {float(bias)!r} ac 1.0')}"
     found = dict(zip(vectors, session().ac(text, f, list(vectors.values())), strict=True))
-    values = np.array([sum(c * found[quantity] for quantity, c in output.terms) for output in netlist.outputs])
+    nothing = np.zeros(len(f), dtype=np.complex128)
+    values = np.array([sum((c * found[q] for q, c in output.terms), nothing) for output in netlist.outputs])
     return Spectrum(f, values, names, engine)
 
 

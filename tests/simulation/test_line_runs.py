@@ -19,6 +19,7 @@ from ilg_circuit.strip.actuator import PAPER, Actuator, Electrodes
 Array = np.ndarray
 
 FOUR = replace(PAPER, electrodes=Electrodes(5.0, 2.0, segments_1=4, segments_2=4, cells=8))
+SHEETS = {"sheet_resistance_1": 50.0, "sheet_resistance_2": 5.0}
 MIXED = {1: "step:4V", 2: "square:-4V..4V,7s", 3: "sine:2V,0.1Hz", 4: "open"}
 
 
@@ -128,7 +129,8 @@ def test_impedance_of_joined_terminals_and_of_a_segment() -> None:
     for segment, part in ((1, 12.5), (3, 7.5)):
         found = ilg.impedance(strip, frequency=[0.1], segment=segment, engine="exact")
         assert found.impedance == pytest.approx(lump * 35 / part, rel=1e-9)
-    checked = ilg.impedance(FOUR, "1 mHz", "10 Hz", segment=2, points=3, check=True)
+    gapped = FOUR.with_(gap="0.5 mm")
+    checked = ilg.impedance(gapped, "1 mHz", "10 Hz", segment=2, points=3, check=True)
     assert [row.reference for row in checked.checks] == ["exact engine", "its nodes"]
     assert all(row.value < 1e-8 for row in checked.checks)
 
@@ -190,3 +192,17 @@ def test_more_that_is_refused() -> None:
     ):
         with pytest.raises(InputError, match=re.escape(told)):
             call()
+
+
+def test_sheets_of_next_to_no_resistance_are_of_none() -> None:
+    bare = run(FOUR.with_(sheet_resistance_1=0.0, sheet_resistance_2=0.0), MIXED)
+    for sheet in (1e-9, 1e-6):
+        found = run(FOUR.with_(sheet_resistance_1=sheet, sheet_resistance_2=0.0), MIXED)
+        assert apart(found.displacement, bare.displacement) <= 1e-6
+        assert found.account.electrical_imbalance <= 1e-6
+
+
+def test_coarse_cells_are_told() -> None:
+    coarse, fine = (run(PAPER.with_(electrodes=SHEETS | {"cells": n}), "step:4V", samples=2) for n in (3, 40))
+    assert any("3 cells of the line move currents or displacement by up to" in told for told in coarse.warnings)
+    assert not any("cells" in told for told in fine.warnings)
