@@ -19,7 +19,7 @@ from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.strip.file import load_actuator, loads
 
 #: What a page needs besides the package.
-NEEDS = {"arm": "numba", "sweep": "loky"}
+NEEDS = {"arm": "numba", "shape": "numba", "sweep": "loky"}
 SHOWING = [page for page in PAGES if any(block.language in ("bash", "python") for block in blocks(page))]
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
@@ -68,7 +68,8 @@ def drafts(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def draft(figure: Figure, target: Any, **how: Any) -> None:
         figure.set_layout_engine("none")
-        saved(figure, target, **how | {"dpi": 20})
+        frame = how.get("format") == "rgba"  # of an animation, whose size is fixed
+        saved(figure, target, **how | ({} if frame else {"dpi": 20}))
 
     monkeypatch.setattr(Figure, "savefig", draft)
 
