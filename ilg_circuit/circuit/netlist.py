@@ -69,7 +69,8 @@ _KINDS = {
 _WITH_STATE, _CONTROLLED, _POSITIVE = "LC", "FH", "RLCB"
 
 #: Laws of behavioural sources: number of nodes, quantity set across or through the first two.
-_LAWS = {"sinh": (2, "i"), "charge": (3, "v")}
+_OF_EITHER_SIGN = ("bent",)
+_LAWS = {"sinh": (2, "i"), "charge": (3, "v"), "bent": (3, "v")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +86,7 @@ class Element:
         sinh     i = value sinh(v/scale), a current through it
         charge   v of a capacitance ``value`` that grows by ``scale`` [1/V], q = value (v + scale v abs(v)/2), where the
                  third node's voltage is the charge q
+        bent     v = x + value x abs(x) + scale x^2, where the third node's voltage is x; both of either sign
     """
 
     name: str
@@ -107,7 +109,17 @@ class Element:
         if self.law == "sinh":
             return f"{value!r}*sinh(v({self.nodes[0]},{self.nodes[1]})/{scale!r})"
         q = f"v({self.nodes[2]})"
+        if self.law == "bent":
+            return f"{q}*(1+({value!r})*abs({q})+({scale!r})*{q})"
         return f"2*{q}/{value!r}/(1+sqrt(1+{2 * scale / value!r}*abs({q})))"
+
+    def charge(self, voltage: float) -> float:
+        """Return the charge [C] of a capacitance that grows at ``voltage`` [V]."""
+        return self.value * (voltage + self.scale * voltage * abs(voltage) / 2)
+
+    def bent(self, x: float) -> float:
+        """Return the voltage of a source of the law ``bent`` at ``x`` [V]."""
+        return x + self.value * x * abs(x) + self.scale * x * x
 
     def line(self, value: str = "") -> str:
         """Return the element as a line of SPICE, with another text for its ``value`` or, of a law, its expression."""
@@ -126,6 +138,9 @@ class Element:
             return replace(self, name=f"R{self.name}", value=1 / slope, law="")
         if self.law == "charge":
             gain = 1 / (self.value * (1 + self.scale * abs(voltage)))
+            return replace(self, name=f"E{self.name}", nodes=(*self.nodes, GROUND), value=gain, law="")
+        if self.law == "bent":
+            gain = 1 + 2 * self.value * abs(voltage) + 2 * self.scale * voltage
             return replace(self, name=f"E{self.name}", nodes=(*self.nodes, GROUND), value=gain, law="")
         return self
 
@@ -148,7 +163,8 @@ class Netlist:
     """Elements, the voltage source that the drive sets, and the outputs to report.
 
     A nonlinear circuit starts at rest under ``rest`` [V], by its elements' ``start``; of a linear one a solver adds the
-    steady state itself. Raises InputError for duplicate names (SPICE is case-blind), wrong node counts, and values that
+    steady state itself. ``free`` is the free displacement of a strip on a dynamic beam [mm], as terms of an output.
+    Raises InputError for duplicate names (SPICE is case-blind), wrong node counts, and values that
     ngspice would take without a word: NaN, negative or zero R, L, C.
     """
 
@@ -158,6 +174,7 @@ class Netlist:
     drive: str = "Vdrive"
     comments: tuple[str, ...] = ()
     rest: float = 0.0
+    free: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         seen: set[str] = set()
@@ -192,8 +209,16 @@ class Netlist:
         return not any(e.law for e in self.elements)
 
     def linearised(self, voltage: float = 0.0) -> Netlist:
-        """Return the circuit of a small signal with ``voltage`` [V] across every behavioural source."""
-        return self if self.linear else replace(self, elements=tuple(e.linearised(voltage) for e in self.elements))
+        """Return the circuit of a small signal with ``voltage`` [V] across electron path and ion path."""
+        if self.linear:
+            return self
+        x = 0.0
+        laws = {e.nodes[2]: e for e in self.elements if e.law == "charge"}
+        for e in self.elements:
+            if e.name.startswith("Exd"):  # what the coupling follows: a charge meter, or a voltage of the ion path
+                law = laws.get(e.nodes[2])
+                x += e.value * (law.charge(voltage) if law else voltage)
+        return replace(self, elements=tuple(e.linearised(x if e.law == "bent" else voltage) for e in self.elements))
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -305,7 +330,8 @@ def _check_element(element: Element, sources: set[str]) -> None:
         raise InputError(f"element {element.name}: law '{element.law}' is not one of {', '.join(_LAWS)}, of a source B")
     if element.law:
         count = _LAWS[element.law][0]
-        if not (math.isfinite(element.scale) and element.scale > 0):
+        positive = element.law not in _OF_EITHER_SIGN
+        if not (math.isfinite(element.scale) and (element.scale > 0 or not positive)):
             raise InputError(f"element {element.name} has scale {element.scale!r}; it must be positive and finite")
     if len(element.nodes) != count:
         raise InputError(f"element {element.name} has {len(element.nodes)} nodes; kind {element.kind} takes {count}")

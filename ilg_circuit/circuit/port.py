@@ -38,6 +38,18 @@ def port_node(port: Port) -> str:
     return "port" if port.electrode_resistance or port.inductance else "drive"
 
 
+def stores(port: Port) -> list[tuple[str, float]]:
+    """Return the nodes of the ion path whose voltages tell its charge, with coefficients [F].
+
+    Those of an ion path, ``ion...``, are against its end; those of charge meters, ``q...``, are charges to ground.
+    """
+    if port.ladder is not None:
+        return [(f"ion{len(port.ladder.sections) + 1}", port.ladder.capacitance)]
+    if port.capacitance_slope:
+        return [(f"q{k}", 1.0) for k in range(1, len(port.branches) + 1)]
+    return [(f"ion{k}", c) for k, (_, c) in enumerate(port.branches, 1)]
+
+
 def ion_path(
     port: Port, top: str, end: str, suffix: str, role: Role = Role.ION_PATH, inner: float = 0.0
 ) -> tuple[list[Element], dict[str, float]]:

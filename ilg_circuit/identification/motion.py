@@ -246,10 +246,7 @@ class DisplacementData:
 
 def steady_displacement(strip: Actuator, voltage: float) -> float:
     """Return the displacement [m] of a strip at rest under ``voltage`` [V]."""
-    lumped = lumped_elements(strip)
-    if not voltage or lumped.coupling is None:
-        return 0.0
-    return lumped.bending_ratio * lumped.coupling.static * lumped.port.inner_voltage(voltage)
+    return lumped_elements(strip).steady(voltage)
 
 
 def strip_of(actuator: Actuator, port: Port) -> Actuator:

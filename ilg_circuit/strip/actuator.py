@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any, Self
 
 from ..errors import InputError, visible
-from .coupling import BEAMS as BEAMS
-from .coupling import Coupling as Coupling
+from .couplings import BEAMS as BEAMS
+from .couplings import Coupling as Coupling
+from .couplings import CouplingLaw as CouplingLaw
 from .geometry import ORIENTATIONS as ORIENTATIONS
 from .geometry import Geometry as Geometry
 from .geometry import Mounting as Mounting
@@ -43,7 +44,7 @@ class Actuator:
 
     geometry: Geometry
     material: Material
-    coupling: Coupling | None = None
+    coupling: CouplingLaw | None = None
     mounting: Mounting = field(default_factory=Mounting)
     name: str = "strip"
     uncertainty: Uncertainty | None = None
@@ -52,6 +53,11 @@ class Actuator:
         if len(self.name) > LONGEST_NAME:
             raise InputError(f"name '{self.name[:40]}...' is longer than {LONGEST_NAME} characters; shorten it")
         object.__setattr__(self, "name", visible(self.name))
+
+    @property
+    def linear(self) -> bool:
+        """Whether its circuit is linear: electrical model and coupling."""
+        return self.material.model.linear and (self.coupling is None or self.coupling.linear)
 
     def beam(self, asked: str | None = None, *, loaded: bool = False) -> str:
         """Return the beam ``asked`` for; by default the one that d(s) was fitted with, a dynamic one under a load."""

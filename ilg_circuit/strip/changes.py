@@ -20,6 +20,7 @@ from typing import Any
 from ..errors import InputError, unknown_name, wrong_choice
 from ..units import parse
 from .actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting
+from .couplings import RelaxingCoupling
 from .models import material_keys
 from .plausible import warn_of_sizes
 
@@ -76,6 +77,7 @@ STRIP_PARAMETERS = (
     *_of_record(Geometry, "geometry"),
     *_of_record(Material, "material"),
     *_of_record(Coupling, "coupling"),
+    *_of_record(RelaxingCoupling, "coupling"),
     *_of_record(IonBranch, "branch", "_2"),
     *_of_record(IonBranch, "branch", "_3"),
 )
@@ -129,6 +131,10 @@ def changed(actuator: Actuator, changes: Mapping[str, Mapping[str, Any]]) -> Act
         if actuator.coupling is None:
             names = ", ".join(changes["coupling"])
             raise InputError(f"{names}: actuator '{actuator.name}' has no [coupling] that could be varied")
+        keys = [f.name for f in fields(actuator.coupling)]
+        if unknown := next((name for name in changes["coupling"] if name not in keys), None):
+            what = f"'{actuator.name}' has a coupling of kind '{actuator.coupling.kind}'"
+            raise InputError(f"{unknown}: {what}, which has {', '.join(keys)}")
         parts["coupling"] = replace(actuator.coupling, **changes["coupling"])
     if "mounting" in changes:
         parts["mounting"] = Mounting(changes["mounting"]["orientation"])

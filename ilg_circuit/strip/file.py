@@ -19,6 +19,7 @@ from ..files import read_bytes, write_text
 from ..provenance import Provenance
 from ..units import format_quantity, likely, parse
 from .actuator import PRESETS, Actuator, Coupling, Geometry, IonBranch, Material, Mounting, Uncertainty, quantities
+from .couplings import COUPLINGS, CouplingLaw, coupling_class
 from .models import electrical_model, material_keys
 from .plausible import warn_of_sizes
 from .specimen import ELECTRICAL, MECHANICAL, Specimen
@@ -137,7 +138,8 @@ def _mistake(text: str, error: str) -> str:
     if match is None:
         return ""
     key, value, unit = match[1], match[2].replace(",", "."), match[3]
-    item = next((f for kind in (*_SECTIONS.values(), IonBranch) for f in fields(kind) if f.name == key), None)
+    kinds: list[Any] = [*_SECTIONS.values(), *COUPLINGS.values(), IonBranch]
+    item = next((f for kind in kinds for f in fields(kind) if f.name == key), None)
     si_unit = item.metadata.get("unit", "") if item else unit
     right = f'"{value} {unit}"' if unit else f'"{likely(value, si_unit, key)}"' if si_unit else value
     wrong = f"{key} = {match[2]} {unit}".rstrip()
@@ -211,6 +213,8 @@ def _entries(record: Any) -> list[str]:
     written = {q.name: f'"{format_quantity(q.value, q.unit)}"' if q.unit else repr(q.value) for q in quantities(record)}
     texts = {f.name: getattr(record, f.name) for f in fields(record)}
     written |= {name: _toml_string(text) for name, text in texts.items() if isinstance(text, str)}
+    if isinstance(record, CouplingLaw) and not isinstance(record, Coupling):
+        written = {"kind": _toml_string(record.kind)} | written
     return [f"{name} = {value}" for name, value in written.items()]
 
 
@@ -228,6 +232,8 @@ def _refuse_unknown(table: dict[str, Any], known: Any, what: str, where: str = "
 def _record(kind: type, table: Any, where: str) -> Any:
     if not isinstance(table, dict):
         raise InputError(f"'{where}' must be a section [{where}] with keys in it")
+    if kind is Coupling and "kind" in table:
+        kind, table = coupling_class(table["kind"]), {key: value for key, value in table.items() if key != "kind"}
     known = {item.name: item for item in fields(kind) if item.name != "constants"}
     keys = material_keys() if kind is Material and not table.keys() <= known.keys() else {}
     _refuse_unknown(table, known | keys, "key", f"{where}.")

@@ -92,6 +92,10 @@ class Port:
             return v / self.dc_resistance
         return np.asarray(self.saturation_current * np.sinh(v / self.emission_voltage))
 
+    def charge(self, voltage: float) -> float:
+        """Return the charge [C] of the ion path at rest under ``voltage`` [V] across it."""
+        return self.capacitance * (voltage + self.capacitance_slope * voltage * abs(voltage) / 2)
+
     def inner_voltage(self, terminal: float) -> float:
         """Return the voltage [V] behind Re once the ions are at rest under ``terminal`` [V]."""
         return self.voltage_behind(1 / self.electrode_resistance, terminal) if self.electrode_resistance else terminal
