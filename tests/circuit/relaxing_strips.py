@@ -1,4 +1,4 @@
-"""What the tests of couplings that relax share: strips of each, and scipy's answer for them, which shares no circuit."""
+"""What the tests of couplings that relax share: strips of each, and scipy's answer for them."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def fractional_ladder(
 def _ladder(exponent: float, low: float, high: float, sections: int | None) -> FractionalLadder:
     most = max(abs(math.log(low / _SLOWER)), abs(math.log(high * _FASTER)))
     tail = min(most + math.log(1 / _TAIL) / exponent, _LONGEST)
-    # x = log(tau/tau_k), positive for what relaxes faster than tau; close together at the peak at 0, narrow for a near 1
+    # x = log(tau/tau_k), positive for what is faster than tau; close together at the peak at 0, narrow for a near 1
     width = math.pi * (1 - exponent) / exponent
     edge = math.asinh(tail / width)
     grid = width * np.sinh(np.linspace(-edge, edge, _SAMPLES + 1))
