@@ -259,9 +259,11 @@ def _lines(element: Element, values: dict[str, str]) -> list[str]:
         parts = (("odd", element.value), ("even", element.scale))
         odd, even = (f"{{coupling_{part}}}" if value else "0" for part, value in parts)
         return [element.line(f"v(xd)*(1+({odd})*abs(v(xd))+({even})*v(xd))")]
-    if element.law == "charge":
+    if (law := element.charge_law) is not None:
         ions = values[f"C{element.name.removeprefix('Bq')}"]
         charge = element.nodes[2]
+        if element.law != "charge" or element.scale < 0:
+            return [element.line(law.expression(f"v({charge})", f"{{{ions}}}", f"{{{law.field}}}"))]
         root = f"sqrt(1+{{2*capacitance_slope/({ions})}}*abs(v({charge})))"
         return [element.line(f"{{2/({ions})}}*v({charge})/(1+{root})")]
     return [element.line(f"{{{values[element.name]}}}" if element.name in values else "")]
@@ -348,8 +350,8 @@ def _notes(actuator: Actuator, lumped: Elements, beam: str) -> list[str]:
     gnucap = ["gnucap: short=1e-7, since its sources hide 10 uohm, chgtol=1e-7 and method=gear; within 1e-3"]
     if coupled:
         gnucap.append("     an open tip has no operating point there if K is above 1e-3 N/m")
-    if material.capacitance_slope:
-        gnucap = ["the capacitance that grows is a behavioural source B, which ngspice and LTspice read"]
+    if lumped.port.charge_law is not None:
+        gnucap = ["the law of the charge is a behavioural source B, which ngspice and LTspice read"]
     if actuator.coupling is not None and not actuator.coupling.linear:
         gnucap = ["the coupling's odd and even parts are a behavioural source B, which ngspice and LTspice read"]
     return [

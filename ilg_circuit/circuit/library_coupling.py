@@ -34,7 +34,7 @@ def filter_values(wired: Wiring, ions: LibraryText) -> dict[str, str]:
     if not wired.coupling.follows_charge:
         gain = f"{FORCE_SCALE!r}*bending"
         return values | {f"Gu1{k}": f"{gain}*{mode.gain_text}/({mode.time_text})" for k, mode in modes}
-    metered = bool(wired.lumped.port.capacitance_slope)
+    metered = wired.lumped.port.charge_law is not None
     values |= {f"Exd{k}": f"{'1' if metered else f'({c})'}/cref" for k, c in enumerate(stored(ions))}
     return values | summed("copy", f"{FORCE_SCALE!r}/cref", gains(wired))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..strip.charge_laws import CHARGE_LAWS, ChargeLaw
 from ..strip.port import Port
 from .netlist import GROUND, Element, Output, Role
 
@@ -45,7 +46,7 @@ def stores(port: Port) -> list[tuple[str, float]]:
     """
     if port.ladder is not None:
         return [(f"ion{len(port.ladder.sections) + 1}", port.ladder.capacitance)]
-    if port.capacitance_slope:
+    if port.charge_law is not None:
         return [(f"q{k}", 1.0) for k in range(1, len(port.branches) + 1)]
     return [(f"ion{k}", c) for k, (_, c) in enumerate(port.branches, 1)]
 
@@ -73,8 +74,8 @@ def ion_path(
     for k, (r, c) in enumerate(port.branches, 1):
         node = f"ion{suffix}{k}"
         add(f"Rd{suffix}{k}", top, node, r)
-        if port.capacitance_slope:
-            elements += _growing_capacitor(c, port.capacitance_slope, node, end, f"{suffix}{k}", role, inner)
+        if port.charge_law is not None:
+            elements += _lawful_capacitor(c, port.charge_law, node, end, f"{suffix}{k}", role, inner)
             charge[f"v(q{suffix}{k})"] = 1.0
         else:
             add(f"C{suffix}{k}", node, end, c, inner)
@@ -82,14 +83,15 @@ def ion_path(
     return elements, charge
 
 
-def _growing_capacitor(
-    capacitance: float, slope: float, node: str, end: str, name: str, role: Role, inner: float
+def _lawful_capacitor(
+    capacitance: float, law: ChargeLaw, node: str, end: str, name: str, role: Role, inner: float
 ) -> list[Element]:
-    """Return a capacitance that grows with voltage: its charge is the voltage on 1 F that its own current feeds."""
+    """Return a capacitance with a law: its charge is the voltage on 1 F that its own current feeds."""
     charge, sense = f"q{name}", f"sense{name}"
-    start = capacitance * (inner + slope * inner * abs(inner) / 2)
+    start = capacitance * float(law.charge(inner))
+    named = next(word for word, kind in CHARGE_LAWS.items() if isinstance(law, kind))
     return [
-        Element(f"Bq{name}", (node, sense, charge), capacitance, law="charge", scale=slope, role=role),
+        Element(f"Bq{name}", (node, sense, charge), capacitance, law=named, scale=law.constant, role=role),
         Element(f"Vq{name}", (sense, end), 0.0, role=Role.SOURCE),
         Element(f"Fq{name}", (GROUND, charge), 1.0, control=f"Vq{name}", role=Role.CHARGE_METER),
         Element(f"Cq{name}", (charge, GROUND), 1.0, role=Role.CHARGE_METER, start=start),

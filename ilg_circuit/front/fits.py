@@ -144,7 +144,7 @@ def identify(
     -----
     All models have the parameters dc_resistance and electrode_resistance [ohm]. A displacement adds coupling_gain
     [m/(V s)], coupling_zero [1/s], coupling_damping_ratio and coupling_natural_frequency [1/s]. The others depend on
-    the model; randles is not tried by "auto":
+    the model; randles, +saturating and +steric are not tried by "auto":
 
     ===========  =====================================================================================================
     rc           dynamic_resistance [ohm], capacitance [F]
@@ -155,6 +155,8 @@ def identify(
                  [s], interface_exponent, diffusion_exponent
     +sinh        adds emission_voltage [V]: the electron path conducts more at high voltage
     +growing     adds capacitance_slope [1/V]: the capacitance of rc, rc2 or rc3 grows with voltage
+    +saturating  adds saturation_voltage [V]: the charge of rc, rc2 or rc3 saturates
+    +steric      adds packing_fraction: its ions have a size, the charge rises as the root of the voltage
     +inductance  adds inductance [H] at the terminals
     ===========  =====================================================================================================
 

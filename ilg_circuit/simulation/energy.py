@@ -154,8 +154,8 @@ def account(netlist: Netlist, waves: Waveforms) -> EnergyAccount:
         v = waves.output(f"across {element.name}")
         if _dissipates(element):
             dissipated[element.name] = waves.output(f"energy of {element.name}")
-        elif element.law == "charge":
-            stored[element.name] = element.value * (v**2 / 2 + element.scale * np.abs(v) ** 3 / 3)
+        elif element.charge_law is not None:
+            stored[element.name] = element.value * element.charge_law.energy(v)
         else:  # C: its voltage, L: its current
             stored[element.name] = (_MECHANICAL if element.role.mechanical else 1.0) * element.value * v**2 / 2
     nothing = np.zeros(len(waves.times))

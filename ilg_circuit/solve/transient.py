@@ -115,6 +115,8 @@ def transient(
         return replace(beyond, times=samples, values=beyond.values[:, :, :-1])
     if drive.rest != nets[0].rest and not nets[0].linear:
         raise InputError(f"the circuit starts at rest under {nets[0].rest:g} V, the drive from {drive.rest:g} V")
+    for netlist in nets:
+        netlist.require_rising(drive.largest())
     system = state_space([netlist.linearised() for netlist in nets])
     if drive.rest and nets[0].linear:
         assert isinstance(drive, PiecewiseLinear)
