@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .fit.curve import fit_curve
     from .front import results
     from .front.arms import arm
+    from .front.bode import bode
     from .front.circuits import kit, library, netlist, subcircuit
     from .front.data import read
     from .front.each import identify_each
@@ -53,6 +54,7 @@ __all__ = [
     "InputError",
     "SolveError",
     "arm",
+    "bode",
     "cpg",
     "design",
     "fit_curve",
@@ -80,6 +82,7 @@ _PLACES = {
     "errors": ("IlgError", "IlgWarning", "InputError", "SolveError"),
     "fit.curve": ("fit_curve",),
     "front.arms": ("arm",),
+    "front.bode": ("bode",),
     "front.circuits": ("kit", "library", "netlist", "subcircuit"),
     "front.data": ("read",),
     "front.each": ("identify_each",),

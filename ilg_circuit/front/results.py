@@ -13,6 +13,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Actuator`           a strip, from `ilg.load`, or ``fit.actuator``
 `Specimen`           a strip that has no circuit yet, from `ilg.new_strip`
 `Response`           waveforms of a run, from `ilg.simulate`
+`Bode`               displacement, current and force over frequency, from `ilg.bode`
 `Impedance`          impedance over frequency, from `ilg.impedance`
 `Sensed`             voltage or current of a strip that is moved, from `ilg.sense`
 `Record`             measured waveforms, from `ilg.read`
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
     from ..oscillators.run import RhythmRun
     from ..oscillators.sweep import RhythmSweep
     from ..result import Result
+    from ..simulation.bode import Bode
     from ..simulation.impedance import Impedance
     from ..simulation.response import Response
     from ..simulation.sensing import Sensed
@@ -74,6 +76,7 @@ __all__ = [
     "Actuator",
     "ArmResult",
     "Batch",
+    "Bode",
     "Characterisation",
     "Design",
     "DesignReport",
@@ -118,6 +121,7 @@ _PLACES = {
     "oscillators.run": ("RhythmRun",),
     "oscillators.sweep": ("RhythmSweep",),
     "result": ("Result",),
+    "simulation.bode": ("Bode",),
     "simulation.impedance": ("Impedance",),
     "simulation.response": ("Response",),
     "simulation.sensing": ("Sensed",),

@@ -75,7 +75,8 @@ class Actuator:
         Parameters
         ----------
         **values : float or str
-            Numbers in SI units, or texts with units; ``permittivity_2`` is of a second ionic branch.
+            Numbers in SI units, or texts with units; ``permittivity_2`` is of a second ionic branch. ``kind`` puts a
+            new coupling of that kind, made of the other values, in place of the strip's own.
 
         Returns
         -------

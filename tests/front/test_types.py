@@ -18,6 +18,7 @@ from ilg_circuit.hyperelastic import Characterisation
 from ilg_circuit.identification.batch import Batch
 from ilg_circuit.identification.identification import Identification
 from ilg_circuit.oscillators.run import RhythmRun, RhythmSweep
+from ilg_circuit.simulation.bode import Bode
 from ilg_circuit.simulation.impedance import Impedance
 from ilg_circuit.simulation.response import Response
 from ilg_circuit.simulation.sensing import Sensed
@@ -34,6 +35,7 @@ RETURNED = {
     "fit_curve": FitResult,
     "identify": Identification,
     "identify_each": Batch,
+    "bode": Bode,
     "impedance": Impedance,
     "kit": Path,
     "library": SpiceText,

@@ -16,7 +16,8 @@ from ilg_circuit.commands import COMMANDS
 
 #: Demo and reproduce take minutes; doctor has no options.
 WEIGHTS = {
-    "show": 2, "simulate": 5, "impedance": 3, "netlist": 2, "identify": 2, "sense": 2, "sweep": 1, "design": 1,
+    "show": 2, "simulate": 5, "impedance": 3, "bode": 2, "netlist": 2,
+    "identify": 2, "sense": 2, "sweep": 1, "design": 1,
     "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "page": 1, "examples": 1, "doctor": 0, "demo": 0, "reproduce": 0,
     "watch": 0,
 }  # fmt: skip

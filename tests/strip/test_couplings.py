@@ -72,6 +72,16 @@ def test_values_of_a_coupling_are_changed_by_name() -> None:
     assert (changed.gain_2, changed.time_2, changed.gain_1) == (-10e-9, 9.0, LAWS[0].gain_1)
     with pytest.raises(InputError, match="coupling of kind 'charge', which has instantaneous"):
         strip.with_(zero=0.3)
+    made = PAPER.with_(kind="charge", gain_1="90 nm/V", time_1="5 s").coupling
+    assert made == ChargeCoupling(gain_1=90e-9, time_1=5.0)
+    with pytest.raises(InputError, match="zero: it is a coupling of kind 'charge', which has instantaneous"):
+        PAPER.with_(kind="charge", zero=0.3)
+    with pytest.raises(
+        InputError, match="a coupling of kind 'voltage' needs gain, damping_ratio, natural_frequency too"
+    ):
+        PAPER.with_(kind="voltage", zero=0.3)
+    with pytest.raises(InputError, match="kind is 'chrge'; choose one of voltage, charge"):
+        PAPER.with_(kind="chrge")
     with pytest.raises(InputError, match="coupling of kind 'voltage', which has gain, zero"):
         PAPER.with_(time_1=0.3)
 
