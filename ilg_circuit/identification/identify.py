@@ -45,6 +45,7 @@ from .identification import Identification
 from .impedance import ImpedanceData, Weighting
 from .joint import joined
 from .motion import NAMES
+from .motion_laws import LAWS
 from .observation_fit import (
     LeftOut,
     ObservationFit,
@@ -81,6 +82,7 @@ def identify(
     weighting: Weighting = "modulus",
     displacement_delay: float | Literal["fit"] | None = None,
     until: float | None = None,
+    law: str = "ec31",
     progress: Progress = None,
 ) -> Identification:
     """Return the strip fitted to its records, spectra and films.
@@ -113,6 +115,8 @@ def identify(
         fit it (default: fitted if the displacement has a separate file, else 0).
     until
         Time [s] since the onset up to which records are fitted; later readings are not used.
+    law
+        Law of bending, of `motion_laws.LAWS`, or auto.
 
     Raises
     ------
@@ -127,6 +131,8 @@ def identify(
     for what, given, allowed in (("engine", engine, ENGINES), ("weighting", weighting, WEIGHTINGS)):
         if given not in allowed:
             raise wrong_choice(argument(what), given, allowed)
+    if law not in ("auto", *LAWS):
+        raise wrong_choice(argument("coupling"), law, ("auto", *LAWS))
     files = [data] if isinstance(data, Record | Spectrum | Film) else list(data)
     every = tuple(_until(d, until) for d in _data(files, engine, bias, weighting))
     sources = [d.source for d in every]
@@ -149,7 +155,7 @@ def identify(
     findings += [note.about(d.source) for d in films for note in d.notes]
     actuator = _actuator(port, strip, base, sources)
     records: list[Moving] = [*(d for d in ports if isinstance(d, CurrentData)), *films]
-    coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress, displacement_delay)
+    coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress, displacement_delay, law)
     if port is None and coupling is None:
         raise InputError("; ".join(str(f) for f in about_coupling))
     names = names if len(files) > 1 else frozenset()  # with one file, parameters per file are meaningless
