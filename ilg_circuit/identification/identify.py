@@ -39,6 +39,7 @@ from .estimates import (
     parameter_estimates,
     port_quantities,
     uncertainty_of,
+    with_signs,
 )
 from .film import FilmData, Moving, driven_strip, film_findings, require_films, with_known
 from .identification import Identification
@@ -178,6 +179,10 @@ def identify(
     actuator = replace(actuator, uncertainty=known)
     estimated = onsets.widened(fit, uncertainties(fit, method, progress))
     parameters, each = parameter_estimates(fit, port, estimated, uncertainty)
+    if coupling is not None:
+        law_fitted = coupling.motion.law
+        parameters = with_signs(parameters, law_fitted)
+        each = {source: with_signs(part, law_fitted) for source, part in each.items()}
     derived = port_quantities(port, fit, uncertainty, onsets) if port is not None else {}
     rows, without = _observations(port, coupling, fit, progress)
     rows = [onsets.told(row) for row in rows]

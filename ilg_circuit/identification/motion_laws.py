@@ -66,6 +66,12 @@ class MotionLaw:
         some = f"{self.relaxations} relaxation{'s' * (self.relaxations > 1)}"
         return f"the charge and {some} of it" if self.follows_charge else f"{some} of the voltage"
 
+    @property
+    def negative(self) -> frozenset[str]:
+        """The names of gains that are below zero, of which fits have the sizes."""
+        gains = [p.name for p in self.parameters if p.unit == "m/V"]
+        return frozenset(name for name, sign in zip(gains, self.signs, strict=False) if sign < 0)
+
     def coupling(self, values: Array, beam: str | None = None) -> CouplingLaw:
         """Return the coupling of ``values`` (n,), sizes of gains."""
         if self.kind is None:

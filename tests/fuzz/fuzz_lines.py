@@ -51,6 +51,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--points": ("2", "5", "20"),
     "design --points": ("2", "3"),
     "--bias": ("0V", "1V", "-2V"),
+    "identify --coupling": ("ec31", "charge1", "voltage3", "auto"),
     "identify --bias": ("0V", "spectrum.csv=0.5V"),
     "--voltage": ("4V", "-1V", "0V"),
     "--actuator": STRIPS,
