@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .fit.curve import fit_curve
     from .front import results
     from .front.arms import arm
+    from .front.bode import bode
     from .front.circuits import kit, library, netlist, subcircuit
     from .front.data import read
     from .front.each import identify_each
@@ -56,6 +57,7 @@ __all__ = [
     "SolveError",
     "app",
     "arm",
+    "bode",
     "cpg",
     "design",
     "fit_curve",
@@ -85,6 +87,7 @@ _PLACES = {
     "errors": ("IlgError", "IlgWarning", "InputError", "SolveError"),
     "fit.curve": ("fit_curve",),
     "front.arms": ("arm",),
+    "front.bode": ("bode",),
     "front.circuits": ("kit", "library", "netlist", "subcircuit"),
     "front.data": ("read",),
     "front.each": ("identify_each",),

@@ -74,7 +74,7 @@ ANY_SIZE = (1e-30, 1e30)
 
 #: SI prefixes used when a value is written; larger or smaller values are written without one.
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-_PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "H", "N", "s", "C", "J", "W", "Hz"})
+_PREFIXABLE = frozenset({"m", "Pa", "V", "A", "ohm", "F", "H", "N", "s", "C", "J", "W", "Hz", "m/V"})
 
 
 #: Name of a quantity, or SI unit -> units in use, the most usual first, and the range of SI values that is usual.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -15,8 +16,8 @@ from ilg_circuit.strip.port import Port
 
 Complex = NDArray[np.complex128]
 
-#: Every model of the registry, and one with several additions.
-MODELS = (*model_names(), "rc2+growing+sinh")
+#: Every model of the registry, and one with several additions; of two laws of charge one branch stands for all.
+MODELS = (*(m for m in model_names() if not re.fullmatch("rc[23].(saturating|steric)", m)), "rc2+growing+sinh")
 
 VALUES = {
     "dc_resistance": 600.0,
@@ -40,6 +41,8 @@ VALUES = {
     "emission_voltage": 0.8,
     "inductance": 0.02,
     "capacitance_slope": 0.3,
+    "saturation_voltage": 3.0,
+    "packing_fraction": 0.05,
 }
 
 

@@ -30,11 +30,13 @@ from ilg_circuit.measurements.spectrum import Spectrum
 from ilg_circuit.oscillators.run import RhythmRun
 from ilg_circuit.oscillators.sweep import RhythmSweep
 from ilg_circuit.result import Result
+from ilg_circuit.simulation.bode import Bode
 from ilg_circuit.simulation.drives import CURRENT, FORMS
 from ilg_circuit.simulation.impedance import Impedance
 from ilg_circuit.simulation.response import Response
 from ilg_circuit.simulation.sensing import Sensed
 from ilg_circuit.strip.actuator import Actuator, Coupling, Electrodes, Geometry, IonBranch, Layer, Material, Mounting
+from ilg_circuit.strip.couplings import RelaxingCoupling
 from ilg_circuit.strip.models.registry import ADDITIONS, MODELS
 from ilg_circuit.study.design import DesignReport
 from ilg_circuit.study.sweep import SweepResult
@@ -42,7 +44,7 @@ from ilg_circuit.study.sweep import SweepResult
 ROOT = Path(__file__).parents[2]
 #: What users hold in their hands.
 RESULTS = (
-    *(Response, Impedance, Sensed, Identification, Batch, FitResult, Characterisation, SweepResult, DesignReport),
+    *(Response, Impedance, Bode, Sensed, Identification, Batch, FitResult, Characterisation, SweepResult, DesignReport),
     *(RhythmRun, RhythmSweep, ArmResult, Motion, Record, Spectrum, LoadTest, Result, Actuator),
 )
 
@@ -92,6 +94,7 @@ def strip_keys() -> str:
         ("[material]", Material),
         ("[[material.further_branches]]", IonBranch),
         ("[coupling]", Coupling),
+        ('[coupling] kind = "charge", kind = "voltage-relaxations"', RelaxingCoupling),
         ("[electrodes]", Electrodes),
         ("[mounting]", Mounting),
         ("[[layers]]", Layer),

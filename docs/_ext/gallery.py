@@ -32,6 +32,7 @@ ORDER = (
     "several_files",
     "choose_a_model",
     "nonlinear_strip",
+    "motion_follows_charge",
     "outliers_by_name",
     "parameters_and_errors",
     "profile_and_mcmc",

@@ -174,8 +174,8 @@ def lagging(strip: Actuator, charges: Array, voltage: float, largest: float) -> 
 def lumped_strain(actuator: Actuator, voltage: float) -> float:
     """Return eps_max = 3 d0 V/b: the free strain of a face that ``voltage`` [V] at the port gives in the end."""
     assert actuator.coupling is not None
-    inner = lumped_elements(actuator).port.inner_voltage(voltage)
-    return float(3 * actuator.coupling.static * inner / actuator.geometry.thickness)
+    g = actuator.geometry
+    return lumped_elements(actuator).steady(voltage) * g.thickness / g.load_distance**2
 
 
 def strip_charge(actuator: Actuator) -> float:

@@ -183,7 +183,7 @@ def _charge(actuator: Actuator, beam: str) -> list[dict[str, str]]:
 
 def _native(actuator: Actuator, drive: Drive, duration: float, beam: str) -> dict[str, Any]:
     """What the package computes of the strip as it is, by its own ngspice; exactly where there is none."""
-    engine = "exact" if actuator.material.model.linear and not available() else "ngspice"
+    engine = "exact" if actuator.linear and not available() else "ngspice"
     times = (np.arange(_NATIVE) + 0.5) / _NATIVE * duration
     edges = drive.breakpoints(duration)
     if len(edges):

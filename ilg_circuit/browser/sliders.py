@@ -13,7 +13,7 @@ _ELSEWHERE = {"load_stiffness", "load_mass", "thermal_voltage"}
 #: A slider goes from the strip's value divided by this to that times it.
 _SIZES, _CONSTANTS = 4.0, 10.0
 #: Units that are shown with a prefix, which goes before the first of them.
-_PREFIXED = {"m", "Pa", "V", "s", "H", "F/m", "ohm m", "N m^2", "m/(V s)"}
+_PREFIXED = {"m", "Pa", "V", "s", "H", "F/m", "ohm m", "N m^2", "m/(V s)", "m/V"}
 _PREFIXES = {-12: "p", -9: "n", -6: "\N{MICRO SIGN}", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _SIGNS = {"ohm": "\N{GREEK CAPITAL LETTER OMEGA}", "^2": "²", "^3": "³", " ": "\N{NO-BREAK SPACE}"}
 
@@ -48,7 +48,10 @@ def sliders(actuator: Actuator, beam: str | None = None) -> list[Slider]:
             found.append(_slider(q, "Mechanics", 0.0, max(1.0, 2 * q.value), even=True))
         elif q.value:
             ratio = _SIZES if q.name in sizes else _CONSTANTS
-            found.append(_slider(q, _group(q.name, sizes), q.value / ratio, q.value * ratio))
+            if q.name.startswith("coupling_") and q.value < 0:
+                found.append(_slider(q, _group(q.name, sizes), ratio * q.value, -ratio * q.value, even=True))
+            else:
+                found.append(_slider(q, _group(q.name, sizes), q.value / ratio, q.value * ratio))
     return found
 
 

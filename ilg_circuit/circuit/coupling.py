@@ -1,10 +1,77 @@
-"""The coupling d(s) of a strip as elements: a filter driven by the voltage across the ion path. EC (31)."""
+"""The coupling d(s) of a strip as elements: a filter driven by the voltage across the ion path. EC (31).
+
+`Wiring` is what a strip's netlist asks of its coupling, whatever the kind: `SecondOrder` is that of EC (31).
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
 from ..strip.actuator import Coupling
 from ..strip.elements import Elements
+from .load import FORCE_SCALE, VELOCITY_SCALE
 from .netlist import GROUND, Element, Role
+from .port import ion_path, port_node
+
+#: The reflected voltage, in series with the ion path.
+BACK = Element("Eback", ("back", GROUND, "copy", GROUND), 1.0, role=Role.REFLECTED_VOLTAGE)
+
+
+class Wiring(ABC):
+    """The coupling of a strip as elements. ``lumped`` are the strip's values, which have a coupling."""
+
+    lumped: Elements
+
+    @abstractmethod
+    def filter(self, end: str, inner: float = 0.0) -> list[Element]:
+        """Return the filter that is driven by the ion path between the port's node and ``end``.
+
+        It starts at rest under ``inner`` [V] behind Re.
+        """
+
+    @abstractmethod
+    def displacement(self) -> dict[str, float]:
+        """Return the free displacement y1 [m] as coefficients of the filter's node voltages."""
+
+    @abstractmethod
+    def velocity(self) -> list[Element]:
+        """Return the current sources into node ``beam`` whose sum is the free velocity. Raises InputError if none."""
+
+    @abstractmethod
+    def voltage(self) -> list[Element]:
+        """Return what computes the reflected voltage u1, of node ``copy``, from the force, of node ``beam``."""
+
+    def reflection(self) -> list[Element]:
+        """Return the reflection on the electrical side, in series with the ion path below node ``back``."""
+        return [*self.voltage(), BACK]
+
+
+@dataclass(frozen=True)
+class SecondOrder(Wiring):
+    """The wiring of EC (31)."""
+
+    lumped: Elements
+    coupling: Coupling
+
+    def filter(self, end: str, inner: float = 0.0) -> list[Element]:
+        return filter_elements(self.coupling, port_node(self.lumped.port), end, "d", inner)
+
+    def displacement(self) -> dict[str, float]:
+        return free_displacement(self.lumped, self.coupling)
+
+    def velocity(self) -> list[Element]:
+        gain = self.lumped.bending_ratio / VELOCITY_SCALE
+        return filter_rate(self.coupling, "v1", "d", (GROUND, "beam"), gain, Role.FREE_VELOCITY)
+
+    def voltage(self) -> list[Element]:
+        """Return the current k s d(s) F1 through a copy of Zp, linearised near 0 V for a nonlinear ion path."""
+        role, gain = Role.REFLECTION, self.lumped.bending_ratio * FORCE_SCALE
+        return [
+            *filter_elements(self.coupling, "beam", GROUND, "s"),
+            *filter_rate(self.coupling, "u1", "s", (GROUND, "copy"), gain, role),
+            *ion_path(self.lumped.port.linearised(), "copy", GROUND, "x", role)[0],
+        ]
 
 
 def filter_elements(coupling: Coupling, plus: str, minus: str, name: str, inner: float = 0.0) -> list[Element]:

@@ -17,13 +17,16 @@ from dataclasses import dataclass, replace
 
 from ..errors import InputError, argument
 from ..strip.actuator import CANTILEVER_EIGENVALUE, Actuator, Material, Quantity, quantities
+from ..strip.couplings import RelaxingCoupling
 from ..strip.elements import GRAVITY, Elements, gravity_ratio, growth_terms, lumped_elements
 from ..strip.models.model import LibraryText
 from ..units import format_quantity
+from .library_coupling import derived_of_coupling, fastest, fastest_text, filter_values, gains, stored, summed
 from .load import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE
 from .netlist import GROUND, Element, Netlist, Role, plain
 from .operating_point import HOLD, with_operating_point, without_mass
 from .provenance import FIRST_STEP, INDUCTORS, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
+from .relaxing import wiring
 from .strip import strip_netlist
 
 #: kT/q [V] at 27 degrees Celsius with the constants that ngspice has (CODATA 2014).
@@ -59,7 +62,8 @@ def library_parameters(actuator: Actuator, beam: str | None = None) -> list[Quan
         found += [replace(q, name=f"{q.name}_{k}", meaning=meaning) for q in quantities(branch)]
     found = [q for q in found if q.name in used]
     if actuator.coupling is not None:
-        found += [replace(q, name=f"coupling_{q.name}") for q in quantities(actuator.coupling)]
+        own = [q for q in quantities(actuator.coupling) if q.name != "fractional_exponent"]  # that of a ladder is fixed
+        found += [replace(q, name=f"coupling_{q.name}") for q in own]
         found.append(Quantity("load_stiffness", 0.0, "N/m", "spring from the tip to ground"))
         if actuator.mounting.orientation == "hanging":
             found.append(Quantity("load_mass", 0.0, "kg", "mass that hangs on the tip, for its weight only"))
@@ -148,7 +152,7 @@ def library_netlist(actuator: Actuator, beam: str | None = None) -> Netlist:
         made = with_operating_point(given)
     else:
         undamped = replace(actuator, material=replace(actuator.material, beam_damping_ratio=0.0))
-        lag = _LAG * k.zero / (k.natural_frequency * (k.natural_frequency + k.zero))
+        lag = _LAG * fastest(k, lumped_elements(actuator).port)
         made = without_mass(with_operating_point(strip_netlist(undamped, beam="dynamic")), lag)
     # a load's spring, at the end of the tip's mesh
     *others, meter = made.elements
@@ -178,17 +182,11 @@ def derived_values(actuator: Actuator, ions: LibraryText, beam: str) -> dict[str
         derived["mass"] = f"{3 / CANTILEVER_EIGENVALUE**4!r}*{fourth}*density*width*thickness/{cube}"
         derived["damping"] = "2*beam_damping_ratio*sqrt(stiffness*mass)"
     else:
-        wn = "coupling_natural_frequency"
-        derived["lag"] = f"{_LAG!r}*coupling_zero/({wn}*({wn}+coupling_zero))"
+        derived["lag"] = f"{_LAG!r}*{fastest_text(coupling, ions)}"
     derived["bending"] = f"3*{at}*{at}/(thickness*thickness)"
     if actuator.mounting.orientation == "hanging":
         derived |= _gravity(actuator, at, cube)
-    derived["lfilter"] = "1/(coupling_natural_frequency*coupling_natural_frequency)"
-    derived["rfilter"] = "2*coupling_damping_ratio/coupling_natural_frequency"
-    # of d(s) v: from the filter's capacitor, and from its current
-    derived["settled"] = "bending*coupling_gain*coupling_zero*lfilter"
-    derived["passing"] = "bending*coupling_gain*lfilter/rfilter"
-    return derived
+    return derived | derived_of_coupling(coupling, ions)
 
 
 def _gravity(actuator: Actuator, at: str, cube: str) -> dict[str, str]:
@@ -226,24 +224,17 @@ def element_values(actuator: Actuator, lumped: Elements, ions: LibraryText, beam
             values |= {f"Rd{suffix}{k}": r, f"C{suffix}{k}": c}
     if actuator.coupling is None:
         return values
-    for name in "ds":
-        values |= {f"R{name}": "rfilter", f"L{name}": "lfilter"}
-    values |= {"Gu1a": f"{FORCE_SCALE!r}*bending*coupling_gain", "Gu1b": f"{FORCE_SCALE!r}*settled/rfilter"}
+    wired = wiring(lumped)
+    values |= filter_values(wired, ions)
     scale, unit = f"{IMPEDANCE_SCALE:.12g}", f"{1 / FORCE_SCALE:.12g}"
-    values |= _charged("beam", f"{unit}*stiffness", [f"-{scale}*stiffness"])
-    stored = [ions.capacitance] if ions.capacitance else [c for _, c in ions.sections]
-    values |= _charged("held", f"{FORCE_SCALE!r}/({'+'.join(stored)})", [])
+    terms = gains(wired)
+    values |= summed("beam", f"{unit}*stiffness", terms) | {f"Ebeam{len(terms)}": f"-{scale}*stiffness"}
+    values |= summed("held", f"{FORCE_SCALE!r}/({'+'.join(stored(ions))})", terms)
     values["Rheld"] = f"{HOLD:.12g}*({ions.resistance or ions.sections[0][0]})"
     values |= {"Htip": f"{scale}*damping", "Egravity": f"{scale}*gravity", "Espring": f"{scale}*load_stiffness"}
     if beam == "dynamic":
         return values | {"Ltip": f"{scale}*mass"}
     return values | {"Ltip": f"{scale}*stiffness*lag*lag", "Rlag": f"{scale}*stiffness*lag/2"}
-
-
-def _charged(node: str, gain: str, further: list[str]) -> dict[str, str]:
-    """Return the sources in series at ``node``: ``gain`` times d(s) v, and what else there is."""
-    gains = [f"{gain}*settled", f"{gain}*passing", f"-{gain}*passing", *further]
-    return {f"E{node}{k}": text for k, text in enumerate(gains)}
 
 
 def _at_the_pins(elements: tuple[Element, ...], *, coupled: bool) -> Iterator[Element]:
@@ -252,7 +243,7 @@ def _at_the_pins(elements: tuple[Element, ...], *, coupled: bool) -> Iterator[El
     leaning = {Role.ELECTRON_PATH: 1, Role.ION_PATH: 1, Role.SOURCE: 1}
     for element in elements:
         nodes = ["plus" if n == "drive" else n for n in element.nodes]
-        place = 3 if element.name == "Ed" else leaning.get(element.role, len(nodes))
+        place = 3 if element.name == "Ed" or element.name.startswith("Exd") else leaning.get(element.role, len(nodes))
         if nodes[place : place + 1] == [GROUND]:
             nodes[place] = "minus"
         if coupled and element is elements[-1]:
@@ -264,9 +255,15 @@ def _lines(element: Element, values: dict[str, str]) -> list[str]:
     """Return an element as SPICE writes it, its value in braces."""
     if element.law == "sinh":
         return _diodes(*element.nodes)
-    if element.law == "charge":
+    if element.law == "bent":
+        parts = (("odd", element.value), ("even", element.scale))
+        odd, even = (f"{{coupling_{part}}}" if value else "0" for part, value in parts)
+        return [element.line(f"v(xd)*(1+({odd})*abs(v(xd))+({even})*v(xd))")]
+    if (law := element.charge_law) is not None:
         ions = values[f"C{element.name.removeprefix('Bq')}"]
         charge = element.nodes[2]
+        if element.law != "charge" or element.scale < 0:
+            return [element.line(law.expression(f"v({charge})", f"{{{ions}}}", f"{{{law.field}}}"))]
         root = f"sqrt(1+{{2*capacitance_slope/({ions})}}*abs(v({charge})))"
         return [element.line(f"{{2/({ions})}}*v({charge})/(1+{root})")]
     return [element.line(f"{{{values[element.name]}}}" if element.name in values else "")]
@@ -333,6 +330,10 @@ def _notes(actuator: Actuator, lumped: Elements, beam: str) -> list[str]:
         lines.append(
             f"ladder of {len(ladder.sections)} sections: within {ladder.error:.1e} from {low} to {high}; {scope}"
         )
+    if isinstance(actuator.coupling, RelaxingCoupling) and (own := actuator.coupling.ladder(material.ladder_band())):
+        lines.append(
+            f"fractional relaxation: {len(own.sections)} relaxations, within {own.error:.1e} of it; exponent fixed"
+        )
     if material.emission_voltage is not None:
         lines += [
             f"sinh electron path: two diodes of Is/2; a bias of {_BIAS} Vt, which cancels, keeps them from the cube",
@@ -349,8 +350,10 @@ def _notes(actuator: Actuator, lumped: Elements, beam: str) -> list[str]:
     gnucap = ["gnucap: short=1e-7, since its sources hide 10 uohm, chgtol=1e-7 and method=gear; within 1e-3"]
     if coupled:
         gnucap.append("     an open tip has no operating point there if K is above 1e-3 N/m")
-    if material.capacitance_slope:
-        gnucap = ["the capacitance that grows is a behavioural source B, which ngspice and LTspice read"]
+    if lumped.port.charge_law is not None:
+        gnucap = ["the law of the charge is a behavioural source B, which ngspice and LTspice read"]
+    if actuator.coupling is not None and not actuator.coupling.linear:
+        gnucap = ["the coupling's odd and even parts are a behavioural source B, which ngspice and LTspice read"]
     return [
         *lines,
         *(INDUCTORS if coupled or lumped.port.inductance else ()),

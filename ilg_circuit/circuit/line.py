@@ -24,7 +24,7 @@ from ..strip.cells import layout as cells_of
 from ..strip.electrodes import Electrodes
 from ..strip.elements import Elements, lumped_elements
 from ..strip.port import Port
-from .coupling import filter_elements, free_displacement
+from .coupling import SecondOrder, filter_elements, free_displacement
 from .load import SCALE_NOTE, Load
 from .netlist import GROUND, Element, Netlist, Output, Role
 from .port import electron_path, ion_path
@@ -64,6 +64,7 @@ def line_netlist(
     if rest:
         raise InputError("a strip with [electrodes] starts from 0 V; drive it from there")
     coupling = lumped.coupling
+    assert coupling is None or isinstance(coupling, Coupling)  # a strip with electrodes has no other
     if coupling is None and load:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]; a load needs one")
     made = sheets_of(actuator, layout, lumped, wires)
@@ -260,7 +261,9 @@ class Line:
             self.elements.append(Element("Rmean", ("mean", GROUND), 1.0, role=Role.COUPLING_FILTER))
             self.elements += filter_elements(coupling, "mean", GROUND, "d")
             displacement = free_displacement(self.lumped, coupling)
-        moving, motion = tip_motion(self.lumped, coupling, displacement, backs, beam, tip, load)
+        moving, motion = tip_motion(
+            self.lumped, SecondOrder(self.lumped, coupling), displacement, backs, beam, tip, load
+        )
         self.elements += moving
         self.outputs += [*motion, *curvatures]
 

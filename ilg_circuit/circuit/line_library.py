@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ..errors import InputError
-from ..strip.actuator import Actuator
+from ..strip.actuator import Actuator, Coupling
 from ..strip.elements import lumped_elements
 from ..strip.ladder import LADDER_BAND
 from ..units import format_quantity
@@ -73,7 +73,7 @@ def line_library(actuator: Actuator, name: str | None = None, beam: str | None =
 def _shape(line: Line) -> Iterator[str]:
     """Add the filters of all cells to a line; return the sources of curvatures, angle, x and y."""
     coupling, thickness = line.lumped.coupling, line.actuator.geometry.thickness
-    assert coupling is not None
+    assert isinstance(coupling, Coupling)
     free = [(j, cell) for j, cell in enumerate(line.layout.cells) if cell.free]
     last = {"angle": GROUND, "x": GROUND, "y": GROUND}
     for n, (j, cell) in enumerate(free, 1):

@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
+from ..strip.charge_laws import CHARGE_LAWS, ChargeLaw, require_rising
 from ..strip.port import hyperbolic_cosine
 
 if TYPE_CHECKING:
@@ -69,7 +70,8 @@ _KINDS = {
 _WITH_STATE, _CONTROLLED, _POSITIVE = "LC", "FH", "RLCB"
 
 #: Laws of behavioural sources: number of nodes, quantity set across or through the first two.
-_LAWS = {"sinh": (2, "i"), "charge": (3, "v")}
+_OF_EITHER_SIGN = ("bent", "charge")
+_LAWS = {"sinh": (2, "i"), "bent": (3, "v"), **dict.fromkeys(CHARGE_LAWS, (3, "v"))}
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +85,10 @@ class Element:
     A behavioural source B follows a ``law`` with a second constant ``scale`` (v is the voltage across it):
 
         sinh     i = value sinh(v/scale), a current through it
-        charge   v of a capacitance ``value`` that grows by ``scale`` [1/V], q = value (v + scale v abs(v)/2), where the
-                 third node's voltage is the charge q
+        charge, saturating, steric
+                 v of a capacitance ``value`` that keeps a charge q, the third node's voltage, by a law of constant
+                 ``scale``; see `ilg_circuit.strip.charge_laws`
+        bent     v = x + value x abs(x) + scale x^2, where the third node's voltage is x; both of either sign
     """
 
     name: str
@@ -106,13 +110,32 @@ class Element:
         return re.sub("_[^_]*_", "", self.name)
 
     @property
+    def charge_law(self) -> ChargeLaw | None:
+        """The law of the charge that it keeps; None for other elements."""
+        return CHARGE_LAWS[self.law](self.scale) if self.law in CHARGE_LAWS else None
+
+    @property
     def expression(self) -> str:
         """A behavioural source's law as SPICE writes it."""
         value, scale = float(self.value), float(self.scale)  # a numpy number would write its type, too
         if self.law == "sinh":
             return f"{value!r}*sinh(v({self.nodes[0]},{self.nodes[1]})/{scale!r})"
         q = f"v({self.nodes[2]})"
-        return f"2*{q}/{value!r}/(1+sqrt(1+{2 * scale / value!r}*abs({q})))"
+        if self.law == "bent":
+            return f"{q}*(1+({value!r})*abs({q})+({scale!r})*{q})"
+        if self.law == "charge" and scale > 0:
+            return f"2*{q}/{value!r}/(1+sqrt(1+{2 * scale / value!r}*abs({q})))"
+        assert self.charge_law is not None
+        return self.charge_law.expression(q, repr(value), repr(scale))
+
+    def charge(self, voltage: float) -> float:
+        """Return the charge [C] of a capacitance with a law at ``voltage`` [V]."""
+        law = self.charge_law
+        return self.value * (voltage if law is None else float(law.charge(voltage)))
+
+    def bent(self, x: float) -> float:
+        """Return the voltage of a source of the law ``bent`` at ``x`` [V]."""
+        return x + self.value * x * abs(x) + self.scale * x * x
 
     def line(self, value: str = "") -> str:
         """Return the element as a line of SPICE, with another text for its ``value`` or, of a law, its expression."""
@@ -129,8 +152,12 @@ class Element:
         if self.law == "sinh":
             slope = self.value / self.scale * hyperbolic_cosine(voltage / self.scale)
             return replace(self, name=f"R{self.name}", value=1 / slope, law="")
-        if self.law == "charge":
-            gain = 1 / (self.value * (1 + self.scale * abs(voltage)))
+        if self.charge_law is not None:
+            require_rising(self.charge_law, voltage)
+            gain = 1 / (self.value * float(self.charge_law.slope(voltage)))
+            return replace(self, name=f"E{self.name}", nodes=(*self.nodes, GROUND), value=gain, law="")
+        if self.law == "bent":
+            gain = 1 + 2 * self.value * abs(voltage) + 2 * self.scale * voltage
             return replace(self, name=f"E{self.name}", nodes=(*self.nodes, GROUND), value=gain, law="")
         return self
 
@@ -155,7 +182,8 @@ class Netlist:
     ``further`` are the sources that further drives set, if there are several, in their order.
 
     A nonlinear circuit starts at rest under ``rest`` [V], by its elements' ``start``; of a linear one a solver adds the
-    steady state itself. Raises InputError for duplicate names (SPICE is case-blind), wrong node counts, and values that
+    steady state itself. ``free`` is the free displacement of a strip on a dynamic beam [mm], as terms of an output.
+    Raises InputError for duplicate names (SPICE is case-blind), wrong node counts, and values that
     ngspice would take without a word: NaN, negative or zero R, L, C.
     """
 
@@ -166,6 +194,7 @@ class Netlist:
     comments: tuple[str, ...] = ()
     rest: float = 0.0
     further: tuple[str, ...] = ()
+    free: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         seen: set[str] = set()
@@ -224,9 +253,22 @@ class Netlist:
             return electrons.scale * math.asinh(drive / electrons.value)
         return drive * electrons.value
 
+    def require_rising(self, voltage: float) -> None:
+        """Raise InputError where a charge does not rise with the voltage up to ``voltage`` [V] of either sign."""
+        for law in {e.charge_law for e in self.elements} - {None}:
+            if law is not None:
+                require_rising(law, voltage)
+
     def linearised(self, voltage: float = 0.0) -> Netlist:
-        """Return the circuit of a small signal with ``voltage`` [V] across every behavioural source."""
-        return self if self.linear else replace(self, elements=tuple(e.linearised(voltage) for e in self.elements))
+        """Return the circuit of a small signal with ``voltage`` [V] across electron path and ion path."""
+        if self.linear:
+            return self
+        x = 0.0
+        laws = {e.nodes[2]: e for e in self.elements if e.charge_law is not None}
+        for e in self.elements:
+            if e.name.startswith("Exd"):  # what the coupling follows: a charge meter, or a voltage of the ion path
+                x += e.value * (laws[e.nodes[2]].charge(voltage) if e.nodes[2] in laws else voltage)
+        return replace(self, elements=tuple(e.linearised(x if e.law == "bent" else voltage) for e in self.elements))
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -343,7 +385,8 @@ def _check_element(element: Element, sources: set[str]) -> None:
         raise InputError(f"element {element.name}: law '{element.law}' is not one of {', '.join(_LAWS)}, of a source B")
     if element.law:
         count = _LAWS[element.law][0]
-        if not (math.isfinite(element.scale) and element.scale > 0):
+        positive = element.law not in _OF_EITHER_SIGN
+        if not (math.isfinite(element.scale) and (element.scale > 0 or not positive)):
             raise InputError(f"element {element.name} has scale {element.scale!r}; it must be positive and finite")
     if len(element.nodes) != count:
         raise InputError(f"element {element.name} has {len(element.nodes)} nodes; kind {kind} takes {count}")

@@ -37,10 +37,10 @@ def with_operating_point(netlist: Netlist) -> Netlist:
     if any(e.role is Role.REFLECTED_VOLTAGE for e in netlist.elements) and "Eback" not in named:
         return with_operating_point(_unreflected(netlist))
     compliance = named["Cbeam"].value
-    free = _charge(named, "v1", "d")
+    free = _charge(named, "v1", "d") if "Ld" in named else dict(netlist.free)
     tip = any(e.role is Role.TIP for e in netlist.elements)
     force = {q: c / compliance for q, c in free.items()} | ({"v(way)": -1 / compliance} if tip else {})
-    port = named["Ed"].nodes[2] if "Eback" in named else ""
+    port = next(e.nodes[0] for e in netlist.elements if e.role is Role.ION_PATH) if "Eback" in named else ""
     found: list[Element] = []
     for element in netlist.elements:
         nodes = tuple(GROUND if n == "back" else n for n in element.nodes)
@@ -48,14 +48,15 @@ def with_operating_point(netlist: Netlist) -> Netlist:
             found += series_sum("beam", list(force.items()))
         elif element.name == "Eback":
             found.append(replace(element, nodes=(port, "top", "copy", GROUND)))
-        elif element.role is Role.ION_PATH or element.name == "Ed":
+        elif element.role is Role.ION_PATH or element.name in ("Ed", "Exd0"):
             found.append(replace(element, nodes=tuple("top" if n == port else n for n in nodes)))
         elif element.role not in (Role.TIP, Role.LOAD, Role.FREE_VELOCITY):
             found.append(replace(element, nodes=nodes))
     if port:
         found += _held(named)
     if tip:
-        found += _meter(free["v(d3)"] * named["Cd"].start)
+        starts = _starts(netlist.elements)
+        found += _meter(sum(c * starts.get(q[2:-1], 0.0) for q, c in free.items()))
         found += _mesh([e for e in netlist.elements if e.role in (Role.TIP, Role.LOAD)])
     outputs = tuple(replace(o, terms=tuple(t for t in o.terms if t[0] != "v(back)")) for o in netlist.outputs)
     return replace(netlist, elements=tuple(found), outputs=outputs)
@@ -100,16 +101,29 @@ def without_mass(netlist: Netlist, lag: float) -> Netlist:
 
 
 def _charge(named: dict[str, Element], rate: str, filter_name: str) -> dict[str, float]:
-    """Return the charge of the two sources of a rate since rest, as coefficients of the filter's node voltages."""
+    """Return the charge of the sources of a rate since rest, as coefficients of the filter's node voltages."""
+    relaxing = [e for name, e in named.items() if name.startswith(f"G{rate}") and e.nodes[3].startswith("z")]
+    if relaxing:
+        return {f"v({e.nodes[3]})": e.value * named[f"R{e.nodes[3]}"].value for e in relaxing}
     resistor = named[f"R{filter_name}"].value
     through = named[f"G{rate}a"].value * named[f"L{filter_name}"].value / resistor
     v1, v2, v3 = (f"v({filter_name}{k})" for k in (1, 2, 3))
     return {v3: named[f"G{rate}b"].value * resistor, v1: through, v2: -through}
 
 
+def _starts(elements: tuple[Element, ...]) -> dict[str, float]:
+    """Return the voltages that nodes start from: of capacitors, and of the charge that a coupling follows."""
+    starts = {e.nodes[0]: e.start for e in elements if e.kind == "C"}
+    x = sum(e.value * starts.get(e.nodes[2], 0.0) for e in elements if e.name.startswith("Exd"))
+    bent = next((e for e in elements if e.law == "bent"), None)
+    return starts | {"xd": x, "wd": bent.bent(x) if bent else x}
+
+
 def _held(named: dict[str, Element]) -> list[Element]:
     """Return a resistor, far larger than the copy's, from its voltage in the steady state."""
     ends = [e for name, e in named.items() if e.role is Role.REFLECTION and name[0] == "C" and e.nodes[0][:4] == "ionx"]
+    if not ends:
+        return []  # nothing is charged by currents where the force's filter gives the voltage itself
     total = sum(e.value for e in ends if e.nodes[1] == GROUND)
     first = next(e for e in named.values() if e.role is Role.REFLECTION and e.nodes[0] == "copy")
     elements = series_sum("held", [(q, c / total) for q, c in _charge(named, "u1", "s").items()])

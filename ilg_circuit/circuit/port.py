@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..errors import InputError
+from ..strip.charge_laws import CHARGE_LAWS, ChargeLaw
 from ..strip.port import Port
 from .netlist import GROUND, Element, Output, Role
 
@@ -65,6 +66,18 @@ def electron_path(port: Port, top: str, end: str, suffix: str = "") -> Element:
     return Element(f"Bdc{suffix}", (top, end), current, law="sinh", scale=scale, role=role)
 
 
+def stores(port: Port) -> list[tuple[str, float]]:
+    """Return the nodes of the ion path whose voltages tell its charge, with coefficients [F].
+
+    Those of an ion path, ``ion...``, are against its end; those of charge meters, ``q...``, are charges to ground.
+    """
+    if port.ladder is not None:
+        return [(f"ion{len(port.ladder.sections) + 1}", port.ladder.capacitance)]
+    if port.charge_law is not None:
+        return [(f"q{k}", 1.0) for k in range(1, len(port.branches) + 1)]
+    return [(f"ion{k}", c) for k, (_, c) in enumerate(port.branches, 1)]
+
+
 def ion_path(
     port: Port, top: str, end: str, suffix: str, role: Role = Role.ION_PATH, inner: float = 0.0
 ) -> tuple[list[Element], dict[str, float]]:
@@ -88,8 +101,8 @@ def ion_path(
     for k, (r, c) in enumerate(port.branches, 1):
         node = f"ion{suffix}{k}"
         add(f"Rd{suffix}{k}", top, node, r)
-        if port.capacitance_slope:
-            elements += _growing_capacitor(c, port.capacitance_slope, node, end, f"{suffix}{k}", role, inner)
+        if port.charge_law is not None:
+            elements += _lawful_capacitor(c, port.charge_law, node, end, f"{suffix}{k}", role, inner)
             charge[f"v(q{suffix}{k})"] = 1.0
         else:
             add(f"C{suffix}{k}", node, end, c, inner)
@@ -97,14 +110,15 @@ def ion_path(
     return elements, charge
 
 
-def _growing_capacitor(
-    capacitance: float, slope: float, node: str, end: str, name: str, role: Role, inner: float
+def _lawful_capacitor(
+    capacitance: float, law: ChargeLaw, node: str, end: str, name: str, role: Role, inner: float
 ) -> list[Element]:
-    """Return a capacitance that grows with voltage: its charge is the voltage on 1 F that its own current feeds."""
+    """Return a capacitance with a law: its charge is the voltage on 1 F that its own current feeds."""
     charge, sense = f"q{name}", f"sense{name}"
-    start = capacitance * (inner + slope * inner * abs(inner) / 2)
+    start = capacitance * float(law.charge(inner))
+    named = next(word for word, kind in CHARGE_LAWS.items() if isinstance(law, kind))
     return [
-        Element(f"Bq{name}", (node, sense, charge), capacitance, law="charge", scale=slope, role=role),
+        Element(f"Bq{name}", (node, sense, charge), capacitance, law=named, scale=law.constant, role=role),
         Element(f"Vq{name}", (sense, end), 0.0, role=Role.SOURCE),
         Element(f"Fq{name}", (GROUND, charge), 1.0, control=f"Vq{name}", role=Role.CHARGE_METER),
         Element(f"Cq{name}", (charge, GROUND), 1.0, role=Role.CHARGE_METER, start=start),

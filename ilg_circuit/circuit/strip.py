@@ -4,11 +4,13 @@ The mechanical side uses the impedance analogy (force = voltage, velocity = curr
 numbers are far below SPICE's tolerances: 1 V is 1 uN, 1 A is 1 mm/s, so 1 C is 1 mm. Signs are positive towards the
 anode, the opposite of EC's axis.
 
-``d(s)`` is a series R-L-C with C = 1 F: driven by a voltage v, d(s) v = d0 [v_C + i/(Zd C)], and s d(s) v is
+``d(s)`` of EC (31) is a series R-L-C with C = 1 F: driven by a voltage v, d(s) v = d0 [v_C + i/(Zd C)], and s d(s) v is
 d0 [v_L/(Zd L C) + i/C], so nothing is ever differentiated. The transformer is then
 
     free velocity      v1 = N i1 = k s d(s) v_p             v_p across the ionic branches, k = 3 L_F^2/b^2
     reflected voltage  u1 = N F1 = Zp k s d(s) F1           a current k s d(s) F1 through a copy of the branches
+
+Other couplings, which relax, are in `ilg_circuit.circuit.relaxing`.
 """
 
 from __future__ import annotations
@@ -16,18 +18,16 @@ from __future__ import annotations
 from typing import Any
 
 from ..errors import InputError, argument
-from ..strip.actuator import Actuator, Coupling
+from ..strip.actuator import Actuator
 from ..strip.electrodes import require_lump
 from ..strip.elements import Elements, lumped_elements
 from ..strip.ladder import LADDER_BAND
 from ..strip.port import Port
-from .coupling import filter_elements, filter_rate, free_displacement
+from .coupling import BACK, Wiring
 from .load import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, VELOCITY_SCALE, Load, tip_elements
 from .netlist import GROUND, Element, Netlist, Output, Role, series_sum
-from .port import driven_port, ion_path, port_elements, port_node
-
-#: The reflected voltage, in series with the ion path.
-_BACK = Element("Eback", ("back", GROUND, "copy", GROUND), 1.0, role=Role.REFLECTED_VOLTAGE)
+from .port import driven_port, port_elements, port_node
+from .relaxing import wiring
 
 
 def electrical_netlist(
@@ -96,26 +96,29 @@ def strip_netlist(
         raise InputError(f"actuator '{actuator.name}' has no [electrodes]; it is one lump with one pair of terminals")
     lumped = lumped_elements(actuator, band, load.mass)
     title = f"ILG strip {actuator.name}, {beam} beam, {tip} tip"
-    coupling, port = lumped.coupling, lumped.port
-    if coupling is None:
+    port = lumped.port
+    if lumped.coupling is None:
         if load:
             raise InputError(f"actuator '{actuator.name}' has no [coupling]; a load needs one")
         return port_netlist(port, title, rest, by_current=by_current)
-    rest = 0.0 if port.linear else rest
+    rest = 0.0 if actuator.linear else rest
     if rest and load:
         raise InputError(f"a strip that starts at rest under {rest:g} V has no load; leave one of them out")
     inner = port.inner_voltage(rest)
     back = GROUND if beam == "static" else "back"
     elements, outputs = driven_port(port, back, inner, by_current=by_current)
-    elements += filter_elements(coupling, port_node(port), back, "d", inner)
-    moving, motion = tip_motion(lumped, coupling, free_displacement(lumped, coupling), [_BACK], beam, tip, load)
+    wired = wiring(lumped)
+    elements += wired.filter(back, inner)
+    free = wired.displacement()
+    moving, motion = tip_motion(lumped, wired, free, [BACK], beam, tip, load)
     outputs += motion
-    return Netlist(title, (*elements, *moving), tuple(outputs), comments=(SCALE_NOTE,), rest=rest)
+    moved = tuple((q, c / VELOCITY_SCALE) for q, c in free.items()) if beam == "dynamic" else ()
+    return Netlist(title, (*elements, *moving), tuple(outputs), comments=(SCALE_NOTE,), rest=rest, free=moved)
 
 
 def tip_motion(
     lumped: Elements,
-    coupling: Coupling,
+    wired: Wiring,
     displacement: dict[str, float],
     backs: list[Element],
     beam: str,
@@ -131,10 +134,9 @@ def tip_motion(
     force = dict.fromkeys(displacement, 0.0)
     if beam == "dynamic":
         # electrical -> mechanical: v1 = k s d(s) v_p flows into the beam's compliance
-        velocity = lumped.bending_ratio / VELOCITY_SCALE
-        elements += filter_rate(coupling, "v1", "d", (GROUND, "beam"), velocity, Role.FREE_VELOCITY)
+        elements += wired.velocity()
         elements.append(Element("Cbeam", ("beam", GROUND), 1 / (lumped.stiffness * IMPEDANCE_SCALE), role=Role.BEAM))
-        elements += [*_reflection(lumped, coupling), *backs]
+        elements += [*wired.voltage(), *backs]
         # the tip moves by what the strip wants less what its compliance takes up: y = y1 - F1/K
         displacement = displacement | {"v(beam)": -FORCE_SCALE / lumped.stiffness}
         force = {"v(beam)": FORCE_SCALE}
@@ -156,20 +158,6 @@ def _motion(displacement: dict[str, float], force: dict[str, float]) -> list[Out
     return [Output("displacement", "m", tuple(displacement.items())), Output("force", "N", tuple(force.items()))]
 
 
-def _reflection(lumped: Elements, coupling: Coupling) -> list[Element]:
-    """Return the reflection on the electrical side.
-
-    The current k s d(s) F1 through a copy of Zp makes the voltage u1 at node ``copy``, which `_BACK` puts in series
-    with the port. F1 is the voltage of node ``beam``. For a nonlinear ion path the copy is linearised near 0 V.
-    """
-    role, gain = Role.REFLECTION, lumped.bending_ratio * FORCE_SCALE
-    return [
-        *filter_elements(coupling, "beam", GROUND, "s"),
-        *filter_rate(coupling, "u1", "s", (GROUND, "copy"), gain, role),
-        *ion_path(lumped.port.linearised(), "copy", GROUND, "x", role)[0],
-    ]
-
-
 def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[float, float] = LADDER_BAND) -> Netlist:
     """Return the strip as a sensor: the point L_F is moved, EC (17) inverted; ``terminals`` are "open" or "short".
 
@@ -182,19 +170,19 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
         raise InputError(f"terminals are '{terminals}'; choose open or short")
     require_lump(actuator, "sensing")
     lumped = lumped_elements(actuator, band)
-    coupling = lumped.coupling
-    if coupling is None:
+    if lumped.coupling is None:
         raise InputError(f"actuator '{actuator.name}' has no [coupling]; it cannot sense")
     node = port_node(lumped.port)
     shorted = Element("Vshort", ("drive", GROUND), 0.0, role=Role.SOURCE) if terminals == "short" else None
     elements, outputs = port_elements(lumped.port, "back", shorted)
     elements.insert(0, Element("Vmotion", ("motion", GROUND), 0.0, role=Role.SOURCE))
-    elements += filter_elements(coupling, node, "back", "d")
+    wired = wiring(lumped)
+    elements += wired.filter("back")
     # the force on a beam whose tip is held at y: F1 = K (y1 - y), a sum of sources in series
-    elastic = {q: c * lumped.stiffness for q, c in free_displacement(lumped, coupling).items()}
+    elastic = {q: c * lumped.stiffness for q, c in wired.displacement().items()}
     elastic["v(motion)"] = -lumped.stiffness
     elements += series_sum("beam", [(quantity, gain / FORCE_SCALE) for quantity, gain in elastic.items()])
-    elements += [*_reflection(lumped, coupling), _BACK]
+    elements += wired.reflection()
     if terminals == "open":
         # without a source nothing ties the terminal down but the strip itself
         outputs.insert(0, Output("voltage", "V", ((f"v({node})", 1.0),)))

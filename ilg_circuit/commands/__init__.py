@@ -7,6 +7,7 @@ In: options. Out: files, text and an exit code. May import: every room.
 COMMANDS = {
     "app": "Open a window with sliders: fit, move, sweep, design, export.",
     "arm": "Move a soft arm and write its motion.",
+    "bode": "Compute how displacement, current and force follow frequency.",
     "cpg": "Run a central pattern generator: period, amplitude, phases.",
     "demo": "Run the whole flow once: simulate, measure, identify, export.",
     "design": "Find the strip, within ranges, that meets requirements best.",

@@ -71,6 +71,12 @@ _OF_MARKS = ("actuator", "scale", "columns", "units", "json", "plot", "report", 
 @group(
     "Displacement",
     click.option(
+        "--coupling",
+        type=click.Choice(["ec31", "charge1", "charge2", "voltage2", "voltage3", "auto"]),
+        default="ec31",
+        help="Law of bending: d(s), or relaxations of charge or voltage; auto: by BIC.",
+    ),
+    click.option(
         "--drive",
         multiple=True,
         metavar="DRIVE",

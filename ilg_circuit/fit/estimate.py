@@ -87,6 +87,23 @@ class Estimate:
         )
 
     @property
+    def negated(self) -> Estimate:
+        """The estimate of the negative of its quantity."""
+
+        def turned(interval: Interval | None) -> Interval | None:
+            return None if interval is None else (-interval[1], -interval[0])
+
+        return replace(
+            self,
+            value=-self.value,
+            ci95=turned(self.ci95),
+            ci95_bootstrap=turned(self.ci95_bootstrap),
+            ci95_profile=turned(self.ci95_profile),
+            ci95_mcmc=turned(self.ci95_mcmc),
+            ci95_autoregression=turned(self.ci95_autoregression),
+        )
+
+    @property
     def reported(self) -> tuple[float, Interval]:
         """Standard error, allowing for autocorrelation if that was estimated, and interval of ``method``."""
         errors = (self.bootstrap if self.method == "bootstrap" else self.autoregression, self.bootstrap, self.stderr)

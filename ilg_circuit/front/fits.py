@@ -39,6 +39,7 @@ def identify(
     bias: Given | Sequence[Given] | Mapping[str, Given] | None = None,
     until: Given | None = None,
     displacement_delay: Given | Literal["fit"] | None = None,
+    coupling: str = "ec31",
     own: Sequence[str] = (),
     engine: str | None = None,
     intervals: str = "covariance",
@@ -89,6 +90,9 @@ def identify(
     displacement_delay : float or str, optional
         How much later [s] the displacement's clock reads, or "fit" (default: fitted where the displacement is of a
         file of its own, else 0).
+    coupling : {"ec31", "charge1", "charge2", "voltage2", "voltage3", "auto"}
+        Law by which the strip bends: d(s) of the voltage, or the ions' charge, or their voltage, through so many
+        relaxations; "auto": chosen by BIC as the model is.
     own : sequence of str
         Parameters of which each set of data gets a value of its own; all others are shared.
     engine : {"ngspice", "exact"}, optional
@@ -143,8 +147,9 @@ def identify(
     Notes
     -----
     All models have the parameters dc_resistance and electrode_resistance [ohm]. A displacement adds coupling_gain
-    [m/(V s)], coupling_zero [1/s], coupling_damping_ratio and coupling_natural_frequency [1/s]. The others depend on
-    the model; randles is not tried by "auto":
+    [m/(V s)], coupling_zero [1/s], coupling_damping_ratio and coupling_natural_frequency [1/s], or, with another
+    ``coupling``, sizes of coupling_gain_1 [m/V] and so on, and coupling_time_1 [s]. The others depend on
+    the model; randles, +saturating and +steric are not tried by "auto":
 
     ===========  =====================================================================================================
     rc           dynamic_resistance [ohm], capacitance [F]
@@ -155,6 +160,8 @@ def identify(
                  [s], interface_exponent, diffusion_exponent
     +sinh        adds emission_voltage [V]: the electron path conducts more at high voltage
     +growing     adds capacitance_slope [1/V]: the capacitance of rc, rc2 or rc3 grows with voltage
+    +saturating  adds saturation_voltage [V]: the charge of rc, rc2 or rc3 saturates
+    +steric      adds packing_fraction: its ions have a size, the charge rises as the root of the voltage
     +inductance  adds inductance [H] at the terminals
     ===========  =====================================================================================================
 
@@ -210,6 +217,7 @@ def identify(
         weighting=weighting,
         displacement_delay=delay if delay in (None, "fit") else quantity(delay, "s", "displacement_delay"),
         until=end,
+        law=coupling,
         progress=progress,
     )
 

@@ -66,7 +66,7 @@ def load(strip: Strip = "paper") -> Actuator:
 
 def engine_of(engine: str | None, strip: Actuator) -> str:
     """Return the engine for a strip, see `solve.library.chosen_engine`."""
-    return chosen_engine(engine, linear=strip.material.model.linear)
+    return chosen_engine(engine, linear=strip.linear)
 
 
 def run_of(

@@ -14,6 +14,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `Specimen`           a strip that has no circuit yet, from `ilg.new_strip`
 `Response`           waveforms of a run, from `ilg.simulate`
 `Shape`              centre line of a strip over time, from `ilg.shape`
+`Bode`               displacement, current and force over frequency, from `ilg.bode`
 `Impedance`          impedance over frequency, from `ilg.impedance`
 `Sensed`             voltage or current of a strip that is moved, from `ilg.sense`
 `Record`             measured waveforms, from `ilg.read`
@@ -62,6 +63,7 @@ if TYPE_CHECKING:
     from ..oscillators.run import RhythmRun
     from ..oscillators.sweep import RhythmSweep
     from ..result import Result
+    from ..simulation.bode import Bode
     from ..simulation.impedance import Impedance
     from ..simulation.response import Response
     from ..simulation.sensing import Sensed
@@ -78,6 +80,7 @@ __all__ = [
     "Actuator",
     "ArmResult",
     "Batch",
+    "Bode",
     "Characterisation",
     "Design",
     "DesignReport",
@@ -125,6 +128,7 @@ _PLACES = {
     "oscillators.run": ("RhythmRun",),
     "oscillators.sweep": ("RhythmSweep",),
     "result": ("Result",),
+    "simulation.bode": ("Bode",),
     "simulation.impedance": ("Impedance",),
     "simulation.response": ("Response",),
     "simulation.sensing": ("Sensed",),

@@ -18,7 +18,7 @@ from ..fit.problem import Problem
 from ..fit.result import FitResult
 from ..measurements.record import Channel
 from .film import FilmData, Moving
-from .motion import COUPLING, DisplacementData, Motion, RateOf
+from .motion import DisplacementData, Motion, RateOf
 from .start import CouplingSearch, thinned
 
 #: Rough search: number of readings, of delays in each pass, of refining passes, and factor by which each is narrower.
@@ -97,7 +97,7 @@ def _likeliest(
     """Return the data at the most likely delay within ``half`` of ``start``, and their fit."""
 
     def problem(place: float) -> Problem:
-        return Problem((at(place).observation(motion),), COUPLING)
+        return Problem((at(place).observation(motion),), motion.law.parameters)
 
     tried = profile_bounded(found, problem, (start - half, start + half), (0,), start=start, looks=_PROFILE_LOOKS)
     place = float(tried.places[int(np.argmin(tried.deviance))])

@@ -16,10 +16,13 @@ from ..findings import Finding
 from ..fit.fitting import fit
 from ..fit.problem import Problem, Progress
 from ..fit.result import FitResult
-from ..strip.actuator import Actuator, Coupling
+from ..strip.actuator import Actuator, CouplingLaw
+from ..strip.elements import lumped_port
+from .coupling_contest import chosen_law
 from .displacement import DisplacementFit, fit_displacement
 from .film import Moving
-from .motion import COUPLING, NAMES, DisplacementData, Motion
+from .motion import DisplacementData, Motion
+from .motion_laws import EC31, LAWS, MotionLaw
 from .port_model import sigma_of
 from .port_start import combined
 
@@ -33,9 +36,10 @@ class CouplingFit:
     motion: Motion
 
     @property
-    def coupling(self) -> Coupling:
+    def coupling(self) -> CouplingLaw:
         """The coupling, with the geometric mean of parameters that each record has for itself."""
-        return Coupling(*(self.fit.means[name] for name in NAMES), beam=self.motion.beam)
+        law = self.motion.law
+        return law.coupling(np.array([self.fit.means[p.name] for p in law.parameters]), self.motion.beam)
 
     @property
     def data(self) -> tuple[DisplacementData, ...]:
@@ -55,19 +59,25 @@ def fit_coupling(
     per_record: frozenset[str],
     progress: Progress = None,
     delay: float | Literal["fit"] | None = None,
+    coupling: str = "ec31",
 ) -> tuple[CouplingFit | None, list[Finding]]:
     """Return the joint fit of d(s) to all records that have a displacement, and findings on it.
 
     ``delay`` [s] is the camera's; by default it is fitted if the camera has a separate clock. The fit is None if no
-    displacement can be fitted, or the joint fit fails.
+    displacement can be fitted, or the joint fit fails. ``coupling`` is the law, of `LAWS`, or "auto", which chooses it
+    by the first record that has a displacement.
     """
     fits: list[DisplacementFit] = []
     findings: list[Finding] = []
-    for record in records:
-        if record.record.displacement is None:
-            continue
+    moving = [record for record in records if record.record.displacement is not None]
+    law = EC31 if coupling == "auto" else LAWS[coupling]
+    if coupling == "auto" and moving:
+        law, findings = _law_of(moving[0], actuator, progress, delay)
+    for record in moving:
         try:
-            fits.append(fit_displacement(record, actuator, progress, record.delay if delay is None else delay))
+            late = record.delay if delay is None else delay
+            fits.append(fit_displacement(record, actuator, progress, late, law))
+            law = fits[0].motion.law  # with the signs of its gains
         except IlgError as error:
             findings.append(Finding("displacement-not-fitted", record.source, {"reason": str(error)}))
     fits, against = _of_one_sign(fits)
@@ -77,12 +87,12 @@ def fit_coupling(
         return (CouplingFit((fits[0],), fits[0].fit, fits[0].motion) if fits else None), findings
     # the dynamic beam if the individual fit of any record shows inertia
     beam = "dynamic" if any(i.motion.beam == "dynamic" for i in fits) else "static"
-    found = CouplingFit(tuple(fits), fits[0].fit, Motion(actuator, beam, records[0].engine))
+    found = CouplingFit(tuple(fits), fits[0].fit, Motion(actuator, beam, records[0].engine, law=law))
     pairs = zip(found.data, found.sigmas(), strict=True)
     observations = tuple(d.observation(found.motion, sigma) for d, sigma in pairs)
-    problem = Problem(observations, COUPLING, per_record)
-    start = combined(COUPLING, [i.fit for i in fits], [i.fit.independent_samples(0) for i in fits])
-    at = dict(zip(NAMES, start.tolist(), strict=True))
+    problem = Problem(observations, law.parameters, per_record)
+    start = combined(law.parameters, [i.fit for i in fits], [i.fit.independent_samples(0) for i in fits])
+    at = dict(zip((p.name for p in law.parameters), start.tolist(), strict=True))
     try:
         begin = np.array([at[p.name] for p in problem.moved])
         joint = fit(problem, begin, progress)
@@ -90,6 +100,16 @@ def fit_coupling(
         findings.append(Finding("displacements-inconsistent", values={"reason": str(error)}))
         return None, findings
     return replace(found, fit=joint), findings
+
+
+def _law_of(
+    record: Moving, actuator: Actuator, progress: Progress, delay: float | Literal["fit"] | None
+) -> tuple[MotionLaw, list[Finding]]:
+    """Return the law that a record's displacement follows; d(s) where its clock is to be fitted first."""
+    late = record.delay if delay is None else delay
+    if late == "fit" or record.record.own_clock or not lumped_port(actuator).linear:
+        return EC31, [Finding("coupling-not-chosen", record.source)]
+    return chosen_law(record, actuator, progress, late)
 
 
 def _of_one_sign(fits: list[DisplacementFit]) -> tuple[list[DisplacementFit], list[Finding]]:

@@ -24,12 +24,14 @@ from ..fit.result import FitResult
 from ..fit.selection import EVIDENCE
 from ..measurements.smoothing import noise_level
 from ..solve.transient import DEFAULT_ACCURACY
-from ..strip.actuator import Actuator, Coupling
+from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements
 from .clock import in_step, likeliest_clock
 from .displacement_findings import displacement_findings
+from .displacement_result import DisplacementFit as DisplacementFit
 from .film import Moving
-from .motion import COUPLING, DisplacementData, Motion, RateOf
+from .motion import DisplacementData, Motion, RateOf
+from .motion_laws import EC31, MotionLaw, RelaxationSearch, search_of
 from .outliers import left_out, spikes
 from .port_model import BRACKET
 from .rest import Rest
@@ -54,51 +56,7 @@ _CLEARLY_WORSE = 1.5
 
 
 @dataclass(frozen=True)
-class DisplacementFit:
-    """Fit of d(s) to one record.
-
-    ``data`` include the window; ``fitted`` [m] (samples,) is the model at all samples; ``per_volt`` [m/V] the static
-    displacement. The fit's residuals cover rest and window. ``at_rest`` is the straight line through the readings at
-    rest, and ``supported`` is True if it determines a drift over the window; ``wanted`` [m/s] is the unconstrained
-    drift, if the rest does not allow it. ``bic_gain`` is the BIC of the static beam minus the BIC of the dynamic beam,
-    None if only one of them could be fitted.
-    """
-
-    data: DisplacementData
-    motion: Motion
-    fit: FitResult
-    fitted: Array
-    per_volt: float
-    at_rest: Rest
-    supported: bool
-    findings: tuple[Finding, ...]
-    wanted: float | None = None
-    bic_gain: float | None = None
-
-    @property
-    def coupling(self) -> Coupling:
-        return Coupling(*self.fit.values.tolist(), beam=self.motion.beam)
-
-    @property
-    def rest(self) -> float:
-        """Position at rest [m] by the readings before the onset, or else the first reading."""
-        return self.at_rest.onset if self.supported else self.at_rest.middle
-
-    @property
-    def level(self) -> float:
-        """Initial position [m] of the model: the fit's constant."""
-        return self.data.reference + float(self.fit.nuisance[0])
-
-    @property
-    def drift(self) -> float | None:
-        """Slow linear drift [m/s] in addition to d(s), None if the rest does not support one."""
-        if self.data.drift:
-            return float(self.fit.nuisance[1])
-        return self.data.held if self.supported else None
-
-
-@dataclass(frozen=True)
-class _Attempt:
+class Attempt:
     """A fit up to ``data.window``; ``described`` is True if d(s) describes the data there.
 
     ``wanted`` [m/s] is the unconstrained drift, if the rest does not allow it.
@@ -116,9 +74,13 @@ class _Attempt:
 
 
 def fit_displacement(
-    record: Moving, actuator: Actuator, progress: Progress = None, delay: float | Literal["fit"] = 0.0
+    record: Moving,
+    actuator: Actuator,
+    progress: Progress = None,
+    delay: float | Literal["fit"] = 0.0,
+    law: MotionLaw = EC31,
 ) -> DisplacementFit:
-    """Return the fit of d(s) to the displacement of a strip whose circuit is known.
+    """Return the fit of a ``law``, d(s) by default, to the displacement of a strip whose circuit is known.
 
     The window is the whole record if the model describes it; else the longest described stretch from the onset; or the
     whole record if there is none. The camera's clock is behind by ``delay`` [s], or the delay is fitted. Raises
@@ -129,9 +91,9 @@ def fit_displacement(
         record, rate = in_step(record, delay)
         delay = "fit" if delay == "fit" else 0.0
     if delay == "fit":
-        search = _likeliest_delay(record, actuator, progress, delay_bounds(record), rate)
+        search = _likeliest_delay(record, actuator, progress, delay_bounds(record), rate, law)
     else:
-        search = _WindowSearch(record, actuator, progress, delay)
+        search = WindowSearch(record, actuator, progress, delay, law=law)
     best, bic_gain = search.by_evidence(search.longest())
     if (
         delay == "fit" and best.motion.beam == "dynamic" and best.motion.linear
@@ -142,13 +104,18 @@ def fit_displacement(
 
 
 def _likeliest_delay(
-    record: Moving, actuator: Actuator, progress: Progress, delays: tuple[float, float], rate: RateOf | None
-) -> _WindowSearch:
+    record: Moving,
+    actuator: Actuator,
+    progress: Progress,
+    delays: tuple[float, float],
+    rate: RateOf | None,
+    law: MotionLaw,
+) -> WindowSearch:
     """Return the search with the delay, out of a few, that gives the smallest residuals over the longest stretch."""
-    tried: list[tuple[float, float, _Attempt, _WindowSearch]] = []
+    tried: list[tuple[float, float, Attempt, WindowSearch]] = []
     places = np.linspace(*delays, _DELAYS).tolist()
     for delay in [0.0, *places] if record.record.own_clock else places:
-        search = _WindowSearch(record, actuator, progress, delay, delays, rate)
+        search = WindowSearch(record, actuator, progress, delay, delays, rate, law)
         with suppress(InputError):
             found = search.longest()
             tried.append((-found.data.window, found.fit.rmse, found, search))
@@ -166,7 +133,7 @@ def delay_bounds(record: Moving) -> tuple[float, float]:
     return -most, most
 
 
-class _WindowSearch:
+class WindowSearch:
     """Fits of one record over several windows with both beams; failed fits are not repeated."""
 
     def __init__(
@@ -177,6 +144,7 @@ class _WindowSearch:
         delay: float,
         delays: tuple[float, float] | None = None,
         rate: RateOf | None = None,
+        law: MotionLaw = EC31,
     ) -> None:
         whole = record.record.displacement
         assert whole is not None
@@ -199,15 +167,18 @@ class _WindowSearch:
             share=record.share, delay=delay, delays=delays, ahead=whole.zero - record.record.onset,
             clock=rate or RateOf(), tells_rate=rate is not None, own_clock=record.record.own_clock,
         )  # fmt: skip
-        self.motions = {beam: Motion(actuator, beam, record.engine) for beam in ("static", "dynamic")}
+        self.law, self.actuator = law, actuator
         self.progress = progress
         self.ratio = lumped_elements(actuator).bending_ratio
         self.after = channel.time[~channel.rest]
         self.search = self._coupling_search(self.base)
         self.linear = np.column_stack([np.ones(len(channel.time)), channel.time])
+        if isinstance(self.search, RelaxationSearch) and not law.signs:
+            self.law = self.search.law = self.search.signed(end, *self._data(self.base))
+        self.motions = {beam: Motion(actuator, beam, record.engine, law=self.law) for beam in ("static", "dynamic")}
         self.failed: set[tuple[str, float]] = set()
 
-    def at_clock(self, delay: float, clock: RateOf) -> _WindowSearch:
+    def at_clock(self, delay: float, clock: RateOf) -> WindowSearch:
         """Return the search with another delay and rate of the displacement's clock."""
         again, delays = copy(self), self.base.delays
         if delays is not None and self.base.own_clock:  # bounds are centred on this delay
@@ -217,10 +188,10 @@ class _WindowSearch:
         again.search = self._coupling_search(again.base)
         return again
 
-    def _coupling_search(self, data: DisplacementData) -> CouplingSearch:
-        return CouplingSearch(data.since(data.channel), data.drive.from_rest(), self.ratio)
+    def _coupling_search(self, data: DisplacementData) -> CouplingSearch | RelaxationSearch:
+        return search_of(self.law, data.since(data.channel), data.drive.from_rest(), self.actuator, self.ratio)
 
-    def longest(self) -> _Attempt:
+    def longest(self) -> Attempt:
         """Return a quick fit of the longest stretch that d(s) describes, or of the whole record if there is none.
 
         The static beam is used, as in the paper; for the whole record the dynamic beam too, if only it describes that.
@@ -239,7 +210,7 @@ class _WindowSearch:
             best = self.attempt("static", end, best, _TRIAL)
         return best
 
-    def by_evidence(self, found: _Attempt) -> tuple[_Attempt, float | None]:
+    def by_evidence(self, found: Attempt) -> tuple[Attempt, float | None]:
         """Return the fit of the same stretch by the static beam, or by the dynamic one on very strong evidence.
 
         Both beams have the same parameters, since E, density and damping are the actuator's. The BIC therefore depends
@@ -258,7 +229,7 @@ class _WindowSearch:
         clear = gain > EVIDENCE or fits[0].rmse > _CLEARLY_WORSE * fits[1].rmse
         return (dynamic if clear else static), gain
 
-    def confirmed(self, best: _Attempt) -> tuple[_Attempt, StartSummary]:
+    def confirmed(self, best: Attempt) -> tuple[Attempt, StartSummary]:
         """Return the best of the attempt and of further fits from different starts, and a summary of the starts."""
         agreeing = 1
         negligible = DEFAULT_ACCURACY * best.data.size
@@ -278,9 +249,7 @@ class _WindowSearch:
                 continue
         return best, StartSummary(1 + len(others), agreeing)
 
-    def attempt(
-        self, beam: str, end: float, like: _Attempt | None = None, tolerance: float = _FINAL
-    ) -> _Attempt | None:
+    def attempt(self, beam: str, end: float, like: Attempt | None = None, tolerance: float = _FINAL) -> Attempt | None:
         """Return the fit up to ``end`` [s], started from the fit ``like`` or the initial guess; None if it fails.
 
         If the rest supports a drift over that stretch, the drift is fitted. A slope outside the rest's interval is held
@@ -306,11 +275,11 @@ class _WindowSearch:
             return None
         return found
 
-    def _allowed(self, found: _Attempt) -> bool:
+    def _allowed(self, found: Attempt) -> bool:
         """Return True if the fit's drift, if any, lies within the interval of the slope at rest."""
         return not found.data.drift or self.rest.nearest(slope := float(found.fit.nuisance[1])) == slope
 
-    def finish(self, best: _Attempt, starts: StartSummary, bic_gain: float | None) -> DisplacementFit:
+    def finish(self, best: Attempt, starts: StartSummary, bic_gain: float | None) -> DisplacementFit:
         channel, data, motion = self.base.channel, best.data, best.motion
         found = best.fit
         accuracy = None if motion.linear else DEFAULT_ACCURACY
@@ -321,7 +290,7 @@ class _WindowSearch:
             motion=motion,
             fit=with_starts(found, starts),
             fitted=data.reference + data.sign * answer + drifting,
-            per_volt=data.sign * self.ratio * Coupling(*found.values.tolist()).static,
+            per_volt=data.sign * self.ratio * motion.law.coupling(found.values).static,
             at_rest=self.rest,
             supported=self.rest.supports(data.window, data.size),
             wanted=best.wanted,
@@ -341,8 +310,8 @@ class _WindowSearch:
         motion: Motion,
         start: Array | None,
         tolerance: float,
-        like: _Attempt | None = None,
-    ) -> _Attempt:
+        like: Attempt | None = None,
+    ) -> Attempt:
         """Return one fit of ``data`` from ``start`` (4,), from the initial guess or from the fit ``like``.
 
         The start with the smaller residuals is taken; for the same beam and stretch the fit ``like`` is continued.
@@ -356,7 +325,7 @@ class _WindowSearch:
         tried = []
         for values, sign in starts:
             signed = replace(data, sign=sign)
-            problem = Problem((signed.observation(motion, accuracy=accuracy),), COUPLING)
+            problem = Problem((signed.observation(motion, accuracy=accuracy),), motion.law.parameters)
             squares = problem.sum_of_squares(problem.scales.coordinates(values[None]))[0] if len(starts) > 1 else 0.0
             tried.append((float(squares), signed, problem, values))
         _, data, problem, values = min(tried, key=lambda each: each[0])
@@ -365,23 +334,23 @@ class _WindowSearch:
         # residuals that grow at the end of the window show the beginning of a different process
         last = found.residuals[data.abscissa > 0.9 * data.window]
         astray = len(last) > 0 and float(np.sqrt(np.mean(last**2))) > 1.5 * limit
-        return _Attempt(data, motion, found, found.rmse <= limit and not astray)
+        return Attempt(data, motion, found, found.rmse <= limit and not astray)
 
 
-def _at_its_onset(found: _Attempt) -> FitResult:
+def _at_its_onset(found: Attempt) -> FitResult:
     """Return the fit with the most likely onset and clock for this beam; the same fit if they are known."""
     data, motion = found.data, found.motion
     if data.delays is not None and motion.linear:
         delay, clock = likeliest_clock(data, motion, found.fit)
         moved = replace(data, delay=delay, clock=clock)
         with suppress(SolveError):
-            return fit(Problem((moved.observation(motion),), COUPLING), found.fit.values, tolerance=_TRIAL)
+            return fit(Problem((moved.observation(motion),), motion.law.parameters), found.fit.values, tolerance=_TRIAL)
         return found.fit
     if not (data.bracketed and motion.linear):
         return found.fit
 
     def at(share: float) -> Problem:
-        return Problem((data.at_share(share).observation(motion),), COUPLING)
+        return Problem((data.at_share(share).observation(motion),), motion.law.parameters)
 
     profile = profile_bounded(found.fit, at, BRACKET, (0,), start=data.share)
     best = int(np.argmin(profile.deviance))

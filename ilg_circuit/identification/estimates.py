@@ -16,6 +16,7 @@ from ..units import format_quantity
 from .current import CurrentData
 from .displacement import DisplacementFit
 from .impedance import ImpedanceData
+from .motion_laws import MotionLaw
 from .onset import Onsets
 from .port_fit import PortFit
 from .port_model import ANY_LADDER, ELECTRODE_RESISTANCE, PortData
@@ -67,6 +68,11 @@ def parameter_estimates(
         before = {name: found.pop(name) for name in names}
         found = before | {ELECTRODE_RESISTANCE.name: electrode} | found
     return found, own
+
+
+def with_signs(found: Estimates, law: MotionLaw) -> Estimates:
+    """Return estimates with the signs of a law's gains, of which a fit has the sizes."""
+    return {name: e.negated if name in law.negative else e for name, e in found.items()}
 
 
 def _held_because(port: PortFit) -> str:

@@ -40,12 +40,14 @@ from .estimates import (
     parameter_estimates,
     port_quantities,
     uncertainty_of,
+    with_signs,
 )
 from .film import FilmData, Moving, driven_strip, film_findings, require_films, with_known
 from .identification import Identification
 from .impedance import ImpedanceData, Weighting
 from .joint import joined
 from .motion import NAMES
+from .motion_laws import LAWS
 from .observation_fit import (
     LeftOut,
     ObservationFit,
@@ -83,6 +85,7 @@ def identify(
     weighting: Weighting = "modulus",
     displacement_delay: float | Literal["fit"] | None = None,
     until: float | None = None,
+    law: str = "ec31",
     progress: Progress = None,
 ) -> Identification:
     """Return the strip fitted to its records, spectra and films.
@@ -115,6 +118,8 @@ def identify(
         fit it (default: fitted if the displacement has a separate file, else 0).
     until
         Time [s] since the onset up to which records are fitted; later readings are not used.
+    law
+        Law of bending, of `motion_laws.LAWS`, or auto.
 
     Raises
     ------
@@ -129,6 +134,8 @@ def identify(
     for what, given, allowed in (("engine", engine, ENGINES), ("weighting", weighting, WEIGHTINGS)):
         if given not in allowed:
             raise wrong_choice(argument(what), given, allowed)
+    if law not in ("auto", *LAWS):
+        raise wrong_choice(argument("coupling"), law, ("auto", *LAWS))
     files = [data] if isinstance(data, Record | Spectrum | Film) else list(data)
     every = tuple(_until(d, until) for d in _data(files, engine, bias, weighting))
     sources = [d.source for d in every]
@@ -152,7 +159,7 @@ def identify(
     findings += [note.about(d.source) for d in films for note in d.notes]
     actuator = _actuator(port, strip, base, sources)
     records: list[Moving] = [*(d for d in ports if isinstance(d, CurrentData)), *films]
-    coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress, displacement_delay)
+    coupling, about_coupling = fit_coupling(records, actuator, names & set(NAMES), progress, displacement_delay, law)
     if port is None and coupling is None:
         raise InputError("; ".join(str(f) for f in about_coupling))
     names = names if len(files) > 1 else frozenset()  # with one file, parameters per file are meaningless
@@ -175,6 +182,10 @@ def identify(
     actuator = replace(actuator, uncertainty=known)
     estimated = onsets.widened(fit, uncertainties(fit, method, progress))
     parameters, each = parameter_estimates(fit, port, estimated, uncertainty)
+    if coupling is not None:
+        law_fitted = coupling.motion.law
+        parameters = with_signs(parameters, law_fitted)
+        each = {source: with_signs(part, law_fitted) for source, part in each.items()}
     derived = port_quantities(port, fit, uncertainty, onsets) if port is not None else {}
     rows, without = _observations(port, coupling, fit, progress)
     rows = [onsets.told(row) for row in rows]

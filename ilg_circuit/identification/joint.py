@@ -18,7 +18,7 @@ from ..fit.result import FitResult
 from ..strip.actuator import Actuator
 from .coupling_fit import CouplingFit
 from .current import CurrentData
-from .motion import COUPLING, DisplacementData, Motion, port_matters
+from .motion import DisplacementData, Motion, port_matters
 from .onset import Onsets, settled
 from .port_fit import PortFit
 from .port_model import Measured, PortData, PortModel, sigma_of
@@ -108,7 +108,7 @@ def _composed(port: PortFit | None, coupling: CouplingFit | None) -> FitResult:
     problems = (port.fit.problem, coupling.fit.problem)
     problem = Problem(
         tuple(o for p in problems for o in p.observations),
-        (*port.model.parameters, *COUPLING),
+        (*port.model.parameters, *coupling.motion.law.parameters),
         problems[0].per_record | problems[1].per_record,
         dict(problems[0].fixed),
     )

@@ -7,7 +7,7 @@ it does not (the displacement is d(s) times the port voltage).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,17 +22,15 @@ from ..measurements.record import Channel
 from ..measurements.voltage import MeasuredDrive
 from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
-from ..strip.actuator import Actuator, Coupling
+from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements, lumped_port
 from ..strip.port import Port
 from .modal import modal_displacements
+from .motion_laws import EC31, LAWS, MotionLaw
 from .port_model import PortModel, observed
 
-#: The parameters of d(s) with their names in a fit, in the order of the fields of `Coupling`.
-COUPLING = tuple(
-    Parameter(f"coupling_{f.name}", unit=f.metadata["unit"]) for f in fields(Coupling) if "unit" in f.metadata
-)
-NAMES = tuple(p.name for p in COUPLING)
+#: The names of all laws' parameters in a fit.
+NAMES = tuple(dict.fromkeys(p.name for law in LAWS.values() for p in law.parameters))
 #: Largest phase [rad] of ringing of d(s) in a fit, much larger than any record shows.
 _MOST_RINGING = 300.0
 
@@ -41,17 +39,19 @@ _MOST_RINGING = 300.0
 class Motion:
     """A predictor of displacements of an ``actuator``, with the static or dynamic ``beam``.
 
-    ``port`` is the electrical model that the displacement depends on, None if it does not depend on any.
+    ``port`` is the electrical model that the displacement depends on, None if it does not depend on any; ``law`` is the
+    one by which it bends.
     """
 
     actuator: Actuator
     beam: str
     engine: str
     port: PortModel | None = None
+    law: MotionLaw = EC31
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return (*(self.port.parameters if self.port else ()), *COUPLING)
+        return (*(self.port.parameters if self.port else ()), *self.law.parameters)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -70,7 +70,7 @@ class Motion:
         """
         after = t >= 0
         zeta, wn = values[0, -2:]
-        if min(wn * t[-1], 20 / max(zeta, 1e-300)) > _MOST_RINGING:
+        if self.law == EC31 and min(wn * t[-1], 20 / max(zeta, 1e-300)) > _MOST_RINGING:
             raise SolveError("the fit of d(s) diverged beyond the resolution of the record")
         strips = self._strips(values, t)
         result = np.zeros((len(values), len(t)))
@@ -87,19 +87,20 @@ class Motion:
         return result
 
     def _strips(self, values: Array, t: Array) -> list[Actuator]:
-        couplings = [Coupling(*v) for v in values[:, -len(COUPLING) :].tolist()]
+        count = len(self.law.parameters)
+        couplings = [self.law.coupling(v) for v in values[:, -count:]]
         if self.port is None:
             strip = self._simplest
             return [replace(strip, coupling=c) for c in couplings]
         ladders = self.port.kind.ladders(np.array(self.port.typical), transient_band(t[t >= 0]))
-        ports = [self.port.port(v, ladders) for v in values[:, : -len(COUPLING)]]
+        ports = [self.port.port(v, ladders) for v in values[:, :-count]]
         return [replace(strip_of(self.actuator, p), coupling=c) for p, c in zip(ports, couplings, strict=True)]
 
     @cached_property
     def _simplest(self) -> Actuator:
         """The strip without the parts of its circuit that do not affect the displacement."""
         full = lumped_port(self.actuator)
-        if self.beam != "static" or full.electrode_resistance:
+        if self.beam != "static" or full.electrode_resistance or self.law.follows_charge:
             return self.actuator
         port = Port(full.dc_resistance, ((full.dynamic_resistance, full.capacitance),))
         return Actuator.from_port(self.actuator.geometry, port, base=self.actuator.material)
@@ -248,10 +249,7 @@ class DisplacementData:
 
 def steady_displacement(strip: Actuator, voltage: float) -> float:
     """Return the displacement [m] of a strip at rest under ``voltage`` [V]."""
-    lumped = lumped_elements(strip)
-    if not voltage or lumped.coupling is None:
-        return 0.0
-    return lumped.bending_ratio * lumped.coupling.static * lumped.port.inner_voltage(voltage)
+    return lumped_elements(strip).steady(voltage)
 
 
 def strip_of(actuator: Actuator, port: Port) -> Actuator:

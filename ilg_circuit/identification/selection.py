@@ -85,7 +85,7 @@ class _Contest:
         """Fit ``ions`` with each nonlinear addition, if the data can support one."""
         for model in model_names():
             kind = electrical_model(model)
-            if model in self.fits or kind.linear or kind.plain != ions:
+            if model in self.fits or kind.linear or kind.plain != ions or not all(a.contested for a in kind.additions):
                 continue
             if not levels_differ(self._data):
                 if len(self._data) > 1:

@@ -58,7 +58,12 @@ def plan(actuator: Actuator, drive: Drive, duration: float, beam: str | None = N
     level = drive.largest()
     if not level > 0:
         raise InputError("a kit needs a drive of more than 0 V: its decks take their voltage from it")
-    rate = actuator.coupling.natural_frequency / (2 * np.pi)
+    if not actuator.coupling.rate:
+        raise InputError(
+            f"the coupling of '{actuator.name}' is instantaneous alone, which gives a kit's loop no time constant; "
+            "give it a gain_1 with a time_1"
+        )
+    rate = actuator.coupling.rate / (2 * np.pi)
     position = level * float(position_per_volt(actuator, np.array([1e-6 * rate]), beam)[0].real)
     admittance = spectrum(strip_netlist(actuator, beam=beam), [1e4 * rate], engine="exact").output("current")[0]
     current = level * float(abs(admittance))

@@ -56,7 +56,7 @@ def pi_loop(actuator: Actuator, limit: float, reference: float, beam: str | None
     """
     coupling = actuator.coupling
     assert coupling is not None
-    reset = rounded(max(2 * coupling.damping_ratio, 1.0) / coupling.natural_frequency)
+    reset = rounded(coupling.time)
     frequency = _frequencies(actuator)
     plant = position_per_volt(_damped(actuator), frequency, beam)
     shape = plant * (1 + 1 / (2j * np.pi * frequency * reset))
@@ -97,7 +97,7 @@ def _frequencies(actuator: Actuator) -> Array:
     """Return frequencies [Hz] (f,) at which a loop is judged, close together about the beam's resonance."""
     lumped, coupling = lumped_elements(actuator), actuator.coupling
     assert coupling is not None
-    wide = np.geomspace(_FROM, _TO, _POINTS) * coupling.natural_frequency
+    wide = np.geomspace(_FROM, _TO, _POINTS) * coupling.rate
     aside = np.geomspace(1e-2 * _DAMPING, 0.3, 300)
     resonance = np.sqrt((lumped.stiffness + lumped.gravity) / lumped.mass) * np.concatenate([1 - aside, [1], 1 + aside])
     return np.union1d(wide, resonance) / (2 * np.pi)

@@ -106,7 +106,7 @@ class PaperRuns:
 
 def coupling_of(actuator: Actuator) -> Coupling:
     """Return the d(s) of a strip that is known to have one."""
-    assert actuator.coupling is not None
+    assert isinstance(actuator.coupling, Coupling)
     return actuator.coupling
 
 

@@ -13,6 +13,7 @@ from ..circuit.load import Load
 from ..drive import Drive, by_current, voltage_limit
 from ..errors import InputError, SolveError, warn
 from ..solve.library import available, install_hint
+from ..strip.couplings import Coupling
 from ..strip.elements import lumped_elements, lumped_port
 from . import closed_forms as formulas
 from .impedance import Impedance, impedance
@@ -172,7 +173,7 @@ def closed_forms(response: Response, *, tip: str, beam: str | None = None) -> di
         # with several branches the electron path, in every part's a0, counts once
         parts = [(0.0 if k else a0, a1, rate) for k, (a0, a1, rate) in enumerate(constants)]
         forms["current"] = _superposed("current", drive, t, parts)
-    if coupling is not None and not port.electrode_resistance:  # whatever the ion path is
+    if isinstance(coupling, Coupling) and not port.electrode_resistance:  # whatever the ion path is
         c = coupling
         motion = (c.gain, c.zero, c.damping_ratio, c.natural_frequency, lumped.bending_ratio)
         free = _superposed("displacement", drive, t, [motion])
@@ -194,7 +195,7 @@ def _closed_by_current(response: Response, tip: str) -> dict[str, Array]:
         for electrodes in (port.electrode_resistance, 0.0)
     )
     forms = {"voltage": _superposed("current", drive, t, [whole])}
-    if c is None or drive.angular_frequency():
+    if not isinstance(c, Coupling) or drive.angular_frequency():
         return forms
     motion = (c.gain, c.zero, c.damping_ratio, c.natural_frequency, lumped.bending_ratio, *inner)
     free = _superposed("moved", drive, t, [motion])

@@ -177,8 +177,8 @@ def account(netlist: Netlist, waves: Waveforms) -> EnergyAccount:
             dissipated[part] = waves.output(f"energy of {part}")
             continue
         v = waves.output(f"across {element.name}")
-        if element.law == "charge":
-            energy = element.value * (v**2 / 2 + element.scale * np.abs(v) ** 3 / 3)
+        if element.charge_law is not None:
+            energy = element.value * element.charge_law.energy(v)
         else:  # C: its voltage, L: its current
             energy = (_MECHANICAL if element.role.mechanical else 1.0) * element.value * v**2 / 2
         stored[part] = stored[part] + energy if part in stored else energy

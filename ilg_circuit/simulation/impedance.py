@@ -139,14 +139,8 @@ def impedance(
     ``tip``, ``beam`` and ``load`` as for `ilg_circuit.circuit.strip.strip_netlist`, ``engine`` ngspice or exact. Raises
     InputError for frequencies beyond the band of the actuator's ladder.
     """
-    f = np.asarray(frequency, dtype=float)
-    if f.ndim != 1 or not len(f) or not (np.isfinite(f).all() and (f > 0).all()):
-        raise InputError("an impedance needs at least one frequency, all positive and finite")
-    if not np.isfinite(bias):
-        raise InputError(f"bias is {bias} V; give a finite voltage")
-    low, high = float(f.min()), float(f.max())
-    band = (low * 0.999, high * 1.001)
-    _require_in_band(actuator, low, high)
+    f = require_frequencies(actuator, frequency, bias, "an impedance")
+    band = (float(f.min()) * 0.999, float(f.max()) * 1.001)
     port = lumped_elements(actuator, band).port
     line, own, cells_error = _line(actuator, band, segment, bias, f)
     netlist = strip_netlist(actuator, tip=tip, beam=beam, load=load, band=band, **line)
@@ -162,6 +156,22 @@ def impedance(
         segment=segment,
         cells_error=cells_error,
     )
+
+
+def require_frequencies(
+    actuator: Actuator, frequency: ArrayLike, bias: float, what: str = "a frequency response"
+) -> Array:
+    """Return the frequencies [Hz] (f,) of ``what``.
+
+    Raises InputError unless they are positive and within the band of the strip's ladder, and ``bias`` [V] is finite.
+    """
+    f = np.asarray(frequency, dtype=float)
+    if f.ndim != 1 or not len(f) or not (np.isfinite(f).all() and (f > 0).all()):
+        raise InputError(f"{what} needs at least one frequency, all positive and finite")
+    if not np.isfinite(bias):
+        raise InputError(f"bias is {bias} V; give a finite voltage")
+    _require_in_band(actuator, float(f.min()), float(f.max()))
+    return f
 
 
 def _line(

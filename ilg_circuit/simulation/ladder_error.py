@@ -2,7 +2,7 @@
 
 A ladder with twice the number of sections over a band two decades wider at both ends is solved too, near 0 V and
 without the beam's inertia, as sums of modes. The difference is the error, apart from the finer ladder's own, which is a
-small part of it.
+small part of it. A fractional coupling's ladder states its own error, over the band.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from ..drive import Drive, PiecewiseLinear, by_current
 from ..solve.exact import modal_output
 from ..solve.state_space import state_space
 from ..strip.actuator import Actuator
+from ..strip.couplings import RelaxingCoupling
 from ..strip.elements import lumped_port
 from ..strip.ladder import MOST_SECTIONS
 
@@ -40,6 +41,16 @@ def ladder_error(
 
     ``band`` [Hz] is that of the ladder where the strip gives none; 0 for a strip without one.
     """
+    coupling = actuator.coupling
+    bending = coupling.ladder(actuator.material.ladder_band(band)) if isinstance(coupling, RelaxingCoupling) else None
+    own = bending.error if bending is not None and times[-1] else 0.0
+    return max(own, _port_error(actuator, drive, times, waveforms, band))
+
+
+def _port_error(
+    actuator: Actuator, drive: Drive, times: Array, waveforms: Mapping[str, Array], band: tuple[float, float]
+) -> float:
+    """Return `ladder_error` of the ion path's ladder."""
     ladder = lumped_port(actuator, band).ladder
     if ladder is None or not times[-1]:
         return 0.0

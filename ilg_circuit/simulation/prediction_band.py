@@ -18,14 +18,11 @@ from ..circuit.wiring import Wiring
 from ..drive import Drive, by_current
 from ..errors import InputError, argument
 from ..solve.transient import transient
-from ..strip.actuator import Actuator
+from ..strip.actuator import Actuator, quantities
 from ..strip.elements import lumped_port
 from ..strip.models import electrical_model
 from .response import line_of, transient_band
 from .waveforms import WAVEFORMS
-
-#: Fields of `Coupling` by the names that fits use.
-COUPLING_FIELDS = {f"coupling_{name}": name for name in ("gain", "zero", "damping_ratio", "natural_frequency")}
 
 #: Step of the central differences, in parts of a parameter; far above the solve's error, far below any nonlinearity.
 _STEP = 1e-3
@@ -85,15 +82,16 @@ def scaled(actuator: Actuator, factors: dict[str, float], band: tuple[float, flo
     model = electrical_model(uncertainty.model)
     port = lumped_port(actuator, band)
     values = model.values(port)
-    known = {*model.names, "electrode_resistance", *(COUPLING_FIELDS if actuator.coupling is not None else ())}
+    coupling = actuator.coupling
+    # fields of the coupling by the names that fits use
+    own = {} if coupling is None else {f"coupling_{q.name}": q for q in quantities(coupling)}
+    known = {*model.names, "electrode_resistance", *own}
     for name in factors:
         if name not in known:
             raise InputError(f"uncertainty names '{name}', which model {model.name} of this actuator has not")
     changed = [value * factors.get(name, 1.0) for name, value in zip(model.names, values, strict=True)]
-    coupling = actuator.coupling
     if coupling is not None:
-        fields = {f: getattr(coupling, f) * factors.get(name, 1.0) for name, f in COUPLING_FIELDS.items()}
-        coupling = replace(coupling, **fields)
+        coupling = replace(coupling, **{q.name: q.value * factors.get(name, 1.0) for name, q in own.items()})
     made = model.port(changed, port.electrode_resistance * factors.get("electrode_resistance", 1.0))
     material = Actuator.from_port(actuator.geometry, made, base=actuator.material).material
     if port.ladder is not None:  # one topology for all: as many sections as the nominal strip's, over the same band

@@ -111,8 +111,8 @@ class _System:
 
     def _ions(self, inner: float, q: Array) -> tuple[float, Array]:
         """Return the current into the ion path with ``inner`` [V] across it, and the rates of the charges."""
-        growth = 2 * self._port.capacitance_slope * np.abs(q) / self._c
-        voltages = 2 * q / self._c / (1 + np.sqrt(1 + growth))
+        law = self._port.charge_law
+        voltages = q / self._c if law is None else law.voltage(q / self._c)
         if self._port.ladder is not None:
             current = (inner - voltages.sum()) / self._series
             return float(current), np.asarray(current - voltages / self._r)

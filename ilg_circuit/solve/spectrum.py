@@ -64,7 +64,7 @@ def _ties(netlist: Netlist, lowest: float) -> list[Element]:
     """Return resistors to ground from every part without direct current; open circuits from ``lowest`` [Hz] on."""
     omega = 2 * np.pi * lowest
     smallest = min((e.value for e in netlist.elements if e.kind == "C"), default=1.0)
-    charges = {e.nodes[2] for e in netlist.elements if e.law == "charge"}
+    charges = {e.nodes[2] for e in netlist.elements if e.charge_law is not None}
     ties = []
     for k, node in enumerate(floating_nodes(netlist.elements)):
         if node in charges:

@@ -115,6 +115,8 @@ def transient(
         raise InputError(f"the circuit starts at rest under {nets[0].rest:g} V, the drive from {drive.rest:g} V")
     if (limit := voltage_limit(drive)) is not None:
         return Waveforms(samples, *limited_run(nets, drive, limit, samples, works, engine), "exact")
+    for netlist in nets:
+        netlist.require_rising(netlist.voltage_at(drive.largest()))
     system = state_space([netlist.linearised() for netlist in nets])
     if drive.rest and nets[0].linear:
         assert isinstance(drive, PiecewiseLinear)

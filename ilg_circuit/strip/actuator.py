@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any, Self
 
 from ..errors import InputError, visible
-from .coupling import BEAMS as BEAMS
-from .coupling import Coupling as Coupling
+from .couplings import BEAMS as BEAMS
+from .couplings import Coupling as Coupling
+from .couplings import CouplingLaw as CouplingLaw
 from .electrodes import Electrodes as Electrodes
 from .geometry import ORIENTATIONS as ORIENTATIONS
 from .geometry import Geometry as Geometry
@@ -50,7 +51,7 @@ class Actuator:
 
     geometry: Geometry
     material: Material
-    coupling: Coupling | None = None
+    coupling: CouplingLaw | None = None
     mounting: Mounting = field(default_factory=Mounting)
     name: str = "strip"
     uncertainty: Uncertainty | None = None
@@ -60,6 +61,11 @@ class Actuator:
     def __post_init__(self) -> None:
         if self.electrodes is not None:
             self.electrodes.require_fits(self.geometry)
+            if self.coupling is not None and not isinstance(self.coupling, Coupling):
+                raise InputError(
+                    "a strip with [electrodes] bends by d(s), not by a [coupling] of kind "
+                    f"'{self.coupling.kind}'; leave one of them out"
+                )
         if len(self.name) > LONGEST_NAME:
             raise InputError(f"name '{self.name[:40]}...' is longer than {LONGEST_NAME} characters; shorten it")
         object.__setattr__(self, "name", visible(self.name))
@@ -69,6 +75,11 @@ class Actuator:
             made = composite(self.layers, thickness)
             material = replace(self.material, youngs_modulus=made["youngs_modulus"], density=made["density"])
             object.__setattr__(self, "material", material)
+
+    @property
+    def linear(self) -> bool:
+        """Whether its circuit is linear: electrical model and coupling."""
+        return self.material.model.linear and (self.coupling is None or self.coupling.linear)
 
     def beam(self, asked: str | None = None, *, loaded: bool = False) -> str:
         """Return the beam ``asked`` for; by default the one that d(s) was fitted with, a dynamic one under a load."""
@@ -86,7 +97,8 @@ class Actuator:
         Parameters
         ----------
         **values : float or str
-            Numbers in SI units, or texts with units; ``permittivity_2`` is of a second ionic branch.
+            Numbers in SI units, or texts with units; ``permittivity_2`` is of a second ionic branch. ``kind`` puts a
+            new coupling of that kind, made of the other values, in place of the strip's own.
 
         Returns
         -------

@@ -16,12 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any
 
 from ..errors import InputError, unknown_name, wrong_choice
 from ..units import parse
 from .actuator import BEAMS, ORIENTATIONS, Actuator, Coupling, Electrodes, Geometry, IonBranch, Material, Mounting
+from .couplings import COUPLINGS, CouplingLaw, RelaxingCoupling, coupling_class
 from .electrodes import CONTACTS
 from .layered import require_layer, split_name, with_layer_values, with_thickness
 from .layers import LAYER_FIELDS
@@ -81,12 +82,14 @@ STRIP_PARAMETERS = (
     *_of_record(Geometry, "geometry"),
     *_of_record(Material, "material"),
     *_of_record(Coupling, "coupling"),
+    *_of_record(RelaxingCoupling, "coupling"),
     *_of_record(IonBranch, "branch", "_2"),
     *_of_record(IonBranch, "branch", "_3"),
     *_of_record(Electrodes, "electrodes"),
 )
 ORIENTATION = VariedParameter("orientation", "mounting", "", "how the strip is held against gravity", ORIENTATIONS)
 CONTACT = VariedParameter("contact", "electrodes", "", "where the segments are wired", CONTACTS)
+_KIND = VariedParameter("kind", "coupling", "", "the law by which it bends", tuple(COUPLINGS))
 _BEAM = VariedParameter("beam", "coupling", "", "the beam that d(s) was fitted with", BEAMS)
 
 
@@ -106,7 +109,7 @@ def with_values(actuator: Actuator, values: Mapping[str, Any]) -> Actuator:
     if not isinstance(name, str):
         raise InputError(f"name is {str(name)[:40]!r}; give a text")
     sheets = _electrodes(given.pop("electrodes", actuator.electrodes))
-    known = {item.name: item for item in (*STRIP_PARAMETERS, ORIENTATION, CONTACT, _BEAM)}
+    known = {item.name: item for item in (*STRIP_PARAMETERS, ORIENTATION, CONTACT, _BEAM, _KIND)}
     known = {key: VariedParameter(key, "material", p.unit, p.meaning) for key, p in material_keys().items()} | known
     changes: dict[str, dict[str, Value]] = {}
     for key, value in given.items():
@@ -153,10 +156,13 @@ def changed(
         constants = dict(actuator.material.constants) | {k: given.pop(k) for k in given.keys() - known}
         material = {"further_branches": tuple(branches), "constants": constants, **given}
         parts["material"] = replace(actuator.material, **material)
-    if "coupling" in changes:
+    if "coupling" in changes and "kind" in changes["coupling"]:
+        parts["coupling"] = _made(changes["coupling"])
+    elif "coupling" in changes:
         if actuator.coupling is None:
             names = ", ".join(changes["coupling"])
             raise InputError(f"{names}: actuator '{actuator.name}' has no [coupling] that could be varied")
+        _require_keys(type(actuator.coupling), changes["coupling"], f"'{actuator.name}' has a")
         parts["coupling"] = replace(actuator.coupling, **changes["coupling"])
     if electrodes is not None:
         parts["electrodes"] = electrodes
@@ -208,6 +214,24 @@ def _electrodes(given: Any) -> Electrodes | None:
     if missing := [key for key in ("sheet_resistance_1", "sheet_resistance_2") if key not in values]:
         raise InputError(f"key 'electrodes.{missing[0]}' is missing; give it in ohm per square, or zero")
     return Electrodes(**values)
+
+
+def _made(given: Mapping[str, Any]) -> CouplingLaw:
+    """Return a new coupling of the ``kind`` that is given, from the other values."""
+    values = {name: value for name, value in given.items() if name != "kind"}
+    law = coupling_class(given["kind"])
+    _require_keys(law, values, "it is a")
+    needed = [f.name for f in fields(law) if f.default is MISSING]
+    if missing := [name for name in needed if name not in values]:
+        raise InputError(f"a coupling of kind '{law.kind}' needs {', '.join(missing)} too")
+    return law(**values)
+
+
+def _require_keys(law: type[CouplingLaw], given: Mapping[str, Any], whose: str) -> None:
+    """Raise InputError for a name that a kind of coupling does not have."""
+    keys = [f.name for f in fields(law)]
+    if unknown := next((name for name in given if name not in keys), None):
+        raise InputError(f"{unknown}: {whose} coupling of kind '{law.kind}', which has {', '.join(keys)}")
 
 
 def _geometry(geometry: Geometry, changes: Mapping[str, float]) -> Geometry:

@@ -10,6 +10,7 @@ from typing import Any
 from ..errors import InputError, argument
 from ..units import format_quantity, si
 from .actuator import Actuator, quantities
+from .couplings import RelaxingCoupling
 from .elements import lumped_elements
 from .layered import NEGLIGIBLE_GRAVITY, gravity_scope, scalings
 from .models.model import ElectricalModel, Shown
@@ -47,6 +48,15 @@ def describe(actuator: Actuator, *, band: tuple[float, float], voltage: float | 
             ("displacement_per_volt", per_volt, "m/V", "EC (37): 3 L_F^2 d0/b^2"),
             ("clamped_force_per_volt", per_volt * lumped.stiffness, "N/V", "EC (39): 3/4 d0 E b w/L_F"),
         ]
+    if isinstance(actuator.coupling, RelaxingCoupling):
+        followed = "the ions' charge over C_ref" if actuator.coupling.follows_charge else "the ion path's voltage"
+        curved = 6 * actuator.coupling.static / actuator.geometry.thickness**2
+        elements.append(("curvature_per_volt", curved, "1/(m V)", f"6 (sum of gains)/b^2; bending follows {followed}"))
+        if ladder := actuator.coupling.ladder(actuator.material.ladder_band(band)):
+            elements += [
+                ("coupling_ladder_sections", float(len(ladder.sections)), "", "relaxations of the fractional one"),
+                ("coupling_ladder_error", ladder.error, "", "their largest error over the band"),
+            ]
     rows = assumptions(actuator, band=band, voltage=voltage, displacement=displacement)
     return {
         "name": actuator.name,

@@ -8,7 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 from ..errors import InputError
-from .actuator import CANTILEVER_EIGENVALUE, Actuator, Coupling, Geometry, Material
+from .actuator import CANTILEVER_EIGENVALUE, Actuator, CouplingLaw, Geometry, Material
+from .couplings import Relaxation, RelaxingCoupling
 from .ladder import LADDER_BAND, Ladders
 from .models.model import ElectricalModel
 from .port import Port
@@ -94,7 +95,8 @@ class Elements:
     """Lumped elements of one strip; the mechanical ones are at the load position L_F.
 
     ``port`` is its electrical side; ``gravity`` [N/m] is the stiffness that gravity adds to a hanging strip and load;
-    ``bending_ratio`` is 3 L_F^2/b^2: times d [m/V] and volts it is the displacement.
+    ``bending_ratio`` is 3 L_F^2/b^2: times d [m/V] and volts it is the displacement. ``relaxations`` are those of a
+    coupling that relaxes, the ladder of a fractional one among them.
     """
 
     port: Port
@@ -103,7 +105,8 @@ class Elements:
     damping: float
     gravity: float
     bending_ratio: float
-    coupling: Coupling | None
+    coupling: CouplingLaw | None
+    relaxations: tuple[Relaxation, ...] = ()
 
     @property
     def hanging_share(self) -> float:
@@ -115,12 +118,27 @@ class Elements:
         return complex(self.port.ion_impedance(s))
 
     def coupling_factor(self, s: complex) -> complex:
-        """Return N(s) = (3 L_F^2/b^2) d(s) s Zp(s) [m/C], EC (17); for one branch (1 + Rd C s)/C replaces s Zp."""
+        """Return N(s) = (3 L_F^2/b^2) d(s) s Zp(s) [m/C], EC (17); for one branch (1 + Rd C s)/C replaces s Zp.
+
+        Where bending follows charge it is (3 L_F^2/b^2) D(s)/C_ref.
+        """
         if self.coupling is None:
             return 0j
-        k = self.coupling
-        d = k.gain * (s + k.zero) / (s**2 + 2 * k.damping_ratio * k.natural_frequency * s + k.natural_frequency**2)
-        return self.bending_ratio * d * complex(self.port.ion_elastance(s))
+        driven = 1 / self.port.capacitance if self.coupling.follows_charge else complex(self.port.ion_elastance(s))
+        return self.bending_ratio * self.coupling.response(s) * driven
+
+    def bent(self, inner: float) -> float:
+        """Return the drive [V] of the coupling at rest under ``inner`` [V] behind Re, its odd and even parts in it."""
+        if self.coupling is None:
+            return 0.0
+        x = self.port.charge(inner) / self.port.capacitance if self.coupling.follows_charge else inner
+        return self.coupling.bent(x)
+
+    def steady(self, terminal: float) -> float:
+        """Return the displacement [m] of the free strip at rest under ``terminal`` [V]."""
+        if self.coupling is None or not terminal:
+            return 0.0
+        return self.bending_ratio * self.coupling.static * self.bent(self.port.inner_voltage(terminal))
 
 
 def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND, hung: float = 0.0) -> Elements:
@@ -128,7 +146,7 @@ def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND,
 
     ``hung`` [kg] is the mass on the tip, whose weight adds to ``gravity``.
     """
-    g, m = actuator.geometry, actuator.material
+    g, m, coupling = actuator.geometry, actuator.material, actuator.coupling
     stiffness = tip_stiffness(m.youngs_modulus, g.width, g.thickness, g.load_distance)
     if m.bending_stiffness is not None:
         stiffness = 3 * m.bending_stiffness / g.load_distance**3
@@ -141,6 +159,7 @@ def lumped_elements(actuator: Actuator, band: tuple[float, float] = LADDER_BAND,
         gravity=hanging_stiffness(actuator, hung) if actuator.mounting.orientation == "hanging" else 0.0,
         bending_ratio=3 * g.load_distance**2 / g.thickness**2,
         coupling=actuator.coupling,
+        relaxations=coupling.modes(m.ladder_band(band)) if isinstance(coupling, RelaxingCoupling) else (),
     )
 
 

@@ -30,6 +30,7 @@ from .actuator import (
     Uncertainty,
     quantities,
 )
+from .couplings import COUPLINGS, CouplingLaw, coupling_class
 from .layers import LAYER_FIELDS, Layer, composite, layer_from, static_coupling
 from .models import electrical_model, material_keys
 from .plausible import warn_of_sizes
@@ -202,7 +203,8 @@ def _mistake(text: str, error: str) -> str:
     if match is None:
         return ""
     key, value, unit = match[1], match[2].replace(",", "."), match[3]
-    item = next((f for kind in (*_SECTIONS.values(), IonBranch) for f in fields(kind) if f.name == key), None)
+    kinds: list[Any] = [*_SECTIONS.values(), *COUPLINGS.values(), IonBranch]
+    item = next((f for kind in kinds for f in fields(kind) if f.name == key), None)
     si_unit = item.metadata.get("unit", "") if item else unit
     right = f'"{value} {unit}"' if unit else f'"{likely(value, si_unit, key)}"' if si_unit else value
     wrong = f"{key} = {match[2]} {unit}".rstrip()
@@ -291,6 +293,8 @@ def _entries(record: Any) -> list[str]:
     lists = {f.name: f.metadata["each"] for f in fields(record) if "each" in f.metadata and getattr(record, f.name)}
     for name, unit in lists.items():
         written[name] = f"[{', '.join(_toml_string(format_quantity(x, unit)) for x in getattr(record, name))}]"
+    if isinstance(record, CouplingLaw) and not isinstance(record, Coupling):
+        written = {"kind": _toml_string(record.kind)} | written
     return [f"{name} = {value}" for name, value in written.items()]
 
 
@@ -309,6 +313,8 @@ def _record(kind: type, table: Any, where: str, made: Mapping[str, float] | None
     """Return the record of a section; ``made`` are values [SI] of keys that it may leave out."""
     if not isinstance(table, dict):
         raise InputError(f"'{where}' must be a section [{where}] with keys in it")
+    if kind is Coupling and "kind" in table:
+        kind, table = coupling_class(table["kind"]), {key: value for key, value in table.items() if key != "kind"}
     known = {item.name: item for item in fields(kind) if item.name != "constants"}
     keys = material_keys() if kind is Material and not table.keys() <= known.keys() else {}
     _refuse_unknown(table, known | keys, "key", f"{where}.")

@@ -81,7 +81,7 @@ def relayered(strip: Actuator, layers: Sequence[Layer], thickness: float | None 
         material = _scaled(material, old.storing, new.storing, after / before)
         if coupling is not None:
             bent = new.storing.per_volt / old.storing.per_volt
-            coupling = replace(coupling, gain=coupling.gain * (after / before) ** 2 * bent)
+            coupling = coupling.scaled((after / before) ** 2 * bent)
     geometry = replace(strip.geometry, thickness=after)
     return replace(strip, geometry=geometry, material=material, coupling=coupling, layers=tuple(layers))
 

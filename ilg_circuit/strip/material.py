@@ -86,7 +86,7 @@ class Material:
         "V", "makes the electron path i = (Vt/Rdc) sinh(v/Vt) with this Vt", default=None
     )
     capacitance_slope: float | None = quantity(
-        "1/V", "growth k of the capacitance with voltage: q = C (v + k v abs(v)/2)", default=None
+        "1/V", "growth k of the capacitance with voltage: q = C (v + k v abs(v)/2)", signed=True, default=None
     )
     bending_stiffness: float | None = quantity(
         "N m^2", "EI of the composite strip, in place of E w b^3/12", default=None
@@ -97,11 +97,13 @@ class Material:
     def __post_init__(self) -> None:
         validate_quantities(self)
         object.__setattr__(self, "further_branches", tuple(self.further_branches))
+        if self.capacitance_slope == 0:
+            raise InputError("material.capacitance_slope is 0, a linear capacitance; leave it out")
         constants = {n: checked(f"material.{n}", v, "SI units") for n, v in dict(self.constants).items()}
         object.__setattr__(self, "constants", tuple(sorted(constants.items())))
         model = self.model
         given = self.electrical_constants()
-        for key in model.ions.material:
+        for key in model.material_keys.values():
             if given[key.name] >= key.upper:
                 raise InputError(f"material.{key.name} is {given[key.name]:g}; it must be less than {key.upper:g}")
         low, high = self.ladder_band()

@@ -3,7 +3,7 @@
     drive -- L -- Re --+-- electron path: Rdc, or i = Is sinh(v/Vt) with Rdc = Vt/Is at 0 V
                        +-- ion path: R-C branches in parallel, or a resistor in series with a ladder
 
-A capacitance may grow with voltage (Zubieta and Bonert 2000): q = C (v + slope v abs(v)/2).
+The charge on the branches' capacitances may follow another law than q = C v: see `ilg_circuit.strip.charge_laws`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, ComplexArray
 from ..errors import InputError, SolveError
+from .charge_laws import ChargeLaw, GrowingLaw, SaturatingLaw, StericLaw, require_rising
 from .ladder import Ladder
 
 
@@ -36,8 +37,8 @@ class Port:
 
     ``dc_resistance`` Rdc [ohm] of the electron path near 0 V; for the ions ``branches`` ((R [ohm], C [F]), ...), or a
     ``ladder`` behind ``series_resistance`` [ohm]; ``electrode_resistance`` Re [ohm]; ``emission_voltage`` Vt [V] of a
-    sinh electron path, None for an ohmic one; ``capacitance_slope`` [1/V], relative to C; ``inductance`` L [H] of the
-    leads.
+    sinh electron path, None for an ohmic one; ``inductance`` L [H] of the leads. At most one law of charge:
+    ``capacitance_slope`` [1/V], relative to C; ``saturation_voltage`` [V]; ``packing_fraction``.
     """
 
     dc_resistance: float
@@ -48,12 +49,23 @@ class Port:
     emission_voltage: float | None = None
     capacitance_slope: float = 0.0
     inductance: float = 0.0
+    saturation_voltage: float | None = None
+    packing_fraction: float | None = None
 
     def __post_init__(self) -> None:
         if bool(self.branches) == (self.ladder is not None):
             raise InputError("an ion path is either R-C branches or one ladder")
-        if self.capacitance_slope and self.ladder is not None:
-            raise InputError("a capacitance that grows with voltage goes with R-C branches, not with a ladder")
+        if self.charge_law is not None and self.ladder is not None:
+            raise InputError("a charge that is not linear in the voltage goes with R-C branches, not with a ladder")
+
+    @property
+    def charge_law(self) -> ChargeLaw | None:
+        """The law of the charge on the branches' capacitances; None for q = C v."""
+        if self.capacitance_slope:
+            return GrowingLaw(self.capacitance_slope)
+        if self.saturation_voltage is not None:
+            return SaturatingLaw(self.saturation_voltage)
+        return None if self.packing_fraction is None else StericLaw(self.packing_fraction)
 
     def share(self, fraction: float) -> Port:
         """Return the port of this fraction of the strip's area, without what leads to it: Re and the inductance."""
@@ -74,7 +86,7 @@ class Port:
 
     @property
     def linear(self) -> bool:
-        return self.emission_voltage is None and not self.capacitance_slope
+        return self.emission_voltage is None and self.charge_law is None
 
     @property
     def capacitance(self) -> float:
@@ -109,6 +121,11 @@ class Port:
             return v / self.dc_resistance
         return np.asarray(self.saturation_current * np.sinh(v / self.emission_voltage))
 
+    def charge(self, voltage: float) -> float:
+        """Return the charge [C] of the ion path at rest under ``voltage`` [V] across it."""
+        law = self.charge_law
+        return self.capacitance * (voltage if law is None else float(law.charge(voltage)))
+
     def inner_voltage(self, terminal: float) -> float:
         """Return the voltage [V] behind Re once the ions are at rest under ``terminal`` [V]."""
         return self.voltage_behind(1 / self.electrode_resistance, terminal) if self.electrode_resistance else terminal
@@ -133,9 +150,13 @@ class Port:
         dc = self.dc_resistance
         if self.emission_voltage is not None:
             dc /= hyperbolic_cosine(inner_voltage / self.emission_voltage)
-        growth = 1 + self.capacitance_slope * abs(inner_voltage)
+        law = self.charge_law
+        if law is not None:
+            require_rising(law, inner_voltage)
+        growth = 1.0 if law is None else float(law.slope(inner_voltage))
         branches = tuple((r, c * growth) for r, c in self.branches)
-        return replace(self, dc_resistance=dc, branches=branches, emission_voltage=None, capacitance_slope=0.0)
+        linear = replace(self, dc_resistance=dc, branches=branches, emission_voltage=None, capacitance_slope=0.0)
+        return replace(linear, saturation_voltage=None, packing_fraction=None)
 
     def ion_impedance(self, s: ArrayLike, *, ideal: bool = False) -> ComplexArray:
         """Return Zp(s) [ohm] of the ion path near 0 V; ``ideal``: of the element in place of its ladder."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..drive import by_current, voltage_limit
 from .actuator import Actuator
+from .couplings import RelaxingCoupling
 from .elements import gravity_ratio, lumped_elements
 
 if TYPE_CHECKING:
@@ -72,6 +73,11 @@ def assumptions(
     yield gravity(actuator)
     for row in actuator.material.model.ions.assumptions(lumped.port, band):
         yield Assumption(*row)
+    if isinstance(actuator.coupling, RelaxingCoupling):
+        ladder = actuator.coupling.ladder(actuator.material.ladder_band(band))
+        if ladder is not None:
+            consequence = "a narrower band, by ladder_lowest and ladder_highest, needed"
+            yield Assumption("fractional coupling ladder's error", ladder.error, 0.01, consequence)
     if voltage is not None:
         name = "abs(u) over the electrochemical window of 4 V (BMIMBF4)"
         consequence = "the liquid decomposes: a linear circuit says nothing about that"

@@ -28,7 +28,7 @@ from .plan import Column, Plan, grid_plan, random_plan, read_plan
 _DESIGNS, _DESIGNS_NONLINEAR = 256, 16
 _MOST_BYTES = 32e6
 #: Constants that make a strip nonlinear.
-_NONLINEAR = ("emission_voltage", "capacitance_slope")
+_NONLINEAR = ("emission_voltage", "capacitance_slope", "saturation_voltage", "packing_fraction")
 #: Version since which the same specification gives the same numbers: an interrupted sweep of that version is resumed.
 _RESULTS_OF = "0.1.0"
 
@@ -98,8 +98,7 @@ class SweepSpec:
     @cached_property
     def task_size(self) -> int:
         """Designs of a task; tasks are of equal size, so that no worker is left with a long last one."""
-        material = self.template.actuator.material
-        nonlinear = any(getattr(material, n) or n in self.plan.names for n in _NONLINEAR)
+        nonlinear = not self.template.actuator.linear or any(n in self.plan.names for n in _NONLINEAR)
         size = _DESIGNS_NONLINEAR if nonlinear else _DESIGNS
         if self.waveforms:
             size = min(size, int(_MOST_BYTES / (8 * len(self.times) * len(self.waveforms))))

@@ -43,6 +43,7 @@ WRONG: list[tuple[str, dict[str, Any], dict[str, list[Any]]]] = [
     ("simulate", RUN, {"load": ["mass=1V", {"mass": None}, {1: 2}, "mass=-1g", 3], "engine": [3, "spice"]}),
     ("simulate", RUN, {"accuracy": ["tight", -1, math.nan], "band": [True, "yes"], "part": ["x"], "colour": [1]}),
     ("simulate", RUN | {"engine": "exact", "samples": 3}, {"compare": [3, "none.csv", {"frequency_Hz": [1, 2]}]}),
+    ("bode", {"strip": "paper"}, {"low": ["a", -1, None], "bias": ["x", math.nan], "beam": [3], "load": ["x"]}),
     ("impedance", {"strip": "paper"}, {"low": ["a", -1, None], "points": ["x", 2.5], "frequency": [[], [-1]]}),
     ("impedance", {"strip": "paper"}, {"bias": ["x", math.nan], "engine": [3]}),
     (

@@ -19,6 +19,7 @@ from ilg_circuit.identification.batch import Batch
 from ilg_circuit.identification.identification import Identification
 from ilg_circuit.identification.shape import ShapeFit
 from ilg_circuit.oscillators.run import RhythmRun, RhythmSweep
+from ilg_circuit.simulation.bode import Bode
 from ilg_circuit.simulation.impedance import Impedance
 from ilg_circuit.simulation.response import Response
 from ilg_circuit.simulation.sensing import Sensed
@@ -37,6 +38,7 @@ RETURNED = {
     "identify": Identification,
     "identify_each": Batch,
     "identify_shape": ShapeFit,
+    "bode": Bode,
     "impedance": Impedance,
     "kit": Path,
     "library": SpiceText,

@@ -16,7 +16,8 @@ from ilg_circuit.commands import COMMANDS
 
 #: Demo and reproduce take minutes; doctor has no options; watch and app go on until they are interrupted.
 WEIGHTS = {
-    "show": 2, "simulate": 5, "impedance": 3, "netlist": 2, "identify": 2, "sense": 2, "sweep": 1, "design": 1,
+    "show": 2, "simulate": 5, "impedance": 3, "bode": 2, "netlist": 2,
+    "identify": 2, "sense": 2, "sweep": 1, "design": 1,
     "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "page": 1, "examples": 1, "doctor": 0, "demo": 0, "reproduce": 0,
     "watch": 0, "app": 0,
 }  # fmt: skip
@@ -71,6 +72,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "--points": ("2", "5", "20"),
     "design --points": ("2", "3"),
     "--bias": ("0V", "1V", "-2V"),
+    "identify --coupling": ("ec31", "charge1", "voltage3", "auto"),
     "identify --bias": ("0V", "spectrum.csv=0.5V"),
     "--voltage": ("4V", "-1V", "0V"),
     "--actuator": STRIPS,

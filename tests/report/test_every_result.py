@@ -45,6 +45,7 @@ from ilg_circuit.oscillators.run import RhythmRun, cpg
 from ilg_circuit.oscillators.sweep import RhythmSweep, cpg_sweep
 from ilg_circuit.report import doors, page
 from ilg_circuit.result import Result
+from ilg_circuit.simulation.bode import Bode, bode
 from ilg_circuit.simulation.drives import parse_drive
 from ilg_circuit.simulation.energy import EnergyAccount
 from ilg_circuit.simulation.impedance import Impedance, impedance
@@ -93,6 +94,7 @@ def _curve() -> FitResult:
 EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Response: lambda: simulate(PAPER, parse_drive("step:4V", 100.0), T, engine="exact"),
     EnergyAccount: lambda: example(Response).account,
+    Bode: lambda: bode(PAPER, np.geomspace(1e-3, 10, 9)),
     Impedance: lambda: impedance(PAPER, np.geomspace(1e-3, 10, 9), engine="exact"),
     Shape: lambda: example(Response).shape(points=5),
     Sensed: lambda: sense(PAPER, parse_drive("step:1mm", 100.0, "m"), T, engine="exact"),

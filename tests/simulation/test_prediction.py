@@ -9,13 +9,14 @@ import pytest
 
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.errors import InputError
-from ilg_circuit.simulation.prediction_band import COUPLING_FIELDS, prediction_band, scaled
+from ilg_circuit.simulation.prediction_band import prediction_band, scaled
 from ilg_circuit.simulation.response import simulate, transient_band
 from ilg_circuit.strip.actuator import PAPER, Actuator, Uncertainty
 from ilg_circuit.strip.file import dumps, loads
 from ilg_circuit.strip.models import electrical_model
 
 TIMES = np.linspace(0.0, 100.0, 51)
+COUPLING_FIELDS = tuple(f"coupling_{name}" for name in ("gain", "zero", "damping_ratio", "natural_frequency"))
 DRIVE = PiecewiseLinear.step(2.0)
 NAMES = (*electrical_model("rc").names, *COUPLING_FIELDS)
 

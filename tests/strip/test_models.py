@@ -45,14 +45,14 @@ def test_a_model_describes_its_parameters(model: str) -> None:
     assert len(set(kind.names)) == len(kind.names)
     assert kind.names[0] == "dc_resistance"
     units = {"resistance": "ohm", "capacitance": "F", "time": "s", "voltage": "V", "slope": "1/V", "exponent": ""}
-    units |= {"inductance": "H"}
-    limits = {"cpe_exponent": 1.0, "interface_exponent": 1.0, "diffusion_exponent": 0.5}
+    units |= {"inductance": "H", "fraction": ""}
+    limits = {"cpe_exponent": 1.0, "interface_exponent": 1.0, "diffusion_exponent": 0.5, "packing_fraction": 1.0}
     for p in kind.parameters:
         word = p.name.rstrip("_0123456789").rsplit("_", 1)[-1]
         assert p.unit == units.get(word, "F s^(a-1)")
         assert p.meaning
         assert (p.lower, p.upper) == (0.0, limits.get(p.name, np.inf))
-    assert kind.linear == (not {"sinh", "growing"} & set(model.split("+")))
+    assert kind.linear == (not {"sinh", "growing", "saturating", "steric"} & set(model.split("+")))
     assert kind.port(values_of(model)).linear == kind.linear
 
 
@@ -63,6 +63,9 @@ def test_values_out_of_limits_are_named(model: str, bad: float) -> None:
     for k, name in enumerate(kind.names):
         values = values_of(model)
         values[k] = bad
+        if name == "capacitance_slope" and bad == -1.0:
+            assert kind.port(values).capacitance_slope == bad  # of either sign
+            continue
         with pytest.raises(InputError, match=f"{name} is .* it must be more than zero"):
             kind.port(values)
     with pytest.raises(InputError, match=f"takes {len(kind.names)} values"):
@@ -79,7 +82,7 @@ def test_models_that_there_are_not(name: str) -> None:
 
 def test_the_order_of_additions_does_not_matter() -> None:
     assert electrical_model("rc2+sinh+growing") is electrical_model("rc2+growing+sinh")
-    assert len(set(model_names())) == len(model_names()) == 6 + 6 + 3 + 6
+    assert len(set(model_names())) == len(model_names()) == 6 + 6 + 3 + 6 + 3 + 3
 
 
 @pytest.mark.parametrize("electrodes", [0.0, 5.0])
@@ -119,6 +122,10 @@ def test_every_model_is_simulated(model: str) -> None:
     if model.split("+")[0] not in endless:
         assert found.current[-1] == pytest.approx(steady, rel=1e-5)
         growth = 1 + v["capacitance_slope"] if "growing" in model else 1
+        growth = 1.5 * np.tanh(2 / 3) if "saturating" in model else growth
+        if "steric" in model:  # q = q0 sqrt((2/nu) ln(1 + 2 nu sinh^2(v/(4 VT)))), q0 = 2 C VT
+            vt, nu = 0.025692579, v["packing_fraction"]
+            growth = vt * np.sqrt(2 / nu * np.log(1 + 2 * nu * np.sinh(2 / (4 * vt)) ** 2))
         assert found.charge[-1] == pytest.approx(2 * port.capacitance * growth, rel=1e-5)
     else:
         q, exponent = endless[model.split("+")[0]]

@@ -175,7 +175,8 @@ class Addition:
     ``parameter`` is its one parameter, named as the `Port`'s field and the key in [material]; ``of`` says whether it
     changes the electrons, the ions or the terminals. ``linear``: a small signal about 0 V shows it.
     ``several_voltages``: no single voltage determines it; ``constant_voltage_hides``: a step shows nothing of it;
-    ``spectra_only``: a record over time shows nothing of it.
+    ``spectra_only``: a record over time shows nothing of it; ``charges``: a law of the charge, of which there is one;
+    ``of_either_sign``: a strip's value may be negative; ``contested``: ``--model auto`` tries it where voltages differ.
     """
 
     name: str
@@ -186,6 +187,9 @@ class Addition:
     several_voltages: bool = False
     constant_voltage_hides: bool = False
     spectra_only: bool = False
+    charges: bool = False
+    of_either_sign: bool = False
+    contested: bool = True
 
     def goes_with(self, ions: IonPath) -> bool:
         """Return True if an ion path can have it."""
@@ -277,7 +281,9 @@ class ElectricalModel:
         """
         if len(values) != len(self.parameters):
             raise InputError(f"model {self.name} takes {len(self.parameters)} values, not {len(values)}")
-        for parameter, value in zip(self.parameters, values, strict=True):
+        signed = {a.parameter.name for a in self.additions if a.of_either_sign}
+        for parameter, given in zip(self.parameters, values, strict=True):
+            value = abs(given) if parameter.name in signed else given
             if not (math.isfinite(value) and 0 < value < parameter.upper):
                 limit = f" and less than {parameter.upper:g}" if math.isfinite(parameter.upper) else ""
                 raise InputError(f"{parameter.name} is {value:g} {parameter.unit}; it must be more than zero{limit}")

@@ -1,7 +1,7 @@
-"""Nonlinear additions to a model: an electron path that follows a sinh law, capacitances that grow with voltage.
+"""Nonlinear additions to a model: an electron path that follows a sinh law, and laws of the charge on capacitances.
 
 sinh       i = (Vt/Rdc) sinh(v/Vt): two antiparallel diodes; Rdc is the resistance near 0 V
-growing    q = C (v + k v abs(v)/2)  (Zubieta and Bonert 2000)
+growing, saturating, steric laws of the charge on capacitances:    see `ilg_circuit.strip.charge_laws`
 """
 
 from __future__ import annotations
@@ -32,20 +32,51 @@ class Sinh(Addition):
         ]
 
 
-class Growing(Addition):
+class OfCharge(Addition):
+    """A law of the charge on the capacitances of R-C branches."""
+
+    of = "ions"
+    several_voltages = True
+    charges = True
+
+    def goes_with(self, ions: IonPath) -> bool:
+        return ions.grows
+
+
+class Growing(OfCharge):
     """Capacitances of R-C branches that grow with voltage."""
 
     name = "growing"
     equation = "q = C (v + k v abs(v)/2)"
     parameter = Parameter("capacitance_slope", "k", "1/V", "growth of the capacitance with voltage, relative to it")
-    of = "ions"
-    several_voltages = True
-
-    def goes_with(self, ions: IonPath) -> bool:
-        return ions.grows
+    of_either_sign = True
 
     def start(self, largest_voltage: float) -> float:
         return _GROWTH / largest_voltage
 
 
-SINH, GROWING = Sinh(), Growing()
+class Saturating(OfCharge):
+    """Capacitances of R-C branches whose charge saturates."""
+
+    name = "saturating"
+    equation = "q = C V0 tanh(v/V0)"
+    parameter = Parameter("saturation_voltage", "V0", "V", "the charge saturates at C V0")
+    contested = False
+
+    def start(self, largest_voltage: float) -> float:
+        return 2 * largest_voltage
+
+
+class Steric(OfCharge):
+    """Capacitances of R-C branches that are two double layers of ions that have a size."""
+
+    name = "steric"
+    equation = "q = q0 sqrt((2/nu) ln(1 + 2 nu sinh^2(v/(4 VT)))), q0 = 2 C VT"
+    parameter = Parameter("packing_fraction", "nu", "", "share of space that ions fill in bulk, steric law", upper=1.0)
+    contested = False
+
+    def start(self, largest_voltage: float) -> float:
+        return 0.1
+
+
+SINH, GROWING, SATURATING, STERIC = Sinh(), Growing(), Saturating(), Steric()

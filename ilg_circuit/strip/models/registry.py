@@ -17,7 +17,7 @@ from .branches import RC, RC2, RC3, Branches
 from .cpe import CPE
 from .inductance import INDUCTANCE
 from .model import Addition, ElectricalModel, IonPath
-from .nonlinear import GROWING, SINH
+from .nonlinear import GROWING, SATURATING, SINH, STERIC
 from .randles import RANDLES
 from .warburg import WARBURG
 
@@ -26,7 +26,7 @@ ENTRY_POINTS = "ilg_circuit.models"
 #: Ion paths by name, in the order in which ``--model auto`` tries them.
 MODELS: dict[str, IonPath] = {ions.name: ions for ions in (RC, RC2, RC3, WARBURG, CPE, RANDLES)}
 _OWN = frozenset(MODELS)
-ADDITIONS: dict[str, Addition] = {a.name: a for a in (SINH, GROWING, INDUCTANCE)}
+ADDITIONS: dict[str, Addition] = {a.name: a for a in (SINH, GROWING, INDUCTANCE, SATURATING, STERIC)}
 
 
 def register(model: IonPath, *, replace: bool = False) -> IonPath:
@@ -80,6 +80,9 @@ def composed(ions: IonPath, additions: tuple[str, ...] = ()) -> ElectricalModel:
             fitting = [m.name for m in MODELS.values() if ADDITIONS[addition].goes_with(m)]
             name = "+".join((ions.name, *additions))
             raise InputError(f"model is '{name}'; '{addition}' goes with {', '.join(fitting[:-1])} and {fitting[-1]}")
+    laws = [a for a in additions if ADDITIONS[a].charges]
+    if len(laws) > 1:
+        raise InputError(f"model has {' and '.join(laws)}, two laws of one charge; leave one of them out")
     return ElectricalModel(ions, tuple(ADDITIONS[a] for a in additions))
 
 

@@ -1,0 +1,56 @@
+"""The fit of one record's displacement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..arrays import Array
+from ..findings import Finding
+from ..fit.result import FitResult
+from ..strip.actuator import CouplingLaw
+from .motion import DisplacementData, Motion
+from .rest import Rest
+
+
+@dataclass(frozen=True)
+class DisplacementFit:
+    """Fit of d(s) to one record.
+
+    ``data`` include the window; ``fitted`` [m] (samples,) is the model at all samples; ``per_volt`` [m/V] the static
+    displacement. The fit's residuals cover rest and window. ``at_rest`` is the straight line through the readings at
+    rest, and ``supported`` is True if it determines a drift over the window; ``wanted`` [m/s] is the unconstrained
+    drift, if the rest does not allow it. ``bic_gain`` is the BIC of the static beam minus the BIC of the dynamic beam,
+    None if only one of them could be fitted.
+    """
+
+    data: DisplacementData
+    motion: Motion
+    fit: FitResult
+    fitted: Array
+    per_volt: float
+    at_rest: Rest
+    supported: bool
+    findings: tuple[Finding, ...]
+    wanted: float | None = None
+    bic_gain: float | None = None
+
+    @property
+    def coupling(self) -> CouplingLaw:
+        return self.motion.law.coupling(self.fit.values, self.motion.beam)
+
+    @property
+    def rest(self) -> float:
+        """Position at rest [m] by the readings before the onset, or else the first reading."""
+        return self.at_rest.onset if self.supported else self.at_rest.middle
+
+    @property
+    def level(self) -> float:
+        """Initial position [m] of the model: the fit's constant."""
+        return self.data.reference + float(self.fit.nuisance[0])
+
+    @property
+    def drift(self) -> float | None:
+        """Slow linear drift [m/s] in addition to d(s), None if the rest does not support one."""
+        if self.data.drift:
+            return float(self.fit.nuisance[1])
+        return self.data.held if self.supported else None
