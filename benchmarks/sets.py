@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ilg_circuit.drive import PiecewiseLinear
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.current import currents
-from ilg_circuit.identification.modal import modal_currents
+from ilg_circuit.identification.modal import modal_currents, modal_voltages
 from ilg_circuit.identification.motion import Motion
 from ilg_circuit.measurements.film import film_of
 from ilg_circuit.measurements.prepare import prepare
@@ -101,6 +101,12 @@ LEVELS = {
     "rc+sinh": Case((400.0, 20.0, 0.2, 0.8), 0.0, 0.005),
     "rc+growing": Case((400.0, 20.0, 0.2, 0.3), 0.0, 0.005),
 }
+#: Under a current [A]: the paper's strip, and two branches.
+FORCED = {
+    "rc": Case((666.667, 19.43635, 0.35), 0.0, 1e-3),
+    "rc2": Case((400.0, 20.0, 0.1, 100.0, 0.3), 0.0, 1e-3),
+}
+FORCED_CURRENT, FORCED_SAMPLES, FORCED_RESTING = 0.01, 301, 20
 POINTS, SAMPLES, RESTING, SPACING, STEP = 61, 301, 50, 0.2, 2.0
 #: Under noise whose neighbours correlate by phi, after so many samples of rest: ten correlation times or more.
 CORRELATED = {f"{model}, phi {phi}": STEPS[model] for model in ("rc", "rc2", "warburg") for phi in (0.7, 0.9)}
@@ -224,6 +230,32 @@ def level_trial(model: str) -> Trial:
         table = current_table(port, clock, PiecewiseLinear(times, levels), case.noise, random)
         record = prepare(table, clock.onset)
         return Drawn(intervals_of(identify(record, model=model, electrode_resistance=case.held)), clock.fraction)
+
+    return trial
+
+
+def forced_trial(model: str) -> Trial:
+    """Voltages under a current of +-10 mA or a step of it, 20 s of rest and 300 s every second; the onset is stated.
+
+    The voltage's noise is that of the case, relative to the largest; the current is read with a tenth of it.
+    """
+    case, kind = FORCED[model], electrical_model(model.partition(",")[0])
+    port = kind.port(case.values, case.held)
+
+    def trial(k: int) -> Drawn:
+        random = random_of(f"forced:{model}", k)
+        clock = Clock.of(FORCED_SAMPLES, FORCED_RESTING, 1.0, 1.0)
+        source = PiecewiseLinear.step(FORCED_CURRENT, unit="A")
+        if k % 2:
+            source = PiecewiseLinear.square(-FORCED_CURRENT, FORCED_CURRENT, 100.0, 400.0, unit="A")
+        clean = clock.readings(0.0, modal_voltages([port], source, clock.after)[0])
+        voltage = clean + case.noise * float(np.abs(clean).max()) * noise_of(random, len(clean))
+        set_to = clock.readings(0.0, source.value(clock.after))
+        current = set_to + 0.1 * case.noise * FORCED_CURRENT * noise_of(random, len(clean))
+        table = Table({"time": clock.t, "voltage": voltage, "current": current}, "synthetic.csv")
+        record = prepare(table, clock.onset)
+        found = identify(record, model=kind.name, electrode_resistance=case.held, engine="exact")
+        return Drawn(intervals_of(found))
 
     return trial
 

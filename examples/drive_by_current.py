@@ -18,7 +18,7 @@ print(f"without it {free.voltage[-1]:.2f} V are reached, and {1e3 * free.displac
 # %%
 # Up to the limit both runs are one. There the current relaxes to what the strip's electron path takes.
 
-# sphinx_gallery_alt = "Voltage, current and displacement over 600 s: with a limit the voltage stays at 4 V."
+# sphinx_gallery_alt = "Voltage, current and displacement over 600 s: at the limit of 4 V the current falls."
 figure, axes = plt.subplots(3, sharex=True)
 for run, line, name in ((free, "--", "no limit"), (limited, "-", "limit 4 V")):
     axes[0].plot(run.time, run.voltage, line, label=name)

@@ -28,7 +28,7 @@ for name, strip in {"carbon": carbon_strip, "carbon and gold": gold_strip}.items
 # Displacement and charge after 300 s at 4 V, over the whole thickness: the law of one layer, and the gel alone made
 # thinner between carbon that stays as it is.
 
-# sphinx_gallery_alt = "Displacement and charge over thickness: one layer falls as b^-2 and b^-1, layers less."
+# sphinx_gallery_alt = "Displacement and charge over thickness: one layer falls steeply, layers less or not at all."
 thickness = np.linspace(0.2e-3, 1e-3, 17)
 figure, axes = plt.subplots(2, sharex=True)
 for name, strips in {

@@ -30,15 +30,26 @@ def compared(
     """
     if measured is not True:
         return compare(strip, _record(measured, said), until=until, **how), ()
-    path = Path(drive.removeprefix("file:")) if isinstance(drive, str) and drive.startswith("file:") else None
+    path = _file_of(drive)
     if path is None or not path.is_file():  # a pipe has been read already
         return (), ()
-    if read_columns(path, RECORD.drawn("time").told(said)).get("current") is None:
+    held = read_columns(path, RECORD.drawn("time").told(said))
+    if held.get("current") is None or held.get("voltage") is None:
         return (), ()
     try:
         return compare(strip, _record(path, said), until=until, **how), ()
     except InputError as error:
         return (), (Finding("not-compared", values={"reason": str(error)}),)
+
+
+def _file_of(drive: Driven) -> Path | None:
+    """Return the file that a drive's text names: of a voltage, or of a current without a limit of its source."""
+    if not isinstance(drive, str):
+        return None
+    text = drive.removeprefix("current:")
+    if text.startswith("file:"):
+        return Path(text.removeprefix("file:"))
+    return Path(text) if text != drive and Path(text).is_file() else None
 
 
 def _record(measured: Source | bool, said: Said) -> Record:

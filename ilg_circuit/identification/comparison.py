@@ -28,10 +28,14 @@ def compare(
 ) -> tuple[Compared, ...]:
     """Return current and displacement of a record and their predictions, up to ``until`` [s] in the file's time.
 
-    The voltage is processed as in a fit: jumps lie between readings, levels are averaged. Raises InputError if the
+    The voltage is processed as in a fit: jumps lie between readings, levels are averaged. Of a record whose current was
+    controlled that is the drive, and the voltage is compared. Raises InputError if the
     record begins after ``until``, and the errors of `simulate` and `prediction_band`.
     """
+    forced, drive = measurement.forced, measurement.drive
     channels = {"current": measurement.current}
+    if forced is not None:
+        channels, drive = {"voltage": forced.voltage}, forced.drive.drive
     if measurement.displacement is not None and tip == "free" and actuator.coupling is not None:
         channels["displacement"] = measurement.displacement
     parts = {name: _after(channel, until - channel.zero) for name, channel in channels.items()}
@@ -43,12 +47,10 @@ def compare(
         )
     # the onset is the run's beginning, where the strip is at rest
     times = np.unique(np.concatenate([[0.0], *(part.time for part in parts.values())]))
-    response = simulate(actuator, measurement.drive, times, tip=tip, beam=beam, load=load, engine=engine)
+    response = simulate(actuator, drive, times, tip=tip, beam=beam, load=load, engine=engine)
     errors = {}
     if band:
-        errors = prediction_band(
-            actuator, measurement.drive, times, tip=tip, beam=beam, load=load, engine=engine
-        ).stderr
+        errors = prediction_band(actuator, drive, times, tip=tip, beam=beam, load=load, engine=engine).stderr
     found = []
     for name, part in parts.items():
         at = np.searchsorted(times, part.time)

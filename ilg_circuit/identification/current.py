@@ -22,6 +22,7 @@ from ..fit.observation import Observation, Predict
 from ..fit.problem import Progress
 from ..measurements.prepare import LEAST_REST
 from ..measurements.record import Channel, Record
+from ..measurements.voltage import MeasuredDrive
 from ..simulation.response import transient_band
 from ..solve.transient import DEFAULT_ACCURACY, transient
 from ..strip.models import ElectricalModel
@@ -74,7 +75,7 @@ class CurrentData:
     @cached_property
     def drive(self) -> PiecewiseLinear:
         """The voltage since the onset."""
-        return self.record.voltage.moved(self.share, self.record.current.width)
+        return self.measured.moved(self.share, self.channel.width)
 
     def leaving_out(self, rows: NDArray[np.intp]) -> CurrentData:
         """Return the data without more ``rows`` of the record's current."""
@@ -87,13 +88,18 @@ class CurrentData:
 
     @property
     def channel(self) -> Channel:
-        """The record's current, with its bracket of the onset."""
+        """The readings that are fitted, the record's current, with their bracket of the onset."""
         return self.record.current
+
+    @property
+    def measured(self) -> MeasuredDrive:
+        """The measured drive."""
+        return self.record.voltage
 
     @property
     def bracketed(self) -> bool:
         """True if the time of the voltage's jump is known only within a bracket."""
-        return bool(self.channel.width or self.record.voltage.widths.any())
+        return bool(self.channel.width or self.measured.widths.any())
 
     def at_share(self, share: float) -> CurrentData:
         return replace(self, share=share)
@@ -116,15 +122,15 @@ class CurrentData:
     @property
     def has_offset(self) -> bool:
         """True if there are enough samples before the onset to fit the current offset."""
-        return int(self.record.current.rest.sum()) >= LEAST_REST
+        return int(self.channel.rest.sum()) >= LEAST_REST
 
     @cached_property
     def rows(self) -> NDArray[np.intp]:
         """The rows of the record's current that are fitted."""
-        rest = self.record.current.rest
+        rest = self.channel.rest
         kept = np.ones(len(rest), dtype=bool) if self.has_offset else ~rest
         kept[list(self.left_out)] = False
-        kept &= self.record.current.time <= self.until
+        kept &= self.channel.time <= self.until
         return np.flatnonzero(kept) if self.only is None else self.only[kept[self.only]]
 
     @property
@@ -142,7 +148,7 @@ class CurrentData:
 
     @cached_property
     def _kept(self) -> Channel:
-        channel = self.record.current
+        channel = self.channel
         dropped = np.ones(len(channel.time), dtype=bool)
         dropped[self.rows] = False
         return channel.without(dropped)
@@ -186,7 +192,15 @@ class CurrentData:
 
     def _by_engine(self, model: PortModel) -> Predict:
         t, ports = self.since, self.ports(model)
-        return lambda values: currents(ports(values), self.drive, t, self.engine, self.accuracy)
+        return lambda values: self._solved(ports(values), t)
+
+    def _solved(self, ports: Sequence[Port], t: Array) -> Array:
+        """Return the predictions (ports, samples) at ``t`` [s] by the engine."""
+        return currents(ports, self.drive, t, self.engine, self.accuracy)
+
+    def _modal(self, ports: Sequence[Port], t: Array) -> tuple[Array, Array]:
+        """Return what linear ``ports`` do at rest (ports,), and at ``t`` >= 0 [s] (ports, samples)."""
+        return _at_rest(ports, self.drive.rest), modal_currents(ports, self.drive, t)
 
     def modal(self, model: PortModel, t: Array) -> Predict:
         """Return the prediction of a linear model at ``t`` [s] since the onset as a sum of modes."""
@@ -194,8 +208,9 @@ class CurrentData:
 
         def predict(values: Array) -> Array:
             made = ports(values)
-            waveforms = np.repeat(_at_rest(made, self.drive.rest)[:, None], len(t), axis=1)
-            waveforms[:, after] = modal_currents(made, self.drive, t[after])
+            rest, waves = self._modal(made, t[after])
+            waveforms = np.repeat(rest[:, None], len(t), axis=1)
+            waveforms[:, after] = waves
             return waveforms
 
         return predict
@@ -203,10 +218,10 @@ class CurrentData:
     def require_electrode_resistance(self, held: float) -> None:
         if not (math.isfinite(held) and held >= 0):
             raise InputError(f"electrode resistance {held:g} ohm must be zero or more")
-        after = self.record.current.time >= 0
-        rest = self.record.current.values[~after]
-        i = self.record.current.values[after] - (float(np.median(rest)) if len(rest) else 0.0)
-        u = self.record.drive.value(self.record.current.time[after]) - self.record.drive.rest
+        after = self.channel.time >= 0
+        rest = self.channel.values[~after]
+        i = self.channel.values[after] - (float(np.median(rest)) if len(rest) else 0.0)
+        u = self.measured.drive.value(self.channel.time[after]) - self.measured.drive.rest
         k = int(np.argmax(np.abs(i)))
         if held and held * abs(i[k]) >= abs(u[k]):
             peak = format_quantity(abs(i[k]), "A", 4)
@@ -247,7 +262,7 @@ class CurrentData:
         offset = float(data[t < 0].mean()) if self.has_offset else 0.0
         stored = self.nuisance[t >= 0, int(self.has_offset) :]
         try:
-            return model_start(kind, t[t >= 0], data[t >= 0] - offset, self.drive.from_rest(), held, stored)
+            return self._model_start(kind, t[t >= 0], data[t >= 0] - offset, held, stored)
         except FewerRelaxations as error:
             raise InputError(f"{self.source}: {error}, or {argument('model', 'auto')}") from error
         except InputError as error:
@@ -255,6 +270,9 @@ class CurrentData:
                 f"{self.source}: {error}, from {self.channel.zero:.6g} s on: look at the clamp, and at the columns of "
                 f"voltage and current (which is which, their signs and units), or state {argument('onset')}"
             ) from error
+
+    def _model_start(self, kind: ElectricalModel, t: Array, values: Array, held: float, stored: Array) -> Array:
+        return model_start(kind, t, values, self.drive.from_rest(), held, stored)
 
     def _individual(self, kind: ElectricalModel, held: float, progress: Progress) -> IndividualFit:
         start = self._start(kind, held)

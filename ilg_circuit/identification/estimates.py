@@ -156,7 +156,7 @@ def file_quantities(data: PortData, fit: FitResult, k: int) -> Estimates:
     if data.record.step is not None:
         found["step_voltage"] = Estimate(data.record.step, "V")
     if data.has_offset:
-        found["current_offset"] = Estimate(float(fit.nuisance_of(k)[0]), "A")
+        found[f"{data.quantity}_offset"] = Estimate(float(fit.nuisance_of(k)[0]), data.unit)
     return found
 
 

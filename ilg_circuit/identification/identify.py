@@ -62,6 +62,7 @@ from .port_fit import PortFit, on_all_rows
 from .port_model import Measured, PortData
 from .selection import fit_best, fit_named
 from .statistics import statistics_of, told
+from .voltage import record_data
 
 Data = Record | Spectrum | Film
 #: Engines for predictions, and weightings of a spectrum's points.
@@ -255,7 +256,7 @@ def _data(
         elif isinstance(file, Film):
             found.append(FilmData(file, engine, label))
         else:
-            found.append(CurrentData(file, engine, label))
+            found.append(record_data(file, engine, label))
     for k, d in enumerate(found):
         for earlier in found[:k]:
             if np.array_equal(d.data, earlier.data) and np.array_equal(d.abscissa, earlier.abscissa):
@@ -273,7 +274,7 @@ def _until(data: PortData | FilmData, until: float | None) -> PortData | FilmDat
     count = int((cut.abscissa >= 0).sum())
     if count < LEAST_CURRENT:
         raise InputError(
-            f"{data.source}: {count} readings of the current up to {until:g} s after the onset; a fit needs "
+            f"{data.source}: {count} readings of the {data.quantity} up to {until:g} s after the onset; a fit needs "
             f"{LEAST_CURRENT}"
         )
     return cut

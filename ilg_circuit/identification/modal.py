@@ -15,7 +15,7 @@ from ..circuit.netlist import Netlist
 from ..drive import PiecewiseLinear
 from ..solve.exact import modal_output
 from ..solve.port_system import port_system
-from ..solve.state_space import state_space
+from ..solve.state_space import StateSpace, state_space
 from ..strip.port import Port
 
 #: values (m, parameters) -> ports with these values
@@ -26,6 +26,26 @@ def modal_currents(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> A
     """Return the currents [A] (ports, samples) into linear ``ports`` of one model at ``t`` >= 0 [s]."""
     moved = modal_output(port_system(ports), "current", drive.from_rest(), t)
     return moved + np.array([drive.rest / port.steady_resistance for port in ports])[:, None]
+
+
+def modal_voltages(ports: Sequence[Port], drive: PiecewiseLinear, t: Array) -> Array:
+    """Return the voltages [V] (ports, samples) of linear ``ports`` of one model under a current, at ``t`` >= 0 [s].
+
+    The state space of their currents, i = C x + D u, solved for u.
+    """
+    of_voltage = port_system(ports)
+    b, c = of_voltage.b[:, :, :1], of_voltage.c[:, :1]
+    direct = of_voltage.d[:, :1, :1]
+    zero = np.zeros_like
+    system = StateSpace(
+        of_voltage.a - b @ c / direct,
+        np.concatenate([b / direct, zero(b)], axis=2),
+        -c / direct,
+        np.concatenate([1 / direct, zero(direct)], axis=2),
+        ("voltage",),
+    )
+    moved = modal_output(system, "voltage", drive.from_rest(), t)
+    return moved + np.array([drive.rest * port.steady_resistance for port in ports])[:, None]
 
 
 def modal_displacements(netlists: Sequence[Netlist], drive: PiecewiseLinear, t: Array) -> Array:

@@ -32,7 +32,7 @@ WORSE = 1.5
 #: Relative residuals above which an individual fit does not describe the data.
 _NOT_DESCRIBED = 0.15
 #: Reference sizes for residuals, by quantity.
-SIZE = {"current": "peak", "impedance": "abs(Z)", "displacement": "span"}
+SIZE = {"current": "peak", "voltage": "peak", "impedance": "abs(Z)", "displacement": "span"}
 #: Misfits below this fraction of a record's size are ignored, whatever their ratio.
 _NEGLIGIBLE = 1e-4
 ONLY_ONE = "there is no other file of this quantity"

@@ -27,7 +27,7 @@ from .clock import MOST_RATE
 from .film import Moving
 from .motion import DisplacementData
 from .observation_fit import ObservationFit
-from .port_model import BRACKET, Measured
+from .port_model import BRACKET, BY_TIME, Measured
 
 #: (data, standard deviation of their residuals) -> observation with a model's prediction.
 Observe = Callable[[Measured, float | Array], Observation]
@@ -164,7 +164,7 @@ class Onsets:
     def told(self, row: ObservationFit) -> ObservationFit:
         """Return a row with the intervals of its onset, delay and rate among its derived quantities."""
         told: dict[str, Estimate] = {}
-        if row.quantity == "current":
+        if row.quantity in BY_TIME:
             told = next(({"onset": p.estimate} for p in self.profiles if p.source == row.source), told)
         elif row.quantity == "displacement":
             told = next((clock.estimates for clock in self.clocks if clock.data.source == row.source), told)

@@ -74,7 +74,7 @@ def spikes(channel: Channel, drive: PiecewiseLinear) -> Mask:
 
 def findings_on(data: CurrentData) -> list[Finding]:
     """Return findings on the readings of a current that were left out."""
-    return left_out(data.record.current, np.array(data.left_out, dtype=np.intp), data.source, data.quantity, data.unit)
+    return left_out(data.channel, np.array(data.left_out, dtype=np.intp), data.source, data.quantity, data.unit)
 
 
 def left_out(channel: Channel, rows: NDArray[np.intp], source: str, quantity: str, unit: str) -> list[Finding]:

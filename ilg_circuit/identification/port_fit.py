@@ -19,7 +19,7 @@ from ..fit.selection import EVIDENCE
 from ..strip.models import ElectricalModel, Ladders, electrical_model
 from ..strip.port import Port
 from .impedance import DC, ImpedanceData
-from .port_model import IndividualFit, PortData, PortModel, port_problem, sigma_of
+from .port_model import BY_TIME, IndividualFit, PortData, PortModel, port_problem, sigma_of
 from .port_start import suggestions
 
 #: Model of an individual fit if the file alone does not determine the requested one.
@@ -177,7 +177,7 @@ def _on_all_rows(found: IndividualFit, progress: Progress) -> IndividualFit:
 
 def require_suitable(kind: ElectricalModel, data: Sequence[PortData]) -> None:
     """Raise InputError if these data do not determine an element of a model, or their engine cannot solve it."""
-    if kind.spectra_only and all(d.quantity == "current" for d in data):
+    if kind.spectra_only and all(d.quantity in BY_TIME for d in data):
         hidden = ", ".join(kind.spectra_only)
         raise InputError(f"model {kind.name}: only a spectrum shows {hidden}; leave it out, or add a spectrum")
     if not kind.linear and any(d.engine == "exact" for d in data):

@@ -24,6 +24,8 @@ ELECTRODE_RESISTANCE = Parameter("electrode_resistance", "Re", "ohm", "both elec
 ANY_LADDER = Ladders(sections=1)
 #: Range of the position of an onset in its bracket, 0 in the middle.
 BRACKET = (-0.5, 0.5)
+#: Quantities that are measured over time.
+BY_TIME = ("current", "voltage")
 #: Least standard deviation of an observation, as a fraction of its size: simulated data may have no noise.
 _LEAST_SIGMA = 1e-9
 

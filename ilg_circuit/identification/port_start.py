@@ -15,7 +15,7 @@ from ..arrays import Array
 from ..fit.parameter import Parameter, Scales
 from ..fit.result import FitResult
 from ..strip.models import ElectricalModel
-from .port_model import IndividualFit, PortData
+from .port_model import BY_TIME, IndividualFit, PortData
 
 #: Largest number of individual results that are tried unchanged.
 _MOST_INDIVIDUAL = 4
@@ -98,7 +98,7 @@ def _chord(data: Sequence[PortData], individual: Sequence[IndividualFit], larges
     pairs = {
         abs(d.voltage): i.values["dc_resistance"]
         for d, i in zip(data, individual, strict=True)
-        if d.quantity == "current" and "dc_resistance" in i.values
+        if d.quantity in BY_TIME and "dc_resistance" in i.values
     }
     if len(pairs) < 2:
         return {}

@@ -17,7 +17,7 @@ from ..fit.selection import CLEAR, EVIDENCE, Candidate, Status, bic_on_independe
 from ..strip.models import candidates, electrical_model, model_names
 from .impedance import ImpedanceData
 from .port_fit import NEGLIGIBLE, PortFit, fit_port, levels_differ
-from .port_model import PortData
+from .port_model import BY_TIME, PortData
 
 #: Model that is tried even if a simpler model's residuals are only noise, to check that one pole is enough.
 _CHECK = "rc2"
@@ -70,7 +70,7 @@ class _Contest:
 
     def enter(self, model: str) -> None:
         """Fit a model, unless it needs transients and a simpler model's residuals are only noise."""
-        count, costly = len(electrical_model(model).parameters), any(d.quantity == "current" for d in self._data)
+        count, costly = len(electrical_model(model).parameters), any(d.quantity in BY_TIME for d in self._data)
         for other, found in self.fits.items():
             if costly and model != _CHECK and found.only_noise and count >= len(found.kind.parameters):
                 self._skip(model, "candidate-not-tried-noise", other=other)
@@ -177,7 +177,7 @@ def _samples(found: PortFit) -> Array:
     count = []
     for k, (d, o) in enumerate(zip(found.data, found.fit.problem.observations, strict=False)):
         residuals = found.fit.residuals_of(k)
-        by_time = d.quantity == "current"
+        by_time = d.quantity in BY_TIME
         count.append(
             samples_for_bic(parts_by_time(d.abscissa, residuals) if by_time else np.split(residuals, o.channels))
         )
@@ -199,7 +199,7 @@ def _against(found: PortFit, identifiability: Identifiability) -> Finding | None
 
 def _row(found: PortFit, samples: Array, identifiability: Identifiability) -> Candidate:
     first, single = found.data[0], len(found.data) == 1
-    relative = found.rms[0] / first.size if first.quantity == "current" else None
+    relative = found.rms[0] / first.size if first.quantity in BY_TIME else None
     if isinstance(first, ImpedanceData):
         relative = first.relative_rms(found.fit.residuals_of(0))
     against = _against(found, identifiability)

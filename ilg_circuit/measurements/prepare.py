@@ -11,10 +11,11 @@ from ..drive import PiecewiseLinear
 from ..errors import InputError, argument
 from ..findings import Finding
 from ..units import format_quantity
+from .forced import answered, as_set, forces_current
 from .lost import mended
 from .onset import Bracket, Onset, Stated, answer_bracket, find_onset
 from .quality import clipped_tops, current_drift, dropouts, rest_drift
-from .record import Channel, Record
+from .record import Channel, Forced, Record
 from .smoothing import noise_level
 from .table import Table
 from .voltage import MeasuredDrive, answers_noise, measured_drive
@@ -40,6 +41,8 @@ def prepare(table: Table, onset: Stated = None) -> Record:
     InputError
         Nothing was excited (no step or other change of the voltage), or there are too few samples after it.
     """
+    if forces_current(table):
+        return _forced(table, onset)
     name, notes = table.source, list(table.notes)
     voltage = table.columns["voltage"]
     known = np.isfinite(voltage)
@@ -96,6 +99,55 @@ def prepare(table: Table, onset: Stated = None) -> Record:
     if unknown:
         notes.append(Finding("columns-ignored", values={"columns": unknown}))
     return Record(name, found.time, drive, step, current, displacement, tuple(notes), found.beginning)
+
+
+def _forced(table: Table, onset: Stated) -> Record:
+    """Return the record of a table whose current was controlled: the same steps with the two quantities exchanged."""
+    name, notes = table.source, [*table.notes, Finding("current-controlled")]
+    exchanged = replace(table, columns={**table.columns} | dict(zip(_EXCHANGED, _both(table), strict=True)))
+    known = np.isfinite(exchanged.columns["voltage"])
+    time, forced = table.time[known], exchanged.columns["voltage"][known]
+    found = find_onset(time, forced, exchanged.columns["current"][known], name, onset)
+    before = forced[: found.first]
+    if abs(found.rest) <= _NO_CURRENT * noise_level(forced) / np.sqrt(max(len(before), 1)):
+        found = replace(found, rest=0.0)  # open terminals, read with noise
+    drive = _drive(exchanged, time, forced, found)
+    drive = replace(drive, drive=as_set(drive.drive, noise_level(forced)))
+    answers = np.isfinite(exchanged.columns["current"])
+    voltage = _channel(table.time[answers], exchanged.columns["current"][answers], found, found.between)
+    count = int((~voltage.rest).sum())
+    if count < LEAST_CURRENT:
+        raise InputError(
+            f"{name}: {count} samples of the voltage after the onset at {found.time:g} s; {LEAST_CURRENT} are needed"
+        )
+    if found.beginning == "run":
+        notes.append(Finding("begins-within-run"))
+    elif found.beginning == "step" and not found.first:
+        notes.append(Finding("onset-assumed", values={"at": found.time}))
+    displacement, missing = _displacement(table, found)
+    if displacement is not None and (~displacement.rest).sum() < LEAST_DISPLACEMENT:
+        missing = [*missing, Finding("displacement-too-short", values={"needed": LEAST_DISPLACEMENT})]
+        displacement = None
+    unknown = [title for title in table.ignored if title]
+    if unknown:
+        missing = [*missing, Finding("columns-ignored", values={"columns": unknown})]
+    current = _channel(time, forced, found, found.between)
+    measured = MeasuredDrive(answered(voltage, drive.drive), drive.widths)
+    notes = [*notes, *missing]
+    return Record(
+        name, found.time, measured, None, current, displacement, tuple(notes), found.beginning,
+        forced=Forced(drive, voltage),
+    )  # fmt: skip
+
+
+#: A current at rest is none if it is no more than this many standard errors.
+_NO_CURRENT = 4.0
+#: The columns that a controlled current exchanges.
+_EXCHANGED = ("voltage", "current")
+
+
+def _both(table: Table) -> tuple[Array, Array]:
+    return table.columns["current"], table.columns["voltage"]
 
 
 def _require_enough(table: Table, onset: float, end: str) -> None:

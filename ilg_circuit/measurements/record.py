@@ -58,6 +58,14 @@ class Channel:
         return self.without(self.time > end)
 
 
+@dataclass(frozen=True)
+class Forced:
+    """What a source of current forced through the strip: its ``drive`` [A], and the ``voltage`` [V] that answered."""
+
+    drive: MeasuredDrive
+    voltage: Channel
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class Record(Result):
     """A measured record over time, ready for a fit, as `ilg_circuit.read` returns it.
@@ -85,6 +93,8 @@ class Record(Result):
     own_clock : bool
         True if the displacement comes from a separate file, with a separate clock. ``displacement.zero`` is then
         approximately the time at which the tip begins to move.
+    forced : Forced or None
+        Of a record whose current was controlled: that current as a drive, and the voltage that answered it.
     """
 
     presenter: ClassVar[str] = "measured"
@@ -99,6 +109,7 @@ class Record(Result):
     beginning: Beginning = "rest"
     headers: Headers = field(default_factory=dict)
     own_clock: bool = False
+    forced: Forced | None = None
 
     @property
     def drive(self) -> PiecewiseLinear:

@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Mask
-from ..drive import Drive
+from ..drive import Drive, by_current
 from ..identification.current import CurrentData
 from ..identification.identification import Identification
 from ..identification.impedance import ImpedanceData
 from ..identification.motion import DisplacementData
 from ..identification.observation_fit import ObservationFit
+from ..identification.port_model import BY_TIME
 from ..units import format_quantity
 from .axes import (
     BLUE,
@@ -63,7 +64,7 @@ def figure(result: Identification) -> Figure:
 
 def _record(result: Identification) -> Figure:
     """Return data, fit and residuals of current and displacement, and the drive; time is logarithmic for a step."""
-    names = [name for name in ("current", "displacement") if name in _drawn_over_time(result)]
+    names = [name for name in (*BY_TIME, "displacement") if name in _drawn_over_time(result)]
     drawn, axes = new_figure(2 * len(names) + 1, [2.0, 0.9] * len(names) + [0.8])
     for name, upper, lower in zip(names, axes[::2], axes[1::2], strict=False):
         _fit(result, name, upper)
@@ -99,7 +100,8 @@ def panels(result: Identification) -> Panels:
         return panel
 
     waves = {name: partial(_fit, result, name) for name in _drawn_over_time(result)}
-    return {name: partial(over_time, draw) for name, draw in {**waves, "voltage": partial(_drive, result)}.items()}
+    source = "current" if first.quantity == "voltage" else "voltage"
+    return {name: partial(over_time, draw) for name, draw in {**waves, source: partial(_drive, result)}.items()}
 
 
 def _drawn_over_time(result: Identification) -> dict[str, tuple[Array, Array, Array, str, float]]:
@@ -107,7 +109,8 @@ def _drawn_over_time(result: Identification) -> dict[str, tuple[Array, Array, Ar
     current = result.data[0]
     waves = {}
     if isinstance(current, CurrentData):
-        waves["current"] = (current.abscissa, current.data, result.observations[0].fitted, "A", np.inf)
+        fitted = result.observations[0].fitted
+        waves[current.quantity] = (current.abscissa, current.data, fitted, current.unit, np.inf)
     if result.coupling is not None:
         moved = result.coupling.individual[0]
         channel = moved.data.channel
@@ -122,7 +125,7 @@ def _fit(result: Identification, name: str, panel: Axes, **style: Any) -> None:
     look: dict[str, Any] = FIT | style
     panel.plot(t, factor * data, ".", color=GREY, markersize=2.5, label="measured")
     inside = t <= window
-    jumps = _onset_and_jumps(result, t) if name == "current" else np.empty(0)
+    jumps = _onset_and_jumps(result, t) if name in BY_TIME else np.empty(0)
     panel.plot(*with_jumps(t[inside], factor * fitted[inside], jumps), **look)
     if not inside.all():
         beyond: dict[str, Any] = {"linestyle": "--", "linewidth": 1.0, "label": "beyond the fit"}
@@ -146,7 +149,7 @@ def _drive(result: Identification, panel: Axes, **style: Any) -> None:
     after = first.abscissa[first.abscissa >= 0]
     look: dict[str, Any] = {"color": ORANGE, "linewidth": 1.2} | style
     panel.plot(*drive_points(drive, after), **look)
-    panel.set_ylabel("voltage [V]")
+    panel.set_ylabel("current [A]" if by_current(drive) else "voltage [V]")
     low, high = panel.get_ylim()
     panel.set_ylim(min(low, 0.0), max(high, 0.0) * 1.05)
 
@@ -155,7 +158,7 @@ def _drive_of(result: Identification) -> tuple[CurrentData | DisplacementData, D
     """Return the first data of a fit and the drive that they were measured under."""
     first = result.data[0]
     assert isinstance(first, CurrentData | DisplacementData)
-    return first, first.record.drive if isinstance(first, CurrentData) else first.drive
+    return first, first.measured.drive if isinstance(first, CurrentData) else first.drive
 
 
 def _onset_and_jumps(result: Identification, time: Array) -> Array:

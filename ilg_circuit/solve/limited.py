@@ -8,15 +8,18 @@ systems of the same states: v = C x + D i, so that at the limit i = (U - C x)/D 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ..arrays import Array
+from ..circuit.netlist import Netlist
 from ..drive import Drive
-from ..errors import SolveError
+from ..errors import InputError, SolveError, argument
 from .exact import augmented, drive_at, drive_lines
 from .grid import smooth_intervals
-from .state_space import StateSpace
+from .sampling import relative
+from .state_space import StateSpace, state_space
 from .work import Work, gauss, powers
 
 #: Part of limit and drive by which either may be exceeded before it counts.
@@ -26,8 +29,36 @@ _MOST_EVENTS = 20_000
 #: Most exponentials that are kept.
 _MOST_KEPT = 2000
 
+#: Number of samples at which rounding is estimated, and factor for the others.
+_COMPARED, _LIKELY = 40, 10.0
+
 _FRACTIONS, _WEIGHTS = gauss(5)
 _POINTS = np.append(_FRACTIONS, 1.0)
+
+
+def limited_run(
+    nets: Sequence[Netlist], drive: Drive, limit: float, times: Array, works: Sequence[Work], engine: str
+) -> tuple[Array, Array, tuple[str, ...]]:
+    """Return outputs and works (1, outputs + works, t), their errors (1, outputs + works) and their names.
+
+    The errors are by how much another order of the elements moves them; those of probes are not judged. Raises
+    InputError for an ``engine`` other than exact, several netlists, a nonlinear one, or a rest that is not zero.
+    """
+    if engine != "exact":
+        raise InputError(f"a source with a limit is solved by the exact engine only; use {argument('engine', 'exact')}")
+    if not nets[0].linear or drive.rest or len(nets) > 1:
+        raise InputError(
+            "a source with a limit is solved for one linear strip from rest; leave limit= out, or the strip's "
+            "emission_voltage and capacitance_slope"
+        )
+    system, other = (state_space([replace(nets[0], elements=nets[0].elements[::step])]) for step in (1, -1))
+    values = limited_with_work(system, drive, limit, times, works)[0]
+    some = np.unique(np.linspace(0, len(times) - 1, _COMPARED).astype(int))
+    again = limited_with_work(other, drive, limit, times[some], works)[0]
+    errors = _LIKELY * (relative(again - values[..., some], values[..., some]) + 5e-14)
+    judged = [*(not output.probe for output in nets[0].outputs), *(not work.probe for work in works)]
+    names = (*system.output_names, *(work.name for work in works))
+    return values, np.where(judged, errors, 0.0), names
 
 
 def limited_with_work(

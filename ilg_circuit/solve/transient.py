@@ -23,7 +23,7 @@ from ..circuit.netlist import Netlist, Output, copies
 from ..drive import Drive, PiecewiseLinear, voltage_limit
 from ..errors import InputError, SolveError, StoppedEarlyError, argument
 from .grid import Grid, design_grid
-from .limited import limited_with_work
+from .limited import limited_run
 from .modes import fastest_modes, modes_of, similar
 from .sampling import at_samples, relative, sampled_times, zero_between
 from .state_space import StateSpace, state_space
@@ -113,8 +113,8 @@ def transient(
         return replace(beyond, times=samples, values=beyond.values[:, :, :-1])
     if drive.rest != nets[0].rest and not nets[0].linear:
         raise InputError(f"the circuit starts at rest under {nets[0].rest:g} V, the drive from {drive.rest:g} V")
-    if voltage_limit(drive) is not None:
-        return _limited(nets, drive, samples, engine, works)
+    if (limit := voltage_limit(drive)) is not None:
+        return Waveforms(samples, *limited_run(nets, drive, limit, samples, works, engine), "exact")
     system = state_space([netlist.linearised() for netlist in nets])
     if drive.rest and nets[0].linear:
         assert isinstance(drive, PiecewiseLinear)
@@ -174,26 +174,6 @@ def _rounding(netlist: Netlist, drive: Drive, samples: Array, works: Sequence[Wo
     scale = np.abs(values).max(axis=2)
     errors = np.divide(difference, scale[:1], out=np.zeros_like(difference), where=scale[:1] > 0)
     return np.where(scale > 0, _LIKELY * (errors + 5e-14), 0.0)
-
-
-def _limited(nets: list[Netlist], drive: Drive, samples: Array, engine: str, works: Sequence[Work]) -> Waveforms:
-    """Return the run of a circuit whose source of current gives way at its limit, by the exact engine."""
-    limit = voltage_limit(drive)
-    if engine != "exact" or limit is None:
-        raise InputError(f"a source with a limit is solved by the exact engine only; use {argument('engine', 'exact')}")
-    if not nets[0].linear or drive.rest or len(nets) > 1:
-        raise InputError(
-            "a source with a limit is solved for one linear strip from rest; leave limit= out, or the strip's "
-            "emission_voltage and capacitance_slope"
-        )
-    system, other = (state_space([replace(nets[0], elements=nets[0].elements[::step])]) for step in (1, -1))
-    values = limited_with_work(system, drive, limit, samples, works)[0]
-    some = np.unique(np.linspace(0, len(samples) - 1, _COMPARED).astype(int))
-    again = limited_with_work(other, drive, limit, samples[some], works)[0]
-    errors = _LIKELY * (relative(again - values[..., some], values[..., some]) + 5e-14)
-    judged = [*(not output.probe for output in nets[0].outputs), *(not work.probe for work in works)]
-    names = (*system.output_names, *(work.name for work in works))
-    return Waveforms(samples, values, np.where(judged, errors, 0.0), names, "exact")
 
 
 class _Batch:

@@ -113,7 +113,12 @@ def _rows(actuator: Actuator) -> list[tuple[str, str, str, str]]:
         (part if start else "", q.name, format_quantity(q.value, q.unit, 6), q.meaning)
         for start, (part, q) in zip(starts, rows, strict=True)
     ]
-    return table if actuator.coupling else [*table, ("coupling", "not known", "", "no displacement was measured")]
+    if not actuator.coupling:
+        table.append(("coupling", "not known", "", "no displacement was measured"))
+    for k, layer in enumerate(actuator.layers):
+        value = format_quantity(layer.thickness, "m", 6)
+        table.append(("layers" if k == 0 else "", layer.name, value, f"E = {format_quantity(layer.modulus, 'Pa', 4)}"))
+    return table
 
 
 def _electrical(port: Port, model: ElectricalModel) -> list[Shown]:

@@ -69,8 +69,9 @@ class SweepResult(Result, Warned):
         texts = deflection_warnings(self.totals.bent)
         template, columns = self.spec.template, self.spec.plan.columns
         told = drive_findings(template.parsed_drive())
-        told += thickness_findings(template.actuator, {k: v for k, v in columns.items() if v.dtype.kind == "f"})
-        return told + tuple(Finding("assumption-fails", values={"text": text}) for text in texts)
+        told += tuple(Finding("assumption-fails", values={"text": text}) for text in texts)
+        numbers = {name: column for name, column in columns.items() if column.dtype.kind == "f"}
+        return told + thickness_findings(template.actuator, numbers)
 
     def to_xarray(self) -> Dataset:
         """Return the designs and their outputs with units; from a file it is opened and not loaded yet."""

@@ -1,16 +1,55 @@
-"""Where a slider stands and which value that is; the sliders themselves are those of a strip's page."""
+"""What can be moved in a window, where a slider stands, and which value that is.
+
+The sliders are those of a strip's page, and beside them those of its layers and of the sheets of its electrodes.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
 
-from ..browser.sliders import Slider
-from ..strip.changes import STRIP_PARAMETERS
+from ..browser.sliders import Slider, shown_unit, sliders
+from ..strip.actuator import Actuator
+from ..strip.changes import STRIP_PARAMETERS, layer_parameter
+from ..strip.layers import LAYER_FIELDS
 from ..units import parse
 
 #: A slider's places go from minus this to this; in the middle is the strip's own value.
 ENDS = 100
+
+
+#: A slider of a layer or a sheet goes from the strip's value divided by this to that times it.
+_ENDS = 4.0
+#: What the layers of a strip make, and is not moved itself.
+_OF_LAYERS = ("thickness", "youngs_modulus", "density")
+#: What is moved of sheets of electrodes.
+_OF_SHEETS = ("sheet_resistance_1", "sheet_resistance_2", "lead_resistance")
+
+
+def movable(strip: Actuator) -> list[Slider]:
+    """Return the sliders of a strip.
+
+    >>> from ..strip.actuator import PAPER
+    >>> [each.name for each in movable(PAPER)][:4]
+    ['length', 'free_length', 'width', 'thickness']
+    """
+    found = [each for each in sliders(strip) if not (strip.layers and each.name in _OF_LAYERS)]
+    for layer in {each.name: each for each in strip.layers}.values():
+        for name, about in LAYER_FIELDS.items():
+            if value := getattr(layer, name):
+                words = name.replace("_", " ").replace("youngs", "Young's")
+                found.append(_slider(f"{layer.name}_{name}", f"{layer.name}: {words}", "Layers", about["unit"], value))
+    sheets = {} if strip.electrodes is None else {name: getattr(strip.electrodes, name) for name in _OF_SHEETS}
+    return found + [
+        _slider(name, name.replace("_", " ").capitalize(), "Electrodes", "ohm", value)
+        for name, value in sheets.items()
+        if value
+    ]
+
+
+def _slider(name: str, label: str, group: str, si: str, value: float) -> Slider:
+    unit, scale = shown_unit(value, si)
+    return Slider(name, label, label, group, unit, scale, value, value / _ENDS, value * _ENDS)
 
 
 def value_at(slider: Slider, place: float) -> float:
@@ -64,8 +103,8 @@ def typed(slider: Slider, text: str) -> float:
             return float(number.replace(",", ".")) * slider.scale
         except ValueError:
             pass
-    unit = next((p.unit for p in STRIP_PARAMETERS if p.name == key(slider)), "")
-    return parse(plain, unit, slider.label)
+    known = next((p for p in STRIP_PARAMETERS if p.name == key(slider)), None) or layer_parameter(slider.name)
+    return parse(plain, known.unit if known else "", slider.label)
 
 
 def key(slider: Slider) -> str:

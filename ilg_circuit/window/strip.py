@@ -9,7 +9,7 @@ import panel as pn
 
 import ilg_circuit as ilg
 
-from ..browser.sliders import Slider, sliders
+from ..browser.sliders import Slider
 from ..errors import IlgError, visible
 from ..measurements.spectrum import Spectrum
 from ..strip.actuator import Actuator
@@ -17,7 +17,7 @@ from .answers import box, noting
 from .curves import BEFORE, MEASURED, NOW, OTHER, Curves, Panel
 from .live import Live
 from .look import button, card, choice, field, parts, shown, tabs
-from .moved import ENDS, changes, place_of, typed, value_at
+from .moved import ENDS, changes, movable, place_of, typed, value_at
 from .moved import shown as in_unit
 from .session import Session
 from .tasks import read
@@ -248,7 +248,7 @@ class Moving:
     def _made(self) -> None:
         """Make the sliders of another strip."""
         base = self.session.base
-        self.sliders = sliders(base)
+        self.sliders = movable(base)
         self.values = {s.name: s.value for s in self.sliders}
         self.widgets = {}
         name = f"<b>{visible_lines(base.name)}</b>, {visible_lines(self.session.origin)}"

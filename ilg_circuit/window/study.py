@@ -10,7 +10,7 @@ from ..study.outputs import OUTPUTS
 from .answers import Answer, box
 from .download import Download
 from .look import button, choice, field, lines, parts, shown
-from .moved import key
+from .moved import key, movable
 from .session import Session, texts
 
 #: What is varied at first, and the ends of its range relative to the strip's value.
@@ -46,14 +46,14 @@ class Ranges:
 
     def _offered(self) -> None:
         """Offer what the session's strip has, with ranges about its values."""
-        from ..browser.sliders import sliders
-
         self.known = {
             key(s): tuple(f"{s.value * end / s.scale:.4g} {s.unit}".strip() for end in _ENDS)
-            for s in sliders(self.session.base)
+            for s in movable(self.session.base)
         } | _OF_DRIVE
         for k, (name, *_) in enumerate(self.rows):
-            now = name.value if name.value in self.known else _FIRST[k] if k < len(_FIRST) else _NOTHING
+            first = _FIRST[k] if k < len(_FIRST) else _NOTHING
+            like = next((n for n in self.known if n.endswith(first)), _NOTHING)  # the thickness of a layer
+            now = name.value if name.value in self.known else first if first in self.known else like
             changed = name.value != now
             name.param.update(options=[_NOTHING, *self.known], value=now)
             if not changed:

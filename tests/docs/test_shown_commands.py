@@ -18,7 +18,7 @@ from ilg_circuit.strip.elements import lumped_elements
 from ilg_circuit.strip.file import load_actuator, loads
 
 #: What a page needs besides the package.
-NEEDS = {"arm": "numba", "sweep": "loky"}
+NEEDS = {"arm": "numba", "shape": "numba", "sweep": "loky"}
 SHOWING = [page for page in PAGES if any(block.language in ("bash", "python") for block in blocks(page))]
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]

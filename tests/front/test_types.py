@@ -17,10 +17,12 @@ from ilg_circuit.front.data import Measured
 from ilg_circuit.hyperelastic import Characterisation
 from ilg_circuit.identification.batch import Batch
 from ilg_circuit.identification.identification import Identification
+from ilg_circuit.identification.shape import ShapeFit
 from ilg_circuit.oscillators.run import RhythmRun, RhythmSweep
 from ilg_circuit.simulation.impedance import Impedance
 from ilg_circuit.simulation.response import Response
 from ilg_circuit.simulation.sensing import Sensed
+from ilg_circuit.simulation.shape import Shape
 from ilg_circuit.strip.actuator import Actuator
 from ilg_circuit.strip.models import IonPath
 from ilg_circuit.strip.specimen import Specimen
@@ -34,6 +36,7 @@ RETURNED = {
     "fit_curve": FitResult,
     "identify": Identification,
     "identify_each": Batch,
+    "identify_shape": ShapeFit,
     "impedance": Impedance,
     "kit": Path,
     "library": SpiceText,
@@ -46,12 +49,13 @@ RETURNED = {
     "read": Measured | list[Measured],  # one set of data, or a list
     "register_model": IonPath,
     "sense": Sensed,
+    "shape": Shape,
     "simulate": Response,
     "subcircuit": SubCircuit,
     "sweep": SweepResult,
 }
 #: Names that modules import for types alone.
-NAMES = {"ArmResult": ArmResult, "FitResult": FitResult, "SubCircuit": SubCircuit}
+NAMES = {"ArmResult": ArmResult, "FitResult": FitResult, "Shape": Shape, "SubCircuit": SubCircuit}
 
 
 def returned(function: Callable[..., Any]) -> Any:

@@ -37,8 +37,8 @@ _DRIVES = (
     "step:0V", "square:1V,7s,0.999", "sine:0V,1Hz", "current:5mA", "current:10mA,limit=2V", "square:2mA,3s",
 )  # fmt: skip
 _VARIED = ("thickness=0.3mm:0.8mm:3", "width=5mm,6mm", "voltage=1V:4V:2", "orientation=hanging,weightless",
-           "load_mass=0mg,10mg", "gel_thickness=0.2mm,0.4mm", "gain=1e-9m/(V s):3e-9m/(V s):2:log",
-           "period=1s:2s:2")  # fmt: skip
+           "load_mass=0mg,10mg", "gain=1e-9m/(V s):3e-9m/(V s):2:log", "period=1s:2s:2",
+           "gel_thickness=0.2mm,0.4mm")  # fmt: skip
 _RANGES = (
     "thickness=0.3mm:0.8mm",
     "width=3mm:6mm",

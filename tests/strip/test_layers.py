@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from ilg_circuit import PAPER, InputError, identify, new_strip
+from ilg_circuit.report.strip import summary
 from ilg_circuit.strip.actuator import Actuator
 from ilg_circuit.strip.elements import bending_stiffness, gravity_ratio, lumped_elements
 from ilg_circuit.strip.file import dumps, load_strip, loads
@@ -311,3 +312,13 @@ def test_study_and_design_vary_layers() -> None:
     assert any("one layer" in warning for warning in warned.warnings)
     with pytest.raises(InputError, match="no layer 'gold'"):
         design(SOFT, "step:1V", "60 s", "gold_thickness=10nm:1um", maximise="displacement_final")
+
+
+def test_layers_are_shown() -> None:
+    assert "carbon" in SOFT._repr_html_()
+    described = SOFT.describe()
+    assert [layer["name"] for layer in described["layers"]] == ["carbon", "gel", "carbon"]
+    text = summary(described)
+    assert "layers, gel_thickness varied                      -1.11" in text
+    assert "free length up to 7.16 mm" in text
+    assert "give [[layers]]" in summary(PAPER.describe())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import threading
 import time
@@ -15,10 +16,10 @@ import pytest
 from every_model import strip_of
 
 import ilg_circuit as ilg
-from ilg_circuit.browser.sliders import sliders
 from ilg_circuit.front.heads import head
+from ilg_circuit.strip.actuator import Actuator
 from ilg_circuit.window.live import Live
-from ilg_circuit.window.moved import ENDS, changes, place_of, shown, typed, value_at
+from ilg_circuit.window.moved import ENDS, changes, movable, place_of, shown, typed, value_at
 from ilg_circuit.window.session import Session
 from ilg_circuit.window.tasks import Source
 from ilg_circuit.window.worker import Task, Told, Worker
@@ -31,10 +32,34 @@ def ended(queue: Queue[Told]) -> Told:
     return told
 
 
-@pytest.mark.parametrize("model", ["rc", "warburg", "rc2+growing+sinh"])
-def test_a_slider_s_place_and_value_belong_together(model: str) -> None:
-    strip = strip_of(model, 3.0)
-    for slider in sliders(strip):
+LAYER = 'name = "{}"\nthickness = "{}"\nyoungs_modulus = "{}"\ndensity = "1000 kg/m^3"\n'
+LAYERS = [
+    LAYER.format(*each) for each in (("gold", "5 um", "1 MPa"), ("gel", "0.49 mm", "7 kPa"), ("gold", "5 um", "1 MPa"))
+]
+SHEETS = '\n[electrodes]\nsheet_resistance_1 = "1 ohm"\nsheet_resistance_2 = "2 ohm"\n'
+
+
+def opened(kind: str, folder: Path) -> Actuator:
+    """A strip of an electrical model, or the paper's with layers or with sheets."""
+    if kind not in ("layers", "sheets"):
+        return strip_of(kind, 3.0)
+    ilg.PAPER.save(folder / "strip.toml")
+    text = (folder / "strip.toml").read_text(encoding="utf-8")
+    if kind == "layers":
+        text = re.sub(r"(?m)^(youngs_modulus|density|beam_damping_ratio).*\n", "", text)
+    more = "".join(f"\n[[layers]]\n{layer}" for layer in LAYERS) if kind == "layers" else SHEETS
+    (folder / "strip.toml").write_text(text + more, encoding="utf-8")
+    return ilg.load(folder / "strip.toml")
+
+
+@pytest.mark.parametrize("kind", ["rc", "warburg", "rc2+growing+sinh", "layers", "sheets"])
+def test_a_slider_s_place_and_value_belong_together(kind: str, tmp_path: Path) -> None:
+    strip = opened(kind, tmp_path)
+    names = {slider.name for slider in movable(strip)}
+    assert names >= {"layers": {"gel_thickness", "gold_youngs_modulus"}, "sheets": {"sheet_resistance_2"}}.get(
+        kind, set()
+    )
+    for slider in movable(strip):
         assert value_at(slider, 0) == slider.value
         assert value_at(slider, ENDS) == pytest.approx(slider.highest)
         assert value_at(slider, -ENDS) == pytest.approx(slider.lowest)
@@ -42,14 +67,14 @@ def test_a_slider_s_place_and_value_belong_together(model: str) -> None:
             value = value_at(slider, place)
             assert place_of(slider, value) == place
             assert typed(slider, shown(slider, value)) == pytest.approx(value, rel=1e-3)
-            if slider.name not in ("length", "free_length"):  # which may contradict each other
-                moved = strip.with_(**changes(sliders(strip), {slider.name: value}))
-                again = {s.name: s.value for s in sliders(moved)}
-                assert again[slider.name] == pytest.approx(value, rel=1e-12)
+        if slider.name not in ("length", "free_length"):  # which may contradict each other
+            moved = strip.with_(**changes(movable(strip), {slider.name: value}))
+            again = {s.name: s.value for s in movable(moved)}
+            assert again[slider.name] == pytest.approx(value, rel=1e-9)
 
 
 def test_what_is_typed_has_a_unit_or_that_of_the_field() -> None:
-    thickness = next(s for s in sliders(ilg.PAPER) if s.name == "thickness")
+    thickness = next(s for s in movable(ilg.PAPER) if s.name == "thickness")
     assert [typed(thickness, text) for text in ("400", "0,4 mm", "400 \N{MICRO SIGN}m", "4e-4m")] == pytest.approx(
         4 * [4e-4]
     )

@@ -12,11 +12,13 @@ import pytest
 from every_model import strip_of
 
 import ilg_circuit as ilg
+from ilg_circuit.study.space import parse_ranges
 from ilg_circuit.window.session import Session
 
 pytest.importorskip("panel", reason="the extra app is not installed")
 from ilg_circuit.window.curves import BEFORE, NOW
 from ilg_circuit.window.download import _Refused
+from ilg_circuit.window.study import _plain
 from ilg_circuit.window.window import Window
 
 #: The page's bound on differences from the command, relative to the largest value.
@@ -131,6 +133,7 @@ def test_what_the_exact_engine_cannot_do_live_is_solved_by_ngspice(window: Windo
     strip.duration.value = "10 s"
     assert "A nonlinear strip is solved by ngspice alone" in strip.told.object
     assert window.session.run is None
+    assert window.sweep.ranges.rows[0][0].value == "thickness"
     strip.solve()
     soon.until(lambda: window.session.work is None)
     assert "Solved by ngspice" in strip.compared.object
@@ -201,6 +204,8 @@ def test_a_sweep_and_a_design_of_the_moved_strip(window: Window, soon: Soon) -> 
     for row in sweep.ranges.rows:
         row[3].value = 2
     assert sweep.ranges.texts[0].startswith("thickness=250 ")
+    for name, ends in sweep.ranges.known.items():  # whatever is offered is understood
+        parse_ranges([f"{name}={':'.join(map(_plain, ends))}"])
     sweep.start()
     soon.until(lambda: window.session.work is None)
     assert "4 designs solved" in sweep.answer.object
