@@ -244,6 +244,8 @@ class Drives:
     def __post_init__(self) -> None:
         if not self.named or any(drive.rest for drive in self.parts):
             raise InputError("several drives need one at least, and all start from 0 V")
+        if currents := [name for name, drive in self.named if by_current(drive)]:
+            raise InputError(f"segment {currents[0]} is driven by a current; segments are driven by voltages")
 
     @property
     def parts(self) -> tuple[Drive, ...]:

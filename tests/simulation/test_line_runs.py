@@ -173,6 +173,7 @@ def test_drives_of_segments_as_texts() -> None:
         (FOUR, {5: "step:4V"}, "segment '5' is not there: side 1 has 4 segments, 1 to 4"),
         (FOUR, {}, "no segment is driven"),
         (FOUR, {1: "step:4"}, "step"),
+        (FOUR, {2: "step:1V", 1: "current:10mA"}, "segment 1 is driven by a current"),
         (FOUR, {1: "step:4V", 2: PiecewiseLinear.step(1.0).resting(1.0)}, "start from 0 V"),
     ],
 )
