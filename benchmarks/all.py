@@ -28,6 +28,7 @@ PAGES = {
     "run": "RESULTS.md",
     "spectra": "SPECTRA.md",
     "arm": "ARM.md",
+    "shape_coverage": "SHAPE.md",
     "sweep": "SWEEP.md",
     "line": "LINE.md",
     "design": "DESIGN.md",

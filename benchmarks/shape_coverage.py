@@ -14,6 +14,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
+from figure import Figure
 
 import ilg_circuit as ilg
 from ilg_circuit.identification.shape import _admittance, bent_line, curved_line
@@ -65,8 +66,9 @@ def measured(case: str, sets: int) -> str:
     )
 
 
-def main(sets: int) -> None:
+def main() -> list[Figure]:
     """Fit all sets, a process for each case, print and write the table."""
+    sets = int(sys.argv[1]) if len(sys.argv) > 1 else 200
     with ProcessPoolExecutor(len(CASES)) as pool:
         lines = list(pool.map(measured, CASES, [sets] * len(CASES)))
     print("\n".join(lines))
@@ -82,7 +84,9 @@ def main(sets: int) -> None:
         "|---|---|---|---|---|---|",
     ]
     text.write_text("\n".join([*head, *lines, ""]), encoding="utf-8")
+    cells = [line.strip("| ").split(" | ") for line in lines]
+    return [Figure(f"95 % intervals of sheet_resistance that hold the truth: {case}", held) for case, held, *_ in cells]
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 300)
+    main()

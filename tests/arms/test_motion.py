@@ -13,6 +13,7 @@ from PIL import Image
 from ilg_circuit.arms import OCTOPUS, Motion, Plane, passive, read_motion, simulate, sine, strip_arm
 from ilg_circuit.arms.motion import VARIABLES
 from ilg_circuit.errors import InputError
+from ilg_circuit.report import animation
 from ilg_circuit.report import motion as motion_report
 from ilg_circuit.report.axes import save
 
@@ -106,7 +107,7 @@ def test_an_animation_with_a_phase_portrait(motion: Motion, tmp_path: Path) -> N
 def test_animations_that_cannot_be_made(motion: Motion, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match=r"end its name in \.gif or \.mp4"):
         motion_report.animate(motion, tmp_path / "arm.png")
-    monkeypatch.setattr(motion_report.shutil, "which", lambda name: None)
+    monkeypatch.setattr(animation.shutil, "which", lambda name: None)
     with pytest.raises(InputError, match="no ffmpeg here"):
         motion_report.animate(motion, tmp_path / "arm.mp4")
     with pytest.raises(InputError, match="two arrays of 21 values"):
