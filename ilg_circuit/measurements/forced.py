@@ -19,6 +19,8 @@ from .voltage import is_level
 _LEAST_PIECE, _LEAST = 8, 20
 #: A level is that many times its noise; a curve is that many standard errors from a straight line.
 _CLEAR, _BENDS = 10.0, 6.0
+#: Largest reading [V, A] that is one.
+_MOST = 1e6
 #: Standard errors by which the halves of a level may differ, and its neighbours may correlate.
 _ALIKE = 5.0
 #: Part of its range by which a curve bends, beyond rounding and the last digit.
@@ -37,8 +39,13 @@ def forces_current(table: Table) -> bool:
     if known.sum() < _LEAST:
         return False
     t, u, i = table.time[known], voltage[known], current[known]
-    if not np.ptp(i) or not np.ptp(u):
+    if max(np.abs(u).max(), np.abs(i).max()) > _MOST or not np.ptp(i) or not np.ptp(u):
         return False
+    with np.errstate(all="ignore"):  # squares of tiny readings
+        return _forces(t, u, i)
+
+
+def _forces(t: Array, u: Array, i: Array) -> bool:
     edges = [0, *(voltage_jumps(i) + 1).tolist(), len(i)]
     pieces = [slice(a, b) for a, b in pairwise(edges) if b - a >= _LEAST_PIECE]
     if sum(piece.stop - piece.start for piece in pieces) < 0.9 * len(i):
@@ -63,6 +70,8 @@ def _scatters(i: Array) -> bool:
 def _bends(t: Array, u: Array) -> bool:
     """Return True if readings ``u`` at ``t`` are a curve: neither a level, nor jumps, nor a straight line."""
     if len(voltage_jumps(u)):
+        return False
+    if not np.ptp(t):
         return False
     x, noise = (t - t.mean()) / (np.ptp(t) or 1.0), noise_level(u)
     fits = [np.polynomial.Polynomial.fit(x, u, degree) for degree in (1, 2)]
