@@ -37,6 +37,7 @@ ORDER = (
     "map_of_a_sweep",
     "design_a_strip",
     "pareto_front",
+    "tune_a_controller",
     "netlists",
     "own_driver",
     "own_model",

@@ -22,5 +22,6 @@ COMMANDS = {
     "show": "Print a strip's geometry, elements and limits of the model.",
     "simulate": "Simulate a strip's current, displacement, force and charge.",
     "sweep": "Simulate many strips: on a grid, at random, or from a list.",
+    "tune": "Tune a position controller that is robust over a strip's fit.",
     "watch": "Fit each file that an instrument writes into a folder.",
 }

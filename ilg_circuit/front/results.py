@@ -28,6 +28,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `DesignReport`       a design, or a front of designs, from `ilg.design` and `ilg.pareto`
 `Design`             the design itself, ``report.design``
 `Front`              the trade-off between objectives, ``report.front``
+`Tuned`              a position controller and its margins, from `ilg.tune`
 `RhythmRun`          the outputs of neurons, from `ilg.cpg`
 `RhythmSweep`        rhythms over the neurons' constants, from `ilg.cpg`
 `ArmResult`          the motion of a soft arm, from `ilg.arm`
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from ..arms.motion import Motion
     from ..arms.run import ArmResult
     from ..circuit.text import SpiceText
+    from ..control.tune import Tuned
     from ..findings import Finding
     from ..fit.estimate import Estimate
     from ..fit.result import FitResult
@@ -97,12 +99,14 @@ __all__ = [
     "Spectrum",
     "SpiceText",
     "SweepResult",
+    "Tuned",
 ]
 
 _PLACES = {
     "arms.motion": ("Motion",),
     "arms.run": ("ArmResult",),
     "circuit.text": ("SpiceText",),
+    "control.tune": ("Tuned",),
     "findings": ("Finding",),
     "fit.estimate": ("Estimate",),
     "fit.result": ("FitResult",),
