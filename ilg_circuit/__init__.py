@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from .front import results
     from .front.arms import arm
     from .front.circuits import kit, library, netlist, subcircuit
-    from .front.control import tune
+    from .front.control import track, tune
     from .front.data import read
     from .front.each import identify_each
     from .front.fits import identify, ogden
@@ -75,6 +75,7 @@ __all__ = [
     "simulate",
     "subcircuit",
     "sweep",
+    "track",
     "tune",
 ]
 
@@ -83,7 +84,7 @@ _PLACES = {
     "fit.curve": ("fit_curve",),
     "front.arms": ("arm",),
     "front.circuits": ("kit", "library", "netlist", "subcircuit"),
-    "front.control": ("tune",),
+    "front.control": ("track", "tune"),
     "front.data": ("read",),
     "front.each": ("identify_each",),
     "front.fits": ("identify", "ogden"),

@@ -38,6 +38,7 @@ ORDER = (
     "design_a_strip",
     "pareto_front",
     "tune_a_controller",
+    "follow_a_path",
     "netlists",
     "own_driver",
     "own_model",

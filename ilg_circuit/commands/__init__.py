@@ -22,6 +22,7 @@ COMMANDS = {
     "show": "Print a strip's geometry, elements and limits of the model.",
     "simulate": "Simulate a strip's current, displacement, force and charge.",
     "sweep": "Simulate many strips: on a grid, at random, or from a list.",
+    "track": "Find the voltage that makes a strip's tip follow a path.",
     "tune": "Tune a position controller that is robust over a strip's fit.",
     "watch": "Fit each file that an instrument writes into a folder.",
 }

@@ -9,4 +9,5 @@ In: an `Actuator`, with the covariance of its fit if it has one, and what is ask
     loop.py       the loop with its voltage limit and sensor delay over time, exact between events
     bound.py      the shortest time in which any voltage within the limit settles
     search.py     the law that is best among many;      tune.py   the request and its answer
+    programme.py  the voltage nearest to a path, a convex programme;   track.py  the path and its answer
 """

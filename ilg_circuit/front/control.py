@@ -7,11 +7,15 @@ from typing import Any
 
 from ..circuit.load import Hung, load_of
 from ..control.laws import kind_of
+from ..control.programme import Limits
+from ..control.track import NODES, Tracked
+from ..control.track import track as track_room
 from ..control.tune import MOST_SENSITIVE, OVERSHOOT, Tuned
 from ..control.tune import tune as tune_room
+from ..drive import PiecewiseLinear
 from ..errors import InputError, argument, checked, unknown_name
 from ..units import si
-from .given import Given, Strip, optional, quantity
+from .given import Driven, Given, Strip, drive_of, engine_of, optional, quantity
 from .given import load as strip_of
 
 
@@ -113,6 +117,93 @@ def tune(
         seed=seed,
         progress=progress,
     )
+
+
+@checked
+def track(
+    strip: Strip,
+    path: Driven,
+    duration: Given | None = None,
+    *,
+    voltage: Given = 4.0,
+    slew: Given | None = None,
+    current: Given | None = None,
+    energy: Given | None = None,
+    nodes: int = NODES,
+    beam: str | None = None,
+    load: Hung = None,
+    band: bool = False,
+    engine: str | None = None,
+) -> Tracked:
+    """Return the voltage whose displacement is nearest to a path, within limits, and how near that is.
+
+    Parameters
+    ----------
+    strip : Actuator, str or Path
+        An object, the path of a TOML file or a preset's name.
+    path : str, Drive or (times, values)
+        Where the tip shall be: a text such as "sine:1mm,10mHz" or "file:path.csv" (the forms of `sense`), or a pair of
+        times [s] and positions [m] (n,).
+    duration : float or str, optional
+        Duration [s]; not needed for a file or a pair of arrays, which end by themselves.
+    voltage : float or str
+        Limit [V] of the voltage, of either sign.
+    slew : float or str, optional
+        Limit [V/s] of the voltage's rate, such as "1 V/s"; the voltage then starts from zero.
+    current : float or str, optional
+        Limit [A] of the current, at the nodes.
+    energy : float or str, optional
+        Limit [J] of the energy that is delivered.
+    nodes : int
+        Number of points, equally apart, between which the voltage is straight.
+    beam : {"dynamic", "static"}, optional
+        Beam with or without its mass (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        Load on the tip, such as "mass=1g".
+    band : bool
+        Adds the standard error of the displacement from the uncertainty of a fitted strip.
+    engine : {"ngspice", "exact"}, optional
+        Solver of the run under the voltage found (default: exact, for nonlinear strips ngspice).
+
+    Returns
+    -------
+    Tracked
+        ``time`` [s], ``path``, ``displacement`` and ``error`` [m], ``voltage`` [V] and ``current`` [A], each an array
+        (m,); ``drive`` for `simulate`; ``followed``, ``at_limit``, ``reach`` [m], ``rate`` [m/s]. See `ilg.results`.
+
+    Raises
+    ------
+    InputError
+        A value is not understood or out of range.
+    SolveError
+        No voltage keeps the limits.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> slow = ilg.track("paper", "sine:3mm,5mHz", "400 s", nodes=101, beam="static")
+    >>> slow.followed, f"{max(slow.voltage):.2f} V, at a limit {slow.at_limit:.0%} of the time"
+    (True, '3.18 V, at a limit 0% of the time')
+    """
+    from ..extras import require_control
+
+    require_control()
+    actuator = strip_of(strip)
+    seconds = None if duration is None else quantity(duration, "s", "duration")
+    source = drive_of(path, seconds or 0.0, "m")
+    if seconds is None:
+        if not (isinstance(source, PiecewiseLinear) and source.times[-1] > 0):
+            raise InputError(f"{argument('duration')} is missing: say how long, such as '300 s'")
+        seconds = float(source.times[-1])
+    limits = Limits(
+        quantity(voltage, "V", "voltage"),
+        optional(slew, "V/s", "slew"),
+        optional(current, "A", "current"),
+        optional(energy, "J", "energy"),
+    )
+    chosen = engine or ("exact" if actuator.material.model.linear else engine_of(None, actuator))
+    how: dict[str, Any] = {"beam": beam, "load": load_of(load), "band": band, "engine": chosen}
+    return track_room(actuator, source, seconds, limits, nodes=nodes, **how)
 
 
 def _goals(text: str | None) -> dict[str, float]:

@@ -28,6 +28,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `DesignReport`       a design, or a front of designs, from `ilg.design` and `ilg.pareto`
 `Design`             the design itself, ``report.design``
 `Front`              the trade-off between objectives, ``report.front``
+`Tracked`            the voltage for a path, from `ilg.track`
 `Tuned`              a position controller and its margins, from `ilg.tune`
 `RhythmRun`          the outputs of neurons, from `ilg.cpg`
 `RhythmSweep`        rhythms over the neurons' constants, from `ilg.cpg`
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from ..arms.motion import Motion
     from ..arms.run import ArmResult
     from ..circuit.text import SpiceText
+    from ..control.track import Tracked
     from ..control.tune import Tuned
     from ..findings import Finding
     from ..fit.estimate import Estimate
@@ -99,6 +101,7 @@ __all__ = [
     "Spectrum",
     "SpiceText",
     "SweepResult",
+    "Tracked",
     "Tuned",
 ]
 
@@ -106,6 +109,7 @@ _PLACES = {
     "arms.motion": ("Motion",),
     "arms.run": ("ArmResult",),
     "circuit.text": ("SpiceText",),
+    "control.track": ("Tracked",),
     "control.tune": ("Tuned",),
     "findings": ("Finding",),
     "fit.estimate": ("Estimate",),

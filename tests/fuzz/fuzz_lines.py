@@ -18,7 +18,7 @@ from ilg_circuit.commands import COMMANDS
 WEIGHTS = {
     "show": 2, "simulate": 5, "impedance": 3, "netlist": 2, "identify": 2, "sense": 2, "sweep": 1, "design": 1,
     "new": 1, "ogden": 2, "cpg": 3, "arm": 1, "page": 1, "examples": 1, "doctor": 0, "demo": 0, "reproduce": 0,
-    "watch": 0, "tune": 1,
+    "watch": 0, "tune": 1, "track": 1,
 }  # fmt: skip
 STRIPS = (*("paper",) * 4, "strip.toml", "rc2.toml", "sinh.toml", "growing.toml", "warburg.toml", "plain.toml")
 _LENGTHS = ("0.3mm", "0.5mm", "1mm", "5mm", "30mm")
@@ -42,6 +42,8 @@ GOOD: dict[str, tuple[str, ...]] = {
     "arm --samples": ("3", "11"),
     "--step": ("0.1s", "1s", "7ms"),
     "tune --step": ("3mm", "1mm"), "tune --to": ("settling=60s", "bandwidth=10mHz"), "--delay": ("40ms", "0s"),
+    "--path": ("step:1mm", "sine:1mm,10mHz", "file:motion.csv"), "--nodes": ("20", "51"), "--slew": ("1V/s",),
+    "--current": ("50mA",), "--energy": ("2J",),
     "--gains": ("gain=5V/mm,reset_time=15s", "gain=20V/mm,reset_time=10s"), "--tracking-time": ("1s",),
     "--sensitivity": ("1.6", "2"), "--overshoot": ("5%", "20%"), "--draws": ("0", "5"),
     "cpg --step": ("1ms", "10ms"),
