@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from .front import results
     from .front.arms import arm
     from .front.circuits import kit, library, netlist, subcircuit
-    from .front.control import track, tune
+    from .front.control import close_loop, to_control, track, tune
     from .front.data import read
     from .front.each import identify_each
     from .front.fits import identify, ogden
@@ -54,6 +54,7 @@ __all__ = [
     "InputError",
     "SolveError",
     "arm",
+    "close_loop",
     "cpg",
     "design",
     "fit_curve",
@@ -75,6 +76,7 @@ __all__ = [
     "simulate",
     "subcircuit",
     "sweep",
+    "to_control",
     "track",
     "tune",
 ]
@@ -84,7 +86,7 @@ _PLACES = {
     "fit.curve": ("fit_curve",),
     "front.arms": ("arm",),
     "front.circuits": ("kit", "library", "netlist", "subcircuit"),
-    "front.control": ("track", "tune"),
+    "front.control": ("close_loop", "to_control", "track", "tune"),
     "front.data": ("read",),
     "front.each": ("identify_each",),
     "front.fits": ("identify", "ogden"),

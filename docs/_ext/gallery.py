@@ -39,6 +39,7 @@ ORDER = (
     "pareto_front",
     "tune_a_controller",
     "follow_a_path",
+    "close_the_loop",
     "netlists",
     "own_driver",
     "own_model",

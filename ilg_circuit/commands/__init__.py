@@ -6,6 +6,7 @@ In: options. Out: files, text and an exit code. May import: every room.
 #: Command -> the first sentence of its help: listing them imports none of them.
 COMMANDS = {
     "arm": "Move a soft arm and write its motion.",
+    "close": "Close the position loop around a strip, in ngspice or exactly.",
     "cpg": "Run a central pattern generator: period, amplitude, phases.",
     "demo": "Run the whole flow once: simulate, measure, identify, export.",
     "design": "Find the strip, within ranges, that meets requirements best.",

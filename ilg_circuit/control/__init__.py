@@ -10,4 +10,6 @@ In: an `Actuator`, with the covariance of its fit if it has one, and what is ask
     bound.py      the shortest time in which any voltage within the limit settles
     search.py     the law that is best among many;      tune.py   the request and its answer
     programme.py  the voltage nearest to a path, a convex programme;   track.py  the path and its answer
+    sampled.py    a sampled controller within the transient, in either engine;   behavioural.py  a law in the circuit
+    close.py      the loop and its answer;       export.py       python-control, C
 """

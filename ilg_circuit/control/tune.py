@@ -150,6 +150,7 @@ def controller_data(law: Law, limit: float, delay: float) -> dict[str, Any]:
         "gains": {name: float(value) for name, value in law.gains.items()},
         "limit": limit,
         "delay": delay,
+        "clamps": law.clamps,
         "state_space": {
             "a": law.a.tolist(),
             "b_reference": law.into_reference.tolist(),

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from ..circuit.load import Hung, load_of
+from ..control.close import Closed, read_controller
+from ..control.close import close_loop as close_room
+from ..control.export import c_text
+from ..control.export import to_control as control_of
 from ..control.laws import kind_of
 from ..control.programme import Limits
+from ..control.sampled import Sensor
 from ..control.track import NODES, Tracked
 from ..control.track import track as track_room
 from ..control.tune import MOST_SENSITIVE, OVERSHOOT, Tuned
 from ..control.tune import tune as tune_room
 from ..drive import PiecewiseLinear
 from ..errors import InputError, argument, checked, unknown_name
+from ..extras import require_control, require_python_control
 from ..units import si
 from .given import Driven, Given, Strip, drive_of, engine_of, optional, quantity
 from .given import load as strip_of
@@ -185,8 +192,6 @@ def track(
     >>> slow.followed, f"{max(slow.voltage):.2f} V, at a limit {slow.at_limit:.0%} of the time"
     (True, '3.18 V, at a limit 0% of the time')
     """
-    from ..extras import require_control
-
     require_control()
     actuator = strip_of(strip)
     seconds = None if duration is None else quantity(duration, "s", "duration")
@@ -204,6 +209,159 @@ def track(
     chosen = engine or ("exact" if actuator.material.model.linear else engine_of(None, actuator))
     how: dict[str, Any] = {"beam": beam, "load": load_of(load), "band": band, "engine": chosen}
     return track_room(actuator, source, seconds, limits, nodes=nodes, **how)
+
+
+@checked
+def close_loop(
+    strip: Strip,
+    controller: Any,
+    reference: Driven,
+    duration: Given,
+    *,
+    form: str = "sampled",
+    period: Given | None = None,
+    voltage: Given | None = None,
+    delay: Given = 0.0,
+    noise: Given = 0.0,
+    quantum: Given = 0.0,
+    computation: Given = 0.0,
+    seed: int = 0,
+    samples: int = 601,
+    beam: str | None = None,
+    load: Hung = None,
+    engine: str | None = None,
+) -> Closed:
+    """Return the position loop of a strip and a controller over time.
+
+    Parameters
+    ----------
+    strip : Actuator, str or Path
+        An object, the path of a TOML file or a preset's name.
+    controller : Tuned, str, Path or object
+        What `tune` returned, the JSON file that it wrote, a Python file, or any object with
+        ``step(reference, measured) -> voltage`` in metres and volts, of which every run has its own copy.
+    reference : str, Drive or (times, values)
+        Where the tip shall be: a text such as "step:3mm", or a pair of times [s] and positions [m] (n,).
+    duration : float or str
+        Duration [s].
+    form : {"sampled", "behavioural"}
+        Whether the controller is called at every ``period``, or is a part of the circuit, which needs a tuned one.
+    period : float or str, optional
+        Time between calls [s].
+    voltage : float or str, optional
+        Limit [V] of the voltage, of either sign (default: the tuned controller's, else 4 V).
+    delay : float or str
+        Delay [s] of the measurement.
+    noise : float or str
+        Standard deviation [m] of a measurement.
+    quantum : float or str
+        Step [m] in which the measurement comes.
+    computation : float or str
+        Time [s] from a call to its voltage, shorter than the period.
+    seed : int
+        Seed of the noise.
+    samples : int
+        Number of samples that are returned, equally apart.
+    beam : {"dynamic", "static"}, optional
+        Beam with or without its mass (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        Load on the tip, such as "mass=1g".
+    engine : {"ngspice", "exact"}, optional
+        Solver of a sampled loop: ngspice, or matrix exponentials, for linear circuits only (default: ngspice; without
+        its library exact, with a warning). A behavioural loop is solved by ngspice.
+
+    Returns
+    -------
+    Closed
+        ``time`` [s], ``reference`` and ``displacement`` [m], ``voltage`` [V] and ``current`` [A], each an array (n,);
+        ``waves.measured`` [m]; ``netlist`` of a behavioural loop; ``run.settled()``. See `ilg_circuit.results`.
+
+    Raises
+    ------
+    InputError
+        A value is not understood or out of range, or the controller is none.
+    SolveError
+        The controller's ``step`` raised or returned no finite voltage, or the circuit cannot be solved.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> class Proportional:
+    ...     def step(self, reference, measured):
+    ...         return 1000 * reference + 5000 * (reference - measured)
+    >>> closed = ilg.close_loop("paper", Proportional(), "step:3mm", "60 s", period="0.1 s", engine="exact")
+    >>> f"{1e3 * closed.displacement[-1]:.2f} mm"
+    '3.00 mm'
+    """
+    actuator = strip_of(strip)
+    seconds = quantity(duration, "s", "duration")
+    sensor = Sensor(
+        quantity(delay, "s", "delay"), quantity(noise, "m", "noise"), quantity(quantum, "m", "quantum"), seed
+    )
+    return close_room(
+        actuator,
+        controller,
+        drive_of(reference, seconds, "m"),
+        seconds,
+        form=form,
+        period=optional(period, "s", "period"),
+        limit=optional(voltage, "V", "voltage"),
+        sensor=sensor,
+        computation=quantity(computation, "s", "computation"),
+        samples=samples,
+        beam=beam,
+        load=load_of(load),
+        engine=engine_of(engine, actuator) if form == "sampled" else "ngspice",
+    )
+
+
+@checked
+def to_control(strip: Strip, *, tip: str = "free", beam: str | None = None, load: Hung = None) -> Any:
+    """Return a strip as a state space of python-control, for small signals about rest.
+
+    Parameters
+    ----------
+    strip : Actuator, str or Path
+        An object, the path of a TOML file or a preset's name.
+    tip : {"free", "clamped"}
+        Whether the tip moves.
+    beam : {"dynamic", "static"}, optional
+        Beam with or without its mass (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        Load on the tip, such as "mass=1g".
+
+    Returns
+    -------
+    control.StateSpace
+        Input ``u`` [V]; outputs ``y`` (displacement [m]), ``i`` (current [A]) and ``F`` (force [N]).
+
+    Raises
+    ------
+    InputError
+        A value is not understood.
+    MissingLibraryError
+        python-control is not installed; it comes with the extra ``control``.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> system = ilg.to_control("paper", beam="static")
+    >>> system.input_labels, system.output_labels
+    (['u'], ['y', 'i', 'F'])
+    """
+    require_python_control()
+    return control_of(strip_of(strip), beam, load_of(load), tip)
+
+
+def controller_code(controller: Path, period: Given | None, voltage: Given | None = None) -> str:
+    """Return the C text of the tuned controller in a JSON file. Raises InputError for another file, or no period."""
+    found = read_controller(controller)
+    if not isinstance(found, tuple):
+        raise InputError(f"'{controller}' is no tuned controller; C is written of one that tune wrote with --json")
+    if period is None:
+        raise InputError(f"{argument('period')} is missing: C is written of a sampled controller")
+    law, limit = found
+    return c_text(law, quantity(period, "s", "period"), limit if voltage is None else quantity(voltage, "V", "voltage"))
 
 
 def _goals(text: str | None) -> dict[str, float]:

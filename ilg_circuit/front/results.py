@@ -28,6 +28,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `DesignReport`       a design, or a front of designs, from `ilg.design` and `ilg.pareto`
 `Design`             the design itself, ``report.design``
 `Front`              the trade-off between objectives, ``report.front``
+`Closed`             a closed position loop over time, from `ilg.close_loop`
 `Tracked`            the voltage for a path, from `ilg.track`
 `Tuned`              a position controller and its margins, from `ilg.tune`
 `RhythmRun`          the outputs of neurons, from `ilg.cpg`
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from ..arms.motion import Motion
     from ..arms.run import ArmResult
     from ..circuit.text import SpiceText
+    from ..control.close import Closed
     from ..control.track import Tracked
     from ..control.tune import Tuned
     from ..findings import Finding
@@ -79,6 +81,7 @@ __all__ = [
     "ArmResult",
     "Batch",
     "Characterisation",
+    "Closed",
     "Design",
     "DesignReport",
     "Estimate",
@@ -109,6 +112,7 @@ _PLACES = {
     "arms.motion": ("Motion",),
     "arms.run": ("ArmResult",),
     "circuit.text": ("SpiceText",),
+    "control.close": ("Closed",),
     "control.track": ("Tracked",),
     "control.tune": ("Tuned",),
     "findings": ("Finding",),
