@@ -19,8 +19,8 @@ from ..strip.ladder import LADDER_BAND
 
 #: Hankel singular values below this part of the largest are left out: the motion's reflection, the electrical port.
 _NEGLIGIBLE = 1e-7
-#: Shift of integrators that no output shows, relative to the slowest other pole, so that Gramians exist.
-_SHIFT = 1e-6
+#: Shift of all poles, in parts of the slowest but integrators, so that Gramians exist: they only choose the states.
+_SHIFT = 1e-2
 #: Largest Markov parameter that counts as zero, relative to the scale of the poles.
 _ZERO = 1e-6
 #: Condition of eigenvectors above which a response is not summed from modes.

@@ -27,9 +27,7 @@ _JUST_AFTER = 1e-6
 #: Times that are one, in periods.
 _ROUNDING = 1e-9
 #: Steps of ngspice between two times, at first and at most, and the error accepted, of the largest displacement.
-_FIRST, _MOST, ACCURACY = 4, 512, 1e-6
-#: Steps for the fastest pole.
-_PER_POLE = 0.2
+_FIRST, _MOST, ACCURACY = 8, 512, 1e-6
 
 
 class Controller(Protocol):
@@ -198,11 +196,7 @@ def run_ngspice(
     that; noise and steps of the sensor are the same in every run. Raises SolveError where it is not reached.
     """
     loop = (controller, reference, period, sensor, limit, computation, outputs)
-    rates = np.abs(state_space([net.linearised()]).poles())
     parts, before = _FIRST, None
-    slowest = float(np.diff(_Loop(*loop).times).max())
-    while parts < min(_MOST, slowest * float(rates.max()) / _PER_POLE):
-        parts *= 2
     while parts <= _MOST:
         waves = _transient(net, _Loop(*loop), parts, period)
         if before is not None:
