@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .front.arms import arm
     from .front.bode import bode
     from .front.circuits import kit, library, netlist, subcircuit
+    from .front.control import close_loop, to_control, track, tune
     from .front.data import read
     from .front.each import identify_each
     from .front.fits import identify, ogden
@@ -58,6 +59,7 @@ __all__ = [
     "app",
     "arm",
     "bode",
+    "close_loop",
     "cpg",
     "design",
     "fit_curve",
@@ -81,6 +83,9 @@ __all__ = [
     "simulate",
     "subcircuit",
     "sweep",
+    "to_control",
+    "track",
+    "tune",
 ]
 
 _PLACES = {
@@ -89,6 +94,7 @@ _PLACES = {
     "front.arms": ("arm",),
     "front.bode": ("bode",),
     "front.circuits": ("kit", "library", "netlist", "subcircuit"),
+    "front.control": ("close_loop", "to_control", "track", "tune"),
     "front.data": ("read",),
     "front.each": ("identify_each",),
     "front.fits": ("identify", "ogden"),

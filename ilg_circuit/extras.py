@@ -24,6 +24,16 @@ def require_sensitivity() -> None:
     _require(("SALib",), "Sobol indices", "sensitivity")
 
 
+def require_control() -> None:
+    """Raise MissingLibraryError, which says what to install, where the extra ``control`` is not installed."""
+    _require(("clarabel",), "the voltage for a path", "control")
+
+
+def require_python_control() -> None:
+    """Raise MissingLibraryError without python-control, for a strip as its state space: the extra ``control``."""
+    _require(("control",), "a strip for python-control", "control")
+
+
 def require_dataframe(module: str) -> None:
     """Raise MissingLibraryError without ``module``, pandas or xarray, for a result: the extra ``dataframe``."""
     _require((module,), f"a result as a table of {module}", "dataframe")

@@ -25,6 +25,7 @@ NEEDS = {
     "soft_arm": "numba",
     "fit_a_dataframe": "pandas",
     "profile_and_mcmc": "emcee",
+    "follow_a_path": "clarabel",
 }
 #: Notebooks that are run; the cells of the others are those of their scripts, which are run.
 BOOKS = ("load_a_strip", "parameters_and_errors")

@@ -21,7 +21,7 @@ FLOORS = (
     ("solve", "measurements"),
     ("simulation",),
     ("identification",),
-    ("hyperelastic", "oscillators", "study"),
+    ("control", "hyperelastic", "oscillators", "study"),
     ("arms",),
     ("report", "browser", "kits"),
     ("front",),

@@ -8,6 +8,7 @@ COMMANDS = {
     "app": "Open a window with sliders: fit, move, sweep, design, export.",
     "arm": "Move a soft arm and write its motion.",
     "bode": "Compute how displacement, current and force follow frequency.",
+    "close": "Close the position loop around a strip, in ngspice or exactly.",
     "cpg": "Run a central pattern generator: period, amplitude, phases.",
     "demo": "Run the whole flow once: simulate, measure, identify, export.",
     "design": "Find the strip, within ranges, that meets requirements best.",
@@ -24,5 +25,7 @@ COMMANDS = {
     "show": "Print a strip's geometry, elements and limits of the model.",
     "simulate": "Simulate a strip's current, displacement, force and charge.",
     "sweep": "Simulate many strips: on a grid, at random, or from a list.",
+    "track": "Find the voltage that makes a strip's tip follow a path.",
+    "tune": "Tune a position controller that is robust over a strip's fit.",
     "watch": "Fit each file that an instrument writes into a folder.",
 }

@@ -31,6 +31,9 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `DesignReport`       a design, or a front of designs, from `ilg.design` and `ilg.pareto`
 `Design`             the design itself, ``report.design``
 `Front`              the trade-off between objectives, ``report.front``
+`Closed`             a closed position loop over time, from `ilg.close_loop`
+`Tracked`            the voltage for a path, from `ilg.track`
+`Tuned`              a position controller and its margins, from `ilg.tune`
 `RhythmRun`          the outputs of neurons, from `ilg.cpg`
 `RhythmSweep`        rhythms over the neurons' constants, from `ilg.cpg`
 `ArmResult`          the motion of a soft arm, from `ilg.arm`
@@ -50,6 +53,9 @@ if TYPE_CHECKING:
     from ..arms.motion import Motion
     from ..arms.run import ArmResult
     from ..circuit.text import SpiceText
+    from ..control.close import Closed
+    from ..control.track import Tracked
+    from ..control.tune import Tuned
     from ..findings import Finding
     from ..fit.estimate import Estimate
     from ..fit.result import FitResult
@@ -82,6 +88,7 @@ __all__ = [
     "Batch",
     "Bode",
     "Characterisation",
+    "Closed",
     "Design",
     "DesignReport",
     "Estimate",
@@ -106,12 +113,17 @@ __all__ = [
     "Spectrum",
     "SpiceText",
     "SweepResult",
+    "Tracked",
+    "Tuned",
 ]
 
 _PLACES = {
     "arms.motion": ("Motion",),
     "arms.run": ("ArmResult",),
     "circuit.text": ("SpiceText",),
+    "control.close": ("Closed",),
+    "control.track": ("Tracked",),
+    "control.tune": ("Tuned",),
     "findings": ("Finding",),
     "fit.estimate": ("Estimate",),
     "fit.result": ("FitResult",),

@@ -30,7 +30,9 @@ from ..arrays import Array, ComplexArray
 from ..errors import SolveError, StoppedEarlyError, first_line
 from .library import VARIABLE, prepare_library
 
-Run = Callable[[Array, Array], Array]
+Run = Callable[..., Array]
+#: Called with a grid's position and a function that reads a vector there; returns the voltage from then on.
+Arrival = Callable[[int, Callable[[str], float]], float]
 
 #: Truncation control is off: the grid decides. A linear circuit is solved in one Newton step, so its tolerances only
 #: have to be wide enough for rounding.
@@ -72,6 +74,8 @@ class Session:
                 Shared.ffi = bare
         Shared.NgSpiceShared._instances[0] = self._shared  # a user's own simulators run in the same ngspice
         self._running = False
+        self._arrived: Arrival | None = None
+        self._reached = -1
         self._lib = self._shared._ngspice_shared
         self._holds = False
         self._process = os.getpid()
@@ -97,24 +101,25 @@ class Session:
 
         Gives ``run(grid, voltages)``: ``grid`` [s] ascends from 0 to ``end``, ``voltages`` [V] (points,) at its points
         belong to the circuit's external source, or (sources, points) of several named Vdrive_0, Vdrive_1, ... It
-        returns ``vectors`` at all points after 0, shape (vectors, points). Initial
-        conditions are the elements'. ``linear=False`` iterates every step until it converges. Raises SolveError
-        when ngspice rejects the circuit, stops early, or leaves the grid.
+        returns ``vectors`` at all points after 0, shape (vectors, points). Initial conditions are the elements'. A
+        third argument of ``run`` is called at each point of the grid that is reached, and gives the voltage of the next
+        one in place of ``voltages``. ``linear=False`` iterates every step until it converges. Raises SolveError when
+        ngspice rejects the circuit, stops early, or leaves the grid.
         """
         stop = 1.01 * end  # ngspice drops points very near its end, so its end lies beyond ours
 
-        def run(grid: Array, voltages: Array) -> Array:
+        def run(grid: Array, voltages: Array, arrived: Arrival | None = None) -> Array:
             self._command("destroy all")
             waves = np.atleast_2d(voltages)
             self._grid = [*grid.tolist(), stop]
             self._voltages = [[*wave, wave[-1]] for wave in waves.tolist()]
             self._position, self._tiny, self._begun = 0, 1e-15 * end, -1.0
             self._nudge = 0.0 if linear else _NUDGE * float(np.abs(voltages).max())
-            self._running = True
+            self._running, self._arrived, self._reached = True, arrived, -1
             try:
                 self._command("run")
             finally:
-                self._running = False
+                self._running, self._arrived = False, None
             return self._read(vectors, grid)
 
         options = {} if linear else _NONLINEAR
@@ -182,11 +187,21 @@ class Session:
             return redo
         ahead = self._grid[self._position] - time
         if ahead <= self._tiny and self._position < len(self._grid) - 1:
+            if self._arrived and self._reached < self._position:
+                self._reached = self._position
+                self._voltages[0][self._position + 1] = self._arrived(self._position, self._latest)
             self._position += 1
             ahead = self._grid[self._position] - time
         # beyond its end, which only a circuit that is not ours has, the run is ended by ever longer steps
         delta[0] = max(ahead, self._tiny) if ahead > 0 else max(time, self._tiny)
         return 0
+
+    def _latest(self, name: str) -> float:
+        """Return the last value of a vector while a run goes on."""
+        info = self._lib.ngGet_Vec_Info(name.encode())
+        if info == self._ffi.NULL or info.v_realdata == self._ffi.NULL or not info.v_length:
+            raise SolveError(f"ngspice has no vector {name} while it runs; its version is too old")
+        return float(info.v_realdata[info.v_length - 1])
 
     def _source_voltage(self, voltage: Any, time: float, name: Any, _id: int, _data: Any) -> int:
         """Give ngspice the voltage of an external source, at every Newton iteration."""

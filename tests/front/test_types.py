@@ -12,6 +12,9 @@ from PySpice.Spice.Netlist import SubCircuit
 import ilg_circuit as ilg
 from ilg_circuit.arms.run import ArmResult
 from ilg_circuit.circuit.text import SpiceText
+from ilg_circuit.control.close import Closed
+from ilg_circuit.control.track import Tracked
+from ilg_circuit.control.tune import Tuned
 from ilg_circuit.fit.result import FitResult
 from ilg_circuit.front.data import Measured
 from ilg_circuit.hyperelastic import Characterisation
@@ -32,6 +35,7 @@ from ilg_circuit.study.sweep import SweepResult
 
 RETURNED = {
     "arm": ArmResult,
+    "close_loop": Closed,
     "cpg": RhythmRun | RhythmSweep,
     "design": DesignReport,
     "fit_curve": FitResult,
@@ -55,6 +59,9 @@ RETURNED = {
     "simulate": Response,
     "subcircuit": SubCircuit,
     "sweep": SweepResult,
+    "to_control": Any,  # python-control's, which ships no types
+    "track": Tracked,
+    "tune": Tuned,
 }
 #: Names that modules import for types alone.
 NAMES = {"ArmResult": ArmResult, "FitResult": FitResult, "Shape": Shape, "SubCircuit": SubCircuit}

@@ -42,6 +42,10 @@ _DESIGNS = "thickness_mm,width_mm,voltage_V\n0.3,5,1\n0.5,,2\n0.8,6,3\n"
 _WEIGHTS = "0,2.5,0\n0,0,2.5\n2.5,0,0\n"
 _DRIVE = "time_s,voltage_V\n0,0\n1,0\n1,2\n5,-1\n9,3\n"
 
+_TUNED = """{"controller": {"kind": "pi", "gains": {"gain": 5000}, "limit": 4, "delay": 0, "clamps": false,
+"state_space": {"a": [[0]], "b_reference": [333], "b_displacement": [-333], "b_excess": [0.07], "c": [1],
+"d_reference": 5000, "d_displacement": -5000}}}"""
+
 
 class TooLongError(BaseException):
     """A case took more than `LONGEST`; no handler of the package's takes it for its own."""
@@ -86,6 +90,8 @@ def write_inputs(folder: Path) -> None:
     texts["journal.mplstyle"] = "font.size: 8\nlines.linewidth: 1\n"
     texts["tip.csv"] = track_texts.TRACKS["CSV, pixels"][0]()
     texts["motion.csv"] = _DRIVE.replace("voltage_V", "displacement_mm")
+    texts["own.py"] = "def step(reference, measured):\n    return 1e3 * (reference - measured)\n"
+    texts["tuned.json"] = _TUNED
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
 

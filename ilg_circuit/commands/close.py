@@ -1,0 +1,90 @@
+"""The command ``close``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..simulation.drives import MOTIONS
+from .emit import emit
+from .help import group
+from .options import SEED, actuator_argument, beam_option, engine_option, load_option, output_options, outputs
+from .paths import ANY, DECK, FILE, LongCommand
+from .tune import delay_option
+
+
+@click.command(
+    cls=LongCommand,
+    examples=(
+        "close fitted.toml --controller tuned.json --reference step:3mm --duration 60s --period 0.1s --plot loop.png",
+        "close fitted.toml --controller own.py --reference sine:1mm,5mHz --duration 400s --period 40ms --delay 40ms",
+    ),
+    tables={"Forms of MOTION": MOTIONS},
+)
+@actuator_argument
+@group(
+    "Controller",
+    click.option(
+        "--controller",
+        type=FILE,
+        required=True,
+        help="JSON file of tune; or a Python file with step(reference, measured) -> voltage, which is run.",
+    ),
+    click.option("--reference", required=True, metavar="MOTION", help="Where the tip shall be; its forms are below."),
+    click.option("--duration", required=True, metavar="TIME", help="How long the run is, such as 60s."),
+    click.option(
+        "--form",
+        type=click.Choice(["sampled", "behavioural"]),
+        default="sampled",
+        help="sampled: called at every period; behavioural: a part of the circuit, for a tuned controller.",
+    ),
+    click.option("--period", metavar="TIME", help="Time between calls of a sampled controller, such as 0.1s."),
+    click.option("--computation", default="0s", metavar="TIME", help="Time from a call to its voltage."),
+    click.option("--voltage", metavar="VOLTAGE", help="Limit of the voltage.  [default: the controller's, else 4V]"),
+)
+@group(
+    "Sensor",
+    delay_option,
+    click.option("--noise", default="0m", metavar="LENGTH", help="Standard deviation of a measurement, such as 5um."),
+    click.option("--quantum", default="0m", metavar="LENGTH", help="Step of the measurement, such as 10um."),
+    click.option("--seed", type=SEED, default=0, help="Seed of the noise."),
+)
+@group("Sampling", click.option("--samples", type=int, default=601, metavar="N", help="Number of samples returned."))
+@beam_option
+@load_option
+@engine_option
+@group(
+    "Output",
+    click.option("--netlist", type=DECK, help="SPICE deck of a behavioural loop to write."),
+    click.option("--c-code", type=ANY, help="C file of a tuned controller, sampled, to write."),
+)
+@output_options("CSV file to write.", "Picture to write (.png, .pdf, .svg).")
+def close(actuator: str, controller: Path, netlist: Path | None, c_code: Path | None, **options: Any) -> None:
+    """Close the position loop around a strip, in ngspice or exactly.
+
+    A sampled controller is called at every period within the transient: ngspice stops there, and goes on with its
+    voltage. A behavioural one is a part of the circuit, as --netlist writes it.
+    """
+    from ..files import write_text
+    from ..front.control import close_loop as run
+    from ..front.control import controller_code
+
+    code = None if c_code is None else controller_code(controller, options["period"], options["voltage"])
+    written = outputs(options)
+    if netlist is not None and options["form"] != "behavioural":
+        from ..errors import InputError
+
+        raise InputError("--netlist is of a loop in the circuit; give --form behavioural with it")
+    closed = run(actuator, controller, **options)
+    emit(
+        closed,
+        {**written, "--netlist": netlist, "--c-code": c_code},
+        inputs=(actuator, controller),
+        seed=options["seed"],
+        writers={
+            "--netlist": lambda result, path: write_text(path, result.netlist),
+            "--c-code": lambda result, path: write_text(path, code or ""),
+        },
+    )

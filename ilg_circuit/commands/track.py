@@ -1,0 +1,61 @@
+"""The command ``track``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from ..simulation.drives import MOTIONS
+from .emit import emit
+from .help import group
+from .options import actuator_argument, beam_option, engine_option, load_option, output_options, outputs
+from .paths import LongCommand
+from .tune import limit_option
+
+
+@click.command(
+    cls=LongCommand,
+    examples=(
+        "track paper --path sine:3mm,5mHz --duration 400s --out drive.csv --plot track.png",
+        "track fitted.toml --path file:path.csv --voltage 3V --slew 1V/s --band --json track.json",
+    ),
+    tables={"Forms of MOTION": MOTIONS},
+)
+@actuator_argument
+@group(
+    "Path",
+    click.option(
+        "--path", required=True, metavar="MOTION", help="Position of the tip over time; its forms are listed below."
+    ),
+    click.option("--duration", metavar="TIME", help="How long, such as 300s.  [default: to the end of the file]"),
+    click.option("--nodes", type=int, default=301, metavar="N", help="Points between which the voltage is straight."),
+)
+@group(
+    "Limits",
+    limit_option,
+    click.option("--slew", metavar="RATE", help="Limit of the voltage's rate, such as 1V/s; it starts from zero."),
+    click.option("--current", metavar="CURRENT", help="Limit of the current, such as 50mA."),
+    click.option("--energy", metavar="ENERGY", help="Limit of the energy delivered, such as 2J."),
+)
+@beam_option
+@load_option
+@engine_option
+@group("Solver", click.option("--band", is_flag=True, help="Add the standard error, from the strip's fit."))
+@output_options("CSV file of the voltage, for simulate --drive file:.", "Picture to write (.png, .pdf, .svg).")
+def track(actuator: str, **options: Any) -> None:
+    """Find the voltage that makes a strip's tip follow a path.
+
+    The displacement comes as near to the path as the limits allow, in the mean square. A path that the strip cannot
+    follow is a result, too: the warnings say by how much, and what holds it back.
+    """
+    from ..front.control import track as run
+
+    written = outputs(options)
+    tracked = run(actuator, **options)
+    emit(
+        tracked,
+        written,
+        inputs=(actuator, options["path"].removeprefix("file:")),
+        writers={"--out": lambda result, path: result.write_drive(path)},
+    )

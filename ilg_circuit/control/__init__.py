@@ -1,0 +1,15 @@
+"""Position control of a strip: a tuned feedback loop, the voltage for a path, the closed loop as a circuit.
+
+In: an `Actuator`, with the covariance of its fit if it has one, and what is asked for. Out: results. May import:
+`simulation` and what is below it.
+
+    plant.py      voltage -> displacement as a small state space, nominal and for samples of the covariance
+    laws.py       PI, PID, LQG, ADRC: each one linear law with anti-windup
+    margins.py    margins of a loop, over all samples
+    loop.py       the loop with its voltage limit and sensor delay over time, exact between events
+    bound.py      the shortest time in which any voltage within the limit settles
+    search.py     the law that is best among many;      tune.py   the request and its answer
+    programme.py  the voltage nearest to a path, a convex programme;   track.py  the path and its answer
+    sampled.py    a sampled controller within the transient, in either engine;   behavioural.py  a law in the circuit
+    close.py      the loop and its answer;       export.py       python-control, C
+"""

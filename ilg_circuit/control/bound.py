@@ -1,0 +1,73 @@
+"""The shortest time in which any voltage within its limit brings the tip to rest in a band: a linear programme."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import expm
+from scipy.optimize import linprog
+
+from ..arrays import Array
+from ..errors import InputError
+from .loop import BAND
+from .plant import Plant
+
+#: Pieces of constant voltage before the entry into the band and after it, and where the band is looked at, per piece.
+_BEFORE, _AFTER, _LOOKS = 80, 40, 2
+#: How closely the time is found, relative, and the largest one that is tried in time constants of the slowest pole.
+_FOUND, _LONGEST = 5e-4, 100.0
+
+
+def fastest_settling(plant: Plant, step: float, limit: float, band: float = BAND) -> float:
+    """Return the shortest time [s] after which +-``limit`` [V] can hold the tip within ``band`` of ``step`` [m].
+
+    The voltage is piecewise constant, so that a better one could be faster by at most a piece. Raises InputError where
+    the step is beyond what the limit holds.
+    """
+    most = abs(plant.gain) * limit
+    if abs(step) * (1 - band) > most:
+        raise InputError(
+            f"a step of {1e3 * step:g} mm is out of reach: {limit:g} V holds at most {1e3 * most:.4g} mm; "
+            "allow more voltage or ask for less"
+        )
+    slow = 1 / float(np.abs(plant.poles.real).min())
+    low, high = 0.0, slow / 8
+    while _least_error(plant, abs(step), limit, high) > band:
+        low, high = high, 2 * high
+        if high > _LONGEST * slow:
+            raise InputError(f"a step of {1e3 * step:g} mm cannot be held within {100 * band:g} % at {limit:g} V")
+    while high - low > _FOUND * high:
+        middle = (low + high) / 2
+        if _least_error(plant, abs(step), limit, middle) > band:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _least_error(plant: Plant, step: float, limit: float, time: float) -> float:
+    """Return the least largest error after ``time`` [s], in parts of the step."""
+    pieces = _BEFORE + _AFTER
+    answer = held_answer(plant, time / _BEFORE, pieces, _LOOKS)[_BEFORE * _LOOKS - 1 :] * (limit / step)
+    one = np.ones((len(answer), 1))
+    matrix = np.block([[answer, -one], [-answer, -one]])
+    right = np.concatenate([one[:, 0], -one[:, 0]])
+    cost = np.append(np.zeros(pieces), 1.0)
+    found = linprog(cost, A_ub=matrix, b_ub=right, bounds=[(-1, 1)] * pieces + [(0, None)], method="highs")
+    return float(found.x[-1]) if found.status == 0 else np.inf
+
+
+def held_answer(plant: Plant, width: float, pieces: int, looks: int = 1) -> Array:
+    """Return the displacement [m/V] (pieces looks, pieces) at the ends of parts of pieces of a voltage that is held."""
+    n = len(plant.b)
+    whole = np.zeros((n + 1, n + 1))
+    whole[:n, :n], whole[:n, n] = plant.a, plant.b
+    moved = expm(whole * width / looks)
+    state, rows = np.zeros(n), []
+    for k in range(pieces * looks):
+        state = moved[:n, :n] @ state + (moved[:n, n] if k < looks else 0.0)
+        rows.append(float(plant.c @ state))
+    pulse = np.array(rows)
+    result = np.zeros((pieces * looks, pieces))
+    for k in range(pieces):
+        result[k * looks :, k] = pulse[: (pieces - k) * looks]
+    return result

@@ -1,0 +1,293 @@
+"""Closes the loop around a strip: a sampled controller in either engine, or a law as a part of the circuit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..arrays import Array, plain
+from ..circuit.load import Load
+from ..circuit.strip import strip_netlist
+from ..drive import Drive
+from ..errors import InputError, argument, wrong_choice
+from ..findings import Finding, Warned
+from ..result import Column, Result
+from ..simulation.response import transient_band
+from ..strip.actuator import Actuator
+from .behavioural import loop_deck, run_behavioural
+from .laws import Law
+from .loop import Run
+from .sampled import Controller, SampledLaw, Sensor, Waves, run_exact, run_ngspice
+from .tune import Tuned
+
+#: What the controller is in the loop.
+FORMS = ("sampled", "behavioural")
+#: Times that are returned, and most calls of a controller.
+_SHOWN, _MOST_CALLS = 601, 200_000
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Closed(Warned, Result):
+    """A strip in a closed position loop over time, as `ilg_circuit.close_loop` returns it.
+
+    Attributes
+    ----------
+    actuator : Actuator
+        The strip.
+    form : str
+        "sampled" or "behavioural".
+    controller : str
+        The controller in a few words.
+    reference : ndarray (n,)
+        Where the tip shall be [m].
+    limit : float
+        Limit of the voltage [V].
+    period : float or None
+        Time between calls of a sampled controller [s].
+    sensor : Sensor
+        Its ``delay`` [s], ``noise`` [m] and ``quantum`` [m].
+    engine : str
+        What solved the circuit.
+    waves : Waves
+        ``time`` [s], ``displacement`` [m], ``current`` [A] and ``voltage`` [V], each (n,); times ``sampled`` [s] and
+        what was ``measured`` [m] then, each (k,).
+    netlist : str
+        The loop as a SPICE deck, "" for a sampled one.
+    findings : tuple of Finding
+        What the loop should be known for.
+    """
+
+    presenter: ClassVar[str] = "close"
+    actuator: Actuator
+    form: str
+    controller: str
+    reference: Array
+    limit: float
+    period: float | None
+    sensor: Sensor
+    engine: str
+    waves: Waves
+    netlist: str = ""
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def time(self) -> Array:
+        """Times [s] (n,)."""
+        return self.waves.time
+
+    @property
+    def displacement(self) -> Array:
+        """Displacement [m] (n,)."""
+        return self.waves.displacement
+
+    @property
+    def voltage(self) -> Array:
+        """Voltage on the strip [V] (n,)."""
+        return self.waves.voltage
+
+    @property
+    def current(self) -> Array:
+        """Current into the strip [A] (n,)."""
+        return self.waves.current
+
+    @property
+    def error(self) -> float:
+        """Estimated error of the solution, relative to the largest displacement."""
+        return self.waves.error
+
+    @property
+    def run(self) -> Run:
+        """The loop as a `Run`: its ``settled()`` and ``overshoot`` refer to the last reference."""
+        rate = np.gradient(self.displacement, self.time)
+        return Run(self.time, self.reference, self.displacement, rate, self.voltage, self.voltage)
+
+    def table(self) -> tuple[Column, ...]:
+        """Return time, reference, displacement, voltage and current (n,)."""
+        return (
+            Column("time", self.time, "s", over=True),
+            Column("reference", self.reference, "m"),
+            Column("displacement", self.displacement, "m"),
+            Column("voltage", self.voltage, "V"),
+            Column("current", self.current, "A"),
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the loop as plain data; waveforms are lists by header."""
+        settled = self.run.settled()
+        return {
+            "actuator": self.actuator.name,
+            "form": self.form,
+            "controller": self.controller,
+            "limit": self.limit,
+            "period": self.period,
+            "sensor": vars(self.sensor),
+            "engine": self.engine,
+            "estimated_error": self.error,
+            "settling": settled if np.isfinite(settled) else None,
+            "overshoot": self.run.overshoot if self.reference[-1] else None,
+            "waveforms": {column.header: plain(np.asarray(column.values)) for column in self.table()},
+            "sampled": plain(self.waves.sampled),
+            "measured": plain(self.waves.measured),
+            "findings": [finding.to_dict() for finding in self.findings],
+        }
+
+
+def law_from(data: Mapping[str, Any]) -> tuple[Law, float]:
+    """Return the law of `tune.controller_data` and its limit [V]. Raises InputError for other data."""
+    try:
+        system = data["state_space"]
+        n = len(system["c"])
+        law = Law(
+            str(data["kind"]),
+            {str(name): float(value) for name, value in data["gains"].items()},
+            a=np.array(system["a"], dtype=float).reshape(n, n),
+            into_reference=np.array(system["b_reference"], dtype=float).reshape(n),
+            into_measured=np.array(system["b_displacement"], dtype=float).reshape(n),
+            into_excess=np.array(system["b_excess"], dtype=float).reshape(n),
+            out=np.array(system["c"], dtype=float),
+            reference=float(system["d_reference"]),
+            measured=float(system["d_displacement"]),
+            clamps=bool(data.get("clamps", False)),
+        )
+        return law, float(data["limit"])
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise InputError("the controller's data are not those that tune writes with --json") from None
+
+
+def read_controller(path: Path) -> Any:
+    """Return a law and its limit from the JSON file of ``tune``, or the ``controller`` of a Python file, which is run.
+
+    A Python file without ``controller`` has a function ``step``. Raises InputError for others.
+    """
+    if path.suffix.lower() == ".py":
+        return _from_python(path)
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read the controller '{path}': {str(error).splitlines()[0]}") from None
+    if not isinstance(content, dict) or not isinstance(content.get("controller"), dict):
+        raise InputError(f"'{path}' holds no controller; give the JSON file of tune, or a Python file with step")
+    return law_from(content["controller"])
+
+
+def _from_python(path: Path) -> Controller:
+    from runpy import run_path
+    from types import SimpleNamespace
+
+    try:
+        names = run_path(str(path))
+    except Exception as error:
+        raise InputError(f"'{path}' cannot be run: {type(error).__name__}: {error}") from None
+    found: Any = names.get("controller", SimpleNamespace(step=names.get("step")))
+    if not callable(getattr(found, "step", None)):
+        raise InputError(
+            f"'{path}' has neither an object controller with step(reference, measured) nor a function step"
+        )
+    made: Controller = found
+    return made
+
+
+def close_loop(
+    actuator: Actuator,
+    controller: Any,
+    reference: Drive,
+    duration: float,
+    *,
+    form: str = "sampled",
+    period: float | None = None,
+    limit: float | None = None,
+    sensor: Sensor | None = None,
+    computation: float = 0.0,
+    samples: int = _SHOWN,
+    beam: str | None = None,
+    load: Load | None = None,
+    engine: str = "ngspice",
+) -> Closed:
+    """Return the loop of a strip and a ``controller``: a `Tuned`, a path, a pair of law and limit, or an object.
+
+    Raises InputError for values that make no loop, SolveError for a controller that fails.
+    """
+    sensor = sensor or Sensor()
+    if form not in FORMS:
+        raise wrong_choice(argument("form"), form, FORMS)
+    if isinstance(controller, str | Path):
+        controller = read_controller(Path(controller))
+    if isinstance(controller, Tuned):
+        controller = controller.law, controller.wish.limit
+    law = None
+    if isinstance(controller, tuple) and len(controller) == 2 and isinstance(controller[0], Law):
+        law, own = controller
+        limit = own if limit is None else limit
+    elif not callable(getattr(controller, "step", None)):
+        raise InputError("a controller is what tune returned or wrote, or has step(reference, measured) -> voltage")
+    limit = 4.0 if limit is None else limit
+    _require(limit, duration, samples, sensor, computation)
+    if actuator.coupling is None:
+        raise InputError(f"actuator '{actuator.name}' has no [coupling]; its tip cannot be controlled")
+    times = np.linspace(0.0, duration, samples)
+    net = strip_netlist(actuator, beam=beam, load=load, band=transient_band(times))
+    deck = ""
+    if form == "behavioural":
+        if law is None:
+            raise InputError(f"an object with step is {argument('form', 'sampled')}; only a tuned law can be a circuit")
+        if sensor != Sensor(seed=sensor.seed) or period is not None or computation:
+            raise InputError(f"{argument('form', 'behavioural')} has no period, delay, noise or quantum; take sampled")
+        waves = run_behavioural(net, law, reference, limit, times)
+        engine, deck = "ngspice", loop_deck(net, law, reference, limit, duration)
+    else:
+        if period is None:
+            raise InputError(f"{argument('period')} is missing: say how often the controller is called, such as 0.1 s")
+        if not (np.isfinite(period) and 0 < period <= duration):
+            raise InputError(
+                f"{argument('period')} is {period:g} s; it must be more than zero and at most the run's {duration:g} s"
+            )
+        if duration / period > _MOST_CALLS:
+            raise InputError(
+                f"{argument('period')} {period:g} s makes {duration / period:.3g} calls, not {_MOST_CALLS}"
+            )
+        if not 0 <= computation < period:
+            raise InputError(f"{argument('computation')} is {computation:g} s; it must be shorter than the period")
+        called: Controller = SampledLaw(law, period, limit) if law is not None else controller
+        if engine == "exact" and not net.linear:
+            raise InputError(f"the exact engine solves linear circuits only; use {argument('engine', 'ngspice')}")
+        run = run_exact if engine == "exact" else run_ngspice
+        waves = run(net, called, reference, period, sensor, limit, computation, times)
+    return Closed(
+        actuator=actuator,
+        form=form,
+        controller=_said(law, controller),
+        reference=reference.value(waves.time),
+        limit=limit,
+        period=period,
+        sensor=sensor,
+        engine=engine,
+        waves=waves,
+        netlist=deck,
+    )
+
+
+def _said(law: Law | None, controller: Any) -> str:
+    if law is None:
+        return type(controller).__name__
+    return f"{law.kind} ({', '.join(f'{name} {value:.4g}' for name, value in law.gains.items())})"
+
+
+def _require(limit: float, duration: float, samples: int, sensor: Sensor, computation: float) -> None:
+    """Raise InputError for values that no loop has."""
+    for name, value, unit in (("voltage", limit, "V"), ("duration", duration, "s")):
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{argument(name)} is {value:g} {unit}; it must be more than zero")
+    if not 2 <= samples <= _MOST_CALLS:
+        raise InputError(f"{argument('samples')} is {samples}; give 2 to {_MOST_CALLS}")
+    for name, value, unit in (
+        ("delay", sensor.delay, "s"),
+        ("noise", sensor.noise, "m"),
+        ("quantum", sensor.quantum, "m"),
+    ):
+        if not (np.isfinite(value) and value >= 0):
+            raise InputError(f"{argument(name)} is {value:g} {unit}; it must be zero or more")

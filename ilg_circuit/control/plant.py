@@ -1,0 +1,156 @@
+"""The strip as a controller sees it: voltage to displacement at L_F, as a small state space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_continuous_lyapunov
+
+from ..arrays import Array, ComplexArray
+from ..circuit.load import Load
+from ..circuit.strip import strip_netlist
+from ..errors import InputError
+from ..simulation.prediction_band import scaled
+from ..solve.state_space import state_space
+from ..strip.actuator import Actuator
+from ..strip.elements import lumped_elements
+from ..strip.ladder import LADDER_BAND
+
+#: Hankel singular values below this part of the largest are left out: the motion's reflection, the electrical port.
+_NEGLIGIBLE = 1e-7
+#: Shift of all poles, in parts of the slowest but integrators, so that Gramians exist: they only choose the states.
+_SHIFT = 1e-2
+#: Largest Markov parameter that counts as zero, relative to the scale of the poles.
+_ZERO = 1e-6
+#: Condition of eigenvectors above which a response is not summed from modes.
+_NEARLY_PARALLEL = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class Plant:
+    """x' = A x + B u, y = C x for voltage u [V] and displacement y [m]: a (s, s), b (s,), c (s,)."""
+
+    a: Array
+    b: Array
+    c: Array
+
+    @property
+    def gain(self) -> float:
+        """Displacement at rest [m/V]."""
+        return float(-self.c @ np.linalg.solve(self.a, self.b))
+
+    @property
+    def poles(self) -> ComplexArray:
+        """Poles [1/s] (s,)."""
+        return np.asarray(np.linalg.eigvals(self.a), dtype=complex)
+
+    def response(self, frequency: Array) -> ComplexArray:
+        """Return y/u [m/V] at angular frequencies [rad/s] (f,)."""
+        return responses([self], frequency)[0]
+
+    def leading(self) -> tuple[int, float]:
+        """Return the relative degree n and the gain b0 of y^(n) = b0 u + ... at once after a change of u."""
+        scale = float(np.abs(self.poles).max())
+        row, size = self.c, abs(self.gain)
+        for degree in range(1, len(self.b) + 1):
+            value = float(row @ self.b)
+            if abs(value) > _ZERO * size * scale**degree:
+                return degree, value
+            row = row @ self.a
+        raise InputError("the strip's voltage does not move its tip")
+
+
+def responses(plants: list[Plant], frequency: Array) -> ComplexArray:
+    """Return y/u [m/V] of plants of one order at angular frequencies [rad/s] (f,), shape (plants, f)."""
+    a, b, c = (np.stack([getattr(plant, part) for plant in plants]) for part in ("a", "b", "c"))
+    poles, shapes = np.linalg.eig(a)
+    if np.linalg.cond(shapes).max() < _NEARLY_PARALLEL:
+        shares = np.linalg.solve(shapes, b[..., None].astype(complex))[..., 0] * np.einsum("ns,nsk->nk", c, shapes)
+        total = np.zeros((len(plants), len(frequency)), dtype=complex)
+        for k in range(a.shape[1]):
+            total += shares[:, k, None] / (1j * frequency - poles[:, k, None])
+        return total
+    matrix = 1j * frequency[:, None, None] * np.eye(a.shape[1]) - a[:, None]
+    right = np.broadcast_to(b[:, None, :, None], (*matrix.shape[:3], 1)).astype(complex)
+    return np.asarray(np.einsum("ns,nfs->nf", c, np.linalg.solve(matrix, right)[..., 0]))
+
+
+def plants_of(
+    actuator: Actuator,
+    *,
+    beam: str | None = None,
+    load: Load | None = None,
+    draws: int = 0,
+    seed: int = 0,
+) -> list[Plant]:
+    """Return the linearised strip with a free tip, then ``draws`` samples of its fit's covariance, all of one order.
+
+    Raises InputError for a strip without a coupling, or draws from a strip without a covariance.
+    """
+    if actuator.coupling is None:
+        raise InputError(f"actuator '{actuator.name}' has no [coupling]; its tip cannot be controlled")
+    strips = [actuator, *sampled(actuator, draws, seed)]
+    nets = [strip_netlist(strip, beam=beam, load=load, band=LADDER_BAND).linearised() for strip in strips]
+    system = state_space(nets)
+    row = system.output_names.index("displacement")
+    order = 0
+    found = []
+    for a, b, c in zip(system.a, system.b[:, :, 0], system.c[:, row], strict=True):
+        plant = balanced(a, b, c, order)
+        order = len(plant.b)
+        found.append(plant)
+    return found
+
+
+def sampled(actuator: Actuator, draws: int, seed: int) -> list[Actuator]:
+    """Return ``draws`` strips, their parameters drawn from the covariance. Raises InputError without one."""
+    if not draws:
+        return []
+    uncertainty = actuator.uncertainty
+    if uncertainty is None:
+        raise InputError(f"actuator '{actuator.name}' has no [uncertainty]: fit one with identify, or ask for no draws")
+    random = np.random.default_rng(seed)
+    mean = np.zeros(len(uncertainty.names))
+    logs = random.multivariate_normal(mean, np.array(uncertainty.covariance), size=draws, method="eigh")
+    return [
+        scaled(actuator, dict(zip(uncertainty.names, np.exp(row).tolist(), strict=True)), LADDER_BAND) for row in logs
+    ]
+
+
+def balanced(a: Array, b: Array, c: Array, order: int = 0) -> Plant:
+    """Return the balanced system without the states that neither the input reaches nor the output shows.
+
+    ``order`` states are kept; 0 keeps those whose Hankel singular values count.
+    """
+    speeds = np.abs(np.linalg.eigvals(a))
+    slowest = float(speeds[speeds > 1e-12 * speeds.max()].min())
+    shifted = a - _SHIFT * slowest * np.eye(len(a))
+    # states of one size first: each by the size it has under a step
+    reached = solve_continuous_lyapunov(shifted, -np.outer(b, b))
+    size = np.sqrt(np.maximum(np.diag(reached), 1e-300))
+    size[size < 1e-12 * size.max()] = 1.0
+    a, shifted, b, c = a * size / size[:, None], shifted * size / size[:, None], b / size, c * size
+    reached = solve_continuous_lyapunov(shifted, -np.outer(b, b))
+    shown = solve_continuous_lyapunov(shifted.T, -np.outer(c, c))
+    left, right = _root(reached), _root(shown)
+    u, values, v = np.linalg.svd(right.T @ left)
+    kept = order or int((values > _NEGLIGIBLE * values[0]).sum())
+    root = np.sqrt(values[:kept])
+    into, out = (left @ v[:kept].T) / root, (right @ u[:, :kept]) / root
+    return Plant(out.T @ a @ into, out.T @ b, c @ into)
+
+
+def _root(gramian: Array) -> Array:
+    values, vectors = np.linalg.eigh((gramian + gramian.T) / 2)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def first_mode(actuator: Actuator, beam: str | None = None, load: Load | None = None) -> float | None:
+    """Return the resonance of the tip [Hz], None for a beam without mass."""
+    if actuator.beam(beam, loaded=bool(load)) == "static":
+        return None
+    load = load or Load()
+    lumped = lumped_elements(actuator, hung=load.mass)
+    stiffness = lumped.stiffness + lumped.gravity + load.stiffness
+    return float(np.sqrt(stiffness / (lumped.mass + load.mass)) / (2 * np.pi))

@@ -1,0 +1,260 @@
+"""The loop with a sampled controller: any object with ``step(reference, measured) -> voltage``, in either engine.
+
+The controller is called at multiples of its period. What it is given was measured earlier by the sensor's delay, with
+noise, in steps; its voltage is held from the computation's delay on. The exact engine carries the strip's states from
+one of these times to the next by matrix exponentials; ngspice stops at them within one transient.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.linalg import expm
+
+from ..arrays import Array
+from ..circuit.netlist import Netlist, copies
+from ..drive import Drive
+from ..errors import IlgError, SolveError, first_line
+from ..solve.state_space import state_space
+from .laws import Law
+
+#: Time after a change of the voltage at which ngspice has a point, in periods: without it the error is first order.
+_JUST_AFTER = 1e-6
+#: Times that are one, in periods.
+_ROUNDING = 1e-9
+#: Steps of ngspice between two times, at first and at most, and the error accepted, of the largest displacement.
+_FIRST, _MOST, ACCURACY = 8, 512, 1e-6
+
+
+class Controller(Protocol):
+    """What is called at every sample."""
+
+    def step(self, reference: float, measured: float) -> float:
+        """Return the voltage [V] for a reference and a measured displacement [m]."""
+
+
+class SampledLaw:
+    """A law sampled with a ``period`` [s]: its states follow exactly what is held, the voltage applied included."""
+
+    def __init__(self, law: Law, period: float, limit: float) -> None:
+        self.law, self.period, self.limit = law, period, limit
+        n = len(law.out)
+        whole = np.zeros((n + 3, n + 3))
+        # x' = A x + b_r r + b_y y + b_s (u - c x - d_r r - d_y y), so that u is what the strip has, not what changes
+        whole[:n, :n] = law.a - np.outer(law.into_excess, law.out)
+        whole[:n, n] = law.into_reference - law.into_excess * law.reference
+        whole[:n, n + 1] = law.into_measured - law.into_excess * law.measured
+        whole[:n, n + 2] = law.into_excess
+        moved = expm(whole * period)
+        self.a, self.b = moved[:n, :n], moved[:n, n:]
+        self.state = np.zeros(n)
+
+    def step(self, reference: float, measured: float) -> float:
+        """Return the limited voltage [V], and go on by a period."""
+        asked = float(self.law.out @ self.state) + self.law.reference * reference + self.law.measured * measured
+        voltage = min(max(asked, -self.limit), self.limit)
+        self.state = self.a @ self.state + self.b @ np.array([reference, measured, voltage])
+        if self.law.clamps:
+            self.state[0] = min(max(self.state[0], -self.limit), self.limit)
+        return voltage
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A displacement sensor: ``delay`` [s], ``noise`` (standard deviation [m]) from a ``seed``, ``quantum`` [m]."""
+
+    delay: float = 0.0
+    noise: float = 0.0
+    quantum: float = 0.0
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Waves:
+    """A sampled run at ``time`` [s] (n,), its displacement [m], current [A] and voltage [V], and the samples (k,)."""
+
+    time: Array
+    displacement: Array
+    current: Array
+    voltage: Array
+    sampled: Array
+    measured: Array
+    error: float
+
+
+class _Loop:
+    """What happens at which time: measuring, calling the controller, changing the voltage."""
+
+    def __init__(
+        self,
+        controller: Controller,
+        reference: Drive,
+        period: float,
+        sensor: Sensor,
+        limit: float,
+        computation: float,
+        outputs: Array,
+    ) -> None:
+        duration = float(outputs[-1])
+        calls = int(np.floor(duration / period * (1 + 1e-12))) + 1
+        samples: Array = np.asarray(np.arange(calls) * period, dtype=np.float64)
+        seen, changed = samples - sensor.delay, samples + computation
+        changed = changed[changed < duration * (1 - _ROUNDING)]
+        times = np.concatenate([samples, seen[seen > 0], changed, outputs])
+        times = np.sort(times)
+        self.times = times[np.append(True, np.diff(times) > _ROUNDING * period)]
+        self.samples = samples
+
+        def places(wanted: Array) -> dict[int, int]:
+            """Return place in the times -> number, for those that are among them."""
+            at = np.clip(np.searchsorted(self.times, wanted - 2 * _ROUNDING * period), 0, len(self.times) - 1)
+            near = np.abs(self.times[at] - wanted) <= 4 * _ROUNDING * period
+            return {int(j): k for k, (j, good) in enumerate(zip(at, near, strict=True)) if good}
+
+        self.seen, self.called, self.changed = places(seen), places(samples), places(changed)
+        self.shown = np.array(sorted(places(outputs)), dtype=int)
+        self.controller = copy.deepcopy(controller)
+        self.references = reference.value(samples)
+        random = np.random.default_rng(sensor.seed)
+        self.noise = sensor.noise * random.standard_normal(len(samples))
+        self.quantum, self.limit = sensor.quantum, limit
+        self.exact = np.zeros(len(samples))
+        self.measured = np.zeros(len(samples))
+        self.wanted = np.zeros(len(samples))
+        self.voltage = 0.0
+
+    def arrive(self, place: int, displacement: Callable[[], float]) -> float:
+        """Return the voltage from a place of the times on. Raises SolveError for a controller that fails."""
+        if place in self.seen:
+            self.exact[self.seen[place]] = displacement()
+        if place in self.called:
+            k = self.called[place]
+            value = self.exact[k] + self.noise[k]
+            if self.quantum:
+                value = self.quantum * round(value / self.quantum)
+            self.measured[k] = value
+            self.wanted[k] = self._called(float(self.references[k]), float(value), float(self.samples[k]))
+        if place in self.changed:
+            self.voltage = float(self.wanted[self.changed[place]])
+        return self.voltage
+
+    def _called(self, reference: float, measured: float, time: float) -> float:
+        try:
+            voltage = float(self.controller.step(reference, measured))
+        except IlgError:
+            raise
+        except Exception as error:
+            kind, said = type(error).__name__, first_line(error)
+            raise SolveError(f"the controller's step raised {kind} at {time:g} s: {said}") from None
+        if not np.isfinite(voltage):
+            raise SolveError(f"the controller's step returned {voltage} at {time:g} s; it must be a finite voltage")
+        return min(max(voltage, -self.limit), self.limit)
+
+
+def run_exact(net: Netlist, *loop: Any) -> Waves:
+    """Return the run of a linear strip; ``loop`` are the arguments of `run_ngspice` after the netlist."""
+    events = _Loop(*loop)
+    system = state_space([net])
+    a, b = system.a[0], system.b[0, :, 0]
+    y, i = (system.output_names.index(name) for name in ("displacement", "current"))
+    c, d = system.c[0], system.d[0, :, 0]
+    n = len(b)
+    whole = np.zeros((n + 1, n + 1))
+    whole[:n, :n], whole[:n, n] = a, b
+    known: dict[float, Array] = {}
+    x = np.zeros(n)
+    found = np.zeros((len(events.times), 3))
+    for place, time in enumerate(events.times.tolist()):
+        at = float(c[y] @ x)
+        u = events.arrive(place, lambda at=at: at)  # type: ignore[misc]
+        found[place] = at, float(c[i] @ x + d[i] * u), u
+        if place + 1 < len(events.times):
+            width = round(float(events.times[place + 1]) - time, 14)
+            if width not in known:
+                known[width] = expm(whole * width)
+            x = known[width][:n, :n] @ x + known[width][:n, n] * u
+    return _waves(events, found, 0.0)
+
+
+def run_ngspice(
+    net: Netlist,
+    controller: Controller,
+    reference: Drive,
+    period: float,
+    sensor: Sensor,
+    limit: float,
+    computation: float,
+    outputs: Array,
+) -> Waves:
+    """Return the run by ngspice with the controller called within the transient, to `ACCURACY`.
+
+    ``outputs`` [s] (n,) are the times that are returned. The steps are halved until the displacement moves by less than
+    that; noise and steps of the sensor are the same in every run. Raises SolveError where it is not reached.
+    """
+    loop = (controller, reference, period, sensor, limit, computation, outputs)
+    parts, before = _FIRST, None
+    while parts <= _MOST:
+        waves = _transient(net, _Loop(*loop), parts, period)
+        if before is not None:
+            moved = float(np.abs(waves.displacement - before.displacement).max())
+            error = moved / 3 / max(float(np.abs(waves.displacement).max()), 1e-300)
+            if error <= ACCURACY:
+                return Waves(**{**vars(waves), "error": error})
+        before, parts = waves, 2 * parts
+    if sensor.quantum:  # a reading on an edge of a step may fall to either side, which no finer step changes
+        return Waves(**{**vars(waves), "error": error})
+    raise SolveError(f"ngspice's sampled loop moves by {error:.1e} of its largest displacement, not {ACCURACY:g}")
+
+
+def _transient(net: Netlist, events: _Loop, parts: int, period: float) -> Waves:
+    """Return one run of ngspice with every interval in ``parts``."""
+    from ..solve.ngspice import session
+
+    text, (vectors,) = copies([net])
+    quantities = list(vectors)
+    terms = {output.name: output.terms for output in net.outputs}
+    grid, places = [0.0], {0: 0}
+    for place, (start, end) in enumerate(zip(events.times[:-1].tolist(), events.times[1:].tolist(), strict=True)):
+        just = [start + _JUST_AFTER * period] if place in events.changed else []
+        first = just[0] if just else start
+        grid += [*just, *np.linspace(first, end, parts + 1)[1:].tolist()]
+        places[len(grid) - 1] = place + 1
+    held = np.zeros(len(grid))
+    names = [vectors[q] for q in quantities]
+    own = f"{text}\n{net.source.line('external')}"
+    at_start = events.arrive(0, lambda: 0.0)
+    applied = np.zeros(len(events.times))
+    applied[0] = at_start
+
+    with session().loaded(own, grid[-1], names, linear=net.linear) as run:
+
+        def arrived(position: int, read: Callable[[str], float]) -> float:
+            if position and position in places:
+                applied[places[position]] = events.arrive(
+                    places[position], lambda: sum(k * read(vectors[q]) for q, k in terms["displacement"])
+                )
+            return events.voltage
+
+        values = run(np.array(grid), held, arrived)
+    whole = np.concatenate([np.zeros((len(names), 1)), values], axis=1)
+    at = np.array(list(places), dtype=int)
+    found = np.zeros((len(events.times), 3))
+    for column, name in enumerate(("displacement", "current")):
+        found[:, column] = sum(k * whole[quantities.index(q), at] for q, k in terms[name])
+    # currents just after a change of the voltage, as the exact engine has them
+    for place in events.changed:
+        if place + 1 < len(events.times):
+            position = int(at[place]) + 1
+            found[place, 1] = sum(k * whole[quantities.index(q), position] for q, k in terms["current"])
+    found[:, 2] = applied
+    return _waves(events, found, np.inf)
+
+
+def _waves(events: _Loop, found: Array, error: float) -> Waves:
+    shown = found[events.shown]
+    displacement, current, voltage = shown.T
+    return Waves(events.times[events.shown], displacement, current, voltage, events.samples, events.measured, error)

@@ -1,0 +1,299 @@
+"""Finds the voltage that makes the tip follow a path, says how well it can, and what holds it back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.linalg import expm
+
+from ..arrays import Array, plain
+from ..circuit.load import Load
+from ..circuit.strip import strip_netlist
+from ..drive import Drive, PiecewiseLinear, drive_findings
+from ..errors import InputError, SolveError, argument
+from ..files import write_csv
+from ..findings import Finding, Warned
+from ..result import Column, Result
+from ..simulation.prediction_band import prediction_band
+from ..simulation.response import Response, simulate, transient_band
+from ..solve.state_space import state_space
+from ..strip.actuator import Actuator
+from .bound import fastest_settling
+from .plant import Plant, plants_of
+from .programme import Answers, Limits, answers, nearest_voltage
+
+#: Nodes of the voltage, the most of them, and the largest error of a path that counts as followed, in parts of it.
+NODES, MOST_NODES, FOLLOWED = 301, 2001, 0.01
+#: How near a limit counts as at it, and steps of Gauss and Newton with the voltage's change that ends them [V/V].
+_AT, _STEPS, _SAME = 1e-5, 12, 1e-5
+#: Times of the impulse response, in time constants of the slowest pole, for the largest rate.
+_LONG, _FINE = 8.0, 4000
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Tracked(Warned, Result):
+    """The voltage whose displacement is nearest to a path, as `ilg_circuit.track` returns it.
+
+    Attributes
+    ----------
+    actuator : Actuator
+        The strip.
+    path : ndarray (m,)
+        Where the tip shall be [m] at ``time``, which is that of the voltage's nodes and half way between them.
+    drive : PiecewiseLinear
+        The voltage as a drive, for `ilg_circuit.simulate`.
+    limits : Limits
+        Largest ``voltage`` [V], ``slew`` [V/s], ``current`` [A], ``energy`` [J].
+    stderr : ndarray (m,) or None
+        Standard error of the displacement [m] from the uncertainty of a fitted strip.
+    at_limit : float
+        Share of the time at a limit.
+    reach, rate : float
+        Largest displacement [m] that the limit of the voltage holds, and largest rate [m/s] that it reaches from rest.
+    bound : float or None
+        Shortest time [s] in which any voltage settles at the path's largest displacement; None if it is out of reach.
+    response : Response
+        The run of the strip under the drive.
+    findings : tuple of Finding
+        What the voltage should be known for.
+    """
+
+    presenter: ClassVar[str] = "track"
+    actuator: Actuator
+    path_text: str
+    path: Array
+    drive: PiecewiseLinear
+    limits: Limits
+    response: Response
+    at_limit: float
+    reach: float
+    rate: float
+    bound: float | None
+    stderr: Array | None = None
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def time(self) -> Array:
+        """Times [s] (m,)."""
+        return self.response.time
+
+    @property
+    def displacement(self) -> Array:
+        """Displacement [m] (m,)."""
+        return self.response.displacement
+
+    @property
+    def voltage(self) -> Array:
+        """Voltage [V] (m,)."""
+        return self.response.voltage
+
+    @property
+    def current(self) -> Array:
+        """Current [A] (m,)."""
+        return self.response.current
+
+    @property
+    def energy(self) -> float:
+        """Energy delivered [J]."""
+        return float(self.response.energy[-1])
+
+    @property
+    def error(self) -> Array:
+        """Path less displacement [m] (m,)."""
+        return np.asarray(self.path - self.displacement)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the error over time [m]."""
+        return float(np.sqrt(np.trapezoid(self.error**2, self.time) / (self.time[-1] - self.time[0])))
+
+    @property
+    def size(self) -> float:
+        """Largest displacement that the path asks for [m]."""
+        return float(np.abs(self.path).max())
+
+    @property
+    def followed(self) -> bool:
+        """Whether the error stays within 1 % of the path's largest displacement."""
+        return bool(np.abs(self.error).max() <= FOLLOWED * self.size)
+
+    def write_drive(self, path: str | Path) -> None:
+        """Write the voltage as a CSV file that ``simulate --drive file:`` reads.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file to write; it is replaced whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        write_csv(path, {"time_s": self.drive.times, "voltage_V": self.drive.values})
+
+    def table(self) -> tuple[Column, ...]:
+        """Return time, path, displacement, voltage, current and the displacement's standard error (m,)."""
+        errors = () if self.stderr is None else (Column("displacement_stderr", self.stderr, "m"),)
+        return (
+            Column("time", self.time, "s", over=True),
+            Column("path", self.path, "m"),
+            Column("displacement", self.displacement, "m"),
+            Column("voltage", self.voltage, "V"),
+            Column("current", self.current, "A"),
+            *errors,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the voltage, the errors and the limits as plain data; waveforms are lists by header."""
+        return {
+            "actuator": self.actuator.name,
+            "path": self.path_text,
+            "followed": self.followed,
+            "error_largest": float(np.abs(self.error).max()),
+            "error_rms": self.rms,
+            "limits": vars(self.limits),
+            "at_limit": self.at_limit,
+            "energy": self.energy,
+            "reach": self.reach,
+            "rate": self.rate,
+            "path_largest": self.size,
+            "path_rate": path_rate(self),
+            "bound": self.bound,
+            "engine": self.response.engine,
+            "waveforms": {column.header: plain(np.asarray(column.values)) for column in self.table()},
+            "findings": [finding.to_dict() for finding in self.findings],
+        }
+
+
+def path_rate(tracked: Tracked) -> float:
+    """Return the largest rate that the path asks for between samples [m/s]."""
+    return float(np.abs(np.diff(tracked.path) / np.diff(tracked.time)).max())
+
+
+def track(
+    actuator: Actuator,
+    path: Drive,
+    duration: float,
+    limits: Limits,
+    *,
+    nodes: int = NODES,
+    beam: str | None = None,
+    load: Load | None = None,
+    band: bool = False,
+    engine: str = "exact",
+) -> Tracked:
+    """Return the voltage through ``nodes`` whose displacement is nearest to ``path`` [m] over ``duration`` [s].
+
+    ``engine`` simulates the answer, and a nonlinear strip in each of its steps. Raises InputError for values out of
+    range, SolveError where no voltage keeps the limits.
+    """
+    _require(limits, nodes, duration)
+    plant = plants_of(actuator, beam=beam, load=load)[0]
+    at = np.linspace(0.0, duration, nodes)
+    fine = np.linspace(0.0, duration, 2 * nodes - 1)
+    wanted = path.value(fine)
+    net = strip_netlist(actuator, beam=beam, load=load, band=transient_band(fine))
+    system = state_space([net.linearised()])
+    about = answers(system, at)
+    how: dict[str, Any] = {"beam": beam, "load": load, "engine": engine}
+
+    def run(values: Array) -> Response:
+        drive = PiecewiseLinear(at, values, f"voltage for {path.text}")
+        return simulate(actuator, drive, fine, **how)
+
+    values = nearest_voltage(about, wanted, at, limits)
+    response = run(values)
+    if not net.linear:
+        values, response, about = _newton(values, response, about, wanted, at, limits, run)
+    drive = response.drive
+    assert isinstance(drive, PiecewiseLinear)
+    reach = abs(plant.gain) * limits.voltage
+    size = float(np.abs(wanted).max())
+    tracked = Tracked(
+        actuator=actuator,
+        path_text=path.text,
+        path=wanted,
+        drive=drive,
+        limits=limits,
+        response=response,
+        at_limit=_at_limit(values, response, at, limits),
+        reach=reach,
+        rate=_largest_rate(plant, limits.voltage),
+        bound=fastest_settling(plant, size, limits.voltage) if 0 < size <= reach else None,
+        stderr=prediction_band(actuator, drive, fine, **how).stderr["displacement"] if band else None,
+    )
+    return replace(tracked, findings=(*drive_findings(path), *_findings(tracked)))
+
+
+def _newton(
+    values: Array, response: Response, about: Answers, wanted: Array, at: Array, limits: Limits, run: Any
+) -> tuple[Array, Response, Answers]:
+    """Return voltage, run and answers of a nonlinear strip: steps of Gauss and Newton about its own runs.
+
+    The step responses stay those about rest; what the strip adds to them is taken from its run.
+    """
+    for _ in range(_STEPS):
+        about = replace(
+            about,
+            displaced=response.displacement - about.displacement @ values,
+            flowing=response.current[::2] - about.current @ values,
+            spent=float(response.energy[-1] - values @ about.energy @ values),
+        )
+        found = nearest_voltage(about, wanted, at, limits)
+        moved = float(np.abs(found - values).max())
+        values, response = found, run(found)
+        if moved <= _SAME * limits.voltage:
+            return values, response, about
+    raise SolveError(
+        f"the nonlinear strip's voltage still moves by {moved:.2g} V after {_STEPS} steps; use fewer nodes"
+    )
+
+
+def _require(limits: Limits, nodes: int, duration: float) -> None:
+    """Raise InputError for limits, nodes or a duration that make no sense."""
+    for name, unit in (("voltage", "V"), ("slew", "V/s"), ("current", "A"), ("energy", "J")):
+        value = getattr(limits, name)
+        if value is not None and not (np.isfinite(value) and value > 0):
+            raise InputError(f"{argument(name)} is {value:g} {unit}; it must be more than zero")
+    if not 4 <= nodes <= MOST_NODES:
+        raise InputError(f"{argument('nodes')} is {nodes}; give 4 to {MOST_NODES}")
+    if not (np.isfinite(duration) and duration > 0):
+        raise InputError(f"{argument('duration')} {duration:g} s must be more than zero")
+
+
+def _at_limit(values: Array, response: Response, at: Array, limits: Limits) -> float:
+    """Return the share of intervals in which a limit is reached at their end."""
+    touched = np.abs(values) >= limits.voltage * (1 - _AT)
+    if limits.slew is not None:
+        rates = np.abs(np.diff(values, prepend=values[0])) / (at[1] - at[0])
+        touched |= rates >= limits.slew * (1 - _AT)
+    if limits.current is not None:
+        touched |= np.abs(response.current[::2]) >= limits.current * (1 - _AT)
+    return float(touched.mean())
+
+
+def _largest_rate(plant: Plant, volt: float) -> float:
+    """Return the largest rate [m/s] that a step of ``volt`` [V] gives the tip: its answer to an impulse."""
+    width = _LONG / float(np.abs(plant.poles.real).min()) / _FINE
+    moved, state, most = expm(plant.a * width), plant.b, 0.0
+    for _ in range(_FINE):
+        most = max(most, abs(float(plant.c @ state)))
+        state = moved @ state
+    return most * volt
+
+
+def _findings(tracked: Tracked) -> tuple[Finding, ...]:
+    """Return what the voltage should be known for."""
+    found = []
+    if tracked.size > tracked.reach:
+        values = {"size": tracked.size, "reach": tracked.reach, "voltage": tracked.limits.voltage}
+        found.append(Finding("path-too-far", values=values))
+    if not tracked.followed:
+        worst = float(np.abs(tracked.error).max())
+        values = {"error": worst, "share": worst / max(tracked.size, 1e-300), "limited": tracked.at_limit}
+        found.append(Finding("path-not-followed", values=values))
+    return tuple(found)

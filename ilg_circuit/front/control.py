@@ -1,0 +1,394 @@
+"""Control of a strip's position."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from ..circuit.load import Hung, load_of
+from ..control.close import Closed, read_controller
+from ..control.close import close_loop as close_room
+from ..control.export import c_text
+from ..control.export import to_control as control_of
+from ..control.laws import kind_of
+from ..control.programme import Limits
+from ..control.sampled import Sensor
+from ..control.track import NODES, Tracked
+from ..control.track import track as track_room
+from ..control.tune import MOST_SENSITIVE, OVERSHOOT, Tuned
+from ..control.tune import tune as tune_room
+from ..drive import PiecewiseLinear
+from ..errors import InputError, argument, checked, unknown_name
+from ..extras import require_control, require_python_control
+from ..units import si
+from .given import Driven, Given, Strip, drive_of, engine_of, optional, quantity
+from .given import load as strip_of
+
+
+@checked
+def tune(
+    strip: Strip,
+    step: Given,
+    kind: str = "pi",
+    *,
+    to: str | None = None,
+    gains: str | Mapping[str, str | float] | None = None,
+    voltage: Given = 4.0,
+    delay: Given = 0.0,
+    sensitivity: float = MOST_SENSITIVE,
+    overshoot: Given = OVERSHOOT,
+    anti_windup: str = "back-calculation",
+    tracking_time: Given | None = None,
+    beam: str | None = None,
+    load: Hung = None,
+    draws: int | None = None,
+    seed: int = 0,
+    progress: Callable[..., Any] | None = None,
+) -> Tuned:
+    """Return a position controller for a strip, tuned for a step and robust over the uncertainty of the strip's fit.
+
+    Parameters
+    ----------
+    strip : Actuator, str or Path
+        An object, the path of a TOML file or a preset's name; a fitted strip brings the covariance.
+    step : float or str
+        Step of the reference [m], such as "3 mm"; the voltage's limit makes settling depend on it.
+    kind : {"pi", "pid", "lqg", "adrc"}
+        Kind of controller: PI or PID with a filtered derivative, a linear-quadratic regulator behind a Kalman filter
+        that also estimates a constant error of the voltage, or linear active disturbance rejection.
+    to : str, optional
+        Goal: "settling=30s" or "bandwidth=20mHz"; the soonest settling if left out.
+    gains : str or mapping, optional
+        Gains that are judged in place of tuned ones, such as "gain=20V/mm,reset_time=10s".
+    voltage : float or str
+        Limit [V] of the voltage, of either sign.
+    delay : float or str
+        Delay [s] of the measurement, such as a camera's.
+    sensitivity : float
+        Largest abs(S) that is allowed at every sample, S = 1/(1 + loop gain).
+    overshoot : float or str
+        Largest overshoot allowed, as a part of the step.
+    anti_windup : {"back-calculation", "clamping", "none"}
+        What keeps the integral from winding up at the limit; clamping holds it within the limit.
+    tracking_time : float or str, optional
+        Time constant [s] of back-calculation (default: the reset time).
+    beam : {"dynamic", "static"}, optional
+        Beam with or without its mass (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        Load on the tip, such as "mass=1g".
+    draws : int, optional
+        Samples of the covariance (default 200; none for a strip without a covariance).
+    seed : int
+        Seed of samples and search.
+    progress : callable, optional
+        Function that is called with (done, total).
+
+    Returns
+    -------
+    Tuned
+        ``law`` with its ``gains``, ``margins`` over the samples, ``settling`` [s], ``overshoot``, the step response
+        ``run``, the largest ``delay`` [s] that still holds, ``wish.bound`` [s], ``met``. See `ilg.results`.
+
+    Raises
+    ------
+    InputError
+        A value is not understood or out of range, or no voltage within the limit holds the step.
+    SolveError
+        No controller can settle in time, none of this kind is robust, or the loop with the gains given is unstable.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> tuned = ilg.tune("paper", "3 mm", gains="gain=20V/mm,reset_time=10s", beam="static")
+    >>> f"{tuned.settling:.2f} s, {tuned.overshoot:.2%}, no sooner than {tuned.wish.bound:.1f} s"
+    '27.19 s, 3.87%, no sooner than 20.6 s'
+    """
+    goals = _goals(to)
+    return tune_room(
+        strip_of(strip),
+        quantity(step, "m", "step"),
+        kind,
+        settling=goals.get("settling"),
+        bandwidth=goals.get("bandwidth"),
+        gains=_gains(kind, gains),
+        limit=quantity(voltage, "V", "voltage"),
+        delay=quantity(delay, "s", "delay"),
+        sensitivity=sensitivity,
+        overshoot=quantity(overshoot, "", "overshoot"),
+        anti_windup=anti_windup,
+        tracking_time=optional(tracking_time, "s", "tracking_time"),
+        beam=beam,
+        load=load_of(load),
+        draws=draws,
+        seed=seed,
+        progress=progress,
+    )
+
+
+@checked
+def track(
+    strip: Strip,
+    path: Driven,
+    duration: Given | None = None,
+    *,
+    voltage: Given = 4.0,
+    slew: Given | None = None,
+    current: Given | None = None,
+    energy: Given | None = None,
+    nodes: int = NODES,
+    beam: str | None = None,
+    load: Hung = None,
+    band: bool = False,
+    engine: str | None = None,
+) -> Tracked:
+    """Return the voltage whose displacement is nearest to a path, within limits, and how near that is.
+
+    Parameters
+    ----------
+    strip : Actuator, str or Path
+        An object, the path of a TOML file or a preset's name.
+    path : str, Drive or (times, values)
+        Where the tip shall be: a text such as "sine:1mm,10mHz" or "file:path.csv" (the forms of `sense`), or a pair of
+        times [s] and positions [m] (n,).
+    duration : float or str, optional
+        Duration [s]; not needed for a file or a pair of arrays, which end by themselves.
+    voltage : float or str
+        Limit [V] of the voltage, of either sign.
+    slew : float or str, optional
+        Limit [V/s] of the voltage's rate, such as "1 V/s"; the voltage then starts from zero.
+    current : float or str, optional
+        Limit [A] of the current, at the nodes.
+    energy : float or str, optional
+        Limit [J] of the energy that is delivered.
+    nodes : int
+        Number of points, equally apart, between which the voltage is straight.
+    beam : {"dynamic", "static"}, optional
+        Beam with or without its mass (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        Load on the tip, such as "mass=1g".
+    band : bool
+        Adds the standard error of the displacement from the uncertainty of a fitted strip.
+    engine : {"ngspice", "exact"}, optional
+        Solver of the run under the voltage found (default: exact, for nonlinear strips ngspice).
+
+    Returns
+    -------
+    Tracked
+        ``time`` [s], ``path``, ``displacement`` and ``error`` [m], ``voltage`` [V] and ``current`` [A], each an array
+        (m,); ``drive`` for `simulate`; ``followed``, ``at_limit``, ``reach`` [m], ``rate`` [m/s]. See `ilg.results`.
+
+    Raises
+    ------
+    InputError
+        A value is not understood or out of range.
+    SolveError
+        No voltage keeps the limits.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> slow = ilg.track("paper", "sine:3mm,5mHz", "400 s", nodes=101, beam="static")
+    >>> slow.followed, f"{max(slow.voltage):.2f} V, at a limit {slow.at_limit:.0%} of the time"
+    (True, '3.46 V, at a limit 0% of the time')
+    """
+    require_control()
+    actuator = strip_of(strip)
+    seconds = None if duration is None else quantity(duration, "s", "duration")
+    source = drive_of(path, seconds or 0.0, "m")
+    if seconds is None:
+        if not (isinstance(source, PiecewiseLinear) and source.times[-1] > 0):
+            raise InputError(f"{argument('duration')} is missing: say how long, such as '300 s'")
+        seconds = float(source.times[-1])
+    limits = Limits(
+        quantity(voltage, "V", "voltage"),
+        optional(slew, "V/s", "slew"),
+        optional(current, "A", "current"),
+        optional(energy, "J", "energy"),
+    )
+    chosen = engine or ("exact" if actuator.material.model.linear else engine_of(None, actuator))
+    how: dict[str, Any] = {"beam": beam, "load": load_of(load), "band": band, "engine": chosen}
+    return track_room(actuator, source, seconds, limits, nodes=nodes, **how)
+
+
+@checked
+def close_loop(
+    strip: Strip,
+    controller: Any,
+    reference: Driven,
+    duration: Given,
+    *,
+    form: str = "sampled",
+    period: Given | None = None,
+    voltage: Given | None = None,
+    delay: Given = 0.0,
+    noise: Given = 0.0,
+    quantum: Given = 0.0,
+    computation: Given = 0.0,
+    seed: int = 0,
+    samples: int = 601,
+    beam: str | None = None,
+    load: Hung = None,
+    engine: str | None = None,
+) -> Closed:
+    """Return the position loop of a strip and a controller over time.
+
+    Parameters
+    ----------
+    strip : Actuator, str or Path
+        An object, the path of a TOML file or a preset's name.
+    controller : Tuned, str, Path or object
+        What `tune` returned, the JSON file that it wrote, a Python file, or any object with
+        ``step(reference, measured) -> voltage`` in metres and volts, of which every run has its own copy.
+    reference : str, Drive or (times, values)
+        Where the tip shall be: a text such as "step:3mm", or a pair of times [s] and positions [m] (n,).
+    duration : float or str
+        Duration [s].
+    form : {"sampled", "behavioural"}
+        Whether the controller is called at every ``period``, or is a part of the circuit, which needs a tuned one.
+    period : float or str, optional
+        Time between calls [s].
+    voltage : float or str, optional
+        Limit [V] of the voltage, of either sign (default: the tuned controller's, else 4 V).
+    delay : float or str
+        Delay [s] of the measurement.
+    noise : float or str
+        Standard deviation [m] of a measurement.
+    quantum : float or str
+        Step [m] in which the measurement comes.
+    computation : float or str
+        Time [s] from a call to its voltage, shorter than the period.
+    seed : int
+        Seed of the noise.
+    samples : int
+        Number of samples that are returned, equally apart.
+    beam : {"dynamic", "static"}, optional
+        Beam with or without its mass (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        Load on the tip, such as "mass=1g".
+    engine : {"ngspice", "exact"}, optional
+        Solver of a sampled loop: ngspice, or matrix exponentials, for linear circuits only (default: ngspice; without
+        its library exact, with a warning). A behavioural loop is solved by ngspice.
+
+    Returns
+    -------
+    Closed
+        ``time`` [s], ``reference`` and ``displacement`` [m], ``voltage`` [V] and ``current`` [A], each an array (n,);
+        ``waves.measured`` [m]; ``netlist`` of a behavioural loop; ``run.settled()``. See `ilg_circuit.results`.
+
+    Raises
+    ------
+    InputError
+        A value is not understood or out of range, or the controller is none.
+    SolveError
+        The controller's ``step`` raised or returned no finite voltage, or the circuit cannot be solved.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> class Proportional:
+    ...     def step(self, reference, measured):
+    ...         return 1000 * reference + 5000 * (reference - measured)
+    >>> closed = ilg.close_loop("paper", Proportional(), "step:3mm", "60 s", period="0.1 s", engine="exact")
+    >>> f"{1e3 * closed.displacement[-1]:.2f} mm"
+    '2.99 mm'
+    """
+    actuator = strip_of(strip)
+    seconds = quantity(duration, "s", "duration")
+    sensor = Sensor(
+        quantity(delay, "s", "delay"), quantity(noise, "m", "noise"), quantity(quantum, "m", "quantum"), seed
+    )
+    return close_room(
+        actuator,
+        controller,
+        drive_of(reference, seconds, "m"),
+        seconds,
+        form=form,
+        period=optional(period, "s", "period"),
+        limit=optional(voltage, "V", "voltage"),
+        sensor=sensor,
+        computation=quantity(computation, "s", "computation"),
+        samples=samples,
+        beam=beam,
+        load=load_of(load),
+        engine=engine_of(engine, actuator) if form == "sampled" else "ngspice",
+    )
+
+
+@checked
+def to_control(strip: Strip, *, tip: str = "free", beam: str | None = None, load: Hung = None) -> Any:
+    """Return a strip as a state space of python-control, for small signals about rest.
+
+    Parameters
+    ----------
+    strip : Actuator, str or Path
+        An object, the path of a TOML file or a preset's name.
+    tip : {"free", "clamped"}
+        Whether the tip moves.
+    beam : {"dynamic", "static"}, optional
+        Beam with or without its mass (default: as the coupling was fitted).
+    load : Load, str or mapping, optional
+        Load on the tip, such as "mass=1g".
+
+    Returns
+    -------
+    control.StateSpace
+        Input ``u`` [V]; outputs ``y`` (displacement [m]), ``i`` (current [A]) and ``F`` (force [N]).
+
+    Raises
+    ------
+    InputError
+        A value is not understood.
+    MissingLibraryError
+        python-control is not installed; it comes with the extra ``control``.
+
+    Examples
+    --------
+    >>> import ilg_circuit as ilg
+    >>> system = ilg.to_control("paper", beam="static")
+    >>> system.input_labels, system.output_labels
+    (['u'], ['y', 'i', 'F'])
+    """
+    require_python_control()
+    return control_of(strip_of(strip), beam, load_of(load), tip)
+
+
+def controller_code(controller: Path, period: Given | None, voltage: Given | None = None) -> str:
+    """Return the C text of the tuned controller in a JSON file. Raises InputError for another file, or no period."""
+    found = read_controller(controller)
+    if not isinstance(found, tuple):
+        raise InputError(f"'{controller}' is no tuned controller; C is written of one that tune wrote with --json")
+    if period is None:
+        raise InputError(f"{argument('period')} is missing: C is written of a sampled controller")
+    law, limit = found
+    return c_text(law, quantity(period, "s", "period"), limit if voltage is None else quantity(voltage, "V", "voltage"))
+
+
+def _goals(text: str | None) -> dict[str, float]:
+    """Return the goals of a text such as "settling=30s"."""
+    units = {"settling": "s", "bandwidth": "Hz"}
+    found: dict[str, float] = {}
+    for part in (text or "").split(",") if text else ():
+        name, _, value = part.partition("=")
+        if name.strip() not in units:
+            raise unknown_name("goal", name.strip(), units)
+        found[name.strip()] = si(value, units[name.strip()], f"{argument('to')}, {name.strip()}")
+        if not found[name.strip()] > 0:
+            raise InputError(f"{argument('to')}: '{part}' must be more than zero")
+    return found
+
+
+def _gains(kind: str, given: str | Mapping[str, str | float] | None) -> dict[str, float] | None:
+    """Return gains [SI] by name from a text or a mapping."""
+    if given is None:
+        return None
+    units = kind_of(kind).units
+    if isinstance(given, str):
+        given = dict(part.partition("=")[::2] for part in given.split(","))
+    found = {}
+    for name, value in given.items():
+        key = str(name).strip()
+        if key not in units:
+            raise unknown_name(f"gain of {kind}", key, units)
+        found[key] = si(value, units[key], f"{argument('gains')}, {key}")
+    return found

@@ -1,0 +1,110 @@
+"""Presents a voltage for a path: what can be followed, the error, the limits."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..control.track import path_rate
+from ..units import format_quantity
+from .axes import GREY, ORANGE, Axes, Figure, Panels, curve, heading, legend_above, new_figure
+from .page import Listing, Page, Section, picture
+from .response import over_time
+
+if TYPE_CHECKING:
+    from ..control.track import Tracked
+
+_NORMAL_95 = 1.96
+
+
+def headline(tracked: Tracked) -> str:
+    """Return one line: the path, the strip, the limit."""
+    limit = format_quantity(tracked.limits.voltage, "V", 4)
+    return f"{tracked.response.netlist.title}: {tracked.path_text} within {limit}, {tracked.time[-1]:g} s"
+
+
+def facts(tracked: Tracked) -> list[tuple[str, str]]:
+    """Return whether the path can be followed, the strip's reach beside the path's, errors and limits."""
+    worst, size = float(np.abs(tracked.error).max()), max(tracked.size, 1e-300)
+    need = f"path {format_quantity(tracked.size, 'm', 4)}, strip {format_quantity(tracked.reach, 'm', 4)} at rest"
+    rates = f"path {_rate(path_rate(tracked))}, strip {_rate(tracked.rate)} after a step of the limit"
+    volts = format_quantity(float(np.abs(tracked.voltage).max()), "V", 4)
+    amps = format_quantity(float(np.abs(tracked.current).max()), "A", 3)
+    found = [
+        ("followed", "yes, within 1 %" if tracked.followed else "no"),
+        ("largest", need),
+        ("rate", rates),
+        ("error", f"largest {format_quantity(worst, 'm', 3)} ({worst / size:.2%}), rms "
+                  f"{format_quantity(tracked.rms, 'm', 3)} ({tracked.rms / size:.2%})"),
+        ("drive", f"up to {volts}, {amps}; {format_quantity(tracked.energy, 'J', 4)}"),
+        ("at a limit", f"{tracked.at_limit:.0%} of the time"),
+    ]  # fmt: skip
+    if tracked.bound is not None:
+        sooner = format_quantity(tracked.bound, "s", 4)
+        found.append(("soonest", f"no voltage settles at the path's largest displacement sooner than {sooner}"))
+    if tracked.stderr is not None:
+        spread = format_quantity(float(tracked.stderr.max()), "m", 3)
+        found.append(("uncertainty", f"standard error of the displacement up to {spread}"))
+    return found
+
+
+def _rate(value: float) -> str:
+    return f"{1e3 * value:.4g} mm/s"
+
+
+def summary(tracked: Tracked) -> str:
+    """Return the headline and the facts as lines."""
+    return "\n".join([headline(tracked), *(f"{name:<12} {value}" for name, value in facts(tracked))])
+
+
+def figure(tracked: Tracked) -> Figure:
+    """Return path and displacement, the error, the voltage over time."""
+    figure, axes = new_figure(3, [1.8, 1.1, 1.3])
+    for panel, draw in zip(axes, (_displacement, _error, _voltage), strict=True):
+        draw(tracked, panel)
+    axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    heading(figure, headline(tracked))
+    return figure
+
+
+def panels(tracked: Tracked) -> Panels:
+    """Return the panels: path and displacement, error, voltage, current."""
+    drawn = {"displacement": _displacement, "error": _error, "voltage": _voltage, "current": _current}
+    return {name: partial(over_time, partial(draw, tracked)) for name, draw in drawn.items()}
+
+
+def _displacement(tracked: Tracked, panel: Axes, **style: Any) -> None:
+    """Draw the displacement with its band, and the path dashed."""
+    time = tracked.time
+    factor = curve(panel, time, tracked.displacement, "displacement", "m", **{"label": "displacement"} | style)
+    panel.plot(time, factor * tracked.path, color=GREY, linestyle="--", linewidth=1.2, label="path")
+    if tracked.stderr is not None:
+        reach = _NORMAL_95 * tracked.stderr
+        low, high = (factor * (tracked.displacement + sign * reach) for sign in (-1, 1))
+        panel.fill_between(time, low, high, alpha=0.3, linewidth=0, label="95 % band of the fit")
+    legend_above(panel)
+
+
+def _error(tracked: Tracked, panel: Axes, **style: Any) -> None:
+    curve(panel, tracked.time, tracked.error, "error", "m", **style)
+    panel.axhline(0.0, color=GREY, linewidth=0.8)
+
+
+def _voltage(tracked: Tracked, panel: Axes, **style: Any) -> None:
+    curve(panel, tracked.time, tracked.voltage, "voltage", "V", **{"color": ORANGE} | style)
+    for level in (-tracked.limits.voltage, tracked.limits.voltage):
+        panel.axhline(level, color=GREY, linestyle=":", linewidth=1.0)
+
+
+def _current(tracked: Tracked, panel: Axes, **style: Any) -> None:
+    curve(panel, tracked.time, tracked.current, "current", "A", **style)
+
+
+def page(tracked: Tracked) -> Page:
+    """Return a page: the picture and the summary."""
+    drawn = picture(figure(tracked), "path and displacement, error and voltage over time")
+    sections = [Section("Path", [drawn, Listing(summary(tracked))])]
+    return Page(f"A voltage for {tracked.path_text}", headline(tracked), facts(tracked), tracked.warnings, sections)
