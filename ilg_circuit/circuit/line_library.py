@@ -41,7 +41,7 @@ def line_library(actuator: Actuator, name: str | None = None, beam: str | None =
     """
     sheets = actuator.electrodes
     assert sheets is not None
-    name = name or f"ilg_strip_{max(sheets.segments(1), sheets.segments(2))}"
+    name = f"ilg_strip_{max(sheets.segments(1), sheets.segments(2))}" if name is None else name
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
         raise InputError(f"subcircuit name '{plain(name[:40])}': use letters, digits and _, starting with a letter")
     if beam == "dynamic":

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InputError
-from ..simulation.shape import MECHANICS
+from ..simulation.mechanics import MECHANICS
 from .emit import emit
 from .help import group
 from .options import (

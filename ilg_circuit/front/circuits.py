@@ -120,7 +120,7 @@ def library(strip: Strip, name: str | None = None, *, beam: str | None = None) -
     actuator = strip_of(strip)
     if actuator.electrodes is not None:
         return SpiceText(line_library(actuator, name, beam), SUBCIRCUIT)
-    return SpiceText(write_library(actuator, name or "ilg_strip", beam), SUBCIRCUIT)
+    return SpiceText(write_library(actuator, "ilg_strip" if name is None else name, beam), SUBCIRCUIT)
 
 
 @checked

@@ -19,14 +19,13 @@ from ..result import Column, Result
 from ..strip.elements import bending_stiffness
 from .curvature import Curvatures
 from .elastica import acting, elastica
+from .mechanics import MECHANICS
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
     from .response import Response
 
-#: Levels of mechanics: arcs; at rest under weight and load; with inertia (by the room of arms).
-MECHANICS = ("free", "elastica", "arm")
 #: Points along the strip.
 POINTS = 41
 

@@ -34,7 +34,9 @@ from ilg_circuit.study.design import DesignReport
 from ilg_circuit.study.sweep import SweepResult
 
 RETURNED = {
+    "app": None,
     "arm": ArmResult,
+    "bode": Bode,
     "close_loop": Closed,
     "cpg": RhythmRun | RhythmSweep,
     "design": DesignReport,
@@ -42,7 +44,6 @@ RETURNED = {
     "identify": Identification,
     "identify_each": Batch,
     "identify_shape": ShapeFit,
-    "bode": Bode,
     "impedance": Impedance,
     "kit": Path,
     "library": SpiceText,
