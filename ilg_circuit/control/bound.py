@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.optimize import linprog
+from scipy.optimize import brentq, linprog
 
 from ..arrays import Array
 from ..errors import InputError
@@ -14,7 +14,7 @@ from .plant import Plant
 #: Pieces of constant voltage before the entry into the band and after it, and where the band is looked at, per piece.
 _BEFORE, _AFTER, _LOOKS = 80, 40, 2
 #: How closely the time is found, relative, and the largest one that is tried in time constants of the slowest pole.
-_FOUND, _LONGEST = 5e-4, 100.0
+_FOUND, _LONGEST = 2e-5, 100.0
 
 
 def fastest_settling(plant: Plant, step: float, limit: float, band: float = BAND) -> float:
@@ -35,13 +35,8 @@ def fastest_settling(plant: Plant, step: float, limit: float, band: float = BAND
         low, high = high, 2 * high
         if high > _LONGEST * slow:
             raise InputError(f"a step of {1e3 * step:g} mm cannot be held within {100 * band:g} % at {limit:g} V")
-    while high - low > _FOUND * high:
-        middle = (low + high) / 2
-        if _least_error(plant, abs(step), limit, middle) > band:
-            low = middle
-        else:
-            high = middle
-    return high
+    low = max(low, high / 8)
+    return float(brentq(lambda time: _least_error(plant, abs(step), limit, time) - band, low, high, rtol=_FOUND))
 
 
 def _least_error(plant: Plant, step: float, limit: float, time: float) -> float:

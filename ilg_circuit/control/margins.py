@@ -11,6 +11,8 @@ from ..arrays import Array, ComplexArray, Mask
 from .laws import Law
 from .plant import Plant, responses
 
+#: Largest abs(S) that is allowed: the loop keeps 1/1.6 of the way from the point -1.
+MOST_SENSITIVE = 1.6
 #: Frequencies at which loops are judged, and how far they go beyond the slowest and the fastest pole.
 _POINTS, _BELOW, _ABOVE = 1200, 1e-3, 1e2
 #: Share of the samples that may be worse than a 5 % value.

@@ -18,12 +18,12 @@ from ..units import format_quantity
 from .bound import fastest_settling
 from .laws import Law, kind_of, law_of
 from .loop import BAND, Loop, Run
-from .margins import Margins, frequencies, largest_delay, margins
+from .margins import MOST_SENSITIVE, Margins, frequencies, largest_delay, margins
 from .plant import first_mode, plants_of, responses
 from .search import Wish, best_law
 
-#: Samples of the covariance; largest abs(S) and overshoot that are allowed.
-DRAWS, MOST_SENSITIVE, OVERSHOOT = 200, 1.6, 0.05
+#: Samples of the covariance, and overshoot that is allowed.
+DRAWS, OVERSHOOT = 200, 0.05
 #: Length of the run that is shown, in settling times of the bound; frequencies and samples of the cloud.
 _SHOWN, _POINTS, _CLOUD = 4.0, 300, 100
 #: Published share of the first resonance that a cantilever's closed loop reaches (Kothera and Leo 2005).

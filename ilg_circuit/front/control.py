@@ -12,11 +12,12 @@ from ..control.close import close_loop as close_room
 from ..control.export import c_text
 from ..control.export import to_control as control_of
 from ..control.laws import kind_of
+from ..control.margins import MOST_SENSITIVE
 from ..control.programme import Limits
 from ..control.sampled import Sensor
 from ..control.track import NODES, Tracked
 from ..control.track import track as track_room
-from ..control.tune import MOST_SENSITIVE, OVERSHOOT, Tuned
+from ..control.tune import OVERSHOOT, Tuned
 from ..control.tune import tune as tune_room
 from ..drive import PiecewiseLinear
 from ..errors import InputError, argument, checked, unknown_name

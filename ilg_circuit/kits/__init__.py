@@ -1,6 +1,6 @@
 """A strip as a folder for who builds its driver: a SPICE library, symbols, decks that run as they are, and a page.
 
-In: an `Actuator` and a drive. Out: a folder. May import: `simulation` and what is below it.
+In: an `Actuator` and a drive. Out: a folder. May import: `control` and what is below it.
 
     subcircuit.py     the library: pins plus, minus, tip, position; a switch for the beam; the fit's tolerances
     tolerances.py     the fit's covariance as factors on the library's parameters

@@ -9,13 +9,12 @@ import numpy as np
 
 from ..arrays import Array, ComplexArray
 from ..circuit.strip import strip_netlist
+from ..control.margins import MOST_SENSITIVE
 from ..solve.spectrum import spectrum
 from ..strip.actuator import Actuator
 from ..strip.elements import lumped_elements
 from ..units import format_quantity
 
-#: Largest sensitivity 1/(1 + L) that is allowed: the loop keeps 1/1.6 of the way from the point -1.
-MOST_SENSITIVE = 1.6
 #: The step of the set-point asks at first for so many times the largest voltage, at most.
 _BOLDEST = 2.0
 #: The least gain that is tried in parts of the boldest, and the damping of a beam that has none.

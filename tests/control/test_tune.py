@@ -20,8 +20,8 @@ from ilg_circuit.strip.file import save_actuator
 @pytest.fixture(autouse=True)
 def brief(monkeypatch: pytest.MonkeyPatch) -> None:
     """A search with fewer laws: enough here."""
-    monkeypatch.setattr(search, "FIRST", 64)
-    monkeypatch.setattr(search, "ROUND", 24)
+    monkeypatch.setattr(search, "FIRST", 32)
+    monkeypatch.setattr(search, "ROUND", 12)
 
 
 def test_static_beam_with_a_camera_settles_at_the_bound_at_every_sample(fitted: Actuator) -> None:
