@@ -20,7 +20,7 @@ from .motion_laws import EC31, LAWS, MotionLaw
 #: Tolerance of the fits that are compared.
 _TRIAL = 1e-6
 #: Autocorrelation time, in samples, below which residuals are noise only.
-_WHITE = 3.0
+_WHITE = 1.3
 
 
 def chosen_law(

@@ -19,7 +19,8 @@ from ilg_circuit.fit.problem import Problem
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.displacement import DisplacementFit, fit_displacement
 from ilg_circuit.identification.displacement_metrics import DisplacementMetrics, displacement_metrics
-from ilg_circuit.identification.motion import COUPLING, DisplacementData
+from ilg_circuit.identification.motion import DisplacementData
+from ilg_circuit.identification.motion_laws import EC31
 from ilg_circuit.identification.rest import Rest
 from ilg_circuit.measurements.record import Channel
 from ilg_circuit.report.identification import metrics_lines
@@ -172,7 +173,7 @@ def test_where_the_rest_tells_it_a_drift_is_always_fitted(drift: float) -> None:
 def test_a_drift_that_might_be_there_widens_the_intervals() -> None:
     """A fit of the same readings that leaves the drift out would be surer than it may be."""
     found = fitted(paper(60, 0.0))
-    problem = Problem((replace(found.data, drift=False).observation(found.motion),), COUPLING)
+    problem = Problem((replace(found.data, drift=False).observation(found.motion),), EC31.parameters)
     without = fitting.fit(problem, found.fit.values)
     assert found.data.drift
     assert (found.fit.errors > without.errors).all()

@@ -15,7 +15,7 @@ from ilg_circuit.errors import IlgError, InputError
 from ilg_circuit.findings import codes
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.displacement import DisplacementFit, fit_displacement
-from ilg_circuit.identification.motion import NAMES
+from ilg_circuit.identification.motion_laws import EC31
 from ilg_circuit.measurements.prepare import prepare
 from ilg_circuit.simulation import closed_forms as formulas
 from ilg_circuit.strip.actuator import PAPER, Actuator, Coupling
@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 
 #: gel of composite stiffness: the beam follows at once, so that only d(s) is seen
 STIFF = replace(PAPER, material=replace(PAPER.material, youngs_modulus=100e6))
+NAMES = tuple(p.name for p in EC31.parameters)
 NOISE = 0.003
 
 
