@@ -220,6 +220,8 @@ def _partial(path: Path) -> str:
     """Return what is wrong with an output, "" if nothing."""
     if path.name.startswith("."):
         return f"left {path.name}"
+    if path.is_dir() and any(path.iterdir()):
+        return ""  # the folder of examples
     if not path.is_file() or not path.stat().st_size:
         return f"{path.name} is no file, or empty"
     if path.suffix in (".csv", ".json", ".toml", ".cir", ".lib"):
