@@ -1,6 +1,6 @@
 """The coupling d(s) of a strip as elements: a filter driven by the voltage across the ion path. EC (31).
 
-`Wiring` is what a strip's netlist asks of its coupling, whatever the kind: `SecondOrder` is that of EC (31).
+`Transducer` is what a strip's netlist asks of its coupling, whatever the kind: `SecondOrder` is that of EC (31).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .port import ion_path, port_node
 BACK = Element("Eback", ("back", GROUND, "copy", GROUND), 1.0, role=Role.REFLECTED_VOLTAGE)
 
 
-class Wiring(ABC):
+class Transducer(ABC):
     """The coupling of a strip as elements. ``lumped`` are the strip's values, which have a coupling."""
 
     lumped: Elements
@@ -48,8 +48,8 @@ class Wiring(ABC):
 
 
 @dataclass(frozen=True)
-class SecondOrder(Wiring):
-    """The wiring of EC (31)."""
+class SecondOrder(Transducer):
+    """The transducer of EC (31)."""
 
     lumped: Elements
     coupling: Coupling

@@ -26,7 +26,7 @@ from .load import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE
 from .netlist import GROUND, Element, Netlist, Role, plain
 from .operating_point import HOLD, with_operating_point, without_mass
 from .provenance import FIRST_STEP, INDUCTORS, LONGEST_STEP, TIGHT_OPTIONS, folded, provenance
-from .relaxing import wiring
+from .relaxing import transducer
 from .strip import strip_netlist
 
 #: kT/q [V] at 27 degrees Celsius with the constants that ngspice has (CODATA 2014).
@@ -224,7 +224,7 @@ def element_values(actuator: Actuator, lumped: Elements, ions: LibraryText, beam
             values |= {f"Rd{suffix}{k}": r, f"C{suffix}{k}": c}
     if actuator.coupling is None:
         return values
-    wired = wiring(lumped)
+    wired = transducer(lumped)
     values |= filter_values(wired, ions)
     scale, unit = f"{IMPEDANCE_SCALE:.12g}", f"{1 / FORCE_SCALE:.12g}"
     terms = gains(wired)

@@ -6,7 +6,7 @@ from ..strip.actuator import Coupling
 from ..strip.couplings import CouplingLaw, RelaxingCoupling
 from ..strip.models.model import LibraryText
 from ..strip.port import Port
-from .coupling import Wiring
+from .coupling import Transducer
 from .load import FORCE_SCALE
 from .relaxing import Relaxing
 
@@ -24,7 +24,7 @@ def derived_of_coupling(coupling: CouplingLaw, ions: LibraryText) -> dict[str, s
     }
 
 
-def filter_values(wired: Wiring, ions: LibraryText) -> dict[str, str]:
+def filter_values(wired: Transducer, ions: LibraryText) -> dict[str, str]:
     """Return the values of the coupling's filters, and of the sources that reflect, by the elements' names."""
     if not isinstance(wired, Relaxing):
         values = {f"{kind}{name}": f"{kind.lower()}filter" for name in "ds" for kind in "RL"}
@@ -39,8 +39,8 @@ def filter_values(wired: Wiring, ions: LibraryText) -> dict[str, str]:
     return values | summed("copy", f"{FORCE_SCALE!r}/cref", gains(wired))
 
 
-def gains(wired: Wiring) -> list[str]:
-    """Return the free displacement's gains [m], in the order of `Wiring.displacement`."""
+def gains(wired: Transducer) -> list[str]:
+    """Return the free displacement's gains [m], in the order of `Transducer.displacement`."""
     if isinstance(wired, Relaxing):
         return [f"bending*{gain}" for gain in wired.gains()]
     return ["settled", "passing", "-passing"]

@@ -17,7 +17,7 @@ from ..errors import InputError, argument
 from ..strip.actuator import Coupling
 from ..strip.couplings import RelaxingCoupling
 from ..strip.elements import Elements
-from .coupling import SecondOrder, Wiring
+from .coupling import SecondOrder, Transducer
 from .load import FORCE_SCALE, VELOCITY_SCALE
 from .netlist import GROUND, Element, Role, series_sum
 from .port import ion_path, port_node, stores
@@ -26,8 +26,8 @@ _ROLE = Role.COUPLING_FILTER
 
 
 @dataclass(frozen=True)
-class Relaxing(Wiring):
-    """The wiring of a coupling that relaxes."""
+class Relaxing(Transducer):
+    """The transducer of a coupling that relaxes."""
 
     lumped: Elements
     coupling: RelaxingCoupling
@@ -128,8 +128,8 @@ class Relaxing(Wiring):
         return Element(element.name, element.nodes, element.value, role=Role.REFLECTION)
 
 
-def wiring(lumped: Elements) -> Wiring:
-    """Return the wiring of a strip's coupling, which it has."""
+def transducer(lumped: Elements) -> Transducer:
+    """Return the transducer of a strip's coupling, which it has."""
     if isinstance(lumped.coupling, RelaxingCoupling):
         return Relaxing(lumped, lumped.coupling)
     assert isinstance(lumped.coupling, Coupling)

@@ -23,11 +23,11 @@ from ..strip.electrodes import require_lump
 from ..strip.elements import Elements, lumped_elements
 from ..strip.ladder import LADDER_BAND
 from ..strip.port import Port
-from .coupling import BACK, Wiring
+from .coupling import BACK, Transducer
 from .load import FORCE_SCALE, IMPEDANCE_SCALE, SCALE_NOTE, VELOCITY_SCALE, Load, tip_elements
 from .netlist import GROUND, Element, Netlist, Output, Role, series_sum
 from .port import driven_port, port_elements, port_node
-from .relaxing import wiring
+from .relaxing import transducer
 
 
 def electrical_netlist(
@@ -107,7 +107,7 @@ def strip_netlist(
     inner = port.inner_voltage(rest)
     back = GROUND if beam == "static" else "back"
     elements, outputs = driven_port(port, back, inner, by_current=by_current)
-    wired = wiring(lumped)
+    wired = transducer(lumped)
     elements += wired.filter(back, inner)
     free = wired.displacement()
     moving, motion = tip_motion(lumped, wired, free, [BACK], beam, tip, load)
@@ -118,7 +118,7 @@ def strip_netlist(
 
 def tip_motion(
     lumped: Elements,
-    wired: Wiring,
+    wired: Transducer,
     displacement: dict[str, float],
     backs: list[Element],
     beam: str,
@@ -176,7 +176,7 @@ def sensor_netlist(actuator: Actuator, *, terminals: str = "open", band: tuple[f
     shorted = Element("Vshort", ("drive", GROUND), 0.0, role=Role.SOURCE) if terminals == "short" else None
     elements, outputs = port_elements(lumped.port, "back", shorted)
     elements.insert(0, Element("Vmotion", ("motion", GROUND), 0.0, role=Role.SOURCE))
-    wired = wiring(lumped)
+    wired = transducer(lumped)
     elements += wired.filter("back")
     # the force on a beam whose tip is held at y: F1 = K (y1 - y), a sum of sources in series
     elastic = {q: c * lumped.stiffness for q, c in wired.displacement().items()}

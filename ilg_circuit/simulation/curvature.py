@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array
 from ..circuit.netlist import Output
-from ..circuit.relaxing import wiring
+from ..circuit.relaxing import transducer
 from ..errors import InputError
 from ..solve.transient import Waveforms
 from ..strip.actuator import Actuator
@@ -69,7 +69,7 @@ def curvature_probe(actuator: Actuator, band: tuple[float, float]) -> tuple[Outp
     if lumped.coupling is None or actuator.electrodes is not None:
         return ()
     scale = 2 / actuator.geometry.load_distance**2
-    terms = wiring(lumped).displacement()
+    terms = transducer(lumped).displacement()
     return (Output(_PROBE, "1/m", tuple((name, scale * gain) for name, gain in terms.items()), probe=True),)
 
 
