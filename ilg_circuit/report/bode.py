@@ -9,9 +9,12 @@ import numpy as np
 
 from ..simulation.bode import QUANTITIES, Bode
 from ..units import format_quantity
-from .axes import BLUE, GREY, Axes, Figure, Panels, blank, heading, plain, scaled
+from .axes import BLUE, GREY, Axes, Figure, Panels, blank, heading, logarithmic, plain, scaled
 from .look import narrow
 from .page import Page, Section, picture
+
+#: Ratio of the largest to the smallest magnitude below which an axis has more labels than the powers of ten.
+_FEW_DECADES = 300.0
 
 
 def headline(result: Bode) -> str:
@@ -74,6 +77,8 @@ def size(result: Bode, panel: Axes, name: str, **style: Any) -> Axes:
         error = np.exp(2 * result.stderr[name].real)
         panel.fill_between(result.frequency, factor * values / error, factor * values * error, color=BLUE, alpha=0.25)
     panel.loglog(result.frequency, factor * values, **({"color": BLUE, "linewidth": 1.8} | style))
+    if values.max() < _FEW_DECADES * values.min():
+        logarithmic(panel, "y")
     if name == "displacement" and result.bandwidth is not None:
         panel.axvline(result.bandwidth, color=GREY, linestyle=":", linewidth=1.2, label="bandwidth")
         panel.legend(frameon=False, fontsize="small", loc="lower left")
