@@ -143,7 +143,7 @@ def _figure_class() -> Any:
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
                 engine = self.get_layout_engine()
-                if engine and self.canvas.is_saving() and "open_group" in vars(renderer):
+                if engine and self.axes and self.canvas.is_saving() and "open_group" in vars(renderer):
                     # before it saves, matplotlib draws once with a renderer that draws nothing, for the layout alone
                     with contextlib.suppress(ValueError):
                         engine.execute(self)

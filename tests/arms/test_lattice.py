@@ -93,7 +93,7 @@ def test_a_strip_as_an_arm() -> None:
         ({"density": 0.0}, "arm.density is 0"),
         ({"damping": math.inf}, "arm.damping is inf"),
         ({"tip_depth": -1.0}, "arm.tip_depth is -1"),
-        ({"formulation": "rope"}, "choose one of beam, yekutieli"),
+        ({"formulation": "rope"}, "choose one of beam, chain, yekutieli"),
         ({"gravity": (0.0, math.nan)}, "arm.gravity"),
         ({"gravity": 9.8}, "give two finite numbers"),
         ({"direction": math.nan}, "arm.direction is nan"),

@@ -64,7 +64,7 @@ def test_forms_that_are_none_list_those_there_are(text: str) -> None:
     ("text", "hint"),
     [
         ("step:4", "step: '4' has no unit; write it like '4 V'"),
-        ("step:4A", "step: unit 'A' does not measure"),
+        ("step:4N", "step: unit 'N' does not measure"),
         ("step:nanV", "step: 'nanV' is not a number"),
         ("step:infV", "step: 'infV' is not a number"),
         ("step:1e999V", "not a finite value"),

@@ -208,13 +208,31 @@ def test_a_biased_port_is_its_linearisation(model: str, electrodes: float, bias:
     if port.emission_voltage:
         slope *= np.cosh(inner / port.emission_voltage)
     if port.ladder is None:
-        grown = [(r, c * (1 + port.capacitance_slope * abs(inner))) for r, c in port.branches]
+        grown = [(r, c * capacitance_at(port, inner)) for r, c in port.branches]
         ion = 1 / sum(1 / (r + 1 / (c * S)) for r, c in grown)
     else:
         ion = port.ion_impedance(S)
     expected = port.inductance * S + electrodes + 1 / (slope + 1 / ion)
-    assert found == pytest.approx(expected, rel=1e-9, abs=0)
-    assert port.impedance(S, bias) == pytest.approx(expected, rel=1e-9, abs=0)
+    assert port.impedance(S, bias) == pytest.approx(expected, rel=1e-14, abs=0)
+    # ngspice's own slope of the steric law, which has differences of large numbers, is good to eight digits
+    assert found == pytest.approx(expected, rel=1e-8 if port.packing_fraction else 1e-9, abs=0)
+
+
+def capacitance_at(port: Port, voltage: float) -> float:
+    """The slope of the charge at a voltage, relative to that at 0 V, of every law of charge."""
+    if port.saturation_voltage is not None:
+        return float(1 / np.cosh(voltage / port.saturation_voltage) ** 2)
+    if port.packing_fraction is not None:
+        import mpmath
+
+        nu, thermal = port.packing_fraction, mpmath.mpf(1.380649e-23) * 298.15 / 1.602176634e-19
+
+        def charge(v: float) -> object:  # of two double layers, each with half of the voltage
+            return mpmath.sqrt(2 / nu * mpmath.log(1 + 2 * nu * mpmath.sinh(v / (4 * thermal)) ** 2))
+
+        with mpmath.workdps(40):
+            return float(mpmath.diff(charge, abs(voltage)) * 2 * thermal)
+    return 1 + port.capacitance_slope * abs(voltage)
 
 
 def bisected_inner_voltage(dc: float, emission: float | None, electrodes: float, bias: float) -> float:
