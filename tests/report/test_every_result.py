@@ -121,7 +121,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
     Tracked: lambda: track(PAPER, parse_drive("step:3mm", 100.0, "m"), 100.0, Limits(4.0), nodes=21),
     Tuned: lambda: tune(PAPER, 3e-3, gains={"gain": 2e4, "reset_time": 10.0}, beam="static"),
     SweepResult: lambda: sweep("paper", "step:4V", "300s", vary=["thickness=0.3mm:1mm:4"], engine="exact", jobs=1),
-    ArmResult: lambda: ilg_circuit.arm("0.2s", segments=3, samples=21),
+    ArmResult: lambda: ilg_circuit.arm("0.2s", formulation="chain", segments=3, samples=21),
     Motion: lambda: example(ArmResult).motion,
     Record: lambda: record(step(), 300.0, 61, rest=5, noise=1e-3).measurement(),
     Film: lambda: film_of(Track("tip.csv", T, 1e-3 * np.maximum(T - 12.0, 0.0)), PiecewiseLinear.step(2.0)),
