@@ -248,8 +248,8 @@ def close_loop(
         if sensor != Sensor(seed=sensor.seed) or period is not None or computation:
             raise InputError(f"{argument('form', form)} has no period, delay, noise or quantum; take sampled")
         if form == "op-amps":
-            largest = float(np.abs(reference.value(times)).max())
-            circuit = op_amp_controller(law, limit, largest, op_amps or OpAmps())
+            jump = float(np.ptp(np.append(0.0, reference.value(times))))
+            circuit = op_amp_controller(law, limit, jump, op_amps or OpAmps())
         loop = behavioural(net, law, limit) if circuit is None else with_op_amps(net, circuit)
         waves = run_looped(loop, reference, times)
         engine, deck = "ngspice", loop_deck(loop, reference, duration)

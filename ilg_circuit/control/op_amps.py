@@ -25,7 +25,7 @@ E24 = (1.0, 1.1, 1.2, 1.3, 1.5, 1.6, 1.8, 2.0, 2.2, 2.4, 2.7, 3.0, 3.3, 3.6, 3.9
 E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)
 #: Resistors [ohm] and capacitors [F], which are films, that are chosen among.
 RESISTORS = np.array([float(f"{v}e{d}") for d in (3, 4, 5, 6) for v in E24])
-CAPACITORS = np.array([float(f"{v}e{d}") for d in (-9, -8, -7) for v in E12] + [f * 1e-6 for f in E12] + [1e-5])
+CAPACITORS = np.array([*(float(f"{v}e{d}") for d in (-9, -8, -7, -6) for v in E12), 1e-5])
 #: Resistors of the limit: small ones make it sharp, but load U2.
 _SHARP = RESISTORS[(RESISTORS >= 2e3) & (RESISTORS < 1e4)]
 #: An amplifier's output stays this far from its supply [V].
@@ -70,7 +70,8 @@ class Controller:
     """A PI controller as a circuit: its parts, and the law that they make.
 
     ``gain`` [V/m], ``reset_time`` [s], ``weight`` and ``limit`` [V] are those of the parts, and ``asked`` the ones
-    that were asked for, in this order. The limit holds for an error as large as the largest reference.
+    that were asked for, in this order. ``lag`` [s] is the time constant that makes the weight; it should be the reset
+    time. The limit holds for an error as large as the whole range of the reference.
     """
 
     op_amps: OpAmps
@@ -79,14 +80,16 @@ class Controller:
     reset_time: float
     weight: float
     limit: float
+    lag: float
     asked: tuple[float, float, float, float]
 
     @property
     def deviations(self) -> dict[str, float]:
-        """Relative deviation of gain, reset time, weight and limit from those asked for."""
+        """Relative deviations of what was asked for, and of the lag from the reset time."""
         found = (self.gain, self.reset_time, self.weight, self.limit)
         names = ("gain", "reset_time", "weight", "limit")
-        return {n: v / a - 1 if a else 0.0 for n, v, a in zip(names, found, self.asked, strict=True)}
+        off = {n: v / a - 1 if a else 0.0 for n, v, a in zip(names, found, self.asked, strict=True)}
+        return {**off, "lag": self.lag / self.reset_time - 1}
 
     def table(self) -> dict[str, list[str]]:
         """Return the parts list: designator, value, purpose."""
@@ -105,6 +108,7 @@ class Controller:
             "reset_time": self.reset_time,
             "weight": self.weight,
             "limit": self.limit,
+            "lag": self.lag,
             "deviations": self.deviations,
             "parts": [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)],
         }
@@ -141,27 +145,27 @@ class Controller:
         ]
 
 
-def op_amp_controller(law: Law, limit: float, largest: float, made: OpAmps) -> Controller:
-    """Return the circuit of a PI law whose output stays within ``limit`` [V], for references to ``largest`` [m].
+def op_amp_controller(law: Law, limit: float, jump: float, made: OpAmps) -> Controller:
+    """Return the circuit of a PI law whose output stays within ``limit`` [V], for errors to ``jump`` [m].
 
     Resistors are of E24, C of E12, the nearest to gain and reset time. Raises InputError for a law or voltages that
     such a circuit does not make.
     """
-    gain, reset, weight = _asked(law)
-    _require(made, limit, largest)
+    gain, reset, weight = wanted = _asked(law)
+    _require(made, limit, jump)
     volts = gain / made.sensor_gain
     into, feedback, hold = nearest(lambda a, b, c: (b / a, b * c), (volts, reset), f"gain {volts:g} V/V", made)
-    upper, lower, reached = _limit(limit, made.supply, made.sensor_gain * largest / into)
-    parts, following = [], "reference"
+    upper, lower, reached = _limit(limit, made.supply, made.sensor_gain * jump / into)
+    parts, following, lag = [], "reference", feedback * hold  # as long as the reset time that the parts make
     if weight < 1:
         following = "followed"
         first, second, slow = 0.0, 0.0, 0.0
         if weight:
             first, second, slow = nearest(
-                lambda a, b, c: (b / (a + b), (a + b) * c), (weight, reset), f"weight {weight:g}", made
+                lambda a, b, c: (b / (a + b), (a + b) * c), (weight, lag), f"weight {weight:g}", made
             )
         else:
-            first, _, slow = nearest(lambda a, b, c: (1 + 0 * b, a * c), (1.0, reset), "weight 0", made)
+            first, _, slow = nearest(lambda a, b, c: (1 + 0 * b, a * c), (1.0, lag), "weight 0", made)
         low = "lagged" if weight else "slow"
         parts = [
             _resistor(11, ("reference", "slow"), first, "lag of the reference, (1 - weight) of the reset time"),
@@ -169,7 +173,7 @@ def op_amp_controller(law: Law, limit: float, largest: float, made: OpAmps) -> C
             _capacitor(2, (low, "0"), slow, "lag of the reference"),
             Part("U4", ("slow", "followed", "followed"), None, _amplifier(made), "follower of the lagged reference"),
         ]
-        weight = second / (first + second)
+        weight, lag = second / (first + second), (first + second) * slow
     parts = [
         _resistor(1, ("sensed", "plus"), _EQUAL, "difference: sensor in"),
         _resistor(2, ("plus", "0"), _EQUAL, "difference: to ground"),
@@ -196,7 +200,8 @@ def op_amp_controller(law: Law, limit: float, largest: float, made: OpAmps) -> C
         reset_time=feedback * hold,
         weight=weight,
         limit=reached,
-        asked=(gain, reset, law.gains["weight"], limit),
+        lag=lag,
+        asked=(*wanted, limit),
     )
 
 
@@ -212,15 +217,16 @@ def nearest(
     resistors mind the amplifier's and the diodes' currents least. Raises InputError where one is off by more than 5 %.
     """
     first, second, capacitor = np.meshgrid(RESISTORS, RESISTORS, CAPACITORS, indexing="ij", sparse=True)
-    off = np.broadcast_arrays(*(v / a - 1 for v, a in zip(makes(first, second, capacitor), asked, strict=True)))
-    squares = off[0] ** 2 + off[1] ** 2
+    with np.errstate(all="ignore"):  # of values that no parts come near
+        off = np.broadcast_arrays(*(v / a - 1 for v, a in zip(makes(first, second, capacitor), asked, strict=True)))
+        squares = np.nan_to_num(off[0] ** 2 + off[1] ** 2, nan=np.inf)
     best = np.argwhere(squares <= squares.min() + 1e-12)
     i, j, k = best[np.lexsort((best[:, 0], best[:, 2]))[-1]]
-    if max(abs(float(o[i, j, k])) for o in off) > MOST_OFF:
+    if not all(abs(float(o[i, j, k])) <= MOST_OFF for o in off):
         raise InputError(
             f"no resistors of 1 kohm to 9.1 Mohm and capacitors of 1 nF to 10 uF make {what} "
-            f"({argument('sensor_gain')} {made.sensor_gain / 1e3:g} V/mm) with a time of {asked[1]:g} s; "
-            "change the sensor's gain or the controller"
+            f"with a time of {asked[1]:g} s; change the controller or {argument('sensor_gain')} "
+            f"{made.sensor_gain / 1e3:g} V/mm"
         )
     return float(RESISTORS[i]), float(RESISTORS[j]), float(CAPACITORS[k])
 
@@ -246,17 +252,21 @@ def _limit(limit: float, supply: float, current: float) -> tuple[float, float, f
 def _asked(law: Law) -> tuple[float, float, float]:
     """Return gain [V/m], reset time [s] and weight of a law. Raises InputError for one that is no such circuit."""
     form = argument("form", "op-amps")
+    gain, rate = -law.measured, float(law.into_reference[0]) if len(law.out) == 1 else 0.0
+    integrates = len(law.out) == 1 and law.a[0, 0] == 0 and law.out[0] == 1 and law.into_measured[0] == -rate
     if law.kind != "pi":
         raise InputError(f"{form} is for a controller of kind pi, not {law.kind}; tune one with kind pi")
-    gain, reset, weight = (law.gains[name] for name in ("gain", "reset_time", "weight"))
-    if law.clamps or not np.isclose(law.into_excess[0], 1 / reset, rtol=1e-9):
+    if not (integrates and 0 < gain < np.inf and 0 < rate < np.inf):
+        raise InputError(f"{form} needs a pi whose gain and reset time are more than zero, and one integral of r - y")
+    reset, weight = gain / rate, law.reference / gain
+    if law.clamps or not np.isclose(law.into_excess[0] * reset, 1.0, rtol=1e-9, atol=0):
         raise InputError(f"{form} has back-calculation with the reset time; tune without another anti-windup")
-    if weight > 1:
-        raise InputError(f"{form} has a weight of at most 1, not {weight:g}")
+    if not 0 <= weight <= 1:
+        raise InputError(f"{form} has a weight of 0 to 1, not {weight:g}")
     return gain, reset, weight
 
 
-def _require(made: OpAmps, limit: float, largest: float) -> None:
+def _require(made: OpAmps, limit: float, jump: float) -> None:
     """Raise InputError for values that no amplifier has, and voltages beyond its rails."""
     for name, value, unit, least, most in (
         ("gain_bandwidth", made.gain_bandwidth, "Hz", 1e3, 1e9),
@@ -265,7 +275,10 @@ def _require(made: OpAmps, limit: float, largest: float) -> None:
     ):
         if not (np.isfinite(value) and least <= value <= most):
             raise InputError(f"{argument(name)} is {value:g} {unit}; it must be {least:g} to {most:g} {unit}")
-    for what, volts in (("the limit", limit), ("the reference, as the sensor gives it,", made.sensor_gain * largest)):
+    for what, volts in (
+        ("the limit", limit),
+        ("the range of the reference, as the sensor gives it,", made.sensor_gain * jump),
+    ):
         if volts > made.rail:
             raise InputError(
                 f"{what} is {volts:g} V; with {argument('supply')} {made.supply:g} V an amplifier gives "
