@@ -33,3 +33,13 @@ print(closed.summary())
 
 # sphinx_gallery_alt = "Displacement with what the camera measured, the error, and the voltage, which is held in steps."
 axes = closed.plot()
+
+# %%
+# A tuned PI can also be built: of operational amplifiers, with resistors of E24 and capacitors of E12. The deck of the
+# loop is ``built.netlist``, with the designators of this parts list.
+
+tuned = ilg.tune("paper", "3 mm", gains="gain=20V/mm,reset_time=10s", beam="static")
+built = ilg.close_loop("paper", tuned, "step:3mm", "120 s", form="op-amps", beam="static")
+print(built.summary())
+for part in built.circuit.parts:
+    print(f"{part.designator:<4} {part.text:<30} {part.purpose}")

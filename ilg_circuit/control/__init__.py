@@ -11,5 +11,6 @@ In: an `Actuator`, with the covariance of its fit if it has one, and what is ask
     search.py     the law that is best among many;      tune.py   the request and its answer
     programme.py  the voltage nearest to a path, a convex programme;   track.py  the path and its answer
     sampled.py    a sampled controller within the transient, in either engine;   behavioural.py  a law in the circuit
+    op_amps.py    a PI of operational amplifiers with its parts list
     close.py      the loop and its answer;       export.py       python-control, C
 """

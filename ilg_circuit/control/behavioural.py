@@ -1,17 +1,20 @@
-"""The loop as one circuit: the strip's netlist and a law as behavioural sources, in ngspice."""
+"""The loop as one circuit in ngspice: the strip's netlist and a law, as behavioural sources or as op-amps."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array
 from ..circuit.deck import transient_lines
 from ..circuit.netlist import Netlist, copies, plain
+from ..circuit.provenance import TIGHT_OPTIONS
 from ..drive import Drive
 from ..errors import InputError, SolveError, argument
 from .laws import Law
+from .op_amps import Controller
 from .sampled import ACCURACY, Waves
 
 #: Volts that stand for a metre: 1 V is 1 mm.
@@ -20,16 +23,31 @@ _MM = 1e3
 _FIRST, _MOST, _SOON = 1500, 200_000, 1e-6
 
 
-def run_behavioural(net: Netlist, law: Law, reference: Drive, limit: float, times: Array) -> Waves:
+@dataclass(frozen=True)
+class Looped:
+    """A loop as a circuit but for its reference: a strip, lines, ngspice's vector of each quantity of the strip.
+
+    ``scale`` [V/m] is what v(reference) and v(sensed) are of a length; ``options`` are ngspice's.
+    """
+
+    net: Netlist
+    lines: tuple[str, ...]
+    vectors: Mapping[str, str]
+    scale: float
+    about: str
+    options: str = TIGHT_OPTIONS
+
+
+def run_looped(loop: Looped, reference: Drive, times: Array) -> Waves:
     """Return the loop by ngspice at ``times`` [s] (n,) equally apart from 0, to `sampled.ACCURACY`.
 
-    Steps are halved until the displacement moves by less than that. Raises InputError for a law whose integral is
-    clamped, SolveError where the accuracy is not reached.
+    Steps are halved until the displacement moves by less than that. Raises SolveError where it is not reached.
     """
     from ..solve.ngspice import session
 
-    text, vectors = loop_lines(net, law, limit)
-    body = "\n".join([*text, "Vreference reference 0 external"])
+    net, vectors = loop.net, loop.vectors
+    method = [f".options {word}" for word in loop.options.split() if word.startswith("method=")]
+    body = "\n".join([*loop.lines, *method, "Vreference reference 0 external"])
     names = [net.source.nodes[0], *dict.fromkeys(vectors.values())]
     terms = {output.name: output.terms for output in net.outputs}
     parts, before, error = -(-_FIRST // (len(times) - 1)), None, np.inf
@@ -38,7 +56,7 @@ def run_behavioural(net: Netlist, law: Law, reference: Drive, limit: float, time
             width = float(times[1] - times[0]) / parts
             grid = np.append(_SOON * width, np.arange(1, parts * (len(times) - 1) + 1) * width)
             grid = np.append(0.0, grid)
-            values = run(grid, _MM * reference.value(grid))
+            values = run(grid, loop.scale * reference.value(grid))
             # the first of the values is just after t = 0
             at = np.append(0, np.arange(1, len(times)) * parts)
             found = {name: values[k][at] for k, name in enumerate(names)}
@@ -55,30 +73,25 @@ def run_behavioural(net: Netlist, law: Law, reference: Drive, limit: float, time
     raise SolveError(f"ngspice's loop moves by {error:.1e} of its largest displacement, not {ACCURACY:g}")
 
 
-def loop_deck(net: Netlist, law: Law, reference: Drive, limit: float, duration: float) -> str:
+def loop_deck(loop: Looped, reference: Drive, duration: float) -> str:
     """Return a deck of the loop that plain ``ngspice -b`` runs."""
-    text, _ = loop_lines(net, law, limit)
     step = duration / 600
+    printed = f"v(reference) v(sensed) v({loop.net.source.nodes[0]})"
     lines = [
-        f"* {plain(net.title)}: closed loop, {law.kind}",
-        "* v(reference), v(sensed): 1 V = 1 mm; v(drive) is the voltage on the strip, limited",
-        *text[1:],
-        f"Vreference reference 0 {_millimetres(reference, duration)}",
-        *transient_lines(duration, step, step / 20, "v(reference) v(sensed) v(drive)"),
+        f"* {plain(loop.net.title)}: closed loop, {loop.about}",
+        f"* v(reference), v(sensed): {loop.scale / _MM:g} V = 1 mm; v(drive) is the voltage on the strip, limited",
+        *loop.lines[1:],
+        f"Vreference reference 0 {_waveform(reference, duration, loop.scale)}",
+        *transient_lines(duration, step, step / 20, printed, options=loop.options),
     ]
     return "\n".join([*lines, ".end", ""])
 
 
-def loop_lines(net: Netlist, law: Law, limit: float) -> tuple[list[str], dict[str, str]]:
-    """Return the loop's lines but for the reference, and ngspice's vector of each quantity of the strip.
-
-    Raises InputError for a law whose integral is clamped.
-    """
+def behavioural(net: Netlist, law: Law, limit: float) -> Looped:
+    """Return the loop with a law as behavioural sources. Raises InputError for a law whose integral is clamped."""
     if law.clamps:
         raise InputError(f"{argument('anti_windup', 'clamping')} has no circuit here; take back-calculation or none")
-    text, (vectors,) = copies([net])
-    terms = next(output.terms for output in net.outputs if output.name == "displacement")
-    measured = _sum([(k * _MM, f"v({vectors[q]})") for q, k in terms])
+    text, vectors = _strip(net, _MM)
     states = [f"v(state{k})" for k in range(1, len(law.out) + 1)]
     asked = [
         *zip(law.out, states, strict=True),
@@ -86,8 +99,7 @@ def loop_lines(net: Netlist, law: Law, limit: float) -> tuple[list[str], dict[st
         (law.measured / _MM, "v(sensed)"),
     ]
     lines = [
-        *text.splitlines(),
-        f"Bsensed sensed 0 V={measured}",
+        *text,
         f"Basked asked 0 V={_sum(asked)}",
         f"Bdrive {net.source.nodes[0]} 0 V=max(min(v(asked),{limit!r}),{-limit!r})",
     ]
@@ -99,7 +111,25 @@ def loop_lines(net: Netlist, law: Law, limit: float) -> tuple[list[str], dict[st
             (law.into_excess[k], f"(v({net.source.nodes[0]})-v(asked))"),
         ]
         lines += [f"Bstate{k + 1} 0 state{k + 1} I={_sum(rate)}", f"Cstate{k + 1} state{k + 1} 0 1 ic=0"]
-    return lines, vectors
+    return Looped(net, tuple(lines), vectors, _MM, law.kind)
+
+
+def with_op_amps(net: Netlist, controller: Controller) -> Looped:
+    """Return the loop with a controller of operational amplifiers."""
+    scale = controller.op_amps.sensor_gain
+    text, vectors = _strip(net, scale)
+    # a fast amplifier rings for ever with the trapezoidal rule
+    options = TIGHT_OPTIONS.replace("method=trap", "method=gear")
+    lines = [*text, *controller.lines(net.source.nodes[0])]
+    return Looped(net, tuple(lines), vectors, scale, "PI of operational amplifiers", options)
+
+
+def _strip(net: Netlist, scale: float) -> tuple[list[str], dict[str, str]]:
+    """Return the lines of a strip and its sensor of ``scale`` [V/m], and the vector of each quantity."""
+    text, (vectors,) = copies([net])
+    terms = next(output.terms for output in net.outputs if output.name == "displacement")
+    measured = _sum([(k * scale, f"v({vectors[q]})") for q, k in terms])
+    return [*text.splitlines(), f"Bsensed sensed 0 V={measured}"], vectors
 
 
 def _sum(terms: Sequence[tuple[float, str]]) -> str:
@@ -107,8 +137,8 @@ def _sum(terms: Sequence[tuple[float, str]]) -> str:
     return "+".join(f"({float(k)!r})*{name}" for k, name in terms if k) or "0"
 
 
-def _millimetres(reference: Drive, duration: float) -> str:
-    """Return the reference as the waveform of a source, 1 V = 1 mm."""
+def _waveform(reference: Drive, duration: float, scale: float) -> str:
+    """Return the reference as the waveform of a source of ``scale`` [V/m]."""
     times = np.union1d(np.linspace(0.0, duration, 601), reference.breakpoints(duration))
-    points = [f"{t!r} {v!r}" for t, v in zip(times.tolist(), (_MM * reference.value(times)).tolist(), strict=True)]
+    points = [f"{t!r} {v!r}" for t, v in zip(times.tolist(), (scale * reference.value(times)).tolist(), strict=True)]
     return "PWL(" + " ".join(points) + ")"

@@ -19,14 +19,16 @@ from ..findings import Finding, Warned
 from ..result import Column, Result
 from ..simulation.response import transient_band
 from ..strip.actuator import Actuator
-from .behavioural import loop_deck, run_behavioural
+from .behavioural import behavioural, loop_deck, run_looped, with_op_amps
 from .laws import Law
 from .loop import Run
+from .op_amps import Controller as Circuit
+from .op_amps import OpAmps, op_amp_controller
 from .sampled import Controller, SampledLaw, Sensor, Waves, run_exact, run_ngspice
 from .tune import Tuned
 
 #: What the controller is in the loop.
-FORMS = ("sampled", "behavioural")
+FORMS = ("sampled", "behavioural", "op-amps")
 #: Times that are returned, and most calls of a controller.
 _SHOWN, _MOST_CALLS = 601, 200_000
 
@@ -40,7 +42,7 @@ class Closed(Warned, Result):
     actuator : Actuator
         The strip.
     form : str
-        "sampled" or "behavioural".
+        "sampled", "behavioural" or "op-amps".
     controller : str
         The controller in a few words.
     reference : ndarray (n,)
@@ -58,6 +60,9 @@ class Closed(Warned, Result):
         what was ``measured`` [m] then, each (k,).
     netlist : str
         The loop as a SPICE deck, "" for a sampled one.
+    circuit : op_amps.Controller or None
+        Of a loop with op-amps the controller's ``parts``, the ``gain`` [V/m], ``reset_time`` [s], ``weight`` and
+        ``limit`` [V] that they make, and their ``deviations``.
     findings : tuple of Finding
         What the loop should be known for.
     """
@@ -73,6 +78,7 @@ class Closed(Warned, Result):
     engine: str
     waves: Waves
     netlist: str = ""
+    circuit: Circuit | None = None
     findings: tuple[Finding, ...] = ()
 
     @property
@@ -131,6 +137,7 @@ class Closed(Warned, Result):
             "settling": settled if np.isfinite(settled) else None,
             "overshoot": self.run.overshoot if self.reference[-1] else None,
             "waveforms": {column.header: plain(np.asarray(column.values)) for column in self.table()},
+            "circuit": None if self.circuit is None else self.circuit.to_dict(),
             "sampled": plain(self.waves.sampled),
             "measured": plain(self.waves.measured),
             "findings": [finding.to_dict() for finding in self.findings],
@@ -207,6 +214,7 @@ def close_loop(
     beam: str | None = None,
     load: Load | None = None,
     engine: str = "ngspice",
+    op_amps: OpAmps | None = None,
 ) -> Closed:
     """Return the loop of a strip and a ``controller``: a `Tuned`, a path, a pair of law and limit, or an object.
 
@@ -231,14 +239,20 @@ def close_loop(
         raise InputError(f"actuator '{actuator.name}' has no [coupling]; its tip cannot be controlled")
     times = np.linspace(0.0, duration, samples)
     net = strip_netlist(actuator, beam=beam, load=load, band=transient_band(times))
-    deck = ""
-    if form == "behavioural":
+    deck, circuit = "", None
+    if op_amps is not None and form != "op-amps":
+        raise InputError(f"gain-bandwidth, supply and sensor gain are of {argument('form', 'op-amps')}")
+    if form != "sampled":
         if law is None:
             raise InputError(f"an object with step is {argument('form', 'sampled')}; only a tuned law can be a circuit")
         if sensor != Sensor(seed=sensor.seed) or period is not None or computation:
-            raise InputError(f"{argument('form', 'behavioural')} has no period, delay, noise or quantum; take sampled")
-        waves = run_behavioural(net, law, reference, limit, times)
-        engine, deck = "ngspice", loop_deck(net, law, reference, limit, duration)
+            raise InputError(f"{argument('form', form)} has no period, delay, noise or quantum; take sampled")
+        if form == "op-amps":
+            jump = float(np.ptp(np.append(0.0, reference.value(times))))
+            circuit = op_amp_controller(law, limit, jump, op_amps or OpAmps())
+        loop = behavioural(net, law, limit) if circuit is None else with_op_amps(net, circuit)
+        waves = run_looped(loop, reference, times)
+        engine, deck = "ngspice", loop_deck(loop, reference, duration)
     else:
         if period is None:
             raise InputError(f"{argument('period')} is missing: say how often the controller is called, such as 0.1 s")
@@ -268,6 +282,7 @@ def close_loop(
         engine=engine,
         waves=waves,
         netlist=deck,
+        circuit=circuit,
     )
 
 

@@ -11,8 +11,8 @@ from ..control.close import Closed, read_controller
 from ..control.close import close_loop as close_room
 from ..control.export import c_text
 from ..control.export import to_control as control_of
-from ..control.laws import kind_of
 from ..control.margins import MOST_SENSITIVE
+from ..control.op_amps import OpAmps
 from ..control.programme import Limits
 from ..control.sampled import Sensor
 from ..control.track import NODES, Tracked
@@ -20,11 +20,11 @@ from ..control.track import track as track_room
 from ..control.tune import OVERSHOOT, Tuned
 from ..control.tune import tune as tune_room
 from ..drive import PiecewiseLinear
-from ..errors import InputError, argument, checked, unknown_name
+from ..errors import InputError, argument, checked
 from ..extras import require_control, require_python_control
-from ..units import si
 from .given import Driven, Given, Strip, drive_of, engine_of, optional, quantity
 from .given import load as strip_of
+from .goals import gains_of, goals_of
 
 
 @checked
@@ -105,14 +105,14 @@ def tune(
     >>> f"{tuned.settling:.2f} s, {tuned.overshoot:.2%}, no sooner than {tuned.wish.bound:.1f} s"
     '27.19 s, 3.87%, no sooner than 20.6 s'
     """
-    goals = _goals(to)
+    goals = goals_of(to)
     return tune_room(
         strip_of(strip),
         quantity(step, "m", "step"),
         kind,
         settling=goals.get("settling"),
         bandwidth=goals.get("bandwidth"),
-        gains=_gains(kind, gains),
+        gains=gains_of(kind, gains),
         limit=quantity(voltage, "V", "voltage"),
         delay=quantity(delay, "s", "delay"),
         sensitivity=sensitivity,
@@ -227,6 +227,9 @@ def close_loop(
     quantum: Given = 0.0,
     computation: Given = 0.0,
     seed: int = 0,
+    gain_bandwidth: Given | None = None,
+    supply: Given | None = None,
+    sensor_gain: Given | None = None,
     samples: int = 601,
     beam: str | None = None,
     load: Hung = None,
@@ -245,8 +248,9 @@ def close_loop(
         Where the tip shall be: a text such as "step:3mm", or a pair of times [s] and positions [m] (n,).
     duration : float or str
         Duration [s].
-    form : {"sampled", "behavioural"}
-        Whether the controller is called at every ``period``, or is a part of the circuit, which needs a tuned one.
+    form : {"sampled", "behavioural", "op-amps"}
+        Whether the controller is called at every ``period``, or is a part of the circuit, which needs a tuned one: as
+        behavioural sources, or a PI of operational amplifiers, resistors of E24 and capacitors of E12.
     period : float or str, optional
         Time between calls [s].
     voltage : float or str, optional
@@ -261,6 +265,12 @@ def close_loop(
         Time [s] from a call to its voltage, shorter than the period.
     seed : int
         Seed of the noise.
+    gain_bandwidth : float or str, optional
+        Gain-bandwidth product [Hz] of operational amplifiers (default 1 MHz).
+    supply : float or str, optional
+        Supply [V] of operational amplifiers, of either sign (default 15 V).
+    sensor_gain : float or str, optional
+        Voltage per length [V/m] of the sensor and the reference before operational amplifiers (default 1 V/mm).
     samples : int
         Number of samples that are returned, equally apart.
     beam : {"dynamic", "static"}, optional
@@ -269,13 +279,15 @@ def close_loop(
         Load on the tip, such as "mass=1g".
     engine : {"ngspice", "exact"}, optional
         Solver of a sampled loop: ngspice, or matrix exponentials, for linear circuits only (default: ngspice; without
-        its library exact, with a warning). A behavioural loop is solved by ngspice.
+        its library exact, with a warning). A controller in the circuit is solved by ngspice.
 
     Returns
     -------
     Closed
         ``time`` [s], ``reference`` and ``displacement`` [m], ``voltage`` [V] and ``current`` [A], each an array (n,);
-        ``waves.measured`` [m]; ``netlist`` of a behavioural loop; ``run.settled()``. See `ilg_circuit.results`.
+        ``waves.measured`` [m]; ``netlist`` of a controller in the circuit, ``circuit`` of one with operational
+        amplifiers (``gain``, ``reset_time``, ``deviations``, ``table()`` of parts); ``run.settled()``. See
+        `ilg_circuit.results`.
 
     Raises
     ------
@@ -299,6 +311,12 @@ def close_loop(
     sensor = Sensor(
         quantity(delay, "s", "delay"), quantity(noise, "m", "noise"), quantity(quantum, "m", "quantum"), seed
     )
+    asked = {
+        "gain_bandwidth": optional(gain_bandwidth, "Hz", "gain_bandwidth"),
+        "supply": optional(supply, "V", "supply"),
+        "sensor_gain": optional(sensor_gain, "V/m", "sensor_gain"),
+    }
+    amplifiers = {name: value for name, value in asked.items() if value is not None}
     return close_room(
         actuator,
         controller,
@@ -313,6 +331,7 @@ def close_loop(
         beam=beam,
         load=load_of(load),
         engine=engine_of(engine, actuator) if form == "sampled" else "ngspice",
+        op_amps=OpAmps(**amplifiers) if amplifiers else None,
     )
 
 
@@ -363,33 +382,3 @@ def controller_code(controller: Path, period: Given | None, voltage: Given | Non
         raise InputError(f"{argument('period')} is missing: C is written of a sampled controller")
     law, limit = found
     return c_text(law, quantity(period, "s", "period"), limit if voltage is None else quantity(voltage, "V", "voltage"))
-
-
-def _goals(text: str | None) -> dict[str, float]:
-    """Return the goals of a text such as "settling=30s"."""
-    units = {"settling": "s", "bandwidth": "Hz"}
-    found: dict[str, float] = {}
-    for part in (text or "").split(",") if text else ():
-        name, _, value = part.partition("=")
-        if name.strip() not in units:
-            raise unknown_name("goal", name.strip(), units)
-        found[name.strip()] = si(value, units[name.strip()], f"{argument('to')}, {name.strip()}")
-        if not found[name.strip()] > 0:
-            raise InputError(f"{argument('to')}: '{part}' must be more than zero")
-    return found
-
-
-def _gains(kind: str, given: str | Mapping[str, str | float] | None) -> dict[str, float] | None:
-    """Return gains [SI] by name from a text or a mapping."""
-    if given is None:
-        return None
-    units = kind_of(kind).units
-    if isinstance(given, str):
-        given = dict(part.partition("=")[::2] for part in given.split(","))
-    found = {}
-    for name, value in given.items():
-        key = str(name).strip()
-        if key not in units:
-            raise unknown_name(f"gain of {kind}", key, units)
-        found[key] = si(value, units[key], f"{argument('gains')}, {key}")
-    return found

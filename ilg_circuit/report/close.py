@@ -40,6 +40,13 @@ def facts(closed: Closed) -> list[tuple[str, str]]:
         noise = f", noise {_length(sensor.noise)}" if sensor.noise else ""
         steps = f", in steps of {_length(sensor.quantum)}" if sensor.quantum else ""
         found.append(("sensor", f"{late}{noise}{steps}; {len(closed.waves.sampled)} calls of the controller"))
+    if made := closed.circuit:
+        off = made.deviations
+        law = f"gain {made.gain / 1e3:.4g} V/mm ({off['gain']:+.2%}), reset time {made.reset_time:.4g} s "
+        lag = f", weight {made.weight:.4g} with a lag of {made.lag:.4g} s" if made.weight < 1 else ""
+        found.append(("of parts", f"{law}({off['reset_time']:+.2%}){lag}, limit {made.limit:.4g} V"))
+        count = [sum(part.designator[0] == kind for part in made.parts) for kind in "URCD"]
+        found.append(("parts", "op-amps {}, resistors {}, capacitors {}, diodes {}".format(*count)))
     about = f", estimated error {closed.error:.1e} of the largest displacement" if closed.engine == "ngspice" else ""
     return [*found, ("solved by", f"{closed.engine}{about}")]
 

@@ -43,7 +43,7 @@ _WEIGHTS = "0,2.5,0\n0,0,2.5\n2.5,0,0\n"
 _DRIVE = "time_s,voltage_V\n0,0\n1,0\n1,2\n5,-1\n9,3\n"
 
 _TUNED = """{"controller": {"kind": "pi", "gains": {"gain": 5000}, "limit": 4, "delay": 0, "clamps": false,
-"state_space": {"a": [[0]], "b_reference": [333], "b_displacement": [-333], "b_excess": [0.07], "c": [1],
+"state_space": {"a": [[0]], "b_reference": [350], "b_displacement": [-350], "b_excess": [0.07], "c": [1],
 "d_reference": 5000, "d_displacement": -5000}}}"""
 
 
