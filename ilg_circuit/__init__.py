@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from .front.pages import page
     from .front.runs import impedance, sense, simulate
     from .front.shapes import identify_shape, shape
+    from .front.sheets import identify_sheets
     from .front.strips import new_strip
     from .front.studies import pareto
     from .oscillators.run import cpg
@@ -66,6 +67,7 @@ __all__ = [
     "identify",
     "identify_each",
     "identify_shape",
+    "identify_sheets",
     "impedance",
     "kit",
     "library",
@@ -103,6 +105,7 @@ _PLACES = {
     "front.pages": ("page",),
     "front.runs": ("impedance", "sense", "simulate"),
     "front.shapes": ("identify_shape", "shape"),
+    "front.sheets": ("identify_sheets",),
     "front.strips": ("new_strip",),
     "front.studies": ("pareto",),
     "oscillators.run": ("cpg",),

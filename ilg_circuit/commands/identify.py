@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..files import outdated_by_failure
 from ..front.each_file import by_file
 from ..front.films import by_file as drives_by_file
+from ..result import Result
 from .completing import strips
 from .each import fit_each
 from .emit import emit, say
@@ -19,8 +20,14 @@ from .options import displacement_options, fit_options, output_options, outputs,
 from .paths import FILE, FOLDER, LOG, PARAMETERS, STRIP, LongCommand, forced, forcing
 from .progress import ProgressBar
 
-#: Options that go with --shape.
-_OF_MARKS = ("actuator", "scale", "columns", "units", "json", "plot", "report", "size", "style", "time_limit")
+#: Options that go with --shape and with --sheets, and those that go with either alone.
+_OF_BOTH = ("actuator", "columns", "units", "json", "plot", "report", "size", "style", "time_limit")
+_OF_MARKS = (*_OF_BOTH, "scale")
+_OF_SHEETS = (*_OF_BOTH, "part", "width", "model", "electrode_resistance")
+_ALONE = {
+    "--shape": ("frequency", "places"),
+    "--sheets": ("lengths", "contact", "contact_length"),
+}
 
 
 @click.command(
@@ -30,6 +37,7 @@ _OF_MARKS = ("actuator", "scale", "columns", "units", "json", "plot", "report", 
         "identify current.csv --displacement camera.csv --scale 0.042mm/px --actuator strip.toml --out fitted.toml",
         "identify camera.csv --drive step:2V --scale 0.042mm/px --actuator strip.toml",
         "identify --shape marks.csv --actuator fitted.toml --frequency 0.1Hz",
+        "identify eis_20mm.csv eis_35mm.csv --sheets --lengths 20mm,35mm --width 5mm",
         "identify monday.csv tuesday.csv --each --actuator strip.toml --table all.csv",
     ),
 )
@@ -120,6 +128,32 @@ _OF_MARKS = ("actuator", "scale", "columns", "units", "json", "plot", "report", 
         help="With --shape: the marks' distances from the clamp.  [default: each x at rest]",
     ),
 )
+@group(
+    "Sheets",
+    click.option(
+        "--sheets",
+        is_flag=True,
+        help="DATA are impedance spectra of one length of the strip, or of several: find the resistance along its "
+        "electrodes.",
+    ),
+    click.option(
+        "--lengths",
+        metavar="LENGTHS",
+        help="With --sheets: length of the strip in each, such as 20mm,35mm.  [default: the strip's]",
+    ),
+    click.option(
+        "--contact",
+        type=click.Choice(["end", "both"]),
+        default="end",
+        help="With --sheets: a contact at one end of the length, or at both.",
+    ),
+    click.option(
+        "--contact-length",
+        metavar="LENGTH",
+        default="0mm",
+        help="With --sheets: length of strip under each contact, beyond --lengths.",
+    ),
+)
 @click.pass_context
 def identify(
     context: click.Context,
@@ -127,8 +161,7 @@ def identify(
     data: tuple[Path, ...],
     each: bool,
     shape: bool,
-    frequency: str | None,
-    places: str | None,
+    sheets: bool,
     **options: Any,
 ) -> None:
     """Fit a strip to measured steps, waveforms and impedance spectra.
@@ -141,11 +174,17 @@ def identify(
     Without --out, --json, --plot, --report or --table a folder with all results, step.fit/, is written beside the
     data.
     """
-    if shape:
-        fit_marks(context, data, options, frequency, places)
+    chosen = "--shape" if shape else "--sheets" if sheets else ""
+    if shape and sheets:
+        raise InputError("--shape is for tracks of marks, --sheets for spectra: give one of them")
+    alone = {name: (mode, options.pop(name)) for mode, names in _ALONE.items() for name in names}
+    for name, (mode, _) in alone.items():
+        if mode != chosen and given(context, name):
+            raise InputError(f"--{name.replace('_', '-')} goes with {mode}")
+    if chosen:
+        own = {name: value for name, (mode, value) in alone.items() if mode == chosen}
+        (fit_marks if shape else fit_sheets)(context, data, options, own)
         return
-    if frequency or places:
-        raise InputError(f"--{'frequency' if frequency else 'places'} goes with --shape")
     options |= sizes(options)
     for name in ("bias", "onset"):
         options[name] = by_file(options[name]) or None
@@ -158,19 +197,37 @@ def identify(
     fit_together(context, data, options)
 
 
-def fit_marks(
-    context: click.Context, data: tuple[Path, ...], options: dict[str, Any], frequency: str | None, places: str | None
-) -> None:
+def fit_marks(context: click.Context, data: tuple[Path, ...], options: dict[str, Any], own: dict[str, Any]) -> None:
     """Fit the resistance along the electrodes to the shape that marks show."""
     from ..front.shapes import identify_shape
 
-    others = [p for p in context.command.params if p.name in options and p.name not in _OF_MARKS]
-    if wrong := next((p for p in others if p.name and given(context, p.name)), None):
-        raise InputError(f"{wrong.opts[-1]} does not go with --shape")
+    require_none_else(context, options, _OF_MARKS, "--shape")
     if options["actuator"] is None:
         raise InputError("--shape needs the strip: --actuator, with its sizes and the circuit of its terminals")
     how = {name: options[name] for name in ("scale", "columns", "units")}
-    result = identify_shape(list(data), options["actuator"], frequency=frequency, places=places, **how)
+    finish(identify_shape(list(data), options["actuator"], **own, **how), data, options)
+
+
+def fit_sheets(context: click.Context, data: tuple[Path, ...], options: dict[str, Any], own: dict[str, Any]) -> None:
+    """Fit the resistance along the electrodes to impedance spectra."""
+    from ..front.sheets import identify_sheets
+
+    require_none_else(context, options, _OF_SHEETS, "--sheets")
+    how = {name: options[name] for name in ("width", "model", "columns", "units", "part")}
+    if options["electrode_resistance"] is not None:
+        how["electrode_resistance"] = options["electrode_resistance"]
+    finish(identify_sheets(list(data), strip=options["actuator"], **own, **how), data, options)
+
+
+def require_none_else(context: click.Context, options: dict[str, Any], allowed: tuple[str, ...], mode: str) -> None:
+    """Raise InputError for an option on the command line that does not go with a ``mode``."""
+    others = [p for p in context.command.params if p.name in options and p.name not in allowed]
+    if wrong := next((p for p in others if p.name and given(context, p.name)), None):
+        raise InputError(f"{wrong.opts[-1]} does not go with {mode}")
+
+
+def finish(result: Result, data: tuple[Path, ...], options: dict[str, Any]) -> None:
+    """Show and write a resistance along the electrodes, which is no strip."""
     written = {name: path for name, path in outputs(options).items() if name != "--out"}
     emit(result, written, inputs=(*data, options["actuator"]))
 

@@ -22,6 +22,7 @@ All results share the methods of `Result`: ``summary``, ``to_dataframe``, ``to_x
 `LoadTest`           measured stress over stretch, from `ilg.read`
 `Identification`     the fit of a strip, from `ilg.identify`
 `ShapeFit`           the resistance along a strip, from `ilg.identify_shape`
+`SheetsFit`          the same from spectra, from `ilg.identify_sheets`
 `Estimate`           a fitted parameter with its error and interval, as in ``fit["capacitance"]``
 `Batch`              fits of many files, from `ilg.identify_each`
 `FileFit`            one row of a `Batch`
@@ -63,6 +64,7 @@ if TYPE_CHECKING:
     from ..identification.batch import Batch, FileFit
     from ..identification.identification import Identification
     from ..identification.shape import ShapeFit
+    from ..identification.sheets import SheetsFit
     from ..measurements.load_test import LoadTest
     from ..measurements.record import Record
     from ..measurements.spectrum import Spectrum
@@ -109,6 +111,7 @@ __all__ = [
     "Sensed",
     "Shape",
     "ShapeFit",
+    "SheetsFit",
     "Specimen",
     "Spectrum",
     "SpiceText",
@@ -134,6 +137,7 @@ _PLACES = {
     ),
     "identification.identification": ("Identification",),
     "identification.shape": ("ShapeFit",),
+    "identification.sheets": ("SheetsFit",),
     "measurements.load_test": ("LoadTest",),
     "measurements.record": ("Record",),
     "measurements.spectrum": ("Spectrum",),

@@ -35,9 +35,9 @@ _OPEN = 1e6
 #: Stands for an open circuit in a fit; finite, so that arithmetic stays finite.
 _INFINITE = 1e200
 _UNSEEN_PATH = "no electron path is seen beside the ions' (an open circuit fits as well)"
-_OPEN_PATH = "no electron path is seen: practically an open circuit"
+OPEN_PATH = "no electron path is seen: practically an open circuit"
 #: Standard error of a parameter's logarithm, all others held, above which the data do not determine it.
-_FELT = 3.0
+FELT = 3.0
 #: Largest absolute logarithm of a physical SI value.
 _RANGE = 100.0
 #: The same for the logit of a parameter with an upper limit.
@@ -101,7 +101,7 @@ class ImpedanceData:
 
     @property
     def data(self) -> Array:
-        return self._numbers(self.spectrum.impedance)
+        return self.numbers(self.spectrum.impedance)
 
     @property
     def band(self) -> tuple[float, float]:
@@ -120,7 +120,7 @@ class ImpedanceData:
         parts = np.abs(np.concatenate([z.real, z.imag]))
         return 1 / np.maximum(parts, 1e-2 * np.concatenate([size, size]))
 
-    def _numbers(self, z: ComplexArray) -> Array:
+    def numbers(self, z: ComplexArray) -> Array:
         return np.concatenate([z.real, z.imag], axis=-1) * self._weights
 
     def shown(self, numbers: Array) -> ComplexArray:
@@ -154,11 +154,11 @@ class ImpedanceData:
 
         def linear(values: Array) -> Array:
             assert model.held is not None
-            return self._numbers(kind.impedance(values, s, model.held))
+            return self.numbers(kind.impedance(values, s, model.held))
 
         def about_bias(values: Array) -> Array:
             ports = [model.port(v, ANY_LADDER) for v in values]
-            return self._numbers(np.array([port.impedance(s, self.bias, ideal=True) for port in ports]))
+            return self.numbers(np.array([port.impedance(s, self.bias, ideal=True) for port in ports]))
 
         predict = linear if kind.linear and model.held is not None else about_bias
         return observed(self, model.names, predict, np.zeros((len(self.data), 0)), sigma, channels=2)
@@ -211,7 +211,7 @@ class ImpedanceData:
         at = dict(zip(kind.names, every.tolist(), strict=True))
         x = problem.scales.coordinates(np.array([at[label] for label in problem.labels]))
         alone = self._lonely_errors(problem, x, found.best.sum_of_squares)
-        unfelt = tuple(label for label, error in zip(problem.labels, alone, strict=True) if not error < _FELT)
+        unfelt = tuple(label for label, error in zip(problem.labels, alone, strict=True) if not error < FELT)
         for label in unfelt:
             fixed[label] = "not determined: the spectrum does not depend on it"
             problem = problem.holding(label, at[label])
@@ -297,19 +297,19 @@ class ImpedanceData:
         from scipy.stats import t as student
 
         held, numbers = model.held or 0.0, problem.predictions(x[None])[0]
-        direction = self._numbers(-((self.shown(numbers) - held) ** 2))
+        direction = self.numbers(-((self.shown(numbers) - held) ** 2))
         residuals = problem.data - numbers
         tangent = np.linalg.qr(problem.derivatives(x)[1])[0]
         whole = float(direction @ direction)
         direction = direction - tangent @ (tangent.T @ direction)
         size = float(direction @ direction)
         if size < 1e-9 * whole:  # another parameter has the same effect
-            return _OPEN_PATH
+            return OPEN_PATH
         freedom = max(len(residuals) - len(x) - 1, 1)
         best = max(float(direction @ residuals) / size, 0.0)
         deviation = np.sqrt(float(residuals @ residuals) / freedom / size) + np.finfo(float).tiny
         limit = best + float(student.ppf(0.95, freedom) * deviation)
-        reason = _OPEN_PATH if limit * float(self.spectrum.modulus.max()) < 1 else _UNSEEN_PATH
+        reason = OPEN_PATH if limit * float(self.spectrum.modulus.max()) < 1 else _UNSEEN_PATH
         return f"{reason}, more than {format_quantity(1 / limit, 'ohm', 3)} (95 %)"
 
 

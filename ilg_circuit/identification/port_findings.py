@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..arrays import Array
 from ..findings import Finding
 from ..fit.criteria import structured
 from ..fit.selection import Candidate
@@ -36,14 +37,7 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
     for k, d in enumerate(port.data):
         residuals, subject = port.fit.residuals_of(k), d.source
         if isinstance(d, ImpedanceData):
-            share = d.relative_rms(residuals)
-            if share > max(_MISFIT * d.check.rms, _NEGLIGIBLE_MISFIT):
-                low, high, worst = d.worst_window(residuals)
-                values = {"model": port.kind.name, "share": share, "noise": d.check.rms}
-                values |= {"complex": d.complex_rms(residuals), "from": low, "to": high, "worst": worst}
-                found.append(Finding("spectrum-misfit", subject, values))
-            if structured(residuals) and share > _NEGLIGIBLE_MISFIT:
-                found.append(Finding("residuals-autocorrelated", subject))
+            found += spectrum_findings(d, residuals, port.kind.name)
             continue
         rms = port.fit.rms_of(k)
         if structured(residuals) and rms > max(_OVER_NOISE * noise_level(d.data), _NEGLIGIBLE * d.size):
@@ -64,6 +58,20 @@ def port_findings(port: PortFit, candidates: Sequence[Candidate]) -> list[Findin
     if len(candidates) > 1 and all(c.against for c in candidates):
         found.append(Finding("no-model-determined"))
     return found + rejected_findings(candidates)
+
+
+def spectrum_findings(data: ImpedanceData, residuals: Array, model: str) -> list[Finding]:
+    """Return findings on the ``residuals`` (2 f,) that a ``model`` leaves of a spectrum."""
+    found: list[Finding] = []
+    share = data.relative_rms(residuals)
+    if share > max(_MISFIT * data.check.rms, _NEGLIGIBLE_MISFIT):
+        low, high, worst = data.worst_window(residuals)
+        values = {"model": model, "share": share, "noise": data.check.rms}
+        values |= {"complex": data.complex_rms(residuals), "from": low, "to": high, "worst": worst}
+        found.append(Finding("spectrum-misfit", data.source, values))
+    if structured(residuals) and share > _NEGLIGIBLE_MISFIT:
+        found.append(Finding("residuals-autocorrelated", data.source))
+    return found
 
 
 def rejected_findings(candidates: Sequence[Candidate]) -> list[Finding]:

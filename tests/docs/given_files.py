@@ -45,6 +45,17 @@ def _spectrum(path: Path) -> None:
     _write(path, "frequency_Hz,re_ohm,im_ohm", parts)
 
 
+def _piece(path: Path, length: float) -> None:
+    """The spectrum of a ``length`` [m] of the paper's strip with sheets of 2 ohm per square, both added."""
+    f, r = np.geomspace(1e-3, 100, 41), 2 / 5e-3
+    y = (1 / 666.667 + 1 / (19.43635 + 1 / (2j * np.pi * f * 0.35))) / 35e-3
+    z = np.sqrt(r / y) / np.tanh(np.sqrt(r * y) * length)
+    noise = np.random.default_rng(11).normal(size=(2, len(f)))
+    parts = np.column_stack([f, z.real, z.imag])
+    parts[:, 1:] += 2e-3 * np.abs(z)[:, None] * noise.T
+    _write(path, "frequency_Hz,re_ohm,im_ohm", parts)
+
+
 def _camera(path: Path) -> None:
     """What a camera sees of `current.csv`: pixels of 42 micrometres, its clock 0.37 s late."""
     table = _columns(4.0, 1)[::2]
@@ -104,6 +115,8 @@ MAKERS = {
     "sinh_1V.csv": lambda path: _record(path, 1.0, 8, nonlinear=True),
     "sinh_2V.csv": lambda path: _record(path, 2.0, 9, nonlinear=True),
     "spectrum.csv": _spectrum,
+    "eis_20mm.csv": lambda path: _piece(path, 20e-3),
+    "eis_35mm.csv": lambda path: _piece(path, 35e-3),
     "camera.csv": _camera,
     "export.csv": _export,
     "pull.csv": lambda path: _pulled(path, 2),

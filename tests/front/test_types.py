@@ -21,6 +21,7 @@ from ilg_circuit.hyperelastic import Characterisation
 from ilg_circuit.identification.batch import Batch
 from ilg_circuit.identification.identification import Identification
 from ilg_circuit.identification.shape import ShapeFit
+from ilg_circuit.identification.sheets import SheetsFit
 from ilg_circuit.oscillators.run import RhythmRun, RhythmSweep
 from ilg_circuit.simulation.bode import Bode
 from ilg_circuit.simulation.impedance import Impedance
@@ -44,6 +45,7 @@ RETURNED = {
     "identify": Identification,
     "identify_each": Batch,
     "identify_shape": ShapeFit,
+    "identify_sheets": SheetsFit,
     "impedance": Impedance,
     "kit": Path,
     "library": SpiceText,

@@ -40,6 +40,7 @@ from ilg_circuit.hyperelastic.characterisation import Characterisation
 from ilg_circuit.identification import Identification, identify
 from ilg_circuit.identification.batch import Batch, FileFit
 from ilg_circuit.identification.shape import ShapeFit, bent_line, identify_shape
+from ilg_circuit.identification.sheets import SheetsFit, identify_sheets
 from ilg_circuit.measurements.film import Film, film_of
 from ilg_circuit.measurements.marks import Marks
 from ilg_circuit.measurements.record import Record
@@ -88,6 +89,13 @@ def _shape_fit() -> ShapeFit:
     return identify_shape(Marks("marks.csv", (np.array([0.0, 300.0]),) * 3, x, y), PAPER)
 
 
+def _sheets_fit() -> SheetsFit:
+    f = np.geomspace(1e-3, 10, 12)
+    y = (1 / 600 + 1 / (20 + 1 / (2j * np.pi * f * 0.3))) / 0.035
+    z = np.sqrt(400 / y) / np.tanh(np.sqrt(400 * y) * 0.035) * (1 + 1e-3 * np.sin(37 * np.arange(12)))
+    return identify_sheets([Spectrum("z.csv", f, z)], [0.035], 5e-3, model="rc")
+
+
 def _curve() -> FitResult:
     x = np.linspace(0, 5, 40)
     y = 3 * np.exp(-2 * x) + 0.01 * np.sin(37 * x)
@@ -109,6 +117,7 @@ EXAMPLES: dict[type[Result], Callable[[], Result]] = {
         (FileFit("a.csv", content=example(Identification).to_dict()), FileFit("b.csv", 2, error="no"))
     ),
     ShapeFit: _shape_fit,
+    SheetsFit: _sheets_fit,
     FitResult: _curve,
     Characterisation: lambda: characterise(readings(TWO, "uniaxial", noise=0.01), terms=1),
     RhythmRun: lambda: cpg("3s"),
