@@ -50,7 +50,7 @@ def test_the_commands_are_known_to_the_program(text: str) -> None:
             _, name, *arguments = arguments
         _, command, rest = cli.resolve_command(click.Context(cli), [name, *arguments])
         assert command is not None
-        command.make_context(name, rest)
+        command.make_context(name, rest, parent=click.Context(cli, **cli.context_settings))
 
 
 def test_the_first_ones_work(run: Run) -> None:
