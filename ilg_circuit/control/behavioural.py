@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..circuit.deck import transient_lines
 from ..circuit.netlist import Netlist, copies, plain
-from ..circuit.provenance import TIGHT_OPTIONS
+from ..circuit.provenance import FIRST_STEP, TIGHT_OPTIONS
 from ..drive import Drive
 from ..errors import InputError, SolveError, argument
 from .laws import Law
@@ -54,11 +54,8 @@ def run_looped(loop: Looped, reference: Drive, times: Array) -> Waves:
     with session().loaded(body, float(times[-1]), names, linear=False) as run:
         while parts * (len(times) - 1) <= _MOST:
             width = float(times[1] - times[0]) / parts
-            grid = np.append(_SOON * width, np.arange(1, parts * (len(times) - 1) + 1) * width)
-            grid = np.append(0.0, grid)
+            grid, at = _grid(times, parts, _SOON * width, reference)
             values = run(grid, loop.scale * reference.value(grid))
-            # the first of the values is just after t = 0
-            at = np.append(0, np.arange(1, len(times)) * parts)
             found = {name: values[k][at] for k, name in enumerate(names)}
             waves = {
                 n: np.asarray(sum(k * found[vectors[q]] for q, k in terms[n])) for n in ("displacement", "current")
@@ -71,6 +68,23 @@ def run_looped(loop: Looped, reference: Drive, times: Array) -> Waves:
                     return Waves(times, waves["displacement"], waves["current"], found[names[0]], none, none, error)
             before, parts = waves["displacement"], 2 * parts
     raise SolveError(f"ngspice's loop moves by {error:.1e} of its largest displacement, not {ACCURACY:g}")
+
+
+def _grid(times: Array, parts: int, soon: float, reference: Drive) -> tuple[Array, Array]:
+    """Return points [s] from 0 (m,), and where ``times`` are among those after 0; just after 0 stands for 0.
+
+    Every interval has ``parts`` steps; the reference may jump at 0 and its breakpoints, within ``soon`` [s].
+    """
+    end, count = float(times[-1]), parts * (len(times) - 1)
+    regular = np.arange(count + 1) * (end / count)
+    jumps = np.asarray(reference.breakpoints(end))
+    jumps = jumps[(jumps > 2 * soon) & (jumps < end - 2 * soon)]
+    far = np.abs(regular[np.clip(np.rint(jumps * count / end).astype(int), 0, count)] - jumps) > 2 * soon
+    # steps grow by two, which the two-step rule still follows
+    after = jumps[:, None] + soon * 2.0 ** np.arange(int(-np.log2(_SOON)))
+    after = after[after < end - 2 * soon]
+    grid = np.unique(np.concatenate([regular, [soon], jumps - soon, after.ravel(), jumps[far]]))
+    return grid, np.append(0, np.searchsorted(grid, regular[parts::parts]) - 1)
 
 
 def loop_deck(loop: Looped, reference: Drive, duration: float) -> str:
@@ -139,6 +153,8 @@ def _sum(terms: Sequence[tuple[float, str]]) -> str:
 
 def _waveform(reference: Drive, duration: float, scale: float) -> str:
     """Return the reference as the waveform of a source of ``scale`` [V/m]."""
-    times = np.union1d(np.linspace(0.0, duration, 601), reference.breakpoints(duration))
+    jumps = np.asarray(reference.breakpoints(duration))
+    jumps = jumps[jumps > 0]
+    times = np.unique(np.concatenate([np.linspace(0.0, duration, 601), jumps - FIRST_STEP * duration, jumps]))
     points = [f"{t!r} {v!r}" for t, v in zip(times.tolist(), (scale * reference.value(times)).tolist(), strict=True)]
     return "PWL(" + " ".join(points) + ")"
