@@ -27,7 +27,8 @@ _FIRST, _MOST, _SOON = 1500, 200_000, 1e-6
 class Looped:
     """A loop as a circuit but for its reference: a strip, lines, ngspice's vector of each quantity of the strip.
 
-    ``scale`` [V/m] is what v(reference) and v(sensed) are of a length; ``options`` are ngspice's.
+    ``scale`` [V/m] is what v(reference) and v(sensed) are of a length; ``options`` are ngspice's in
+    a deck, ``solver`` those of our own run that differ from the session's.
     """
 
     net: Netlist
@@ -36,6 +37,7 @@ class Looped:
     scale: float
     about: str
     options: str = TIGHT_OPTIONS
+    solver: tuple[str, ...] = ()
 
 
 def run_looped(loop: Looped, reference: Drive, times: Array) -> Waves:
@@ -46,8 +48,7 @@ def run_looped(loop: Looped, reference: Drive, times: Array) -> Waves:
     from ..solve.ngspice import session
 
     net, vectors = loop.net, loop.vectors
-    method = [f".options {word}" for word in loop.options.split() if word.startswith("method=")]
-    body = "\n".join([*loop.lines, *method, "Vreference reference 0 external"])
+    body = "\n".join([*loop.lines, *(f".options {word}" for word in loop.solver), "Vreference reference 0 external"])
     names = [net.source.nodes[0], *dict.fromkeys(vectors.values())]
     terms = {output.name: output.terms for output in net.outputs}
     parts, before, error = -(-_FIRST // (len(times) - 1)), None, np.inf
@@ -132,10 +133,11 @@ def with_op_amps(net: Netlist, controller: Controller) -> Looped:
     """Return the loop with a controller of operational amplifiers."""
     scale = controller.op_amps.sensor_gain
     text, vectors = _strip(net, scale)
-    # a fast amplifier rings for ever with the trapezoidal rule
+    # a fast amplifier rings for ever with the trapezoidal rule; its gain times rounding is above the finest tolerances
+    solver = ("method=gear", "reltol=1e-8", "vntol=1e-9")
     options = TIGHT_OPTIONS.replace("method=trap", "method=gear")
     lines = [*text, *controller.lines(net.source.nodes[0])]
-    return Looped(net, tuple(lines), vectors, scale, "PI of operational amplifiers", options)
+    return Looped(net, tuple(lines), vectors, scale, "PI of operational amplifiers", options, solver)
 
 
 def _strip(net: Netlist, scale: float) -> tuple[list[str], dict[str, str]]:
