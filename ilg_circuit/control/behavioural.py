@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..circuit.deck import transient_lines
 from ..circuit.netlist import Netlist, copies, plain
-from ..circuit.provenance import TIGHT_OPTIONS
+from ..circuit.provenance import FIRST_STEP, TIGHT_OPTIONS
 from ..drive import Drive
 from ..errors import InputError, SolveError, argument
 from .laws import Law
@@ -27,7 +27,8 @@ _FIRST, _MOST, _SOON = 1500, 200_000, 1e-6
 class Looped:
     """A loop as a circuit but for its reference: a strip, lines, ngspice's vector of each quantity of the strip.
 
-    ``scale`` [V/m] is what v(reference) and v(sensed) are of a length; ``options`` are ngspice's.
+    ``scale`` [V/m] is what v(reference) and v(sensed) are of a length; ``options`` are ngspice's in
+    a deck, ``solver`` those of our own run that differ from the session's.
     """
 
     net: Netlist
@@ -36,6 +37,7 @@ class Looped:
     scale: float
     about: str
     options: str = TIGHT_OPTIONS
+    solver: tuple[str, ...] = ()
 
 
 def run_looped(loop: Looped, reference: Drive, times: Array) -> Waves:
@@ -46,19 +48,15 @@ def run_looped(loop: Looped, reference: Drive, times: Array) -> Waves:
     from ..solve.ngspice import session
 
     net, vectors = loop.net, loop.vectors
-    method = [f".options {word}" for word in loop.options.split() if word.startswith("method=")]
-    body = "\n".join([*loop.lines, *method, "Vreference reference 0 external"])
+    body = "\n".join([*loop.lines, *(f".options {word}" for word in loop.solver), "Vreference reference 0 external"])
     names = [net.source.nodes[0], *dict.fromkeys(vectors.values())]
     terms = {output.name: output.terms for output in net.outputs}
     parts, before, error = -(-_FIRST // (len(times) - 1)), None, np.inf
     with session().loaded(body, float(times[-1]), names, linear=False) as run:
         while parts * (len(times) - 1) <= _MOST:
             width = float(times[1] - times[0]) / parts
-            grid = np.append(_SOON * width, np.arange(1, parts * (len(times) - 1) + 1) * width)
-            grid = np.append(0.0, grid)
+            grid, at = _grid(times, parts, _SOON * width, reference)
             values = run(grid, loop.scale * reference.value(grid))
-            # the first of the values is just after t = 0
-            at = np.append(0, np.arange(1, len(times)) * parts)
             found = {name: values[k][at] for k, name in enumerate(names)}
             waves = {
                 n: np.asarray(sum(k * found[vectors[q]] for q, k in terms[n])) for n in ("displacement", "current")
@@ -71,6 +69,23 @@ def run_looped(loop: Looped, reference: Drive, times: Array) -> Waves:
                     return Waves(times, waves["displacement"], waves["current"], found[names[0]], none, none, error)
             before, parts = waves["displacement"], 2 * parts
     raise SolveError(f"ngspice's loop moves by {error:.1e} of its largest displacement, not {ACCURACY:g}")
+
+
+def _grid(times: Array, parts: int, soon: float, reference: Drive) -> tuple[Array, Array]:
+    """Return points [s] from 0 (m,), and where ``times`` are among those after 0; just after 0 stands for 0.
+
+    Every interval has ``parts`` steps; the reference may jump at 0 and its breakpoints, within ``soon`` [s].
+    """
+    end, count = float(times[-1]), parts * (len(times) - 1)
+    regular = np.arange(count + 1) * (end / count)
+    jumps = np.asarray(reference.breakpoints(end))
+    jumps = jumps[(jumps > 2 * soon) & (jumps < end - 2 * soon)]
+    far = np.abs(regular[np.clip(np.rint(jumps * count / end).astype(int), 0, count)] - jumps) > 2 * soon
+    # steps grow by two, which the two-step rule still follows
+    after = jumps[:, None] + soon * 2.0 ** np.arange(int(-np.log2(_SOON)))
+    after = after[after < end - 2 * soon]
+    grid = np.unique(np.concatenate([regular, [soon], jumps - soon, after.ravel(), jumps[far]]))
+    return grid, np.append(0, np.searchsorted(grid, regular[parts::parts]) - 1)
 
 
 def loop_deck(loop: Looped, reference: Drive, duration: float) -> str:
@@ -118,10 +133,11 @@ def with_op_amps(net: Netlist, controller: Controller) -> Looped:
     """Return the loop with a controller of operational amplifiers."""
     scale = controller.op_amps.sensor_gain
     text, vectors = _strip(net, scale)
-    # a fast amplifier rings for ever with the trapezoidal rule
+    # a fast amplifier rings for ever with the trapezoidal rule; its gain times rounding is above the finest tolerances
+    solver = ("method=gear", "reltol=1e-8", "vntol=1e-9")
     options = TIGHT_OPTIONS.replace("method=trap", "method=gear")
     lines = [*text, *controller.lines(net.source.nodes[0])]
-    return Looped(net, tuple(lines), vectors, scale, "PI of operational amplifiers", options)
+    return Looped(net, tuple(lines), vectors, scale, "PI of operational amplifiers", options, solver)
 
 
 def _strip(net: Netlist, scale: float) -> tuple[list[str], dict[str, str]]:
@@ -139,6 +155,8 @@ def _sum(terms: Sequence[tuple[float, str]]) -> str:
 
 def _waveform(reference: Drive, duration: float, scale: float) -> str:
     """Return the reference as the waveform of a source of ``scale`` [V/m]."""
-    times = np.union1d(np.linspace(0.0, duration, 601), reference.breakpoints(duration))
+    jumps = np.asarray(reference.breakpoints(duration))
+    jumps = jumps[jumps > 0]
+    times = np.unique(np.concatenate([np.linspace(0.0, duration, 601), jumps - FIRST_STEP * duration, jumps]))
     points = [f"{t!r} {v!r}" for t, v in zip(times.tolist(), (scale * reference.value(times)).tolist(), strict=True)]
     return "PWL(" + " ".join(points) + ")"
