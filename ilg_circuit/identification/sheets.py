@@ -32,6 +32,9 @@ from .sheets_model import SHEETS, Contact, Fitted, Line, SheetsModel, fit_sheets
 
 #: Relative standard error above which intervals are profiles.
 _CURVED = 0.1
+#: Relative standard error up to which the sheets' resistance counts as told from others. It is less than that of other
+#: parameters: where the sheets hardly show, noise makes them seem larger and sharper together.
+_SEPARATED = 0.25
 #: abs(gamma L) below which the sheets act as a resistor in series, and above which terminals see r/y alone.
 _SERIES, _LONG = 1.0, 3.0
 #: Factor of frequencies beyond the measured ones in which abs(gamma L) is followed.
@@ -160,6 +163,10 @@ def identify_sheets(
     verdict = _verdict(found, parameters[SHEETS.name])
     findings = [note.about(d.source) if len(data) > 1 else note for d in data for note in d.notes]
     findings += _on_sheets(found, parameters[SHEETS.name], verdict)
+    loose = [name for name, e in parameters.items() if e.interval and e.reported[0] > DETERMINED * e.value]
+    if loose := [name for name in loose if name != SHEETS.name]:
+        reason = f"standard error over {DETERMINED:.0%}: {', '.join(loose)}"
+        findings.append(Finding("not-determined", values={"reason": reason}))
     for k, d in enumerate(data):
         findings += spectrum_findings(d, found.fit.residuals_of(k), found.model.kind.name)
     return SheetsFit(
@@ -276,7 +283,7 @@ def _verdict(found: Fitted, sheets: Estimate) -> Separable:
     assert interval is not None
     low, high = interval
     error = sheets.reported[0]
-    if low > 0 and np.isfinite(high) and error <= DETERMINED * sheets.value and high <= low * np.exp(4 * DETERMINED):
+    if low > 0 and np.isfinite(high) and error <= _SEPARATED * sheets.value:
         return "yes"
     if found.bare or found.gamma_length().max() < _SERIES:
         return "no: too short"

@@ -229,6 +229,9 @@ def fit_sheets(model: SheetsModel, data: tuple[ImpedanceData, ...], lines: tuple
     x, squares = _best(problem, starts)
     if not np.isfinite(squares):
         raise SolveError(f"no fit of model {kind.name} with sheets converges")
+    values = problem.scales.values(x)
+    values[: len(kind.names)] = values[kind.order(values[: len(kind.names)])]
+    x = problem.scales.coordinates(values)
     open_path = max(d.open_path() for d in data)
     fit, fixed, bare = _determined(problem, x, LEAST * size, open_path)
     if DC in fit.labels:  # an electron path must improve the BIC

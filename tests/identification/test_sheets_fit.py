@@ -99,11 +99,20 @@ def test_exact_spectra_of_two_lengths_give_it_back(sheets: float) -> None:
     assert fit.gamma_length == pytest.approx(np.abs(np.sqrt(2 * sheets / WIDTH * admittance(F))).max() * LENGTH)
 
 
-@pytest.mark.parametrize(("sheets", "expected"), [(0.244, 0.59), (1.0, 0.038), (5.0, 0.0027)])
-def test_error_of_one_spectrum_at_a_noise_of_a_thousandth(sheets: float, expected: float) -> None:
-    data = (ImpedanceData.of(spectrum(sheets)),)
-    problem = RC.problem(data, lines(LENGTH))
-    fit = _result(problem, problem.scales.coordinates(np.array([*PORT, 2 * sheets])))
+@pytest.mark.parametrize(
+    ("sheets", "lengths", "expected"),
+    [
+        (0.244, (LENGTH,), 0.59),
+        (1.0, (LENGTH,), 0.038),
+        (5.0, (LENGTH,), 0.0027),
+        (0.244, (0.02, LENGTH), 0.0062),
+    ],
+)
+def test_standard_error_at_a_noise_of_a_thousandth(sheets: float, lengths: tuple[float, ...], expected: float) -> None:
+    # a small noise, at whose fit the slopes are those at the truth; its errors are in proportion
+    data = tuple(ImpedanceData.of(spectrum(sheets, length, 1e-6, 20 + k)) for k, length in enumerate(lengths))
+    problem = RC.problem(data, lines(*lengths))
+    fit = _result(problem, least_squares(problem, np.log([*PORT, 2 * sheets]))[0])
     relative = fit.errors[-1] / fit.values[-1] / fit.deviation * 1e-3
     assert relative == pytest.approx(expected, rel=0.1)
 
