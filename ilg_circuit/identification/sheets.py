@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import ComplexArray, plain
 from ..errors import InputError, SolveError, argument
-from ..findings import Finding, Warned
+from ..findings import Finding, Warned, by_importance
 from ..fit.estimate import Estimate, Estimated
 from ..fit.identifiability import DETERMINED
 from ..fit.intervals import uncertainties
@@ -35,6 +35,8 @@ _CURVED = 0.1
 #: Relative standard error up to which the sheets' resistance counts as told from others. It is less than that of other
 #: parameters: where the sheets hardly show, noise makes them seem larger and sharper together.
 _SEPARATED = 0.25
+#: Sine of the angle between its effect and those of all others above which noise alone hides it.
+_APART = 0.05
 #: abs(gamma L) below which the sheets act as a resistor in series, and above which terminals see r/y alone.
 _SERIES, _LONG = 1.0, 3.0
 #: Factor of frequencies beyond the measured ones in which abs(gamma L) is followed.
@@ -43,7 +45,7 @@ _BEYOND = 1e4
 #: Factor of the error from which a longer strip is asked for, not a piece of it.
 _MUCH = 10.0
 
-Separable = Literal["yes", "no: too short", "no: too long", "no"]
+Separable = Literal["yes", "yes: in the noise", "no: too short", "no: too long", "no"]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -179,8 +181,8 @@ def identify_sheets(
         data=data,
         parameters=parameters,
         gamma_length=0.0 if found.bare else float(found.gamma_length().max()),
-        separable=verdict == "yes",
-        findings=tuple(findings),
+        separable=verdict.startswith("yes"),
+        findings=tuple(by_importance(findings)),
     )
 
 
@@ -285,6 +287,8 @@ def _verdict(found: Fitted, sheets: Estimate) -> Separable:
     error = sheets.reported[0]
     if low > 0 and np.isfinite(high) and error <= _SEPARATED * sheets.value:
         return "yes"
+    if found.apart > _APART:
+        return "yes: in the noise"
     if found.bare or found.gamma_length().max() < _SERIES:
         return "no: too short"
     return "no: too long" if found.gamma_length().min() > _LONG else "no"
@@ -307,6 +311,8 @@ def _on_sheets(found: Fitted, sheets: Estimate, verdict: Separable) -> list[Find
     parts = [f"at least {low:.3g}"] if low else []
     parts += [f"at most {high:.3g}"] if np.isfinite(high) else []
     bounds = " and ".join(parts) or "of any size"
+    if verdict == "yes: in the noise":
+        return [*result, Finding("sheets-in-the-noise", values={"bounds": bounds})]
     reach = float(found.gamma_length(high).max()) if np.isfinite(high) else float(gamma.max())
     code = {"no: too short": "sheets-in-series", "no: too long": "sheets-too-long"}.get(verdict, "sheets-not-separable")
     values = {"bounds": bounds, "most": reach, "least": float(gamma.min()), "model": model}

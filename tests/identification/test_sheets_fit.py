@@ -134,7 +134,7 @@ def test_intervals_hold_the_resistance_in_95_of_100_sets(sheets: float, lengths:
 
 
 def test_one_spectrum_of_good_sheets_does_not_tell_them_and_says_what_would() -> None:
-    for sheets in (0.02, 0.244):
+    for sheets in (1e-9, 0.244):
         fit = ilg.identify_sheets(spectrum(sheets, noise=1e-3, seed=4), "35mm", width=WIDTH, model="rc")
         low, high = fit["sheet_resistance"].interval or (1.0, 1.0)
         assert low == 0 < 2 * sheets < high < 1.0
@@ -150,6 +150,15 @@ def test_one_spectrum_of_good_sheets_does_not_tell_them_and_says_what_would() ->
     assert better.separable
     assert not better.findings
     assert 1.96 * (better["sheet_resistance"].stderr or 0.0) == pytest.approx(advised["error"], rel=0.3)
+
+
+def test_two_lengths_of_sheets_without_resistance_give_a_limit() -> None:
+    both = [spectrum(1e-9, 0.02, 1e-3, 1), spectrum(1e-9, LENGTH, 1e-3, 2)]
+    fit = ilg.identify_sheets(both, [0.02, LENGTH], width=WIDTH, model="rc")
+    low, high = fit["sheet_resistance"].interval or (1.0, 1.0)
+    assert low == 0 < high < 0.02
+    assert fit.separable
+    assert codes(fit.findings) == {"sheets-in-the-noise"}
 
 
 def test_spectra_of_long_lines_give_a_lower_limit() -> None:
