@@ -32,9 +32,9 @@ from .sheets_model import SHEETS, Contact, Fitted, Line, SheetsModel, fit_sheets
 
 #: Relative standard error above which intervals are profiles.
 _CURVED = 0.1
-#: Relative standard error up to which the sheets' resistance counts as told from others. It is less than that of other
-#: parameters: where the sheets hardly show, noise makes them seem larger and sharper together.
-_SEPARATED = 0.25
+#: Ratio of the ends of its interval up to which the sheets' resistance is told from others. Where the sheets hardly
+#: show, noise makes them seem larger and sharper together, so that an interval above zero is not enough.
+_SEPARATED = 2.0
 #: Sine of the angle between its effect and those of all others above which noise alone hides it.
 _APART = 0.05
 #: abs(gamma L) below which the sheets act as a resistor in series, and above which terminals see r/y alone.
@@ -284,8 +284,7 @@ def _verdict(found: Fitted, sheets: Estimate) -> Separable:
     interval = sheets.interval
     assert interval is not None
     low, high = interval
-    error = sheets.reported[0]
-    if low > 0 and np.isfinite(high) and error <= _SEPARATED * sheets.value:
+    if low > 0 and high <= _SEPARATED * low:
         return "yes"
     if found.apart > _APART:
         return "yes: in the noise"
